@@ -1,0 +1,112 @@
+//! A limit that may differ by the direction of motion.
+
+use crate::parameters::Direction;
+
+/// One value for motion along the positive axis and one for motion along the negative axis.
+///
+/// In TOML and JSON it is a number when both are equal and `{ positive = 5.0, negative = 3.0 }` when not.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Directional {
+    /// While the block moves, or is pushed, along the positive axis.
+    pub positive: f64,
+    /// While the block moves, or is pushed, along the negative axis.
+    pub negative: f64,
+}
+
+impl Directional {
+    /// The same value in both directions.
+    #[must_use]
+    pub const fn both(value: f64) -> Self {
+        Self {
+            positive: value,
+            negative: value,
+        }
+    }
+
+    /// The value for one direction.
+    #[must_use]
+    pub const fn get(self, direction: Direction) -> f64 {
+        match direction {
+            Direction::Positive => self.positive,
+            Direction::Negative => self.negative,
+        }
+    }
+
+    /// Whether both directions are alike.
+    #[must_use]
+    #[expect(clippy::float_cmp, reason = "alike means the same number, not a near one")]
+    pub fn is_symmetric(self) -> bool {
+        self.positive == self.negative
+    }
+}
+
+impl From<f64> for Directional {
+    fn from(value: f64) -> Self {
+        Self::both(value)
+    }
+}
+
+#[cfg(feature = "serde")]
+mod wire {
+    use super::Directional;
+    use core::fmt;
+    use serde::de::{self, MapAccess, Visitor};
+    use serde::ser::SerializeStruct;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    impl Serialize for Directional {
+        fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            if self.is_symmetric() {
+                return serializer.serialize_f64(self.positive);
+            }
+            let mut pair = serializer.serialize_struct("Directional", 2)?;
+            pair.serialize_field("positive", &self.positive)?;
+            pair.serialize_field("negative", &self.negative)?;
+            pair.end()
+        }
+    }
+
+    impl<'de> Deserialize<'de> for Directional {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            deserializer.deserialize_any(NumberOrPair)
+        }
+    }
+
+    struct NumberOrPair;
+
+    impl<'de> Visitor<'de> for NumberOrPair {
+        type Value = Directional;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("a number, or a pair { positive, negative } of numbers")
+        }
+
+        fn visit_f64<E: de::Error>(self, value: f64) -> Result<Directional, E> {
+            Ok(Directional::both(value))
+        }
+
+        #[expect(clippy::cast_precision_loss, reason = "no limit in use is near 2^53")]
+        fn visit_i64<E: de::Error>(self, value: i64) -> Result<Directional, E> {
+            Ok(Directional::both(value as f64))
+        }
+
+        #[expect(clippy::cast_precision_loss, reason = "no limit in use is near 2^53")]
+        fn visit_u64<E: de::Error>(self, value: u64) -> Result<Directional, E> {
+            Ok(Directional::both(value as f64))
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Directional, A::Error> {
+            #[derive(Deserialize)]
+            #[serde(deny_unknown_fields)]
+            struct Pair {
+                positive: f64,
+                negative: f64,
+            }
+            let pair = Pair::deserialize(de::value::MapAccessDeserializer::new(map))?;
+            Ok(Directional {
+                positive: pair.positive,
+                negative: pair.negative,
+            })
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! The physics of hapticd: a block that slides on a surface, felt through a virtual coupling.
+//!
+//! The model is the one of Richard and Cutkosky's friction rendering: the measured device position
+//! `p` and velocity `v` drag a block of mass `M` through a spring `K` and a damper `B`, and the block
+//! rubs on a surface under Karnopp's friction law (Karnopp 1985). The hand feels the coupling.
+//!
+//! ```text
+//!            K (p - x) + B (v - w) = F
+//!   hand == device /\/\/\/ block --> x, w = x'        M w' = F - friction
+//!             p, v         ======
+//!                          surface: stuck while -Fs- <= F <= Fs+, else Fd and b w against the motion
+//! ```
+//!
+//! * [`scene`] says what the user asked for; [`parameters`] is the one table of names, symbols, units
+//!   and ranges behind the wire, the command line and the panel.
+//! * [`Renderer`] is what a scene compiles to: one [`tick`](Renderer::tick) per measurement, by the
+//!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
+//! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before the motor.
+//!
+//! # Units and signs
+//! SI units throughout. Positive position, velocity and force point the same way along the device
+//! axis. The coupling force `F` drives the block; the force on the hand is `-F`.
+//!
+//! Nothing here does I/O, reads a clock, or allocates once a [`Renderer`] is built. Without the default
+//! feature `std` the crate needs only `core`, `alloc` and `libm`.
+#![cfg_attr(not(feature = "std"), no_std)]
+#![forbid(unsafe_code)]
+
+extern crate alloc;
+
+pub mod block;
+pub mod friction;
+pub mod limiter;
+mod math;
+pub mod parameters;
+mod renderer;
+pub mod scene;
+pub mod velocity;
+
+pub use friction::Directional;
+pub use parameters::{Direction, Parameter, ParameterKey};
+pub use renderer::{Renderer, Scheme};
+pub use scene::{Scene, SceneError};

@@ -1,0 +1,121 @@
+//! The alpha-beta-gamma filter: a tracker of position, velocity and acceleration with fading memory.
+//!
+//! Gains from one number `r`, the share of the past that each sample leaves (Brookner, "Tracking and Kalman
+//! Filtering Made Easy", 1998, the critically damped filter): `alpha = 1 - r^3`, `beta = 1.5 (1 - r)^2 (1 + r)`,
+//! `gamma = (1 - r)^3`. It follows a constant acceleration without lag, and tames the steps of an encoder.
+
+/// Estimates velocity from positions at irregular times.
+#[derive(Clone, Copy, Debug)]
+pub struct AlphaBetaGamma {
+    alpha: f64,
+    beta: f64,
+    gamma: f64,
+    position: f64,
+    velocity: f64,
+    acceleration: f64,
+    started: bool,
+}
+
+/// Memory of the default filter, from the comparison of estimators on a 10 um encoder at 1 kHz.
+pub const DEFAULT_MEMORY: f64 = 0.6;
+
+/// Below this speed, m/s, a filter at rest is at rest: its tail must not decay through the denormals.
+const AT_REST_MPS: f64 = 1e-15;
+
+impl Default for AlphaBetaGamma {
+    fn default() -> Self {
+        Self::new(DEFAULT_MEMORY)
+    }
+}
+
+impl AlphaBetaGamma {
+    /// `memory` is `r` in `[0, 1)`: 0 trusts each sample alone, towards 1 the past.
+    #[must_use]
+    pub fn new(memory: f64) -> Self {
+        let fresh = 1.0 - memory;
+        Self {
+            alpha: 1.0 - memory * memory * memory,
+            beta: 1.5 * fresh * fresh * (1.0 + memory),
+            gamma: fresh * fresh * fresh,
+            position: 0.0,
+            velocity: 0.0,
+            acceleration: 0.0,
+            started: false,
+        }
+    }
+
+    /// Forgets the past: the next sample is at rest.
+    pub fn reset(&mut self) {
+        self.started = false;
+    }
+
+    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the velocity, m/s.
+    pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
+        if !self.started {
+            self.position = position;
+            self.velocity = 0.0;
+            self.acceleration = 0.0;
+            self.started = true;
+            return 0.0;
+        }
+        if elapsed_s <= 0.0 {
+            return self.velocity;
+        }
+        let predicted = self.position + elapsed_s * (self.velocity + 0.5 * elapsed_s * self.acceleration);
+        let residual = position - predicted;
+        self.position = predicted + self.alpha * residual;
+        self.velocity += elapsed_s * self.acceleration + self.beta / elapsed_s * residual;
+        self.acceleration += self.gamma / (elapsed_s * elapsed_s) * residual;
+        if self.velocity.abs() < AT_REST_MPS && residual.abs() < AT_REST_MPS * elapsed_s {
+            self.velocity = 0.0;
+            self.acceleration = 0.0;
+        }
+        self.velocity
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::TAU;
+
+    #[test]
+    fn it_follows_a_constant_acceleration_without_lag() {
+        let mut filter = AlphaBetaGamma::default();
+        let mut estimate = 0.0;
+        for k in 0..200 {
+            let t = f64::from(k) * 1e-3;
+            estimate = filter.update(1e-3, 2.0 * t * t);
+        }
+        assert!((estimate - 4.0 * 0.199).abs() < 1e-9, "{estimate}");
+    }
+
+    #[test]
+    fn error_on_a_coarse_encoder_is_what_the_comparison_found() {
+        // 30 mm at 0.5 Hz, 10 um counts, 1 kHz: 1.24 mm/s rms.
+        let mut filter = AlphaBetaGamma::default();
+        let mut sum = 0.0;
+        for k in 0..20_000 {
+            let phase = TAU * 0.5 * f64::from(k) * 1e-3;
+            let counted = (0.03 * phase.sin() / 1e-5).round() * 1e-5;
+            let error = filter.update(1e-3, counted) - 0.03 * TAU * 0.5 * phase.cos();
+            if k > 1000 {
+                sum += error * error;
+            }
+        }
+        let rms = (sum / 19_000.0_f64).sqrt();
+        assert!((1.0e-3..1.5e-3).contains(&rms), "{rms}");
+    }
+
+    #[test]
+    fn at_rest_it_comes_to_rest() {
+        let mut filter = AlphaBetaGamma::default();
+        filter.update(1e-3, 0.0);
+        filter.update(1e-3, 1e-5);
+        let mut velocity = 1.0;
+        for _ in 0..300 {
+            velocity = filter.update(1e-3, 1e-5);
+        }
+        assert_eq!(velocity, 0.0);
+    }
+}

@@ -1,0 +1,133 @@
+//! The six reference scenes, solved elsewhere to 30 digits by an event-driven method.
+
+use haptic_core::block::{BlockState, Contact};
+use haptic_core::friction::{Directional, Friction, Karnopp};
+use haptic_core::scene::{Block, Coupling};
+use haptic_core::{Direction, Renderer, Scene, Scheme};
+use std::path::Path;
+
+/// One row of a reference file: t, p, v, x, w, F, contact.
+type Row = [f64; 7];
+
+fn data(file: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/reference").join(file);
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+fn scene(name: &str) -> (Scene, BlockState) {
+    let all: serde_json::Value = serde_json::from_str(&data("scenes.json")).expect("scenes.json");
+    let number = |key: &str| all[name][key].as_f64().unwrap_or_else(|| panic!("{name}: no {key}"));
+    let scene = Scene {
+        name: name.to_owned(),
+        block: Block { mass: number("M") },
+        coupling: Coupling {
+            stiffness: number("K"),
+            damping: number("B"),
+        },
+        friction: Friction::Karnopp(Karnopp {
+            static_force: Directional::both(number("Fs")),
+            dynamic_force: Directional::both(number("Fd")),
+            viscous: Directional::both(number("b")),
+            velocity_threshold: 0.0,
+        }),
+    };
+    let mut state = BlockState::new(number("x0"), number("v0"), 0.0, 0.0);
+    state.contact = match number("mode0") {
+        0.0 => Contact::Stuck,
+        sign => Contact::Sliding(Direction::of(sign)),
+    };
+    (scene, state)
+}
+
+fn rows(name: &str) -> Vec<Row> {
+    data(&format!("{name}.csv"))
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let mut row = [0.0; 7];
+            for (cell, text) in row.iter_mut().zip(line.split(',')) {
+                *cell = text.parse().expect("a number");
+            }
+            row
+        })
+        .collect()
+}
+
+/// Largest errors over a run: position (m), force relative to max(K |p|, 1 N).
+#[derive(Debug, Default)]
+struct Errors {
+    position: f64,
+    force: f64,
+    contacts: usize,
+}
+
+fn run(name: &str, scheme: Scheme) -> Errors {
+    let (scene, mut state) = scene(name);
+    let rows = rows(name);
+    let mut renderer = Renderer::new(&scene, scheme, 1e-3).expect("a valid scene");
+    (state.device_position, state.device_velocity) = (rows[0][1], rows[0][2]);
+    renderer.set_state(state);
+    let mut errors = Errors::default();
+    for pair in rows.windows(2) {
+        let [t, p, v, x, _, force, contact] = pair[1];
+        let rendered = renderer.tick(t - pair[0][0], p, v);
+        errors.position = errors.position.max((renderer.state().position - x).abs());
+        let scale = (scene.coupling.stiffness * p.abs()).max(1.0);
+        errors.force = errors.force.max((rendered.coupling_force - force).abs() / scale);
+        errors.contacts += usize::from(f64::from(renderer.state().contact.as_number()) != contact);
+    }
+    errors
+}
+
+const SCENES: [&str; 6] = [
+    "paper",
+    "high-stiction",
+    "viscous",
+    "slow-ramp-stick-slip",
+    "free-motion",
+    "light-block-10g",
+];
+
+#[test]
+fn the_exact_scheme_meets_its_targets_on_every_reference_scene() {
+    for name in SCENES {
+        let errors = run(name, Scheme::Exact);
+        println!("{name}: {errors:?}");
+        assert!(errors.position <= 1e-12, "{name}: {errors:?}");
+        assert!(errors.force <= 1e-9, "{name}: {errors:?}");
+        assert_eq!(errors.contacts, 0, "{name}: {errors:?}");
+    }
+}
+
+#[test]
+fn the_literal_scheme_does_not() {
+    // The references must be able to tell a good scheme from the paper's own.
+    let errors = run("paper", Scheme::Literal);
+    println!("{errors:?}");
+    assert!(errors.position > 1e-6 && errors.contacts > 0, "{errors:?}");
+}
+
+#[test]
+fn breakaways_on_a_slow_ramp_come_when_the_static_limit_is_reached() {
+    // K v t + B v = Fs with v = 1 mm/s: t = (4 - 0.002)/0.5 s, up to the rounding of the data.
+    let (scene, state) = scene("slow-ramp-stick-slip");
+    let rows = rows("slow-ramp-stick-slip");
+    let mut renderer = Renderer::new(&scene, Scheme::Exact, 1e-3).expect("a valid scene");
+    let mut state = state;
+    state.device_velocity = rows[0][2];
+    renderer.set_state(state);
+    let mut events = Vec::new();
+    for pair in rows.windows(2) {
+        let start = pair[0][0];
+        let mut hear = |at: f64, from: Contact, to: Contact| {
+            events.push((start + at, from.as_number(), to.as_number()));
+        };
+        renderer.tick_with_events(pair[1][0] - start, pair[1][1], pair[1][2], &mut hear);
+    }
+    assert!((events[0].0 - 7.996).abs() <= 1e-12, "{events:?}");
+    // From then on each slip ends stuck and begins again: 0 -> 1 -> 0 -> 1 ...
+    for (index, event) in events.iter().enumerate() {
+        let slips = i8::from(index % 2 == 0);
+        assert_eq!((event.1, event.2), (1 - slips, slips), "{events:?}");
+    }
+}
