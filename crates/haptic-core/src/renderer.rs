@@ -3,8 +3,8 @@
 use crate::block::exact::ExactBlock;
 use crate::block::literal::LiteralBlock;
 use crate::block::{BlockState, Contact, EventSink, Rendered};
-use crate::parameters::Direction;
 use crate::friction::Friction;
+use crate::parameters::Direction;
 use crate::scene::{Coupling, Scene, SceneError};
 
 /// How the block is moved on from one sample to the next.

@@ -133,7 +133,15 @@ fn a_static_limit_below_the_dynamic_one_holds_up_to_the_dynamic_one() {
 #[test]
 fn changing_any_parameter_in_motion_leaves_the_force_as_it_was() {
     for (position, velocity) in [(-1e-4, 0.0), (-2e-4, 0.03)] {
-        for change in [("M", 1.5), ("K", 40_000.0), ("B", 3.0), ("Fs", 8.0), ("Fd", 1.0), ("b", 5.0), ("DV", 0.01)] {
+        for change in [
+            ("M", 1.5),
+            ("K", 40_000.0),
+            ("B", 3.0),
+            ("Fs", 8.0),
+            ("Fd", 1.0),
+            ("b", 5.0),
+            ("DV", 0.01),
+        ] {
             let mut old = renderer(&scene(&[]), Scheme::Exact, position, velocity);
             let before = old.tick(T, 1e-5, 0.01);
             let mut new = Renderer::new(&scene(&[change]), Scheme::Exact, T).expect("a valid scene");

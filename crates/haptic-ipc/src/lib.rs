@@ -1,1 +1,92 @@
-//! x
+//! The control protocol of hapticd, version 1. This page is its specification.
+//!
+//! # Transport
+//! A Unix stream socket ([`socket_path`] says where). Both sides send JSON objects, one a line, ended by `\n`, at
+//! most [`MAX_LINE_BYTES`] long. `nc -N -U`, `jq` or ten lines of Python are enough to talk to it.
+//!
+//! # Conversation
+//! The server speaks first, with its [`Hello`]:
+//!
+//! ```text
+//! S {"hello":{"protocol":1,"server":"hapticd 0.1.0","session":"4321-7"}}
+//! ```
+//!
+//! Then the client asks, with an `id` of its choice (a whole number) and an operation, and each request is answered once,
+//! by a line with the same `id` that holds either `ok` or `error`:
+//!
+//! ```text
+//! C {"id":7,"op":"set","params":{"mass":1.5,"Fs":5}}
+//! S {"id":7,"ok":{"revision":42,"tick":183042,"applied":{"mass":1.5,"static_force":5.0},"advice":[]}}
+//! C {"id":8,"op":"set","params":{"mass":-1}}
+//! S {"id":8,"error":{"code":"out_of_range","message":"mass = -1 kg is out of range: ...","param":"mass","value":-1.0,"min":1e-6,"max":100.0,"unit":"kg"}}
+//! ```
+//!
+//! A client may send further requests before it has the answers; they are answered in order. A line that cannot be read
+//! is answered with an error whose `id` is that of the line, or `null` where none could be found, and the conversation
+//! goes on.
+//!
+//! # Operations
+//! | `op` | fields | `ok` holds | done when |
+//! |---|---|---|---|
+//! | `describe` | | [`Description`]: the parameter table and the columns of a sample | |
+//! | `get` | | [`SceneReply`]: the scene in force | |
+//! | `set` | `params`: names or symbols to numbers | [`SetReply`] | the tick that applied all of it |
+//! | `engage` | | [`StateReply`]: `engaging` or `engaged` | the tick that began the ramp |
+//! | `release` | | [`StateReply`]: `releasing` or `idle` | the tick that began the ramp |
+//! | `stop` | | [`StateReply`]: `stopped` or `faulted` | the tick that commanded zero force |
+//! | `reset` | | [`StateReply`]: `idle` | the tick that cleared the stop or fault |
+//! | `status` | | [`Status`] | |
+//! | `timing` | | [`Timing`] | |
+//! | `subscribe` | `topics`, `rate_hz`, `batch_ms` | [`SubscribeReply`] | |
+//!
+//! In `params` a parameter goes by its name or its symbol; `Fs+` and `Fs-` (and likewise for every parameter that is
+//! `directional`) set one direction. `set` is all-or-nothing. Its change lands between two ticks, keeps the block's motion and
+//! leaves the force on the hand as it was.
+//!
+//! # Events
+//! After `subscribe` the server sends lines without `id`, each with the name of its topic in `event`:
+//!
+//! ```text
+//! S {"event":"state","state":"engaged","tick":183042,"revision":42,...}         at once, and at every change
+//! S {"event":"timing","rate_hz":1000.0,"ticks":183042,"overruns":0,...}         once a second
+//! S {"event":"samples","seq":9,"dropped":0,"rows":[[183042,183.042,"engaged",...],...]}
+//! ```
+//!
+//! `samples` holds rows of numbers in the order of [`SAMPLE_COLUMNS`], thinned to `rate_hz` (every tick without it) and sent every
+//! `batch_ms`. `seq` counts the sample events of the subscription; `dropped` says how many rows were lost since the event
+//! before because the client, or the telemetry thread, was too slow. A client that reads nothing for two seconds is
+//! disconnected. A second `subscribe` replaces the first; no topics end it.
+//!
+//! # Errors
+//! Every error has a `code` ([`ErrorCode`]) and a `message` for people that names the field, the value, the limit and the
+//! unit; the same facts stand in `param`, `value`, `min`, `max` and `unit` where they apply.
+//!
+//! # Compatibility
+//! Additions (operations, fields in answers, columns at the end of a row, error codes) keep the version. A client must
+//! ignore fields that it does not know. The server refuses fields that it does not know, so that a misspelt one is never
+//! silently without effect.
+
+mod async_client;
+mod client;
+mod error;
+mod event;
+mod message;
+mod sample;
+pub mod socket_path;
+
+pub use async_client::AsyncClient;
+pub use client::{Client, ClientError, Receiver, Sender};
+pub use error::{ErrorCode, WireError};
+pub use event::{Event, SamplesEvent, StateEvent};
+pub use message::{
+    Advice, Changes, Description, DeviceStatus, Envelope, Hello, ParameterDescription, Percentiles, Problem,
+    RealTimeStatus, Request, RigState, SceneReply, ServerLine, SetReply, StateReply, Status, SubscribeReply, Timing,
+    TimingWindow, Topic, params_of,
+};
+pub use sample::{SAMPLE_COLUMNS, Sample};
+
+/// The protocol version that this crate speaks.
+pub const PROTOCOL_VERSION: u32 = 1;
+
+/// Longest line accepted, bytes, without its newline.
+pub const MAX_LINE_BYTES: usize = 64 * 1024;

@@ -241,14 +241,8 @@ impl ExactBlock {
                         motion.f0 = net;
                     }
                     let oscillator = slide.oscillator;
-                    let (end, extrema) = first_fall(
-                        &oscillator,
-                        &motion,
-                        remaining,
-                        armed,
-                        threshold,
-                        budget - looked_at,
-                    );
+                    let (end, extrema) =
+                        first_fall(&oscillator, &motion, remaining, armed, threshold, budget - looked_at);
                     looked_at += extrema;
                     match end {
                         SlideEnd::None { armed } => {
@@ -338,7 +332,11 @@ impl ExactBlock {
             rendered.events += 1; // work done, although the contact is the same
             return None;
         }
-        let pull = if at_rest.abs() <= load.rounding { load.slope } else { at_rest };
+        let pull = if at_rest.abs() <= load.rounding {
+            load.slope
+        } else {
+            at_rest
+        };
         let towards = Direction::of(pull);
         let dynamic_force = self.dynamic_force(towards);
         self.change_contact(Contact::Sliding(towards), time, sink, rendered);

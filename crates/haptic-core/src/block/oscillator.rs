@@ -301,14 +301,7 @@ mod tests {
 
     /// Classical Runge-Kutta on h, h', H1, H2 with many steps: slow, and independent of every closed form.
     fn by_integration(sigma: f64, omega_squared: f64, t: f64) -> Response {
-        let rate = |y: [f64; 4]| {
-            [
-                y[1],
-                -2.0 * sigma * y[1] - omega_squared * y[0],
-                y[0],
-                y[2],
-            ]
-        };
+        let rate = |y: [f64; 4]| [y[1], -2.0 * sigma * y[1] - omega_squared * y[0], y[0], y[2]];
         let steps = 20_000;
         let dt = t / f64::from(steps);
         let mut y = [0.0, 1.0, 0.0, 0.0];
@@ -369,7 +362,10 @@ mod tests {
         ] {
             let oscillator = Oscillator::new(mass, damping, stiffness);
             let t = switch / oscillator.fastest;
-            let (below, above) = (oscillator.response(t * (1.0 - 1e-15)), oscillator.response(t * (1.0 + 1e-15)));
+            let (below, above) = (
+                oscillator.response(t * (1.0 - 1e-15)),
+                oscillator.response(t * (1.0 + 1e-15)),
+            );
             // The argument itself differs by 2e-15.
             assert!((below.h1 - above.h1).abs() < 2e-13 * above.h1, "{below:?} {above:?}");
             assert!((below.h2 - above.h2).abs() < 2e-12 * above.h2, "{below:?} {above:?}");
@@ -380,13 +376,21 @@ mod tests {
     fn the_acceleration_vanishes_where_it_is_said_to() {
         for (damping, stiffness) in [(1.0, 4e4), (200.0, 1e4), (400.0, 1e4), (0.0, 1e4), (50.0, 0.0)] {
             let oscillator = Oscillator::new(1.0, damping, stiffness);
-            for (w0, f0, g1) in [(0.1, -30.0, 900.0), (0.1, -3.0, 2e4), (0.0, 5.0, -4e3), (0.2, 50.0, -1e5)] {
+            for (w0, f0, g1) in [
+                (0.1, -30.0, 900.0),
+                (0.1, -3.0, 2e4),
+                (0.0, 5.0, -4e3),
+                (0.2, 50.0, -1e5),
+            ] {
                 let motion = Motion { w0, f0, g1 };
                 let (first, distance) = oscillator.extrema(&motion);
                 if first.is_finite() {
                     let (_, a) = oscillator.velocity(&motion, first);
                     let (_, a_start) = oscillator.velocity(&motion, 0.0);
-                    assert!(a.abs() < 1e-9 * a_start.abs().max(1.0), "{damping} {stiffness} {motion:?}: {a}");
+                    assert!(
+                        a.abs() < 1e-9 * a_start.abs().max(1.0),
+                        "{damping} {stiffness} {motion:?}: {a}"
+                    );
                 }
                 if distance.is_finite() {
                     let (_, a) = oscillator.velocity(&motion, first + distance);

@@ -1,0 +1,100 @@
+//! A client for programs that wait for other things too, on tokio.
+
+use crate::client::{ClientError, greeting};
+use crate::event::Event;
+use crate::message::{Envelope, Hello, Request, ServerLine};
+use serde::de::DeserializeOwned;
+use std::collections::VecDeque;
+use std::path::Path;
+use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
+use tokio::net::UnixStream;
+use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
+
+/// A connection to the daemon.
+#[derive(Debug)]
+pub struct AsyncClient {
+    hello: Hello,
+    reader: BufReader<OwnedReadHalf>,
+    writer: OwnedWriteHalf,
+    next_id: u64,
+    line: Vec<u8>,
+    events: VecDeque<Event>,
+}
+
+impl AsyncClient {
+    /// Connects, and waits for the greeting.
+    ///
+    /// # Errors
+    /// Nobody is there, permission is missing, or the versions differ.
+    pub async fn connect(path: &Path) -> Result<Self, ClientError> {
+        let stream = UnixStream::connect(path)
+            .await
+            .map_err(|error| ClientError::connecting(path, error))?;
+        let (reader, writer) = stream.into_split();
+        let mut client = Self {
+            hello: Hello {
+                protocol: 0,
+                server: String::new(),
+                session: String::new(),
+            },
+            reader: BufReader::new(reader),
+            writer,
+            next_id: 1,
+            line: Vec::new(),
+            events: VecDeque::new(),
+        };
+        client.hello = greeting(client.receive().await?)?;
+        Ok(client)
+    }
+
+    /// What the server said first.
+    #[must_use]
+    pub fn hello(&self) -> &Hello {
+        &self.hello
+    }
+
+    /// Reads a line. Safe to drop half-way: the part read is kept for the next call.
+    async fn receive(&mut self) -> Result<ServerLine, ClientError> {
+        self.reader.read_until(b'\n', &mut self.line).await?;
+        if self.line.last() != Some(&b'\n') {
+            return Err(ClientError::Closed);
+        }
+        let parsed = ServerLine::parse(&String::from_utf8_lossy(&self.line));
+        self.line.clear();
+        Ok(parsed?)
+    }
+
+    /// Asks, and waits for the answer. Events that come in between are kept for [`next_event`](Self::next_event).
+    ///
+    /// # Errors
+    /// The request was refused, or the connection failed.
+    pub async fn request<R: DeserializeOwned>(&mut self, request: Request) -> Result<R, ClientError> {
+        let asked = self.next_id;
+        self.next_id += 1;
+        let mut line = serde_json::to_string(&Envelope { id: asked, request })?;
+        line.push('\n');
+        self.writer.write_all(line.as_bytes()).await?;
+        loop {
+            match self.receive().await? {
+                ServerLine::Event(event) => self.events.push_back(event),
+                ServerLine::Answer { id, result } if id == Some(asked) => return Ok(serde_json::from_value(result?)?),
+                ServerLine::Answer { .. } | ServerLine::Hello(_) => {}
+            }
+        }
+    }
+
+    /// Waits for the next event. Safe to drop half-way.
+    ///
+    /// # Errors
+    /// The connection failed.
+    pub async fn next_event(&mut self) -> Result<Event, ClientError> {
+        if let Some(event) = self.events.pop_front() {
+            return Ok(event);
+        }
+        loop {
+            if let ServerLine::Event(event) = self.receive().await? {
+                return Ok(event);
+            }
+        }
+    }
+}

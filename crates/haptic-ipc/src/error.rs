@@ -1,0 +1,144 @@
+//! Typed errors, as they stand on the wire.
+
+use haptic_core::scene::SceneError;
+use serde::{Deserialize, Serialize};
+
+/// What kind of refusal an error is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ErrorCode {
+    /// The line is not JSON.
+    BadJson,
+    /// The line is longer than [`MAX_LINE_BYTES`](crate::MAX_LINE_BYTES).
+    LineTooLong,
+    /// A field is missing or has the wrong type.
+    BadRequest,
+    /// The operation does not exist.
+    UnknownOp,
+    /// The operation has no such field; `param` names it.
+    UnknownField,
+    /// No parameter has this name; `param` is the name.
+    UnknownParameter,
+    /// A direction was given to a parameter that has one value for both.
+    NotDirectional,
+    /// A parameter lies outside `min..max`.
+    OutOfRange,
+    /// A parameter is not a finite number.
+    NotFinite,
+    /// One change gives the same value twice.
+    GivenTwice,
+    /// Stiffness and damping of the coupling are both zero.
+    NoCoupling,
+    /// The block would oscillate too fast for the loop's rate.
+    TooFastForRate,
+    /// The rig is in a state in which this cannot be done; the message says which and what to do.
+    WrongState,
+    /// As many clients are connected as the daemon takes.
+    TooManyClients,
+    /// The real-time thread did not answer in time.
+    NotResponding,
+    /// The server is of a later version and uses a code that this client does not know.
+    #[serde(other)]
+    Unknown,
+}
+
+/// An error as it stands on the wire.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WireError {
+    /// What kind of refusal it is.
+    pub code: ErrorCode,
+    /// The whole of it, for people.
+    pub message: String,
+    /// The parameter or field concerned.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub param: Option<String>,
+    /// The value refused.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// The smallest value accepted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min: Option<f64>,
+    /// The largest value accepted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max: Option<f64>,
+    /// The unit of value and limits.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+impl WireError {
+    /// An error that concerns no parameter.
+    #[must_use]
+    pub fn new(code: ErrorCode, message: impl Into<String>) -> Self {
+        Self {
+            code,
+            message: message.into(),
+            param: None,
+            value: None,
+            min: None,
+            max: None,
+            unit: None,
+        }
+    }
+
+    /// The same error, naming the field that it concerns.
+    #[must_use]
+    pub fn about(mut self, param: impl Into<String>) -> Self {
+        self.param = Some(param.into());
+        self
+    }
+
+    /// The same error, with the value refused, the range accepted, and the unit of both.
+    #[must_use]
+    pub fn within(mut self, value: f64, min: f64, max: f64, unit: &str) -> Self {
+        // JSON has no NaN or infinity; the message names them.
+        self.value = value.is_finite().then_some(value);
+        self.min = Some(min);
+        self.max = Some(max);
+        self.unit = Some(unit.to_owned());
+        self
+    }
+}
+
+impl std::fmt::Display for WireError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for WireError {}
+
+impl From<SceneError> for WireError {
+    fn from(error: SceneError) -> Self {
+        let message = error.to_string();
+        match error {
+            SceneError::OutOfRange {
+                param,
+                value,
+                min,
+                max,
+                unit,
+            } => Self::new(ErrorCode::OutOfRange, message)
+                .about(param.to_string())
+                .within(value, min, max, unit),
+            SceneError::NotFinite {
+                param,
+                value,
+                min,
+                max,
+                unit,
+            } => Self::new(ErrorCode::NotFinite, message)
+                .about(param.to_string())
+                .within(value, min, max, unit),
+            SceneError::UnknownParameter { name, .. } => Self::new(ErrorCode::UnknownParameter, message).about(name),
+            SceneError::NotDirectional { given, .. } => Self::new(ErrorCode::NotDirectional, message).about(given),
+            SceneError::GivenTwice { param } => Self::new(ErrorCode::GivenTwice, message).about(param.to_string()),
+            SceneError::NoCoupling => Self::new(ErrorCode::NoCoupling, message).about("stiffness"),
+            SceneError::TooFast { radians, limit, .. } => Self::new(ErrorCode::TooFastForRate, message)
+                .about("mass")
+                .within(radians, 0.0, limit, "rad"),
+            other => Self::new(ErrorCode::BadRequest, other.to_string()),
+        }
+    }
+}

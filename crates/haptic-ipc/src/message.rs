@@ -1,0 +1,635 @@
+//! Requests and answers.
+
+use crate::error::{ErrorCode, WireError};
+use crate::event::Event;
+use haptic_core::parameters::{ParameterInfo, Scale, TABLE};
+use haptic_core::{Directional, ParameterKey, Scene};
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// What the server says first.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Version of the protocol.
+    pub protocol: u32,
+    /// Name and version of the server.
+    pub server: String,
+    /// Name of this connection in the server's log.
+    pub session: String,
+}
+
+/// What a client asks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "op", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Request {
+    /// The parameter table.
+    Describe {},
+    /// The scene in force.
+    Get {},
+    /// Change parameters.
+    Set {
+        /// The changes.
+        params: Changes,
+    },
+    /// Ramp the force up.
+    Engage {},
+    /// Ramp the force down.
+    Release {},
+    /// Zero force at once.
+    Stop {},
+    /// Clear a stop or a fault.
+    Reset {},
+    /// How the rig and the daemon are.
+    Status {},
+    /// How well the loop keeps time.
+    Timing {},
+    /// Events from now on.
+    Subscribe {
+        /// What to hear of; nothing ends the subscription.
+        topics: Vec<Topic>,
+        /// Samples a second; every tick when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rate_hz: Option<f64>,
+        /// Time between sample events, ms; 10 when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        batch_ms: Option<u32>,
+    },
+}
+
+/// The operations, for messages.
+const OPERATIONS: &str = "describe, get, set, engage, release, stop, reset, status, timing, subscribe";
+
+/// A request with the number that its answer will carry.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Envelope {
+    /// Chosen by the client.
+    pub id: u64,
+    /// What is asked.
+    #[serde(flatten)]
+    pub request: Request,
+}
+
+impl Envelope {
+    /// Reads a line.
+    ///
+    /// # Errors
+    /// The answer to a line that is no request, with the `id` to send it under.
+    pub fn parse(line: &str) -> Result<Self, (Option<u64>, WireError)> {
+        #[derive(Deserialize)]
+        struct OnlyId {
+            #[serde(default)]
+            id: serde_json::Value,
+        }
+        serde_json::from_str(line).map_err(|error| {
+            let id = serde_json::from_str::<OnlyId>(line)
+                .ok()
+                .and_then(|only| only.id.as_u64());
+            (id, explain(line, &error))
+        })
+    }
+}
+
+/// Turns serde's refusal into one of ours. Its texts are the only place where it names the culprit.
+fn explain(line: &str, error: &serde_json::Error) -> WireError {
+    let message = error.to_string();
+    let quoted = |after: &str| {
+        let rest = message.split_once(after)?.1;
+        Some(rest.split_once('`')?.0.to_owned())
+    };
+    if serde_json::from_str::<serde::de::IgnoredAny>(line).is_err() {
+        return WireError::new(
+            ErrorCode::BadJson,
+            format!("the line is not JSON: {error} (NaN and infinity are not JSON either)"),
+        );
+    }
+    if let Some(field) = quoted("unknown field `") {
+        return WireError::new(ErrorCode::UnknownField, message).about(field);
+    }
+    if let Some(op) = quoted("unknown variant `") {
+        // A topic can be unknown too; serde then lists the topics.
+        if message.contains("`describe`") {
+            return WireError::new(
+                ErrorCode::UnknownOp,
+                format!("there is no operation `{op}`; there are {OPERATIONS}"),
+            )
+            .about("op");
+        }
+        return WireError::new(ErrorCode::BadRequest, message).about("topics");
+    }
+    match quoted("missing field `") {
+        Some(field) => WireError::new(ErrorCode::BadRequest, message).about(field),
+        None => WireError::new(ErrorCode::BadRequest, message),
+    }
+}
+
+/// Changes of parameters in the order given, by name or symbol. Nothing is dropped: a name given twice is there twice.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changes(pub Vec<(String, Directional)>);
+
+impl Changes {
+    /// The changes as the scene takes them.
+    ///
+    /// # Errors
+    /// A name that no parameter has.
+    pub fn resolve(&self) -> Result<Vec<(ParameterKey, f64)>, WireError> {
+        let mut resolved = Vec::with_capacity(self.0.len());
+        for (name, value) in &self.0 {
+            let key: ParameterKey = name.parse()?;
+            if value.is_symmetric() {
+                resolved.push((key, value.positive));
+                continue;
+            }
+            if key.direction.is_some() || !key.parameter.info().directional {
+                return Err(WireError::new(
+                    ErrorCode::NotDirectional,
+                    format!("`{name}` takes one number, not a pair of directions"),
+                )
+                .about(name));
+            }
+            use haptic_core::Direction::{Negative, Positive};
+            for direction in [Positive, Negative] {
+                let one = ParameterKey {
+                    parameter: key.parameter,
+                    direction: Some(direction),
+                };
+                resolved.push((one, value.get(direction)));
+            }
+        }
+        Ok(resolved)
+    }
+}
+
+impl<N: Into<String>> FromIterator<(N, f64)> for Changes {
+    fn from_iter<I: IntoIterator<Item = (N, f64)>>(changes: I) -> Self {
+        Self(
+            changes
+                .into_iter()
+                .map(|(name, value)| (name.into(), Directional::both(value)))
+                .collect(),
+        )
+    }
+}
+
+impl Serialize for Changes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+impl<'de> Deserialize<'de> for Changes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Pairs;
+        impl<'de> Visitor<'de> for Pairs {
+            type Value = Changes;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object of parameter names and numbers in `params`")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Changes, A::Error> {
+                let mut changes = Vec::new();
+                while let Some(name) = map.next_key::<String>()? {
+                    let value = map
+                        .next_value()
+                        .map_err(|error| serde::de::Error::custom(format!("`{name}`: {error}")))?;
+                    changes.push((name, value));
+                }
+                Ok(Changes(changes))
+            }
+        }
+        deserializer.deserialize_map(Pairs)
+    }
+}
+
+/// What can be subscribed to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Topic {
+    /// The rig's state and the scene in force, at once and at every change.
+    State,
+    /// How well the loop keeps time, once a second.
+    Timing,
+    /// The ticks.
+    Samples,
+}
+
+/// State of the rig.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RigState {
+    /// No device; zero force.
+    Disconnected,
+    /// Zero force.
+    Idle,
+    /// The force ramps up.
+    Engaging,
+    /// The scene is rendered.
+    Engaged,
+    /// The force ramps down.
+    Releasing,
+    /// Zero force, by a person; needs a reset.
+    Stopped,
+    /// Zero force, by a check; needs a reset.
+    Faulted,
+}
+
+impl fmt::Display for RigState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Disconnected => "disconnected",
+            Self::Idle => "idle",
+            Self::Engaging => "engaging",
+            Self::Engaged => "engaged",
+            Self::Releasing => "releasing",
+            Self::Stopped => "stopped",
+            Self::Faulted => "faulted",
+        })
+    }
+}
+
+/// Answer to `describe`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Description {
+    /// The parameters of the scene, in the order in which people read them.
+    pub parameters: Vec<ParameterDescription>,
+    /// Names of a sample's columns.
+    pub sample_columns: Vec<String>,
+}
+
+/// A row of the parameter table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterDescription {
+    /// Name on the wire.
+    pub name: String,
+    /// Symbol in the paper.
+    pub symbol: String,
+    /// SI unit.
+    pub unit: String,
+    /// Part of the scene that it belongs to.
+    pub group: String,
+    /// Smallest value accepted.
+    pub min: f64,
+    /// Largest value accepted.
+    pub max: f64,
+    /// Lower end of a slider.
+    pub slider_min: f64,
+    /// Upper end of a slider.
+    pub slider_max: f64,
+    /// The smallest difference worth a step.
+    pub step: f64,
+    /// Whether a slider should be logarithmic.
+    pub logarithmic: bool,
+    /// Whether it may differ by direction.
+    pub directional: bool,
+    /// What a larger value makes the hand feel.
+    pub feel: String,
+    /// The value in force.
+    pub value: Directional,
+}
+
+impl ParameterDescription {
+    /// A row of the table with a value.
+    #[must_use]
+    pub fn new(info: &ParameterInfo, value: Directional) -> Self {
+        Self {
+            name: info.name.to_owned(),
+            symbol: info.symbol.to_owned(),
+            unit: info.unit.to_owned(),
+            group: info.group.to_owned(),
+            min: info.min,
+            max: info.max,
+            slider_min: info.slider_min,
+            slider_max: info.slider_max,
+            step: info.step,
+            logarithmic: info.scale == Scale::Logarithmic,
+            directional: info.directional,
+            feel: info.feel.to_owned(),
+            value,
+        }
+    }
+}
+
+/// Answer to `get`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneReply {
+    /// Revision of the scene; it grows by one with every change.
+    pub revision: u64,
+    /// The parameters by name.
+    pub params: BTreeMap<String, Directional>,
+    /// The scene as its file holds it.
+    pub scene: Scene,
+}
+
+/// The parameters of a scene by name.
+#[must_use]
+pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
+    TABLE
+        .iter()
+        .map(|row| (row.name.to_owned(), scene.value(row.parameter)))
+        .collect()
+}
+
+/// Answer to `set`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SetReply {
+    /// Revision of the changed scene.
+    pub revision: u64,
+    /// The first tick that rendered it.
+    pub tick: u64,
+    /// The changes by full name.
+    pub applied: BTreeMap<String, f64>,
+    /// What the user of the changed scene may not expect.
+    pub advice: Vec<Advice>,
+}
+
+/// A remark on a scene that is accepted all the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Advice {
+    /// The parameter concerned.
+    pub param: String,
+    /// The remark.
+    pub message: String,
+}
+
+/// Answer to `engage`, `release`, `stop` and `reset`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StateReply {
+    /// State of the rig after the tick.
+    pub state: RigState,
+    /// The tick that carried it out.
+    pub tick: u64,
+}
+
+/// Answer to `status`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Name and version of the server.
+    pub server: String,
+    /// State of the rig.
+    pub state: RigState,
+    /// Why it is faulted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
+    /// The last tick.
+    pub tick: u64,
+    /// Time since the loop began, s.
+    pub uptime_s: f64,
+    /// Nominal rate of the loop, Hz.
+    pub rate_hz: f64,
+    /// How the block is integrated: `exact` or `literal`.
+    pub scheme: String,
+    /// Revision of the scene in force.
+    pub revision: u64,
+    /// Name of the scene in force.
+    pub scene: String,
+    /// Force commanded on the hand in the last tick, N.
+    pub command_force_n: f64,
+    /// Position of the device in the last tick, m.
+    pub device_position_m: f64,
+    /// Clients connected.
+    pub clients: usize,
+    /// The rig.
+    pub device: DeviceStatus,
+    /// The real-time thread.
+    pub real_time: RealTimeStatus,
+}
+
+/// The rig, as `status` shows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DeviceStatus {
+    /// What it is.
+    pub description: String,
+    /// Largest force that goes to it, N.
+    pub force_limit_n: f64,
+}
+
+/// The real-time thread, as `status` shows it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RealTimeStatus {
+    /// Its SCHED_FIFO priority, absent when it runs at an ordinary one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fifo_priority: Option<u8>,
+    /// The processor that it is pinned to, absent when it is not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cpu: Option<usize>,
+    /// Whether its memory is locked.
+    pub memory_locked: bool,
+    /// What it could not have, and how to get it.
+    pub problems: Vec<Problem>,
+}
+
+/// Something that the real-time thread could not have.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Problem {
+    /// What it is, and what the system said.
+    pub what: String,
+    /// How to get it.
+    pub remedy: String,
+}
+
+/// Answer to `timing`, and the timing event: counts and percentiles since the loop began.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Nominal rate of the loop, Hz.
+    pub rate_hz: f64,
+    /// Since the loop began.
+    #[serde(flatten)]
+    pub since_start: TimingWindow,
+    /// The same over the last ten seconds.
+    pub last_10_s: TimingWindow,
+}
+
+/// How well the loop kept time over a while.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimingWindow {
+    /// Ticks done.
+    pub ticks: u64,
+    /// Ticks that took longer than their period.
+    pub overruns: u64,
+    /// Deadlines that passed without a tick.
+    pub missed_periods: u64,
+    /// Samples lost because the telemetry ring was full.
+    pub telemetry_dropped: u64,
+    /// How long after its deadline a tick began.
+    pub wake_latency_ns: Percentiles,
+    /// How long a tick took, the device's read and write included.
+    pub tick_ns: Percentiles,
+    /// How long the device's read and write took.
+    pub device_round_trip_ns: Percentiles,
+    /// Time from one tick to the next.
+    pub period_ns: Percentiles,
+}
+
+/// Percentiles of a duration, ns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Percentiles {
+    /// Half are below.
+    pub p50: u64,
+    /// 99 % are below.
+    pub p99: u64,
+    /// 99.9 % are below.
+    pub p999: u64,
+    /// The largest.
+    pub max: u64,
+}
+
+/// Answer to `subscribe`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SubscribeReply {
+    /// What will be heard of.
+    pub topics: Vec<Topic>,
+    /// Samples a second: the rate asked for, or the nearest one that the loop's rate divides into.
+    pub rate_hz: f64,
+    /// Time between sample events, ms.
+    pub batch_ms: u32,
+    /// Names of a row's columns.
+    pub columns: Vec<String>,
+}
+
+/// A line from the server.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ServerLine {
+    /// The greeting.
+    Hello(Hello),
+    /// The answer to a request; without `id` when the request's could not be read.
+    Answer {
+        /// Number of the request.
+        id: Option<u64>,
+        /// What it gave.
+        result: Result<serde_json::Value, WireError>,
+    },
+    /// Something that was not asked for.
+    Event(Event),
+}
+
+impl ServerLine {
+    /// Reads a line.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn parse(line: &str) -> Result<Self, serde_json::Error> {
+        #[derive(Deserialize)]
+        struct Line {
+            hello: Option<Hello>,
+            id: Option<u64>,
+            ok: Option<serde_json::Value>,
+            error: Option<WireError>,
+            event: Option<serde::de::IgnoredAny>,
+        }
+        let parsed: Line = serde_json::from_str(line)?;
+        if parsed.event.is_some() {
+            return Ok(Self::Event(serde_json::from_str(line)?));
+        }
+        match parsed {
+            Line { hello: Some(hello), .. } => Ok(Self::Hello(hello)),
+            Line {
+                id, error: Some(error), ..
+            } => Ok(Self::Answer { id, result: Err(error) }),
+            Line {
+                id, ok: Some(value), ..
+            } => Ok(Self::Answer { id, result: Ok(value) }),
+            _ => Err(serde::de::Error::custom(
+                "a line from the server has one of hello, ok, error, event",
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_read_as_the_specification_shows_them() {
+        let envelope = Envelope::parse(r#"{"id":7,"op":"set","params":{"mass":1.5,"Fs":{"positive":5,"negative":3}}}"#);
+        let Ok(Envelope {
+            id: 7,
+            request: Request::Set { params },
+        }) = envelope
+        else {
+            panic!("{envelope:?}");
+        };
+        assert_eq!(params.resolve().expect("known names").len(), 3);
+        for op in OPERATIONS.split(", ") {
+            let more = match op {
+                "set" => r#","params":{}"#,
+                "subscribe" => r#","topics":["samples"],"rate_hz":100"#,
+                _ => "",
+            };
+            let line = format!(r#"{{"op":"{op}","id":1{more}}}"#);
+            let envelope = Envelope::parse(&line).unwrap_or_else(|error| panic!("{line}: {error:?}"));
+            let written = serde_json::to_string(&envelope).expect("writes");
+            assert_eq!(Envelope::parse(&written).expect("reads"), envelope);
+        }
+    }
+
+    #[test]
+    fn every_bad_line_is_refused_by_its_own_code() {
+        use ErrorCode::{BadJson, BadRequest, UnknownField, UnknownOp};
+        for (line, id, code, part) in [
+            ("not json", None, BadJson, "not JSON"),
+            (r#"{"id":1,"op":"set","params":{"mass":NaN}}"#, None, BadJson, "NaN"),
+            (
+                r#"{"id":1,"op":"set","params":{"mass":1e999}}"#,
+                Some(1),
+                BadRequest,
+                "out of range",
+            ),
+            (r#"{"id":1,"op":"get","colour":1}"#, Some(1), UnknownField, "colour"),
+            (
+                r#"{"id":1,"op":"set","params":{},"colour":1}"#,
+                Some(1),
+                UnknownField,
+                "colour",
+            ),
+            (r#"{"id":1,"op":"dance"}"#, Some(1), UnknownOp, "dance"),
+            (r#"{"id":1}"#, Some(1), BadRequest, "op"),
+            (r#"{"op":"get"}"#, None, BadRequest, "id"),
+            (r#"{"id":-1,"op":"get"}"#, None, BadRequest, ""),
+            (r#"{"id":1,"op":"set"}"#, Some(1), BadRequest, "params"),
+            (
+                r#"{"id":1,"op":"set","params":{"mass":"heavy"}}"#,
+                Some(1),
+                BadRequest,
+                "mass",
+            ),
+            (r#"{"id":1,"op":"set","params":[1]}"#, Some(1), BadRequest, "params"),
+            (
+                r#"{"id":1,"op":"subscribe","topics":["weather"]}"#,
+                Some(1),
+                BadRequest,
+                "weather",
+            ),
+            (r#"[1,2]"#, None, BadRequest, ""),
+            ("", None, BadJson, ""),
+        ] {
+            let (got_id, error) = Envelope::parse(line).expect_err(line);
+            assert_eq!((got_id, error.code), (id, code), "{line}: {error}");
+            assert!(error.message.contains(part), "{line}: {error} does not name {part}");
+        }
+    }
+
+    #[test]
+    fn a_parameter_given_twice_reaches_the_scene_twice() {
+        let line = r#"{"id":1,"op":"set","params":{"Fs":5,"Fs":6}}"#;
+        let Ok(Envelope {
+            request: Request::Set { params },
+            ..
+        }) = Envelope::parse(line)
+        else {
+            panic!("it reads");
+        };
+        let refused = Scene::paper().with(&params.resolve().expect("known names"));
+        assert!(refused.is_err_and(|error| error.to_string().contains("twice")));
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn no_line_panics(line in ".{0,200}") {
+            drop(Envelope::parse(&line));
+            drop(ServerLine::parse(&line));
+        }
+    }
+}

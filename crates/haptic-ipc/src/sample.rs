@@ -1,0 +1,112 @@
+//! One tick, as subscribers see it.
+
+use crate::message::RigState;
+use serde::{Deserialize, Serialize};
+
+/// Writes the struct, its column names and its form as a row from one list.
+macro_rules! sample {
+    ($($(#[$doc:meta])* $field:ident $column:literal : $type:ty),* $(,)?) => {
+        /// One tick. On the wire it is a row: an array in the order of [`SAMPLE_COLUMNS`].
+        #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(from = "Row", into = "Row")]
+        pub struct Sample {
+            $($(#[$doc])* pub $field: $type,)*
+        }
+
+        /// Names of a sample's columns, with units, in the order of a row.
+        pub const SAMPLE_COLUMNS: &[&str] = &[$($column),*];
+
+        #[derive(Serialize, Deserialize)]
+        struct Row($($type),*);
+
+        impl From<Row> for Sample {
+            fn from(Row($($field),*): Row) -> Self {
+                Self { $($field),* }
+            }
+        }
+
+        impl From<Sample> for Row {
+            fn from(sample: Sample) -> Self {
+                Self($(sample.$field),*)
+            }
+        }
+
+        impl Sample {
+            /// The sample as an object with the columns' names, for those who read one at a time.
+            ///
+            /// # Panics
+            /// Never: numbers and names can always be written.
+            #[must_use]
+            pub fn to_object(&self) -> serde_json::Map<String, serde_json::Value> {
+                let mut object = serde_json::Map::new();
+                $(object.insert(
+                    $column.to_owned(),
+                    serde_json::to_value(self.$field).unwrap_or(serde_json::Value::Null),
+                );)*
+                object
+            }
+        }
+    };
+}
+
+sample! {
+    /// Number of the tick; consecutive unless samples were thinned or dropped.
+    tick "tick": u64,
+    /// Time of the tick on the daemon's monotonic clock, s since the loop began.
+    t_s "t_s": f64,
+    /// State of the rig.
+    state "state": RigState,
+    /// 0 stuck, +1 and -1 sliding.
+    contact "contact": i8,
+    /// Position of the device, m.
+    device_position_m "device_position_m": f64,
+    /// Velocity of the device as estimated, m/s.
+    device_velocity_mps "device_velocity_mps": f64,
+    /// Position of the block, m.
+    block_position_m "block_position_m": f64,
+    /// Velocity of the block, m/s.
+    block_velocity_mps "block_velocity_mps": f64,
+    /// Force in the coupling, which drives the block, N.
+    coupling_force_n "coupling_force_N": f64,
+    /// Force commanded on the hand after ramps and limits, N.
+    command_force_n "command_force_N": f64,
+    /// Revision of the scene that this tick rendered.
+    revision "revision": u64,
+    /// How long after its deadline the tick began, ns.
+    wake_latency_ns "wake_latency_ns": u64,
+    /// How long the tick took, the device's read and write included, ns.
+    tick_ns "tick_ns": u64,
+    /// How long the device's read and write took, ns.
+    device_round_trip_ns "device_round_trip_ns": u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_has_the_columns_in_their_order() {
+        let sample = Sample {
+            tick: 7,
+            t_s: 0.007,
+            state: RigState::Engaged,
+            contact: -1,
+            device_position_m: 0.1,
+            device_velocity_mps: 0.2,
+            block_position_m: 0.3,
+            block_velocity_mps: 0.4,
+            coupling_force_n: 5.0,
+            command_force_n: -5.0,
+            revision: 1,
+            wake_latency_ns: 100,
+            tick_ns: 200,
+            device_round_trip_ns: 300,
+        };
+        let row = serde_json::to_value(sample).expect("writes");
+        let object = sample.to_object();
+        for (index, column) in SAMPLE_COLUMNS.iter().enumerate() {
+            assert_eq!(row[index], object[*column], "{column}");
+        }
+        assert_eq!(serde_json::from_value::<Sample>(row).expect("reads"), sample);
+    }
+}
