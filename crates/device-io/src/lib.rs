@@ -1,1 +1,12 @@
-//! x
+//! The link between hapticd and a rig.
+//!
+//! A [`Device`] measures where the handle is and pulls it with a force; the real-time loop reads it, computes and writes it in
+//! the same tick. [`fake::FakeRig`] is one without hardware: a carriage with mass and friction, an encoder, and a hand.
+//!
+//! Positive position, velocity and force point the same way; the force written is the one that the device applies to the hand.
+#![forbid(unsafe_code)]
+
+mod device;
+pub mod fake;
+
+pub use device::{Device, DeviceError, Measurement};

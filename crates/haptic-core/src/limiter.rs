@@ -13,15 +13,6 @@ pub struct SafetyLimiter {
 #[error("the force computed is {0} N, not a finite number")]
 pub struct NonFiniteForce(pub f64);
 
-/// A force that may go to the motor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LimitedForce {
-    /// Force on the hand, N.
-    pub force: f64,
-    /// Whether it was cut to the limit.
-    pub clipped: bool,
-}
-
 impl SafetyLimiter {
     /// `max_force_n` (N, > 0) bounds the magnitude of every force.
     #[must_use]
@@ -33,16 +24,12 @@ impl SafetyLimiter {
     ///
     /// # Errors
     /// [`NonFiniteForce`] where the product is not a finite number.
-    pub fn limit(&self, force: f64, gain: f64) -> Result<LimitedForce, NonFiniteForce> {
+    pub fn limit(&self, force: f64, gain: f64) -> Result<f64, NonFiniteForce> {
         let wanted = force * gain.clamp(0.0, 1.0);
         if !wanted.is_finite() {
             return Err(NonFiniteForce(wanted));
         }
-        let limited = wanted.clamp(-self.max_force_n, self.max_force_n);
-        Ok(LimitedForce {
-            force: limited,
-            clipped: wanted.abs() > self.max_force_n,
-        })
+        Ok(wanted.clamp(-self.max_force_n, self.max_force_n))
     }
 }
 
@@ -55,7 +42,7 @@ mod tests {
         #[test]
         fn whatever_comes_in_stays_within_the_limit(force in any::<f64>(), gain in any::<f64>(), limit in 0.1..100.0) {
             match SafetyLimiter::new(limit).limit(force, gain) {
-                Ok(limited) => prop_assert!(limited.force.abs() <= limit),
+                Ok(limited) => prop_assert!(limited.abs() <= limit),
                 Err(NonFiniteForce(value)) => prop_assert!(!value.is_finite()),
             }
         }

@@ -77,10 +77,12 @@ impl Renderer {
         }
     }
 
-    /// Puts the block at rest at the device, so that the coupling starts without force.
+    /// Puts the block at the device, moving with it, so that the coupling starts without force.
     pub fn start_at(&mut self, position: f64, velocity: f64) {
-        let mut state = BlockState::new(position, 0.0, position, velocity);
-        state.contact = self.at_rest;
+        let mut state = BlockState::new(position, velocity, position, velocity);
+        if velocity == 0.0 {
+            state.contact = self.at_rest;
+        }
         self.set_state(state);
     }
 

@@ -1,2 +1,233 @@
-//! x
-fn main() {}
+//! hapticd: a pinned thread that renders a block on a surface, and the control plane that steers it.
+//!
+//! ```text
+//! haptic-ctl, haptic-gui <-- Unix socket --> control/ --- newest scene, commands, stop --> rt/ <--> device
+//!                                               ^                                          |
+//!                                               +--- telemetry/ <---- ring of records -----+
+//! ```
+
+mod config;
+mod control;
+mod demo;
+mod rig_state;
+mod rt;
+mod telemetry;
+
+use clap::Parser;
+use config::{Config, ConfigError, Options};
+use control::server::{Server, SocketError};
+use control::{Facts, RigHandle};
+use device_io::Device;
+use haptic_core::limiter::SafetyLimiter;
+use haptic_core::{Renderer, SceneError};
+use haptic_ipc::{RealTimeStatus, RigState};
+use rig_state::{Command, Rig};
+use rt::handoff::{CompiledScene, Shared};
+use rt::privileges;
+use rt::thread::{End, Wishes};
+use rt::tick::Tick;
+use std::process::ExitCode;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+use telemetry::feed::Feed;
+use thiserror::Error;
+use tokio::signal::unix::{Signal, SignalKind, signal};
+
+/// Why the daemon ended.
+#[derive(Debug, Error)]
+enum Failure {
+    #[error(transparent)]
+    Config(#[from] ConfigError),
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Socket(#[from] SocketError),
+    #[error("{0}")]
+    System(#[from] std::io::Error),
+    #[error("the real-time thread failed; the force was set to zero")]
+    RealTime,
+}
+
+/// Revision of the scene that the daemon starts with.
+const FIRST_REVISION: u64 = 1;
+
+/// How often the control thread looks at the telemetry.
+const PUMP_PERIOD: Duration = Duration::from_millis(5);
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    let demo = options.demo;
+    match options
+        .resolve()
+        .map_err(Failure::from)
+        .and_then(|config| run(config, demo))
+    {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("hapticd: {failure}");
+            // What was asked cannot be done (2), or something broke while doing it (1).
+            ExitCode::from(if matches!(failure, Failure::Config(_)) { 2 } else { 1 })
+        }
+    }
+}
+
+fn run(config: Config, demo: bool) -> Result<(), Failure> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let local = tokio::task::LocalSet::new();
+    local.block_on(&runtime, async move {
+        // Before anything moves: a second daemon must not touch the rig.
+        let server = Server::bind(&config.socket)?;
+        let (loop_thread, shared, rig) = start_loop(config)?;
+        let rig = Rc::new(rig);
+        introduce(&rig, &server);
+        let mut stop_signals = StopSignals::new()?;
+        if demo {
+            // At the first tick nothing can forbid it; whatever else it says is in the status line.
+            drop(rig.command(Command::Engage).await);
+        }
+        tokio::select! {
+            () = server.serve(Rc::clone(&rig)) => {}
+            () = pump(&rig) => {}
+            () = watch(&loop_thread) => {}
+            () = demo::show_status(Rc::clone(&rig)), if demo => {}
+            () = stop_signals.wait() => {}
+        }
+        drop(server);
+        release(&rig).await;
+        shared.quit();
+        let end = loop_thread.join();
+        if demo {
+            println!("\nhapticd: {}", demo::status_line(&rig));
+        }
+        match end {
+            Ok(End::Quit) => Ok(()),
+            _ => Err(Failure::RealTime),
+        }
+    })
+}
+
+/// Starts the real-time thread; returns it, what is shared with it, and the control thread's hold on the rig.
+fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle), Failure> {
+    let mut status = RealTimeStatus {
+        fifo_priority: None,
+        cpu: None,
+        memory_locked: false,
+        problems: Vec::new(),
+    };
+    privileges::lock_memory(&mut status);
+    let shared = Arc::new(Shared::new());
+    let (producer, consumer) = telemetry::ring::ring();
+    #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
+    let period_s = config.period_ns as f64 * 1e-9;
+    let scene = Box::new(CompiledScene {
+        renderer: Renderer::new(&config.scene, config.scheme, period_s)?,
+        revision: FIRST_REVISION,
+    });
+    let device: Box<dyn Device> = Box::new(config.rig);
+    let description = device.description();
+    let tick = Tick::new(
+        device,
+        Arc::clone(&shared),
+        producer,
+        scene,
+        Rig::new(config.ramp_s),
+        SafetyLimiter::new(config.force_limit_n),
+    );
+    let wishes = Wishes {
+        period_ns: config.period_ns,
+        cpu: config.cpu,
+        priority: config.priority,
+    };
+    let (thread, status) = rt::thread::start(tick, Arc::clone(&shared), wishes, status)?;
+    if let Some(cpu) = config.cpu {
+        privileges::leave_cpu_alone(cpu, &config.available_cpus);
+    }
+    let facts = Facts {
+        server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
+        device: description,
+        force_limit_n: config.force_limit_n,
+        period_ns: config.period_ns,
+        scheme: config.scheme,
+        real_time: status,
+    };
+    let feed = Feed::new(consumer, config.period_ns);
+    let rig = RigHandle::new(facts, Arc::clone(&shared), feed, config.scene, FIRST_REVISION);
+    Ok((thread, shared, rig))
+}
+
+/// Says what runs, where, and what it could not have.
+fn introduce(rig: &RigHandle, server: &Server) {
+    let facts = &rig.facts;
+    let real_time = &facts.real_time;
+    eprintln!("hapticd: {}", facts.device);
+    eprintln!("hapticd: control socket {}", server.path().display());
+    let priority = real_time.fifo_priority.map_or_else(
+        || "ordinary priority".to_owned(),
+        |priority| format!("SCHED_FIFO {priority}"),
+    );
+    let cpu = real_time
+        .cpu
+        .map_or_else(|| "not pinned".to_owned(), |cpu| format!("processor {cpu}"));
+    let memory = if real_time.memory_locked {
+        "memory locked"
+    } else {
+        "memory not locked"
+    };
+    eprintln!("hapticd: {:.0} Hz, {priority}, {cpu}, {memory}", 1.0 / facts.period_s());
+    for problem in &real_time.problems {
+        eprintln!("hapticd: {}\n         to mend it: {}", problem.what, problem.remedy);
+    }
+}
+
+async fn pump(rig: &RigHandle) {
+    let mut pause = tokio::time::interval(PUMP_PERIOD);
+    loop {
+        pause.tick().await;
+        rig.pump();
+    }
+}
+
+/// Returns when the loop has ended, which it does by itself only in a panic.
+async fn watch(loop_thread: &JoinHandle<End>) {
+    while !loop_thread.is_finished() {
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+}
+
+/// Lets the force down along its ramp before the end.
+async fn release(rig: &RigHandle) {
+    let live = |state| matches!(state, RigState::Engaging | RigState::Engaged | RigState::Releasing);
+    // A rig that is stopped or faulted refuses, and has no force to let down.
+    if rig.command(Command::Release).await.is_err() {
+        return;
+    }
+    while rig.feed().newest().is_some_and(|record| live(record.state)) {
+        tokio::time::sleep(Duration::from_millis(1)).await;
+    }
+}
+
+struct StopSignals {
+    interrupt: Signal,
+    terminate: Signal,
+    hang_up: Signal,
+}
+
+impl StopSignals {
+    fn new() -> std::io::Result<Self> {
+        Ok(Self {
+            interrupt: signal(SignalKind::interrupt())?,
+            terminate: signal(SignalKind::terminate())?,
+            hang_up: signal(SignalKind::hangup())?,
+        })
+    }
+
+    async fn wait(&mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+            _ = self.hang_up.recv() => {}
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! What every rig can do.
+
+use thiserror::Error;
+
+/// One sample of a rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Counts the samples; the same number again is the same sample.
+    pub sequence: u32,
+    /// When it was taken, on the device's own clock, ns.
+    pub time_ns: u64,
+    /// Position of the handle, m.
+    pub position_m: f64,
+}
+
+/// Why a rig could not be read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum DeviceError {
+    /// The rig is no longer there.
+    #[error("the device is disconnected")]
+    Disconnected,
+}
+
+/// A one-axis rig, as the real-time loop uses it.
+///
+/// Neither method may allocate, lock or wait longer than the link needs. Dropping a device leaves it at zero force.
+pub trait Device: Send {
+    /// What the rig is, for people.
+    fn description(&self) -> String;
+
+    /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its own needs it only to
+    /// tell how old its sample is.
+    ///
+    /// # Errors
+    /// The rig could not be read. The caller must not render an older position in its place.
+    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError>;
+
+    /// Commands the force on the hand, N, until the next command.
+    ///
+    /// # Errors
+    /// The rig could not be written.
+    fn write(&mut self, force_n: f64) -> Result<(), DeviceError>;
+}

@@ -1,0 +1,148 @@
+//! A rig without hardware: a carriage with mass and friction, an encoder, and a hand that moves it.
+
+mod hand;
+mod motion;
+mod plant;
+
+pub use hand::Hand;
+pub use motion::{AfterEnd, Motion, MotionError, RETURN_S, Recording};
+pub use plant::{Plant, SUB_STEP_S};
+
+use crate::device::{Device, DeviceError, Measurement};
+
+/// What the fake rig is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigProperties {
+    /// Mass of the moving part, kg.
+    pub mass_kg: f64,
+    /// Coulomb friction of the guide, N.
+    pub friction_n: f64,
+    /// Distance between two counts of the encoder, m; 0 for a perfect one.
+    pub resolution_m: f64,
+}
+
+impl Default for RigProperties {
+    /// The desk-top rig of the reference measurements.
+    fn default() -> Self {
+        Self {
+            mass_kg: 1.4,
+            friction_n: 0.8,
+            resolution_m: 10e-6,
+        }
+    }
+}
+
+/// A rig in the same process. It has no clock: between two reads it lives through the time that the caller says has passed,
+/// so a run with the same times is the same to the last bit.
+#[derive(Debug)]
+pub struct FakeRig {
+    properties: RigProperties,
+    plant: Plant,
+    force_n: f64,
+    sequence: u32,
+    started_ns: Option<u64>,
+    last_ns: u64,
+}
+
+impl FakeRig {
+    /// A rig whose hand begins to move at the first read.
+    #[must_use]
+    pub fn new(properties: RigProperties, hand: Hand) -> Self {
+        Self {
+            properties,
+            plant: Plant::new(properties.mass_kg, properties.friction_n, hand),
+            force_n: 0.0,
+            sequence: 0,
+            started_ns: None,
+            last_ns: 0,
+        }
+    }
+
+    /// The true state of the carriage, which the encoder only counts.
+    #[must_use]
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+}
+
+impl Device for FakeRig {
+    fn description(&self) -> String {
+        format!(
+            "fake rig: {} kg, {} N of friction, encoder {} um, hand: {}",
+            self.properties.mass_kg,
+            self.properties.friction_n,
+            self.properties.resolution_m * 1e6,
+            self.plant.hand()
+        )
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
+    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
+        let started = *self.started_ns.get_or_insert(now_ns);
+        let now_ns = now_ns.saturating_sub(started);
+        let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
+        self.last_ns = now_ns;
+        self.plant.advance(elapsed_s, now_ns as f64 * 1e-9, self.force_n);
+        self.sequence = self.sequence.wrapping_add(1);
+        let resolution = self.properties.resolution_m;
+        let position = self.plant.position_m();
+        Ok(Measurement {
+            sequence: self.sequence,
+            time_ns: now_ns,
+            position_m: if resolution > 0.0 {
+                (position / resolution).round() * resolution
+            } else {
+                position
+            },
+        })
+    }
+
+    fn write(&mut self, force_n: f64) -> Result<(), DeviceError> {
+        self.force_n = force_n;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn the_encoder_counts_and_the_hand_moves() {
+        let motion = Motion::Sine {
+            amplitude_m: 0.03,
+            frequency_hz: 2.0,
+        };
+        let mut rig = FakeRig::new(RigProperties::default(), Hand::Prescribed(motion));
+        for k in 0..1000_u64 {
+            let sample = rig.read(5_000_000_000 + k * 1_000_000).expect("it is there");
+            let exact = -0.03 * (TAU * 2.0 * k as f64 * 1e-3).cos();
+            assert!((sample.position_m - exact).abs() <= 5.001e-6, "{sample:?} for {exact}");
+            let counts = sample.position_m / 10e-6;
+            assert!((counts - counts.round()).abs() < 1e-6, "{sample:?}");
+            assert_eq!(sample.time_ns, k * 1_000_000);
+        }
+    }
+
+    #[test]
+    fn two_runs_are_the_same_to_the_last_bit() {
+        let run = || {
+            let hand = Hand::Arm {
+                stiffness_n_per_m: 500.0,
+                damping_ns_per_m: 5.0,
+                motion: Motion::Sine {
+                    amplitude_m: 0.03,
+                    frequency_hz: 2.0,
+                },
+            };
+            let mut rig = FakeRig::new(RigProperties::default(), hand);
+            for k in 0..2000_u64 {
+                let sample = rig.read(k * 1_000_000 + (k * 7919) % 300_000).expect("it is there");
+                rig.write(-300.0 * sample.position_m).expect("it is there");
+            }
+            rig.plant().position_m()
+        };
+        assert_eq!(run().to_bits(), run().to_bits());
+    }
+}

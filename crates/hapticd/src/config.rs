@@ -1,0 +1,492 @@
+//! What the daemon is told: the command line, a configuration file with the same names, and the defaults.
+
+use crate::rt::privileges::{FIFO_PRIORITIES, available_cpus, default_cpu};
+use clap::{Parser, ValueEnum};
+use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, MotionError, Recording, RigProperties};
+use haptic_core::{Scene, SceneError, Scheme};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Makes a one-axis force-feedback rig feel like a block sliding on a surface.
+///
+/// A pinned real-time thread renders the block; haptic-ctl and haptic-gui steer it over the control socket.
+/// Try it without hardware: `hapticd --demo`.
+#[derive(Clone, Debug, Default, Parser, Deserialize)]
+#[command(name = "hapticd", version, max_term_width = 110)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub(crate) struct Options {
+    /// Read options from this TOML file, named as here without the dashes: `rate = 2000`. The command line wins
+    #[arg(long, value_name = "FILE")]
+    #[serde(skip)]
+    pub(crate) config: Option<PathBuf>,
+
+    /// Run on the built-in fake rig with a sine hand, engage at once, and show a live status line
+    #[arg(long)]
+    #[serde(skip)]
+    pub(crate) demo: bool,
+
+    /// The rig: `fake` is a simulated one in this process
+    #[arg(long, value_name = "DEVICE")]
+    device: Option<DeviceKind>,
+
+    /// Where to make the control socket [default: $HAPTICD_SOCKET, else hapticd/control.sock in the user's
+    /// runtime directory, else /run/hapticd/control.sock]
+    #[arg(long, value_name = "PATH")]
+    socket: Option<PathBuf>,
+
+    /// Ticks a second, Hz, from 100 to 20000 [default: 1000]
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+
+    /// Processor for the real-time thread [default: the last one, where there are several]
+    #[arg(long, value_name = "N")]
+    cpu: Option<usize>,
+
+    /// SCHED_FIFO priority of the real-time thread, from 1 to 99 [default: 80]
+    #[arg(long, value_name = "N")]
+    priority: Option<u8>,
+
+    /// Scene to start with, a TOML file [default: the paper's block, 0.5 kg on 4 N of stiction]
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+
+    /// How the block is integrated: `exact`, or `literal` as the paper prints it [default: exact]
+    #[arg(long, value_name = "SCHEME")]
+    scheme: Option<SchemeName>,
+
+    /// Largest force on the hand, N, from 0.1 to 1000; larger ones are cut to it [default: 20]
+    #[arg(long, value_name = "N")]
+    force_limit_n: Option<f64>,
+
+    /// Time that engaging and releasing take, ms, from 1 to 10000 [default: 200]
+    #[arg(long, value_name = "MS")]
+    ramp_ms: Option<f64>,
+
+    /// The fake rig's hand: `sine` moves the handle to and fro, `arm` pulls it so through a spring and damper, `free`
+    /// is nobody, `file:MOTION.csv` follows a recording (columns t_s, position_m), `arm:file:MOTION.csv` pulls along it
+    /// [default: sine]
+    #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
+    hand: Option<HandName>,
+
+    /// Half the stroke of a sine hand, m [default: 0.03]
+    #[arg(long, value_name = "M", help_heading = "Fake rig")]
+    hand_amplitude_m: Option<f64>,
+
+    /// Turns a second of a sine hand, Hz [default: 0.5]
+    #[arg(long, value_name = "HZ", help_heading = "Fake rig")]
+    hand_frequency_hz: Option<f64>,
+
+    /// Factor on the positions of a recorded motion [default: 1]
+    #[arg(long, value_name = "FACTOR", help_heading = "Fake rig")]
+    hand_scale: Option<f64>,
+
+    /// What a recorded motion does after its end: `hold` its last position, or `loop` [default: hold]
+    #[arg(long, value_name = "HOW", help_heading = "Fake rig")]
+    hand_after_end: Option<AfterEndName>,
+
+    /// Stiffness of the arm, N/m [default: 500]
+    #[arg(long, value_name = "N/M", help_heading = "Fake rig")]
+    arm_stiffness_n_per_m: Option<f64>,
+
+    /// Damping of the arm, N s/m [default: 5]
+    #[arg(long, value_name = "NS/M", help_heading = "Fake rig")]
+    arm_damping_ns_per_m: Option<f64>,
+
+    /// Mass of the fake rig's moving part, kg [default: 1.4]
+    #[arg(long, value_name = "KG", help_heading = "Fake rig")]
+    rig_mass_kg: Option<f64>,
+
+    /// Coulomb friction of the fake rig itself, N [default: 0.8]
+    #[arg(long, value_name = "N", help_heading = "Fake rig")]
+    rig_friction_n: Option<f64>,
+
+    /// Distance between two counts of the fake encoder, m; 0 for a perfect one [default: 0.00001]
+    #[arg(long, value_name = "M", help_heading = "Fake rig")]
+    encoder_resolution_m: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum DeviceKind {
+    Fake,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum SchemeName {
+    Exact,
+    Literal,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum AfterEndName {
+    Hold,
+    Loop,
+}
+
+/// `sine`, `arm`, `free`, `file:PATH` or `arm:file:PATH`.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+enum HandName {
+    Free,
+    Prescribed(MotionName),
+    Arm(MotionName),
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum MotionName {
+    Sine,
+    File(PathBuf),
+}
+
+impl FromStr for HandName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let file = |path: &str| {
+            if path.is_empty() {
+                return Err(format!("`{text}` names no file: write file:MOTION.csv"));
+            }
+            Ok(MotionName::File(path.into()))
+        };
+        match text {
+            "free" => Ok(Self::Free),
+            "sine" => Ok(Self::Prescribed(MotionName::Sine)),
+            "arm" | "arm:sine" => Ok(Self::Arm(MotionName::Sine)),
+            _ => match (text.strip_prefix("file:"), text.strip_prefix("arm:file:")) {
+                (Some(path), _) => file(path).map(Self::Prescribed),
+                (_, Some(path)) => file(path).map(Self::Arm),
+                _ => Err(format!(
+                    "there is no hand `{text}`; there are sine, arm, free, file:MOTION.csv and arm:file:MOTION.csv"
+                )),
+            },
+        }
+    }
+}
+
+impl TryFrom<String> for HandName {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+/// Why the daemon cannot start as it was told.
+#[derive(Debug, Error)]
+pub(crate) enum ConfigError {
+    #[error("{}: {source}", .path.display())]
+    Read { path: PathBuf, source: std::io::Error },
+    #[error("{}: {source}", .path.display())]
+    Parse {
+        path: PathBuf,
+        source: Box<toml::de::Error>,
+    },
+    #[error("{}: {source}", .path.display())]
+    Scene { path: PathBuf, source: SceneError },
+    #[error(transparent)]
+    StartScene(SceneError),
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    #[error("{name} = {value} {unit} is out of range: it must be from {min} to {max} {unit}")]
+    OutOfRange {
+        name: &'static str,
+        value: f64,
+        min: f64,
+        max: f64,
+        unit: &'static str,
+    },
+    #[error("cpu = {cpu} is not available: this process may use the processors {available:?}")]
+    NoSuchCpu { cpu: usize, available: Vec<usize> },
+    #[error("name the rig with --device fake, or try `hapticd --demo`")]
+    NoDevice,
+}
+
+/// How the daemon runs.
+#[derive(Debug)]
+pub(crate) struct Config {
+    pub(crate) socket: PathBuf,
+    pub(crate) period_ns: u64,
+    pub(crate) cpu: Option<usize>,
+    pub(crate) available_cpus: Vec<usize>,
+    pub(crate) priority: u8,
+    pub(crate) scene: Scene,
+    pub(crate) scheme: Scheme,
+    pub(crate) force_limit_n: f64,
+    pub(crate) ramp_s: f64,
+    pub(crate) rig: FakeRig,
+}
+
+/// What the file says where the command line says nothing.
+macro_rules! fall_back {
+    ($options:ident, $file:ident: $($field:ident),* $(,)?) => {
+        $(if $options.$field.is_none() {
+            $options.$field = $file.$field;
+        })*
+    };
+}
+
+impl Options {
+    /// Reads the configuration file, if one is named, and checks everything.
+    ///
+    /// # Errors
+    /// The first thing with which the daemon cannot run, by its name.
+    pub(crate) fn resolve(mut self) -> Result<Config, ConfigError> {
+        if let Some(path) = self.config.clone() {
+            let file: Self = read_toml(&path)?;
+            fall_back!(
+                self, file: device, socket, rate, cpu, priority, scene, scheme, force_limit_n, ramp_ms, hand,
+                hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
+                arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, encoder_resolution_m,
+            );
+        }
+        match self.device {
+            Some(DeviceKind::Fake) => {}
+            None if self.demo => {}
+            None => return Err(ConfigError::NoDevice),
+        }
+        let rate_hz = within("rate", self.rate, 1000.0, 100.0, 20_000.0, "Hz")?;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "from 50 000 to 10 000 000"
+        )]
+        let period_ns = (1e9 / rate_hz).round() as u64;
+        let (lowest, highest) = (*FIFO_PRIORITIES.start(), *FIFO_PRIORITIES.end());
+        let priority = self.priority.unwrap_or(80);
+        within(
+            "priority",
+            Some(priority.into()),
+            0.0,
+            lowest.into(),
+            highest.into(),
+            "",
+        )?;
+        let available_cpus = available_cpus();
+        if let Some(cpu) = self.cpu
+            && !available_cpus.contains(&cpu)
+        {
+            return Err(ConfigError::NoSuchCpu {
+                cpu,
+                available: available_cpus,
+            });
+        }
+        let scene = self.starting_scene()?;
+        #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
+        scene
+            .validate_rate(period_ns as f64 * 1e-9)
+            .map_err(ConfigError::StartScene)?;
+        Ok(Config {
+            socket: haptic_ipc::socket_path::for_server(self.socket.as_deref()),
+            period_ns,
+            cpu: self.cpu.or_else(|| default_cpu(&available_cpus)),
+            available_cpus,
+            priority,
+            scene,
+            scheme: match self.scheme {
+                Some(SchemeName::Literal) => Scheme::Literal,
+                Some(SchemeName::Exact) | None => Scheme::Exact,
+            },
+            force_limit_n: within("force-limit-n", self.force_limit_n, 20.0, 0.1, 1000.0, "N")?,
+            ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
+            rig: self.fake_rig()?,
+        })
+    }
+
+    fn starting_scene(&self) -> Result<Scene, ConfigError> {
+        let Some(path) = &self.scene else {
+            return Ok(Scene::paper());
+        };
+        let mut scene: Scene = read_toml(path)?;
+        if scene.name.is_empty() {
+            scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        scene.validate().map_err(|source| ConfigError::Scene {
+            path: path.clone(),
+            source,
+        })?;
+        Ok(scene)
+    }
+
+    fn fake_rig(&self) -> Result<FakeRig, ConfigError> {
+        let usual = RigProperties::default();
+        let properties = RigProperties {
+            mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
+            friction_n: within(
+                "rig-friction-n",
+                self.rig_friction_n,
+                usual.friction_n,
+                0.0,
+                1000.0,
+                "N",
+            )?,
+            resolution_m: within(
+                "encoder-resolution-m",
+                self.encoder_resolution_m,
+                usual.resolution_m,
+                0.0,
+                0.01,
+                "m",
+            )?,
+        };
+        let stiffness_n_per_m = within(
+            "arm-stiffness-n-per-m",
+            self.arm_stiffness_n_per_m,
+            500.0,
+            0.0,
+            1e6,
+            "N/m",
+        )?;
+        let damping_ns_per_m = within(
+            "arm-damping-ns-per-m",
+            self.arm_damping_ns_per_m,
+            5.0,
+            0.0,
+            1e4,
+            "N s/m",
+        )?;
+        let hand = match self.hand.as_ref().unwrap_or(&HandName::Prescribed(MotionName::Sine)) {
+            HandName::Free => Hand::Free,
+            HandName::Prescribed(motion) => Hand::Prescribed(self.motion(motion)?),
+            HandName::Arm(motion) => Hand::Arm {
+                stiffness_n_per_m,
+                damping_ns_per_m,
+                motion: self.motion(motion)?,
+            },
+        };
+        Ok(FakeRig::new(properties, hand))
+    }
+
+    fn motion(&self, name: &MotionName) -> Result<Motion, ConfigError> {
+        match name {
+            MotionName::Sine => Ok(Motion::Sine {
+                amplitude_m: within("hand-amplitude-m", self.hand_amplitude_m, 0.03, 0.0, 1.0, "m")?,
+                frequency_hz: within("hand-frequency-hz", self.hand_frequency_hz, 0.5, 0.0, 50.0, "Hz")?,
+            }),
+            MotionName::File(path) => {
+                let scale = within("hand-scale", self.hand_scale, 1.0, -1e3, 1e3, "")?;
+                let after_end = match self.hand_after_end {
+                    Some(AfterEndName::Loop) => AfterEnd::Loop,
+                    Some(AfterEndName::Hold) | None => AfterEnd::Hold,
+                };
+                Ok(Motion::Recorded(Arc::new(Recording::read(path, scale, after_end)?)))
+            }
+        }
+    }
+}
+
+fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
+    let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    toml::from_str(&text).map_err(|source| ConfigError::Parse {
+        path: path.to_path_buf(),
+        source: Box::new(source),
+    })
+}
+
+/// The value given, else the default, if it lies within its range.
+fn within(
+    name: &'static str,
+    given: Option<f64>,
+    default: f64,
+    min: f64,
+    max: f64,
+    unit: &'static str,
+) -> Result<f64, ConfigError> {
+    let value = given.unwrap_or(default);
+    // NaN is within nothing.
+    if (min..=max).contains(&value) {
+        Ok(value)
+    } else {
+        Err(ConfigError::OutOfRange {
+            name,
+            value,
+            min,
+            max,
+            unit,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn options(arguments: &[&str]) -> Options {
+        Options::try_parse_from([&["hapticd"], arguments].concat()).expect("it parses")
+    }
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Options::command().debug_assert();
+    }
+
+    #[test]
+    fn the_command_line_wins_over_the_file_and_the_file_over_the_defaults() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("hapticd.toml");
+        std::fs::write(&path, "device = \"fake\"\nrate = 2000\nramp-ms = 50\nhand = \"free\"\n").expect("written");
+        let config = options(&["--config", path.to_str().expect("a plain path"), "--rate", "4000"])
+            .resolve()
+            .expect("it holds");
+        assert_eq!(config.period_ns, 250_000);
+        assert_eq!(config.ramp_s, 0.05);
+        assert_eq!(config.force_limit_n, 20.0);
+    }
+
+    #[test]
+    fn a_bad_option_is_refused_by_its_name_value_limit_and_unit() {
+        for (arguments, parts) in [
+            (vec!["--rate", "50"], vec!["rate", "50", "100", "20000", "Hz"]),
+            (vec!["--rate", "NaN"], vec!["rate", "NaN"]),
+            (vec!["--force-limit-n", "0"], vec!["force-limit-n", "0", "0.1", "N"]),
+            (vec!["--rig-mass-kg", "-1"], vec!["rig-mass-kg", "-1", "kg"]),
+            (vec!["--priority", "0"], vec!["priority", "1", "99"]),
+            (vec!["--cpu", "4000"], vec!["cpu", "4000", "processors"]),
+            (vec!["--hand", "file:/nowhere.csv"], vec!["/nowhere.csv"]),
+            (vec!["--scene", "/nowhere.toml"], vec!["/nowhere.toml"]),
+        ] {
+            let arguments = [vec!["--device", "fake"], arguments].concat();
+            // A negative value needs its `=`.
+            let joined: Vec<String> = arguments.chunks(2).map(|pair| pair.join("=")).collect();
+            let parsed =
+                Options::try_parse_from(std::iter::once("hapticd".to_owned()).chain(joined)).expect("it parses");
+            let message = parsed.resolve().expect_err("it is refused").to_string();
+            for part in parts {
+                assert!(message.contains(part), "{message} lacks {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_unknown_name_in_the_file_is_refused() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("hapticd.toml");
+        std::fs::write(&path, "rat = 2000\n").expect("written");
+        let error = options(&["--config", path.to_str().expect("a plain path")])
+            .resolve()
+            .expect_err("no such name");
+        assert!(error.to_string().contains("rat"), "{error}");
+    }
+
+    #[test]
+    fn hands_are_read() {
+        assert_eq!(
+            "arm:file:m.csv".parse(),
+            Ok(HandName::Arm(MotionName::File("m.csv".into())))
+        );
+        assert_eq!(
+            "file:m.csv".parse(),
+            Ok(HandName::Prescribed(MotionName::File("m.csv".into())))
+        );
+        assert!("file:".parse::<HandName>().is_err());
+        assert!("wave".parse::<HandName>().is_err());
+    }
+}

@@ -1,0 +1,14 @@
+//! The control plane: the socket, its clients, and one file for each operation.
+
+mod describe;
+mod drive;
+mod get;
+mod rig;
+pub(crate) mod server;
+mod session;
+mod set;
+mod status;
+mod subscribe;
+mod timing;
+
+pub(crate) use rig::{Facts, RigHandle};

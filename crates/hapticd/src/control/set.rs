@@ -1,0 +1,24 @@
+//! `set`: change parameters, all of them or none, between two ticks.
+
+use crate::control::RigHandle;
+use haptic_ipc::{Advice, Changes, SetReply, WireError};
+
+pub(super) async fn set(rig: &RigHandle, params: &Changes) -> Result<SetReply, WireError> {
+    let changes = params.resolve()?;
+    let scene = rig.scene().with(&changes)?;
+    let advice = scene
+        .notes()
+        .iter()
+        .map(|note| Advice {
+            param: note.param.to_string(),
+            message: note.to_string(),
+        })
+        .collect();
+    let (revision, tick) = rig.apply(scene).await?;
+    Ok(SetReply {
+        revision,
+        tick,
+        applied: changes.iter().map(|(key, value)| (key.to_string(), *value)).collect(),
+        advice,
+    })
+}

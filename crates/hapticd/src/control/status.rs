@@ -1,0 +1,36 @@
+//! `status`: how the rig and the daemon are.
+
+use crate::control::RigHandle;
+use haptic_core::Scheme;
+use haptic_ipc::{DeviceStatus, RigState, Status};
+
+pub(super) fn status(rig: &RigHandle) -> Status {
+    let (newest, uptime_s) = {
+        let feed = rig.feed();
+        (feed.newest().copied(), feed.uptime_s())
+    };
+    let facts = &rig.facts;
+    Status {
+        server: facts.server.clone(),
+        state: newest.map_or(RigState::Idle, |record| record.state),
+        fault: newest.and_then(|record| record.fault).map(|fault| fault.to_string()),
+        tick: newest.map_or(0, |record| record.tick),
+        uptime_s,
+        rate_hz: 1.0 / facts.period_s(),
+        scheme: match facts.scheme {
+            Scheme::Exact => "exact",
+            Scheme::Literal => "literal",
+        }
+        .to_owned(),
+        revision: rig.revision(),
+        scene: rig.scene().name,
+        command_force_n: newest.map_or(0.0, |record| record.command_force),
+        device_position_m: newest.map_or(0.0, |record| record.device_position),
+        clients: rig.clients().get(),
+        device: DeviceStatus {
+            description: facts.device.clone(),
+            force_limit_n: facts.force_limit_n,
+        },
+        real_time: facts.real_time.clone(),
+    }
+}

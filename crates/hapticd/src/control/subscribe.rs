@@ -1,0 +1,67 @@
+//! `subscribe`: events from now on.
+
+use crate::control::RigHandle;
+use crate::telemetry::feed::Subscription;
+use haptic_ipc::{ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
+use std::time::Duration;
+use tokio::sync::mpsc;
+
+const BATCH_MS: std::ops::RangeInclusive<u32> = 1..=1000;
+const DEFAULT_BATCH_MS: u32 = 10;
+/// Slowest rate of samples; whoever wants fewer can ask for `status`.
+const SLOWEST_HZ: f64 = 0.1;
+
+pub(super) fn subscribe(
+    rig: &RigHandle,
+    session: u64,
+    lines: &mpsc::Sender<String>,
+    topics: &[Topic],
+    rate_hz: Option<f64>,
+    batch_ms: Option<u32>,
+) -> Result<SubscribeReply, WireError> {
+    let loop_rate_hz = 1.0 / rig.facts.period_s();
+    let rate_hz = rate_hz.unwrap_or(loop_rate_hz);
+    // A loop at 1 kHz has a period of whole nanoseconds, its inverse a rounding error.
+    let fastest_hz = loop_rate_hz * (1.0 + 1e-9);
+    if !(SLOWEST_HZ..=fastest_hz).contains(&rate_hz) {
+        return Err(WireError::new(
+            ErrorCode::OutOfRange,
+            format!("rate_hz = {rate_hz} Hz is out of range: it must be from {SLOWEST_HZ} to {loop_rate_hz:.3} Hz, the loop's rate"),
+        )
+        .about("rate_hz")
+        .within(rate_hz, SLOWEST_HZ, loop_rate_hz, "Hz"));
+    }
+    let batch_ms = batch_ms.unwrap_or(DEFAULT_BATCH_MS);
+    if !BATCH_MS.contains(&batch_ms) {
+        let (min, max) = (*BATCH_MS.start(), *BATCH_MS.end());
+        return Err(WireError::new(
+            ErrorCode::OutOfRange,
+            format!("batch_ms = {batch_ms} ms is out of range: it must be from {min} to {max} ms"),
+        )
+        .about("batch_ms")
+        .within(batch_ms.into(), min.into(), max.into(), "ms"));
+    }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "from 1 to 200 000"
+    )]
+    let every = (loop_rate_hz / rate_hz).round().max(1.0) as u64;
+    rig.feed().subscribe(
+        session,
+        Subscription {
+            topics: topics.to_vec(),
+            every,
+            batch: Duration::from_millis(batch_ms.into()),
+            lines: lines.clone(),
+        },
+    );
+    #[expect(clippy::cast_precision_loss, reason = "at most 200 000")]
+    let rate_hz = loop_rate_hz / every as f64;
+    Ok(SubscribeReply {
+        topics: topics.to_vec(),
+        rate_hz,
+        batch_ms,
+        columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
+    })
+}

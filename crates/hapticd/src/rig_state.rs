@@ -1,0 +1,220 @@
+//! The states of the rig and the ramps between them.
+//!
+//! ```text
+//! disconnected -> idle -> engaging -> engaged -> releasing -> idle
+//! any -> stopped (by a person) or faulted (by a check): zero force at once, until a reset
+//! any but stopped and faulted -> disconnected when the device cannot be read
+//! ```
+//!
+//! Force flows only while engaging, engaged or releasing, scaled by a gain that moves along a ramp.
+
+use haptic_ipc::RigState;
+
+/// What a person may ask of the rig. A stop is not among them: it goes its own way, ahead of everything.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Command {
+    Engage,
+    Release,
+    Reset,
+}
+
+/// Why a check took the force away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fault {
+    /// The force computed was not a finite number.
+    NonFiniteForce,
+    /// The device reported a position that is not a finite number.
+    NonFinitePosition,
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::NonFiniteForce => "the force computed was not a finite number",
+            Self::NonFinitePosition => "the device reported a position that is not a finite number",
+        })
+    }
+}
+
+/// The command does not fit the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Refused;
+
+/// State and gain of the rig. Lives on the real-time thread.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rig {
+    state: RigState,
+    fault: Option<Fault>,
+    /// Share of the rendered force that reaches the hand, 0 to 1.
+    gain: f64,
+    ramp_s: f64,
+}
+
+impl Rig {
+    /// A rig at rest whose ramps take `ramp_s` seconds.
+    pub(crate) fn new(ramp_s: f64) -> Self {
+        Self {
+            state: RigState::Idle,
+            fault: None,
+            gain: 0.0,
+            ramp_s,
+        }
+    }
+
+    pub(crate) fn state(&self) -> RigState {
+        self.state
+    }
+
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Whether force may flow.
+    pub(crate) fn is_live(&self) -> bool {
+        matches!(self.state, RigState::Engaging | RigState::Engaged | RigState::Releasing)
+    }
+
+    /// A person wants zero force, now.
+    pub(crate) fn stop(&mut self) {
+        // A fault keeps its reason; either needs a reset.
+        if self.state != RigState::Faulted {
+            self.state = RigState::Stopped;
+        }
+        self.gain = 0.0;
+    }
+
+    /// A check wants zero force, now.
+    pub(crate) fn fail(&mut self, fault: Fault) {
+        if self.state != RigState::Stopped && self.state != RigState::Faulted {
+            self.state = RigState::Faulted;
+            self.fault = Some(fault);
+        }
+        self.gain = 0.0;
+    }
+
+    /// The device could, or could not, be read. It comes back without force.
+    pub(crate) fn device_present(&mut self, present: bool) {
+        match (present, self.state) {
+            (_, RigState::Stopped | RigState::Faulted) => {}
+            (true, RigState::Disconnected) => self.state = RigState::Idle,
+            (true, _) => {}
+            (false, _) => {
+                self.state = RigState::Disconnected;
+                self.gain = 0.0;
+            }
+        }
+    }
+
+    /// Carries out a command.
+    ///
+    /// # Errors
+    /// The command does not fit the state, which stays as it is.
+    pub(crate) fn command(&mut self, command: Command) -> Result<(), Refused> {
+        use RigState::{Disconnected, Engaged, Engaging, Faulted, Idle, Releasing, Stopped};
+        self.state = match (command, self.state) {
+            (Command::Engage, Idle | Releasing | Engaging) => Engaging,
+            (Command::Engage, Engaged) => Engaged,
+            (Command::Release, Engaging | Engaged | Releasing) => Releasing,
+            (Command::Release, Idle) => Idle,
+            (Command::Reset, Stopped | Faulted) => {
+                self.fault = None;
+                Idle
+            }
+            (Command::Reset, state) => state,
+            (Command::Engage | Command::Release, Stopped | Faulted | Disconnected) => return Err(Refused),
+        };
+        Ok(())
+    }
+
+    /// Moves the gain along its ramp by `elapsed_s` seconds and returns it.
+    pub(crate) fn advance(&mut self, elapsed_s: f64) -> f64 {
+        let step = (elapsed_s / self.ramp_s).clamp(0.0, 1.0);
+        match self.state {
+            RigState::Engaging => {
+                self.gain += step;
+                if self.gain >= 1.0 {
+                    self.gain = 1.0;
+                    self.state = RigState::Engaged;
+                }
+            }
+            RigState::Releasing => {
+                self.gain -= step;
+                if self.gain <= 0.0 {
+                    self.gain = 0.0;
+                    self.state = RigState::Idle;
+                }
+            }
+            RigState::Engaged => self.gain = 1.0,
+            _ => self.gain = 0.0,
+        }
+        self.gain
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[derive(Clone, Copy, Debug)]
+    enum Happening {
+        Command(Command),
+        Stop,
+        Fail,
+        Device(bool),
+        Pass(f64),
+    }
+
+    fn happening() -> impl Strategy<Value = Happening> {
+        prop_oneof![
+            Just(Happening::Command(Command::Engage)),
+            Just(Happening::Command(Command::Release)),
+            Just(Happening::Command(Command::Reset)),
+            Just(Happening::Stop),
+            Just(Happening::Fail),
+            any::<bool>().prop_map(Happening::Device),
+            (0.0..0.3).prop_map(Happening::Pass),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn force_flows_only_where_it_may(happenings in prop::collection::vec(happening(), 0..60)) {
+            let mut rig = Rig::new(0.2);
+            for happening in happenings {
+                let (before, gain_before) = (rig.state(), rig.gain);
+                match happening {
+                    Happening::Command(command) => drop(rig.command(command)),
+                    Happening::Stop => rig.stop(),
+                    Happening::Fail => rig.fail(Fault::NonFiniteForce),
+                    Happening::Device(present) => rig.device_present(present),
+                    Happening::Pass(elapsed) => {
+                        let gain = rig.advance(elapsed);
+                        prop_assert!((gain - gain_before).abs() <= elapsed / 0.2 + 1e-12, "no jump");
+                    }
+                }
+                prop_assert!((0.0..=1.0).contains(&rig.gain));
+                prop_assert!(rig.is_live() || rig.gain == 0.0, "{rig:?}");
+                prop_assert_eq!(rig.state() == RigState::Faulted, rig.fault().is_some());
+                let latched = matches!(before, RigState::Stopped | RigState::Faulted);
+                let reset = matches!(happening, Happening::Command(Command::Reset));
+                prop_assert!(!latched || reset || rig.state() == before, "only a reset clears {before}");
+                if rig.is_live() && !matches!(before, RigState::Engaging | RigState::Engaged | RigState::Releasing) {
+                    prop_assert!(matches!(happening, Happening::Command(Command::Engage)), "only a person engages");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_ramp_takes_its_time() {
+        let mut rig = Rig::new(0.2);
+        rig.command(Command::Engage).expect("it is idle");
+        for _ in 0..199 {
+            rig.advance(1e-3);
+        }
+        assert_eq!(rig.state(), RigState::Engaging);
+        rig.advance(2e-3);
+        assert_eq!(rig.state(), RigState::Engaged);
+    }
+}

@@ -1,0 +1,106 @@
+//! Time, and waiting for the next deadline.
+
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec, clock_gettime};
+
+const NS_PER_S: u64 = 1_000_000_000;
+
+/// The monotonic clock, ns.
+pub(crate) fn now_ns() -> u64 {
+    let time = clock_gettime(ClockId::Monotonic);
+    // The monotonic clock counts from boot and is never negative.
+    u64::try_from(time.tv_sec).unwrap_or(0) * NS_PER_S + u64::try_from(time.tv_nsec).unwrap_or(0)
+}
+
+fn sleep_until(deadline_ns: u64) {
+    let request = Timespec {
+        tv_sec: i64::try_from(deadline_ns / NS_PER_S).unwrap_or(i64::MAX),
+        tv_nsec: i64::try_from(deadline_ns % NS_PER_S).unwrap_or(0),
+    };
+    // A signal may end the sleep early; the deadline stands.
+    while clock_nanosleep_absolute(ClockId::Monotonic, &request) == Err(rustix::io::Errno::INTR) {}
+}
+
+/// A grid of deadlines. A deadline that has passed is skipped and counted, never made up for: ticks do not come back to back.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    period_ns: u64,
+    deadline_ns: u64,
+    missed: u64,
+}
+
+/// When a tick was due and when it began.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wake {
+    pub(crate) deadline_ns: u64,
+    pub(crate) began_ns: u64,
+}
+
+impl Grid {
+    /// A grid that begins a period or two after `now_ns`.
+    pub(crate) fn new(period_ns: u64, now_ns: u64) -> Self {
+        // Half a period off the multiples of the period, because the kernel's own tick sits on those.
+        let deadline_ns = (now_ns / period_ns + 2) * period_ns + period_ns / 2;
+        Self {
+            period_ns,
+            deadline_ns,
+            missed: 0,
+        }
+    }
+
+    /// Deadlines skipped so far.
+    pub(crate) fn missed(&self) -> u64 {
+        self.missed
+    }
+
+    /// Sleeps until the next deadline.
+    pub(crate) fn wait(&self) -> Wake {
+        sleep_until(self.deadline_ns);
+        Wake {
+            deadline_ns: self.deadline_ns,
+            began_ns: now_ns(),
+        }
+    }
+
+    /// Moves on to the next deadline after `now_ns`.
+    pub(crate) fn advance(&mut self, now_ns: u64) {
+        self.deadline_ns += self.period_ns;
+        if now_ns >= self.deadline_ns {
+            let skipped = (now_ns - self.deadline_ns) / self.period_ns + 1;
+            self.missed += skipped;
+            self.deadline_ns += skipped * self.period_ns;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stall_is_counted_to_the_period_and_not_made_up_for() {
+        let mut grid = Grid::new(1_000_000, 0);
+        let first = grid.deadline_ns;
+        grid.advance(first + 20_000);
+        assert_eq!((grid.deadline_ns, grid.missed()), (first + 1_000_000, 0));
+        // The tick due at first + 1 ms ends 5.2 ms late: the deadlines at +2, +3, +4, +5 and +6 ms have passed.
+        grid.advance(first + 6_200_000);
+        assert_eq!((grid.deadline_ns, grid.missed()), (first + 7_000_000, 5));
+        // Exactly on a deadline, that deadline has passed.
+        grid.advance(first + 8_000_000);
+        assert_eq!((grid.deadline_ns, grid.missed()), (first + 9_000_000, 6));
+    }
+
+    #[test]
+    fn ticks_and_skipped_deadlines_add_up_to_the_time_elapsed() {
+        let period = 1_000_000;
+        let mut grid = Grid::new(period, 12_345);
+        let first = grid.deadline_ns;
+        let mut ticks = 0;
+        for stall in [10, 300, 999_999, 1_000_000, 7_654_321, 5, 2_000_001] {
+            grid.advance(grid.deadline_ns + stall);
+            ticks += 1;
+        }
+        assert_eq!(first + (ticks + grid.missed()) * period, grid.deadline_ns);
+    }
+}

@@ -1,0 +1,376 @@
+//! Between the control thread and the real-time thread: single words, one mailbox and one queue, so that neither side can make the
+//! real-time side wait.
+//!
+//! | what | how | why it is wait-free for the real-time side |
+//! |---|---|---|
+//! | new scene | an owned pointer in a [`SceneMailbox`] | one load while nothing is new, one swap when something is |
+//! | old scene | a queue with the real-time side as its only producer | it pushes only where it has checked for room, away from any slot in flight |
+//! | commands, stop, quit | atomic words | one load each |
+//! | answers | atomic words | plain stores |
+//!
+//! A queue from control to real time is *not* here on purpose: the consumer of crossbeam's `ArrayQueue` spins on a slot that a
+//! preempted producer has reserved and not yet written, and under SCHED_FIFO on the same core that producer never runs again.
+#![allow(
+    unsafe_code,
+    reason = "the mailbox owns what its pointer points to; see SceneMailbox"
+)]
+
+use crate::rig_state::Command;
+use crossbeam::epoch::{self, Atomic, Owned};
+use crossbeam::queue::ArrayQueue;
+use haptic_core::Renderer;
+use haptic_ipc::RigState;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// A scene, compiled, on its way to or from the real-time thread.
+#[derive(Debug)]
+pub(crate) struct CompiledScene {
+    pub(crate) renderer: Renderer,
+    pub(crate) revision: u64,
+}
+
+/// Holds the newest scene until the real-time thread takes it.
+///
+/// The pointer in it is null or owned by the mailbox: whoever swaps it out owns what it got. Nothing is ever read through a pointer that
+/// is still in the mailbox, so no epoch needs to be pinned.
+#[derive(Debug)]
+pub(crate) struct SceneMailbox {
+    slot: Atomic<CompiledScene>,
+    /// Scenes posted so far: the cheap sign that something is new.
+    posted: AtomicU64,
+}
+
+impl SceneMailbox {
+    pub(crate) fn new() -> Self {
+        Self {
+            slot: Atomic::null(),
+            posted: AtomicU64::new(0),
+        }
+    }
+
+    /// Leaves a scene; one that was not taken yet is dropped, here, on the control thread.
+    pub(crate) fn post(&self, scene: CompiledScene) {
+        drop(self.swap(Some(Owned::new(scene))));
+        self.posted.fetch_add(1, Ordering::Release);
+    }
+
+    /// How many scenes were posted so far.
+    pub(crate) fn posted(&self) -> u64 {
+        self.posted.load(Ordering::Acquire)
+    }
+
+    /// Takes the newest scene, if there is one.
+    pub(crate) fn take(&self) -> Option<Box<CompiledScene>> {
+        self.swap(None).map(Owned::into_box)
+    }
+
+    fn swap(&self, new: Option<Owned<CompiledScene>>) -> Option<Owned<CompiledScene>> {
+        // SAFETY: `unprotected` is sound because no thread ever dereferences a pointer that is in the slot; a swap hands over
+        // ownership as a whole, so what came out is this thread's alone.
+        unsafe {
+            let guard = epoch::unprotected();
+            let old = match new {
+                Some(new) => self.slot.swap(new, Ordering::AcqRel, guard),
+                None => self.slot.swap(epoch::Shared::null(), Ordering::AcqRel, guard),
+            };
+            if old.is_null() { None } else { Some(old.into_owned()) }
+        }
+    }
+}
+
+impl Drop for SceneMailbox {
+    fn drop(&mut self) {
+        drop(self.take());
+    }
+}
+
+/// Old scenes on their way back; more than can be under way at once.
+const RETIRED_CAPACITY: usize = 16;
+
+/// Everything that the two threads share but the telemetry ring.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    pub(crate) scenes: SceneMailbox,
+    retired: ArrayQueue<Box<CompiledScene>>,
+    /// Stops asked for so far.
+    stops: AtomicU64,
+    quit: AtomicBool,
+    command: AtomicU64,
+    pub(crate) answers: Answers,
+}
+
+/// A command as one word: a serial number, the number of stops known to who sent it, and the command itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct CommandWord {
+    pub(crate) serial: u32,
+    /// Modulo 2^24; more stops cannot come in the millisecond for which it matters.
+    pub(crate) stops_known: u32,
+    pub(crate) command: Command,
+}
+
+const STOPS_MASK: u32 = 0x00ff_ffff;
+
+impl CommandWord {
+    fn pack(self) -> u64 {
+        let code = match self.command {
+            Command::Engage => 1,
+            Command::Release => 2,
+            Command::Reset => 3,
+        };
+        u64::from(self.serial) << 32 | u64::from(self.stops_known & STOPS_MASK) << 8 | code
+    }
+
+    fn unpack(word: u64) -> Option<Self> {
+        let command = match word & 0xff {
+            1 => Command::Engage,
+            2 => Command::Release,
+            3 => Command::Reset,
+            _ => return None,
+        };
+        #[expect(clippy::cast_possible_truncation, reason = "the fields as packed")]
+        Some(Self {
+            serial: (word >> 32) as u32,
+            stops_known: (word >> 8) as u32 & STOPS_MASK,
+            command,
+        })
+    }
+
+    /// Whether a stop has come since the command was sent.
+    pub(crate) fn overtaken_by(&self, stops: u64) -> bool {
+        stops & u64::from(STOPS_MASK) != u64::from(self.stops_known)
+    }
+}
+
+impl Shared {
+    pub(crate) fn new() -> Self {
+        Self {
+            scenes: SceneMailbox::new(),
+            retired: ArrayQueue::new(RETIRED_CAPACITY),
+            stops: AtomicU64::new(0),
+            quit: AtomicBool::new(false),
+            command: AtomicU64::new(0),
+            answers: Answers::new(),
+        }
+    }
+
+    /// Asks for zero force at once; returns the number that this stop has.
+    pub(crate) fn stop(&self) -> u64 {
+        self.stops.fetch_add(1, Ordering::AcqRel) + 1
+    }
+
+    /// Stops asked for so far.
+    pub(crate) fn stops(&self) -> u64 {
+        self.stops.load(Ordering::Acquire)
+    }
+
+    /// Asks the loop to end.
+    pub(crate) fn quit(&self) {
+        self.quit.store(true, Ordering::Release);
+    }
+
+    /// Whether the loop shall end.
+    pub(crate) fn quitting(&self) -> bool {
+        self.quit.load(Ordering::Acquire)
+    }
+
+    /// Leaves a command. The one before must have been answered.
+    pub(crate) fn send(&self, serial: u32, command: Command) {
+        #[expect(clippy::cast_possible_truncation, reason = "modulo 2^24")]
+        let stops_known = self.stops() as u32 & STOPS_MASK;
+        let word = CommandWord {
+            serial,
+            stops_known,
+            command,
+        };
+        self.command.store(word.pack(), Ordering::Release);
+    }
+
+    /// The newest command.
+    pub(crate) fn command(&self) -> Option<CommandWord> {
+        CommandWord::unpack(self.command.load(Ordering::Acquire))
+    }
+
+    /// Whether an old scene can be handed back. Asked by the real-time thread before it takes a new one.
+    pub(crate) fn can_retire(&self) -> bool {
+        // Two slots away from full, the queue's producer never meets a slot that its consumer is half-way through.
+        self.retired.len() + 2 <= self.retired.capacity()
+    }
+
+    /// Hands back an old scene, after [`can_retire`](Self::can_retire) said yes.
+    pub(crate) fn retire(&self, scene: Box<CompiledScene>) {
+        if let Err(scene) = self.retired.push(scene) {
+            // Cannot happen with a single producer; if it did, a leak is better than freeing here.
+            std::mem::forget(scene);
+        }
+    }
+
+    /// Drops the scenes that came back.
+    pub(crate) fn drop_retired(&self) {
+        while self.retired.pop().is_some() {}
+    }
+}
+
+/// What the real-time thread has done. Written there, at the end of a tick, read by the control thread.
+#[derive(Debug)]
+pub(crate) struct Answers {
+    revision: AtomicU64,
+    revision_tick: AtomicU64,
+    command_serial: AtomicU64,
+    command_tick: AtomicU64,
+    command_outcome: AtomicU64,
+    stops: AtomicU64,
+    stop_tick: AtomicU64,
+    stop_state: AtomicU64,
+}
+
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Outcome {
+    pub(crate) tick: u64,
+    pub(crate) state: RigState,
+    pub(crate) refused: bool,
+}
+
+const STATES: [RigState; 7] = [
+    RigState::Disconnected,
+    RigState::Idle,
+    RigState::Engaging,
+    RigState::Engaged,
+    RigState::Releasing,
+    RigState::Stopped,
+    RigState::Faulted,
+];
+
+const REFUSED: u64 = 0x100;
+
+fn state_from(code: u64) -> RigState {
+    STATES
+        .into_iter()
+        .find(|state| *state as u64 == code & 0xff)
+        .unwrap_or(RigState::Faulted)
+}
+
+impl Answers {
+    fn new() -> Self {
+        Self {
+            revision: AtomicU64::new(0),
+            revision_tick: AtomicU64::new(0),
+            command_serial: AtomicU64::new(0),
+            command_tick: AtomicU64::new(0),
+            command_outcome: AtomicU64::new(0),
+            stops: AtomicU64::new(0),
+            stop_tick: AtomicU64::new(0),
+            stop_state: AtomicU64::new(0),
+        }
+    }
+
+    pub(crate) fn scene_applied(&self, revision: u64, tick: u64) {
+        self.revision_tick.store(tick, Ordering::Relaxed);
+        self.revision.store(revision, Ordering::Release);
+    }
+
+    /// The tick that first rendered `revision` or a later one.
+    pub(crate) fn applied(&self, revision: u64) -> Option<u64> {
+        (self.revision.load(Ordering::Acquire) >= revision).then(|| self.revision_tick.load(Ordering::Relaxed))
+    }
+
+    pub(crate) fn command_done(&self, serial: u32, outcome: Outcome) {
+        self.command_tick.store(outcome.tick, Ordering::Relaxed);
+        let refused = if outcome.refused { REFUSED } else { 0 };
+        self.command_outcome
+            .store(outcome.state as u64 | refused, Ordering::Relaxed);
+        self.command_serial.store(u64::from(serial), Ordering::Release);
+    }
+
+    /// How the command with this serial number ended.
+    pub(crate) fn command(&self, serial: u32) -> Option<Outcome> {
+        (self.command_serial.load(Ordering::Acquire) == u64::from(serial)).then(|| {
+            let word = self.command_outcome.load(Ordering::Relaxed);
+            Outcome {
+                tick: self.command_tick.load(Ordering::Relaxed),
+                state: state_from(word),
+                refused: word & REFUSED != 0,
+            }
+        })
+    }
+
+    pub(crate) fn stopped(&self, stops: u64, tick: u64, state: RigState) {
+        self.stop_tick.store(tick, Ordering::Relaxed);
+        self.stop_state.store(state as u64, Ordering::Relaxed);
+        self.stops.store(stops, Ordering::Release);
+    }
+
+    /// The tick and state at which stop number `stop` took the force away.
+    pub(crate) fn stop(&self, stop: u64) -> Option<(u64, RigState)> {
+        (self.stops.load(Ordering::Acquire) >= stop).then(|| {
+            (
+                self.stop_tick.load(Ordering::Relaxed),
+                state_from(self.stop_state.load(Ordering::Relaxed)),
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::{Scene, Scheme};
+    use std::sync::Arc;
+
+    fn compiled(revision: u64) -> CompiledScene {
+        CompiledScene {
+            renderer: Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene"),
+            revision,
+        }
+    }
+
+    #[test]
+    fn the_newest_scene_arrives_and_none_is_lost_or_freed_twice() {
+        let shared = Arc::new(Shared::new());
+        let last = if cfg!(miri) { 50 } else { 20_000 };
+        let poster = {
+            let shared = Arc::clone(&shared);
+            std::thread::spawn(move || {
+                for revision in 1..=last {
+                    shared.scenes.post(compiled(revision));
+                    shared.drop_retired();
+                }
+            })
+        };
+        let mut current = Box::new(compiled(0));
+        while current.revision < last {
+            if shared.can_retire()
+                && let Some(new) = shared.scenes.take()
+            {
+                assert!(new.revision > current.revision, "never an older scene");
+                shared.retire(std::mem::replace(&mut current, new));
+            }
+            std::thread::yield_now();
+            shared.drop_retired();
+        }
+        poster.join().expect("it ends");
+        assert!(shared.scenes.take().is_none());
+    }
+
+    #[test]
+    fn command_words_keep_their_parts() {
+        for command in [Command::Engage, Command::Release, Command::Reset] {
+            let word = CommandWord {
+                serial: 0xdead_beef,
+                stops_known: 0x00ab_cdef,
+                command,
+            };
+            assert_eq!(CommandWord::unpack(word.pack()), Some(word));
+            assert!(!word.overtaken_by(0x5_00ab_cdef));
+            assert!(word.overtaken_by(0x00ab_cdf0));
+        }
+        assert_eq!(CommandWord::unpack(0), None);
+    }
+
+    #[test]
+    fn states_survive_the_way_through_a_word() {
+        for state in STATES {
+            assert_eq!(state_from(state as u64), state);
+        }
+    }
+}

@@ -1,0 +1,313 @@
+//! Where the records go: the timing histograms, the newest state, and the subscribers.
+
+use crate::telemetry::ring::{Consumer, TickRecord};
+use crate::telemetry::timing::TimingRecorder;
+use haptic_core::Scene;
+use haptic_ipc::{Event, RigState, Sample, SamplesEvent, StateEvent, Topic, params_of};
+use std::time::{Duration, Instant};
+use tokio::sync::mpsc;
+
+/// Lines that may wait for a subscriber; more are not queued but counted as dropped.
+pub(crate) const BACKLOG_LINES: usize = 64;
+
+/// Rows that one event may hold; a longer batch goes out in several.
+const MOST_ROWS: usize = 2048;
+
+/// What a client asked to hear.
+#[derive(Debug)]
+pub(crate) struct Subscription {
+    pub(crate) topics: Vec<Topic>,
+    /// One tick in so many is sent.
+    pub(crate) every: u64,
+    pub(crate) batch: Duration,
+    pub(crate) lines: mpsc::Sender<String>,
+}
+
+#[derive(Debug)]
+struct Subscriber {
+    session: u64,
+    subscription: Subscription,
+    rows: Vec<Sample>,
+    seq: u64,
+    dropped: u64,
+    due: Instant,
+    state_sent: bool,
+}
+
+/// The control end of the telemetry.
+#[derive(Debug)]
+pub(crate) struct Feed {
+    consumer: Consumer,
+    timing: TimingRecorder,
+    started_ns: u64,
+    newest: Option<TickRecord>,
+    subscribers: Vec<Subscriber>,
+    announced: Option<(RigState, u64)>,
+    timing_due: Instant,
+    /// Records lost in the ring, as far as the subscribers were told.
+    ring_dropped: u64,
+}
+
+impl Feed {
+    pub(crate) fn new(consumer: Consumer, period_ns: u64) -> Self {
+        Self {
+            consumer,
+            timing: TimingRecorder::new(period_ns),
+            started_ns: 0,
+            newest: None,
+            subscribers: Vec::new(),
+            announced: None,
+            timing_due: Instant::now(),
+            ring_dropped: 0,
+        }
+    }
+
+    pub(crate) fn timing(&self) -> &TimingRecorder {
+        &self.timing
+    }
+
+    /// The newest record, once there is one.
+    pub(crate) fn newest(&self) -> Option<&TickRecord> {
+        self.newest.as_ref()
+    }
+
+    /// Time from the first tick to the newest, s.
+    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
+    pub(crate) fn uptime_s(&self) -> f64 {
+        self.newest
+            .map_or(0.0, |record| (record.began_ns - self.started_ns) as f64 * 1e-9)
+    }
+
+    /// Begins, replaces or (without topics) ends the subscription of a session.
+    pub(crate) fn subscribe(&mut self, session: u64, subscription: Subscription) {
+        self.unsubscribe(session);
+        if subscription.topics.is_empty() {
+            return;
+        }
+        self.subscribers.push(Subscriber {
+            session,
+            due: Instant::now() + subscription.batch,
+            subscription,
+            rows: Vec::new(),
+            seq: 0,
+            dropped: 0,
+            state_sent: false,
+        });
+    }
+
+    pub(crate) fn unsubscribe(&mut self, session: u64) {
+        self.subscribers.retain(|subscriber| subscriber.session != session);
+    }
+
+    /// Takes in what the loop left since the last call, and sends what is due. `scene` is the newest scene and its revision.
+    pub(crate) fn pump(&mut self, scene: &Scene, revision: u64) {
+        while let Some(record) = self.consumer.pop() {
+            self.take_in(&record);
+        }
+        self.announce_state(scene, revision);
+        let now = Instant::now();
+        for subscriber in &mut self.subscribers {
+            if now >= subscriber.due {
+                subscriber.due = now + subscriber.subscription.batch;
+                subscriber.flush();
+            }
+        }
+        if now >= self.timing_due {
+            self.timing_due = now + Duration::from_secs(1);
+            if self.wanted(Topic::Timing) {
+                let event = Event::Timing(Box::new(self.timing.report()));
+                self.broadcast(Topic::Timing, &event);
+            }
+        }
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
+    fn take_in(&mut self, record: &TickRecord) {
+        if self.newest.is_none() {
+            self.started_ns = record.began_ns;
+        }
+        self.timing.record(record);
+        self.newest = Some(*record);
+        let lost = record.dropped - self.ring_dropped;
+        self.ring_dropped = record.dropped;
+        let sample = Sample {
+            tick: record.tick,
+            t_s: (record.began_ns - self.started_ns) as f64 * 1e-9,
+            state: record.state,
+            contact: record.contact,
+            device_position_m: record.device_position,
+            device_velocity_mps: record.device_velocity,
+            block_position_m: record.block_position,
+            block_velocity_mps: record.block_velocity,
+            coupling_force_n: record.coupling_force,
+            command_force_n: record.command_force,
+            revision: record.revision,
+            wake_latency_ns: record.began_ns.saturating_sub(record.deadline_ns),
+            tick_ns: record.ended_ns.saturating_sub(record.began_ns),
+            device_round_trip_ns: record.device_round_trip_ns,
+        };
+        for subscriber in &mut self.subscribers {
+            if subscriber.wants(Topic::Samples) {
+                subscriber.dropped += lost / subscriber.subscription.every;
+                if record.tick.is_multiple_of(subscriber.subscription.every) {
+                    subscriber.rows.push(sample);
+                    if subscriber.rows.len() >= MOST_ROWS {
+                        subscriber.flush();
+                    }
+                }
+            }
+        }
+    }
+
+    /// The whole state to those who have not heard it, and to all when it changed.
+    fn announce_state(&mut self, scene: &Scene, revision: u64) {
+        let Some(record) = self.newest else { return };
+        // Between a `set` and its tick the newest scene is not yet the one in force: wait for the tick.
+        if record.revision != revision {
+            return;
+        }
+        let state = (record.state, record.revision);
+        let changed = self.announced != Some(state);
+        self.announced = Some(state);
+        let unheard = |subscriber: &Subscriber| changed || !subscriber.state_sent;
+        let listening = |subscriber: &Subscriber| subscriber.wants(Topic::State) && unheard(subscriber);
+        if !self.subscribers.iter().any(listening) {
+            return;
+        }
+        let event = Event::State(StateEvent {
+            state: record.state,
+            fault: record.fault.map(|fault| fault.to_string()),
+            tick: record.tick,
+            revision: record.revision,
+            scene: scene.name.clone(),
+            params: params_of(scene),
+        });
+        let line = line(&event);
+        for subscriber in self.subscribers.iter_mut().filter(|subscriber| listening(subscriber)) {
+            // A subscriber whose backlog is full hears the state as soon as there is room.
+            subscriber.state_sent = subscriber.subscription.lines.try_send(line.clone()).is_ok();
+        }
+    }
+
+    fn wanted(&self, topic: Topic) -> bool {
+        self.subscribers.iter().any(|subscriber| subscriber.wants(topic))
+    }
+
+    fn broadcast(&self, topic: Topic, event: &Event) {
+        let line = line(event);
+        for subscriber in self.subscribers.iter().filter(|subscriber| subscriber.wants(topic)) {
+            // One report more or less is no loss to a subscriber that does not read them.
+            drop(subscriber.subscription.lines.try_send(line.clone()));
+        }
+    }
+}
+
+impl Subscriber {
+    fn wants(&self, topic: Topic) -> bool {
+        self.subscription.topics.contains(&topic)
+    }
+
+    /// Sends the rows gathered, or counts them as dropped.
+    fn flush(&mut self) {
+        if self.rows.is_empty() {
+            return;
+        }
+        let rows = std::mem::take(&mut self.rows);
+        let count = rows.len();
+        let event = Event::Samples(SamplesEvent {
+            seq: self.seq,
+            dropped: self.dropped,
+            rows,
+        });
+        match self.subscription.lines.try_reserve() {
+            Ok(place) => {
+                place.send(line(&event));
+                self.seq += 1;
+                self.dropped = 0;
+            }
+            Err(_) => self.dropped += count as u64,
+        }
+        // The next batch is likely to be as long as this one.
+        self.rows.reserve(count);
+    }
+}
+
+/// An event as a line.
+fn line(event: &Event) -> String {
+    let mut line = serde_json::to_string(event).expect("events hold nothing that JSON cannot");
+    line.push('\n');
+    line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::telemetry::ring;
+
+    fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, mpsc::Receiver<String>) {
+        let (lines, received) = mpsc::channel(backlog);
+        let subscription = Subscription {
+            topics: topics.to_vec(),
+            every,
+            batch: Duration::ZERO,
+            lines,
+        };
+        (subscription, received)
+    }
+
+    fn events(received: &mut mpsc::Receiver<String>) -> Vec<Event> {
+        std::iter::from_fn(|| received.try_recv().ok())
+            .map(|line| serde_json::from_str(&line).expect("an event"))
+            .collect()
+    }
+
+    #[test]
+    fn the_state_comes_whole_at_first_and_then_at_every_change() {
+        let (mut producer, consumer) = ring::ring();
+        let mut feed = Feed::new(consumer, 1_000_000);
+        let (subscription, mut received) = subscription(&[Topic::State], 1, 8);
+        feed.subscribe(1, subscription);
+        let scene = Scene::paper();
+        for (tick, state, revision) in [
+            (0, RigState::Idle, 1),
+            (1, RigState::Idle, 1),
+            (2, RigState::Engaging, 1),
+            (3, RigState::Engaging, 2),
+        ] {
+            let mut record = ring::tests::record(tick);
+            (record.state, record.revision) = (state, revision);
+            producer.push(record);
+            feed.pump(&scene, revision);
+        }
+        let ticks: Vec<u64> = events(&mut received)
+            .iter()
+            .map(|event| match event {
+                Event::State(state) => state.tick,
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        assert_eq!(ticks, [0, 2, 3]);
+    }
+
+    #[test]
+    fn what_a_slow_subscriber_misses_is_counted_and_told() {
+        let (mut producer, consumer) = ring::ring();
+        let mut feed = Feed::new(consumer, 1_000_000);
+        let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
+        feed.subscribe(1, subscription);
+        let scene = Scene::paper();
+        for tick in 0..10 {
+            producer.push(ring::tests::record(tick));
+            feed.pump(&scene, 1);
+        }
+        // One event fitted; ticks 2, 4, 6 and 8 did not.
+        let first = events(&mut received);
+        producer.push(ring::tests::record(10));
+        feed.pump(&scene, 1);
+        let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
+            panic!("two sample events");
+        };
+        assert_eq!((first.seq, first.dropped, first.rows[0].tick), (0, 0, 0));
+        assert_eq!((second.seq, second.dropped, second.rows[0].tick), (1, 4, 10));
+    }
+}

@@ -1,0 +1,5 @@
+//! What the loop did: from the real-time thread through a ring to whoever wants to know.
+
+pub(crate) mod feed;
+pub(crate) mod ring;
+pub(crate) mod timing;

@@ -1,0 +1,218 @@
+//! How well the loop keeps time, from the records of its ticks: since it began, and over the last ten seconds.
+//!
+//! The real-time thread only stamps its ticks; the histograms are kept here, on the control thread.
+
+use crate::telemetry::ring::TickRecord;
+use haptic_ipc::{Percentiles, Timing, TimingWindow};
+use hdrhistogram::Histogram;
+use std::collections::VecDeque;
+
+/// Durations are kept to one percent, up to this; longer ones count as this long.
+const LONGEST_NS: u64 = 60_000_000_000;
+const SIGNIFICANT_DIGITS: u8 = 2;
+const WINDOW_S: usize = 10;
+
+#[derive(Clone, Debug)]
+struct Span {
+    ticks: u64,
+    overruns: u64,
+    missed_periods: u64,
+    dropped: u64,
+    wake_latency: Histogram<u64>,
+    tick: Histogram<u64>,
+    device_round_trip: Histogram<u64>,
+    period: Histogram<u64>,
+}
+
+fn histogram() -> Histogram<u64> {
+    Histogram::new_with_bounds(1, LONGEST_NS, SIGNIFICANT_DIGITS).expect("the bounds are constants that fit")
+}
+
+fn percentiles(histogram: &Histogram<u64>) -> Percentiles {
+    let at = |quantile| histogram.value_at_quantile(quantile);
+    Percentiles {
+        p50: at(0.5),
+        p99: at(0.99),
+        p999: at(0.999),
+        max: histogram.max(),
+    }
+}
+
+impl Span {
+    fn new() -> Self {
+        Self {
+            ticks: 0,
+            overruns: 0,
+            missed_periods: 0,
+            dropped: 0,
+            wake_latency: histogram(),
+            tick: histogram(),
+            device_round_trip: histogram(),
+            period: histogram(),
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.ticks += other.ticks;
+        self.overruns += other.overruns;
+        self.missed_periods += other.missed_periods;
+        self.dropped += other.dropped;
+        for (to, from) in [
+            (&mut self.wake_latency, &other.wake_latency),
+            (&mut self.tick, &other.tick),
+            (&mut self.device_round_trip, &other.device_round_trip),
+            (&mut self.period, &other.period),
+        ] {
+            to.add(from).expect("all histograms have the same bounds");
+        }
+    }
+
+    fn window(&self) -> TimingWindow {
+        TimingWindow {
+            ticks: self.ticks,
+            overruns: self.overruns,
+            missed_periods: self.missed_periods,
+            telemetry_dropped: self.dropped,
+            wake_latency_ns: percentiles(&self.wake_latency),
+            tick_ns: percentiles(&self.tick),
+            device_round_trip_ns: percentiles(&self.device_round_trip),
+            period_ns: percentiles(&self.period),
+        }
+    }
+}
+
+/// Counts and histograms of the loop's timing.
+#[derive(Debug)]
+pub(crate) struct TimingRecorder {
+    period_ns: u64,
+    total: Span,
+    /// One for each of the last seconds, the newest last.
+    seconds: VecDeque<Span>,
+    second: u64,
+    last: Option<TickRecord>,
+}
+
+impl TimingRecorder {
+    pub(crate) fn new(period_ns: u64) -> Self {
+        Self {
+            period_ns,
+            total: Span::new(),
+            seconds: VecDeque::from([Span::new()]),
+            second: 0,
+            last: None,
+        }
+    }
+
+    pub(crate) fn record(&mut self, record: &TickRecord) {
+        let second = record.began_ns / 1_000_000_000;
+        if second != self.second {
+            self.second = second;
+            // The oldest second is used again, so that a steady run allocates nothing.
+            let mut fresh = if self.seconds.len() >= WINDOW_S {
+                self.seconds.pop_front().unwrap_or_else(Span::new)
+            } else {
+                Span::new()
+            };
+            fresh.clear();
+            self.seconds.push_back(fresh);
+        }
+        let took = record.ended_ns.saturating_sub(record.began_ns);
+        let overrun = took > self.period_ns;
+        let (missed, dropped, ticks) = match &self.last {
+            Some(last) => (
+                record.missed_periods - last.missed_periods,
+                record.dropped - last.dropped,
+                record.tick - last.tick,
+            ),
+            None => (record.missed_periods, record.dropped, 1),
+        };
+        let late = record.began_ns.saturating_sub(record.deadline_ns);
+        let newest = self.seconds.len() - 1;
+        for span in [&mut self.total, &mut self.seconds[newest]] {
+            span.ticks += ticks;
+            span.overruns += u64::from(overrun);
+            span.missed_periods += missed;
+            span.dropped += dropped;
+            span.wake_latency.saturating_record(late);
+            span.tick.saturating_record(took);
+            span.device_round_trip.saturating_record(record.device_round_trip_ns);
+            if let Some(last) = &self.last
+                && ticks == 1
+            {
+                span.period
+                    .saturating_record(record.began_ns.saturating_sub(last.began_ns));
+            }
+        }
+        self.last = Some(*record);
+    }
+
+    pub(crate) fn report(&self) -> Timing {
+        let mut recent = Span::new();
+        for second in &self.seconds {
+            recent.add(second);
+        }
+        #[expect(clippy::cast_precision_loss, reason = "a period is far below 2^53 ns")]
+        let rate_hz = 1e9 / self.period_ns as f64;
+        Timing {
+            rate_hz,
+            since_start: self.total.window(),
+            last_10_s: recent.window(),
+        }
+    }
+}
+
+impl Span {
+    fn clear(&mut self) {
+        (self.ticks, self.overruns, self.missed_periods, self.dropped) = (0, 0, 0, 0);
+        for histogram in [
+            &mut self.wake_latency,
+            &mut self.tick,
+            &mut self.device_round_trip,
+            &mut self.period,
+        ] {
+            histogram.reset();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::telemetry::ring::tests::record;
+
+    #[test]
+    fn counts_are_exact_and_the_window_forgets() {
+        let mut recorder = TimingRecorder::new(1_000_000);
+        for tick in 0..30_000 {
+            let mut one = record(tick);
+            if tick == 100 {
+                one.ended_ns = one.began_ns + 2_000_000; // an overrun, which misses two deadlines
+            }
+            if tick > 100 {
+                one.missed_periods = 2;
+            }
+            recorder.record(&one);
+        }
+        let report = recorder.report();
+        assert_eq!(report.rate_hz, 1000.0);
+        let all = report.since_start;
+        assert_eq!((all.ticks, all.overruns, all.missed_periods), (30_000, 1, 2));
+        assert_eq!(all.wake_latency_ns.p50, 50);
+        assert!((990..=1010).contains(&all.tick_ns.p50), "{all:?}");
+        assert!(all.tick_ns.max >= 1_990_000, "{all:?}");
+        assert!((990_000..=1_010_000).contains(&all.period_ns.p50), "{all:?}");
+        let recent = report.last_10_s;
+        assert_eq!((recent.ticks, recent.overruns), (10_000, 0), "the overrun is 29 s old");
+    }
+
+    #[test]
+    fn lost_records_still_count_as_ticks() {
+        let mut recorder = TimingRecorder::new(1_000_000);
+        recorder.record(&record(0));
+        let mut later = record(5);
+        later.dropped = 4;
+        recorder.record(&later);
+        let all = recorder.report().since_start;
+        assert_eq!((all.ticks, all.telemetry_dropped), (6, 4));
+    }
+}
