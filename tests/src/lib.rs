@@ -1,1 +1,283 @@
-//! x
+//! What the whole-system tests share: the real binaries, started and talked to as their users do.
+//!
+//! Nothing here sleeps for a state to come about: a daemon is ready when it has named its socket, an answer is there when it is read, and a
+//! condition is waited for by asking the daemon.
+
+use haptic_ipc::{Client, Request, RigState, Status};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStderr, Command, ExitStatus, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// Longest that anything may take on a busy machine before a test gives up.
+pub const PATIENCE: Duration = Duration::from_secs(30);
+
+/// The path of one of the workspace's binaries, built as the tests are if it is not there yet.
+///
+/// # Panics
+/// It cannot be built.
+#[must_use]
+pub fn binary(name: &str) -> PathBuf {
+    static BUILT: OnceLock<()> = OnceLock::new();
+    BUILT.get_or_init(|| {
+        let built = Command::new(env!("CARGO"))
+            .args(["build", "--quiet", "-p", "hapticd", "-p", "haptic-ctl", "--bins"])
+            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+            .status()
+            .expect("cargo runs");
+        assert!(built.success(), "the binaries are built");
+    });
+    // The test itself is target/PROFILE/deps/NAME-HASH.
+    let test = std::env::current_exe().expect("a test has a path");
+    let directory = test.ancestors().nth(2).expect("it lies in target/PROFILE/deps");
+    directory.join(name)
+}
+
+/// A running hapticd with the fake rig. It is killed when the test ends.
+#[derive(Debug)]
+pub struct Daemon {
+    child: Child,
+    socket: PathBuf,
+    said: Vec<String>,
+    stderr: BufReader<ChildStderr>,
+    _directory: Option<tempfile::TempDir>,
+}
+
+impl Daemon {
+    /// Starts a daemon on a socket of its own with more arguments.
+    ///
+    /// # Panics
+    /// It does not come up.
+    #[must_use]
+    pub fn start(arguments: &[&str]) -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let socket = directory.path().join("run/control.sock");
+        let mut daemon = Self::start_at(&socket, arguments);
+        daemon._directory = Some(directory);
+        daemon
+    }
+
+    /// Starts a daemon on a socket.
+    ///
+    /// # Panics
+    /// It does not come up.
+    #[must_use]
+    pub fn start_at(socket: &Path, arguments: &[&str]) -> Self {
+        let mut command = Command::new(binary("hapticd"));
+        command.args(["--device", "fake"]).args(arguments);
+        Self::spawn(command, socket)
+    }
+
+    /// Starts a prepared command on a socket, and waits until it has made it.
+    ///
+    /// # Panics
+    /// It does not come up.
+    #[must_use]
+    pub fn spawn(mut command: Command, socket: &Path) -> Self {
+        let mut child = command
+            .arg("--socket")
+            .arg(socket)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("hapticd starts");
+        let mut stderr = BufReader::new(child.stderr.take().expect("it is piped"));
+        let mut said = Vec::new();
+        // The line on its rate and privileges is the last that every daemon says.
+        while !said.last().is_some_and(|line: &String| line.contains(" Hz, ")) {
+            let mut line = String::new();
+            let read = stderr.read_line(&mut line).expect("its messages are text");
+            assert!(read > 0, "hapticd did not come up: {said:?}");
+            said.push(line);
+        }
+        Self {
+            child,
+            socket: socket.to_path_buf(),
+            said,
+            stderr,
+            _directory: None,
+        }
+    }
+
+    /// The control socket.
+    #[must_use]
+    pub fn socket(&self) -> &Path {
+        &self.socket
+    }
+
+    /// The process.
+    #[must_use]
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// What it said while it came up.
+    #[must_use]
+    pub fn said(&self) -> &[String] {
+        &self.said
+    }
+
+    /// A client of the daemon.
+    ///
+    /// # Panics
+    /// It is not served.
+    #[must_use]
+    pub fn client(&self) -> Client {
+        Client::connect(&self.socket).expect("the daemon serves")
+    }
+
+    /// A bare connection on which the greeting has been read.
+    ///
+    /// # Panics
+    /// It is not served.
+    #[must_use]
+    pub fn raw(&self) -> Raw {
+        let stream = UnixStream::connect(&self.socket).expect("the daemon serves");
+        stream.set_read_timeout(Some(PATIENCE)).expect("a time-out can be set");
+        let mut raw = Raw {
+            reader: BufReader::new(stream.try_clone().expect("a second handle")),
+            stream,
+        };
+        let hello = raw.line();
+        assert_eq!(hello["hello"]["protocol"], 1, "{hello}");
+        raw
+    }
+
+    /// Runs haptic-ctl against the daemon.
+    ///
+    /// # Panics
+    /// It cannot be started.
+    #[must_use]
+    pub fn ctl(&self, arguments: &[&str]) -> Output {
+        ctl(&self.socket, arguments)
+    }
+
+    /// Runs haptic-ctl, which must succeed, and returns what it printed.
+    ///
+    /// # Panics
+    /// It fails.
+    #[must_use]
+    pub fn ctl_ok(&self, arguments: &[&str]) -> String {
+        let output = self.ctl(arguments);
+        assert!(
+            output.status.success(),
+            "{arguments:?}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        String::from_utf8(output.stdout).expect("it prints text")
+    }
+
+    /// Sends a signal and waits for the end; returns how it ended and what it still said.
+    ///
+    /// # Panics
+    /// It does not end.
+    pub fn end(mut self, signal: rustix::process::Signal) -> (ExitStatus, String) {
+        let pid = rustix::process::Pid::from_child(&self.child);
+        rustix::process::kill_process(pid, signal).expect("it runs");
+        let mut said = String::new();
+        self.stderr.read_to_string(&mut said).expect("its messages are text");
+        (self.child.wait().expect("it ends"), said)
+    }
+}
+
+impl Drop for Daemon {
+    fn drop(&mut self) {
+        // It may have ended already; either way nothing of it stays.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+/// Runs haptic-ctl against a socket.
+///
+/// # Panics
+/// It cannot be started.
+#[must_use]
+pub fn ctl(socket: &Path, arguments: &[&str]) -> Output {
+    Command::new(binary("haptic-ctl"))
+        .arg("--socket")
+        .arg(socket)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .expect("haptic-ctl starts")
+}
+
+/// A connection that speaks bytes.
+#[derive(Debug)]
+pub struct Raw {
+    stream: UnixStream,
+    reader: BufReader<UnixStream>,
+}
+
+impl Raw {
+    /// Sends bytes as they are.
+    ///
+    /// # Panics
+    /// The connection is gone.
+    pub fn send(&mut self, bytes: impl AsRef<[u8]>) {
+        self.stream.write_all(bytes.as_ref()).expect("the daemon reads");
+    }
+
+    /// Reads a line.
+    ///
+    /// # Panics
+    /// The connection is gone, or the line is no JSON.
+    pub fn line(&mut self) -> serde_json::Value {
+        let mut line = String::new();
+        let read = self.reader.read_line(&mut line).expect("the daemon writes");
+        assert!(read > 0, "the daemon closed the connection");
+        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{line}: {error}"))
+    }
+
+    /// Sends a line and reads the answer.
+    ///
+    /// # Panics
+    /// The connection is gone.
+    pub fn ask(&mut self, line: &str) -> serde_json::Value {
+        self.send(format!("{line}\n"));
+        self.line()
+    }
+}
+
+/// Asks for the status.
+///
+/// # Panics
+/// The daemon does not answer.
+pub fn status(client: &mut Client) -> Status {
+    client.request(Request::Status {}).expect("a status")
+}
+
+/// Asks for the status until it is as wanted.
+///
+/// # Panics
+/// It does not come to that.
+pub fn wait_for(client: &mut Client, what: &str, wanted: impl Fn(&Status) -> bool) -> Status {
+    let began = Instant::now();
+    loop {
+        let status = status(client);
+        if wanted(&status) {
+            return status;
+        }
+        assert!(began.elapsed() < PATIENCE, "waited in vain for {what}: {status:?}");
+        std::thread::yield_now();
+    }
+}
+
+/// Waits until the rig is in a state.
+///
+/// # Panics
+/// It does not come to that.
+pub fn wait_for_state(client: &mut Client, state: RigState) -> Status {
+    wait_for(client, &state.to_string(), |status| status.state == state)
+}
+
+/// The real machine's record, where it is there; it is never part of the repository.
+#[must_use]
+pub fn machine_record() -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/emps-pulses.csv");
+    path.exists().then_some(path)
+}

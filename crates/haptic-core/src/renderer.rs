@@ -27,6 +27,10 @@ pub struct Renderer {
 }
 
 #[derive(Clone, Copy, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one at a time; a box would be an indirection in every tick"
+)]
 enum Compiled {
     Exact(ExactBlock),
     Literal(LiteralBlock),

@@ -78,7 +78,7 @@ pub enum SceneError {
         unit: &'static str,
     },
     /// No parameter has this name.
-    #[error("there is no parameter `{name}`{}; there are {}", suggestion(*.nearest), known_names())]
+    #[error("there is no parameter `{name}`{} there are {}", suggestion(*.nearest), known_names())]
     UnknownParameter {
         /// The name given.
         name: String,
@@ -126,7 +126,7 @@ pub enum SceneError {
 }
 
 fn suggestion(nearest: Option<&'static str>) -> String {
-    nearest.map_or_else(String::new, |name| alloc::format!(", did you mean `{name}`?"))
+    nearest.map_or_else(|| String::from(";"), |name| alloc::format!(", did you mean `{name}`?"))
 }
 
 /// Largest `omega_d T` accepted, rad: the work of a tick is bounded by the half-turns in it.

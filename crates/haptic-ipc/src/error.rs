@@ -32,7 +32,11 @@ pub enum ErrorCode {
     NoCoupling,
     /// The block would oscillate too fast for the loop's rate.
     TooFastForRate,
-    /// The rig is in a state in which this cannot be done; the message says which and what to do.
+    /// The rig is stopped, by a person: reset it first.
+    Stopped,
+    /// The rig is faulted, by a check: reset it first.
+    Faulted,
+    /// The rig is in another state in which this cannot be done; the message says which and what to do.
     WrongState,
     /// As many clients are connected as the daemon takes.
     TooManyClients,

@@ -115,13 +115,15 @@ impl RigHandle {
             Command::Release => "release",
             Command::Reset => "reset",
         };
-        let hint = match outcome.state {
-            RigState::Stopped | RigState::Faulted => "reset it first",
-            RigState::Disconnected => "its device cannot be read",
-            _ => "a stop came in between",
+        let (code, hint) = match outcome.state {
+            RigState::Stopped if command == Command::Reset => (ErrorCode::Stopped, "another stop came in between"),
+            RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
+            RigState::Faulted => (ErrorCode::Faulted, "reset it first"),
+            RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
+            _ => (ErrorCode::WrongState, "a stop came in between"),
         };
         Err(WireError::new(
-            ErrorCode::WrongState,
+            code,
             format!("cannot {verb} while the rig is {}: {hint}", outcome.state),
         )
         .about("state"))

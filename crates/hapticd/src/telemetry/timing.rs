@@ -7,9 +7,12 @@ use haptic_ipc::{Percentiles, Timing, TimingWindow};
 use hdrhistogram::Histogram;
 use std::collections::VecDeque;
 
-/// Durations are kept to one percent, up to this; longer ones count as this long.
+/// Durations up to this are kept; longer ones count as this long.
 const LONGEST_NS: u64 = 60_000_000_000;
-const SIGNIFICANT_DIGITS: u8 = 2;
+/// Durations that can be anything are kept to one percent.
+const COARSE_DIGITS: u8 = 2;
+/// Periods differ by little, so they are kept to one part in a thousand.
+const FINE_DIGITS: u8 = 3;
 const WINDOW_S: usize = 10;
 
 #[derive(Clone, Debug)]
@@ -24,8 +27,8 @@ struct Span {
     period: Histogram<u64>,
 }
 
-fn histogram() -> Histogram<u64> {
-    Histogram::new_with_bounds(1, LONGEST_NS, SIGNIFICANT_DIGITS).expect("the bounds are constants that fit")
+fn histogram(digits: u8) -> Histogram<u64> {
+    Histogram::new_with_bounds(1, LONGEST_NS, digits).expect("the bounds are constants that fit")
 }
 
 fn percentiles(histogram: &Histogram<u64>) -> Percentiles {
@@ -45,10 +48,10 @@ impl Span {
             overruns: 0,
             missed_periods: 0,
             dropped: 0,
-            wake_latency: histogram(),
-            tick: histogram(),
-            device_round_trip: histogram(),
-            period: histogram(),
+            wake_latency: histogram(COARSE_DIGITS),
+            tick: histogram(COARSE_DIGITS),
+            device_round_trip: histogram(COARSE_DIGITS),
+            period: histogram(FINE_DIGITS),
         }
     }
 

@@ -1,0 +1,105 @@
+//! `watch`: samples as they come.
+
+use crate::failure::Failure;
+use crate::{Daemon, output};
+use clap::Args;
+use haptic_ipc::{Event, Request, Sample, SubscribeReply, Topic};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Samples a second, Hz, or `all` for every tick
+    #[arg(long, value_name = "HZ", default_value = "10")]
+    rate: Rate,
+
+    /// End after so many samples
+    #[arg(long, value_name = "N")]
+    count: Option<u64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Rate {
+    All,
+    Hz(f64),
+}
+
+impl std::str::FromStr for Rate {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "all" => Ok(Self::All),
+            _ => match text.parse::<f64>() {
+                Ok(rate) if rate.is_finite() => Ok(Self::Hz(rate)),
+                _ => Err(format!("`{text}` is neither a number of hertz nor `all`")),
+            },
+        }
+    }
+}
+
+pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    let rate_hz = match arguments.rate {
+        Rate::All => None,
+        Rate::Hz(rate) => Some(rate),
+    };
+    let subscribe = Request::Subscribe {
+        topics: vec![Topic::Samples],
+        rate_hz,
+        batch_ms: None,
+    };
+    let _: SubscribeReply = daemon.ask(subscribe).await?;
+    let mut left = arguments.count.unwrap_or(u64::MAX);
+    if !json {
+        output::line(&header())?;
+    }
+    while left > 0 {
+        let Event::Samples(batch) = daemon.client.next_event().await? else {
+            continue;
+        };
+        if batch.dropped > 0 {
+            eprintln!(
+                "haptic-ctl: {} samples were lost before tick {}",
+                batch.dropped, batch.rows[0].tick
+            );
+        }
+        let shown = usize::try_from(left).unwrap_or(usize::MAX).min(batch.rows.len());
+        let lines: Vec<String> = batch.rows[..shown]
+            .iter()
+            .map(|sample| if json { object(sample) } else { row(sample) })
+            .collect();
+        // One write a batch keeps up with every tick of a fast loop.
+        output::line(&lines.join("\n"))?;
+        left -= shown as u64;
+    }
+    Ok(())
+}
+
+fn object(sample: &Sample) -> String {
+    serde_json::Value::Object(sample.to_object()).to_string()
+}
+
+fn header() -> String {
+    format!(
+        "{:>10} {:>9}  {:<12} {:<8} {:>11} {:>11} {:>9} {:>9} {:>9}",
+        "tick", "t s", "state", "contact", "device mm", "block mm", "device m/s", "block m/s", "force N"
+    )
+}
+
+fn row(sample: &Sample) -> String {
+    let contact = match sample.contact {
+        0 => "stuck",
+        1.. => "slides +",
+        _ => "slides -",
+    };
+    format!(
+        "{:>10} {:>9.3}  {:<12} {:<8} {:>11.3} {:>11.3} {:>10.4} {:>9.4} {:>9.3}",
+        sample.tick,
+        sample.t_s,
+        sample.state,
+        contact,
+        sample.device_position_m * 1e3,
+        sample.block_position_m * 1e3,
+        sample.device_velocity_mps,
+        sample.block_velocity_mps,
+        sample.command_force_n
+    )
+}

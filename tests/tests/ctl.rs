@@ -1,0 +1,151 @@
+//! haptic-ctl as people and scripts use it.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use system_tests::{Daemon, binary, ctl};
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn every_subcommand_works_and_has_a_json_form() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    for (arguments, shown, json_field) in [
+        (vec!["status"], "idle", "state"),
+        (vec!["describe"], "velocity_threshold", "parameters"),
+        (vec!["get"], "simulated friction", "params"),
+        (
+            vec!["set", "mass=1.5", "Fs=5", "Fd=3.5", "b=2", "DV=0.002"],
+            "mass = 1.5 kg",
+            "revision",
+        ),
+        (vec!["set", "Fs+=5", "Fs-=3"], "static_force- = 3 N", "advice"),
+        (vec!["engage"], "eng", "tick"),
+        (vec!["release"], "at tick", "tick"),
+        (vec!["stop"], "stopped", "tick"),
+        (vec!["reset"], "idle", "tick"),
+        (vec!["timing"], "overruns", "wake_latency_ns"),
+        (
+            vec!["watch", "--count", "2", "--rate", "100"],
+            "device mm",
+            "device_position_m",
+        ),
+    ] {
+        let people = daemon.ctl_ok(&arguments);
+        assert!(people.contains(shown), "{arguments:?}: {people}");
+        let scripts = daemon.ctl_ok(&[arguments.clone(), vec!["--json"]].concat());
+        for line in scripts.lines() {
+            let value: serde_json::Value = serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}"));
+            assert!(!value[json_field].is_null(), "{arguments:?}: {line} lacks {json_field}");
+        }
+        assert!(!scripts.is_empty());
+    }
+}
+
+#[test]
+fn exit_codes_tell_what_went_wrong() {
+    let daemon = Daemon::start(&[]);
+    for (arguments, code, named) in [
+        (vec!["set", "mass=-1"], 1, "0.000001 to 100 kg"),
+        (vec!["set", "masss=1"], 1, "did you mean `mass`"),
+        (vec!["watch", "--rate", "9999"], 1, "rate_hz = 9999 Hz"),
+        (vec!["set", "mass"], 2, "NAME=VALUE"),
+        (vec!["set", "mass=NaN"], 2, "not a finite number"),
+        (vec!["set"], 2, "NAME=VALUE"),
+        (vec!["fly"], 2, "fly"),
+    ] {
+        let output = daemon.ctl(&arguments);
+        assert_eq!(
+            output.status.code(),
+            Some(code),
+            "{arguments:?}: {}",
+            text(&output.stderr)
+        );
+        assert!(
+            text(&output.stderr).contains(named),
+            "{arguments:?}: {}",
+            text(&output.stderr)
+        );
+    }
+    assert_eq!(daemon.ctl(&["stop"]).status.code(), Some(0));
+    let output = daemon.ctl(&["engage"]);
+    assert_eq!(output.status.code(), Some(6), "{}", text(&output.stderr));
+    let output = daemon.ctl(&["set", "mass=-1", "--json"]);
+    let error: serde_json::Value = serde_json::from_slice(&output.stderr).expect("errors have a JSON form too");
+    assert_eq!(error["error"]["param"], "mass");
+
+    let nobody = ctl(Path::new("/nonexistent/control.sock"), &["status"]);
+    assert_eq!(nobody.status.code(), Some(3));
+    assert!(
+        text(&nobody.stderr).contains("/nonexistent/control.sock"),
+        "{}",
+        text(&nobody.stderr)
+    );
+    assert!(
+        text(&nobody.stderr).contains("hapticd --demo"),
+        "{}",
+        text(&nobody.stderr)
+    );
+}
+
+#[test]
+fn a_stop_that_nobody_confirms_is_no_success() {
+    // A daemon that greets and then says nothing.
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("mute.sock");
+    let listener = std::os::unix::net::UnixListener::bind(&socket).expect("a socket");
+    let mute = std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().expect("a client");
+        std::io::Write::write_all(
+            &mut stream,
+            b"{\"hello\":{\"protocol\":1,\"server\":\"mute\",\"session\":\"1\"}}\n",
+        )
+        .expect("it reads");
+        // Until the client gives up.
+        drop(std::io::Read::read_to_end(&mut stream, &mut Vec::new()));
+    });
+    let output = ctl(&socket, &["stop"]);
+    assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
+    mute.join().expect("it ends");
+}
+
+#[test]
+fn watch_is_interrupted_with_130_and_ends_quietly_when_its_reader_has_had_enough() {
+    let daemon = Daemon::start(&[]);
+    let mut watch = Command::new(binary("haptic-ctl"))
+        .arg("--socket")
+        .arg(daemon.socket())
+        .args(["watch", "--rate", "all", "--json"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("haptic-ctl starts");
+    let mut lines = BufReader::new(watch.stdout.take().expect("it is piped")).lines();
+    let mut last = None;
+    for _ in 0..500 {
+        let line = lines.next().expect("another sample").expect("text");
+        let sample: serde_json::Value = serde_json::from_str(&line).expect("an object a line");
+        let tick = sample["tick"].as_u64().expect("a tick");
+        assert!(last.is_none_or(|last| tick == last + 1), "{tick} after {last:?}");
+        last = Some(tick);
+    }
+    let pid = rustix::process::Pid::from_child(&watch);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).expect("it runs");
+    assert!(lines.by_ref().all(|line| line.is_ok()));
+    assert_eq!(watch.wait().expect("it ends").code(), Some(130));
+
+    let mut watch = Command::new(binary("haptic-ctl"))
+        .arg("--socket")
+        .arg(daemon.socket())
+        .args(["watch", "--rate", "all"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("haptic-ctl starts");
+    let mut reader = BufReader::new(watch.stdout.take().expect("it is piped"));
+    reader.read_line(&mut String::new()).expect("a header");
+    drop(reader);
+    let output = watch.wait_with_output().expect("it ends");
+    assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
+}

@@ -1,0 +1,159 @@
+//! How a daemon comes and goes: sockets, configuration, privileges, signals.
+
+use haptic_ipc::{Request, RigState, StateReply};
+use rustix::process::Signal;
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use system_tests::{Daemon, binary, ctl, status, wait_for_state};
+
+/// Runs hapticd with arguments with which it cannot run; returns its exit code and what it said.
+fn refused(arguments: &[&str]) -> (Option<i32>, String) {
+    let output = Command::new(binary("hapticd"))
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .expect("hapticd starts");
+    (
+        output.status.code(),
+        String::from_utf8_lossy(&output.stderr).into_owned(),
+    )
+}
+
+#[test]
+fn a_socket_in_use_is_refused_and_a_stale_one_is_replaced() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("rig/control.sock");
+    let path = socket.to_str().expect("a plain path");
+    let first = Daemon::start_at(&socket, &[]);
+    let (code, said) = refused(&["--device", "fake", "--socket", path]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains(path) && said.contains("in use"), "{said}");
+    assert_eq!(
+        status(&mut first.client()).state,
+        RigState::Idle,
+        "the first is unharmed"
+    );
+
+    // Killed, it cannot clean up.
+    drop(first);
+    assert!(socket.exists());
+    let second = Daemon::start_at(&socket, &[]);
+    assert_eq!(status(&mut second.client()).state, RigState::Idle);
+    let (ended, _) = second.end(Signal::TERM);
+    assert!(ended.success());
+    assert!(!socket.exists(), "a daemon that ends in order takes its socket with it");
+
+    std::fs::write(&socket, "precious").expect("a file");
+    let (code, said) = refused(&["--device", "fake", "--socket", path]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("not a socket"), "{said}");
+    assert_eq!(std::fs::read_to_string(&socket).expect("it is still there"), "precious");
+}
+
+#[test]
+fn only_the_owner_can_use_the_socket() {
+    let daemon = Daemon::start(&[]);
+    let mode = |path: &Path| std::fs::metadata(path).expect("it exists").permissions().mode() & 0o777;
+    assert_eq!(mode(daemon.socket()), 0o600);
+    assert_eq!(mode(daemon.socket().parent().expect("a directory")), 0o700);
+}
+
+#[test]
+fn a_signal_lets_the_force_down_before_the_end() {
+    for signal in [Signal::TERM, Signal::INT, Signal::HUP] {
+        let daemon = Daemon::start(&["--ramp-ms", "50"]);
+        let mut client = daemon.client();
+        let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+        wait_for_state(&mut client, RigState::Engaged);
+        let (ended, said) = daemon.end(signal);
+        assert!(ended.success(), "{signal:?}: {said}");
+        assert!(!said.contains("panic"), "{said}");
+    }
+}
+
+#[test]
+fn what_cannot_be_run_is_refused_by_its_name() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = |name: &str, text: &str| {
+        let path = directory.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        path.to_str().expect("a plain path").to_owned()
+    };
+    let unknown = file("unknown.toml", "colour = \"red\"\n");
+    let heavy = file(
+        "heavy.toml",
+        &include_str!("../../scenes/simulated-friction.toml").replace("mass = 0.5", "mass = 500"),
+    );
+    let nan = file(
+        "nan.toml",
+        &include_str!("../../scenes/simulated-friction.toml").replace("mass = 0.5", "mass = nan"),
+    );
+    let motion = format!("file:{}", file("motion.csv", "t_s,position_m\n0,0\n1,x\n"));
+    for (arguments, parts) in [
+        (vec![], vec!["--device fake", "--demo"]),
+        (
+            vec!["--device", "fake", "--rate", "50"],
+            vec!["rate", "50", "100", "20000", "Hz"],
+        ),
+        (vec!["--config", &unknown], vec!["unknown.toml", "colour"]),
+        (
+            vec!["--device", "fake", "--scene", &heavy],
+            vec!["heavy.toml", "mass", "500", "100", "kg"],
+        ),
+        (
+            vec!["--device", "fake", "--scene", &nan],
+            vec!["nan.toml", "mass", "NaN", "kg"],
+        ),
+        (
+            vec!["--device", "fake", "--hand", &motion],
+            vec!["motion.csv", "line 3", "position_m", "x"],
+        ),
+    ] {
+        let (code, said) = refused(&arguments);
+        assert_eq!(code, Some(2), "{arguments:?}: {said}");
+        for part in parts {
+            assert!(said.contains(part), "{arguments:?}: {said} lacks {part}");
+        }
+        assert!(!said.contains("panicked"), "{said}");
+    }
+}
+
+#[test]
+fn without_privileges_it_says_which_are_missing_and_runs() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut command = Command::new(binary("hapticd"));
+    command.args(["--device", "fake"]);
+    let socket = directory.path().join("control.sock");
+    if rustix::process::geteuid().is_root() {
+        const NOBODY: u32 = 65534;
+        std::os::unix::fs::chown(directory.path(), Some(NOBODY), Some(NOBODY)).expect("root can");
+        // The binary may lie where only root can go.
+        let copy = directory.path().join("hapticd");
+        std::fs::copy(binary("hapticd"), &copy).expect("it can be copied");
+        command = Command::new(copy);
+        command.args(["--device", "fake"]).uid(NOBODY).gid(NOBODY);
+    }
+    let daemon = Daemon::spawn(command, &socket);
+    let status = status(&mut daemon.client());
+    for problem in &status.real_time.problems {
+        assert!(
+            problem.remedy.contains("limits.d") || problem.remedy.contains("--cpu"),
+            "{problem:?}"
+        );
+    }
+    if status.real_time.fifo_priority.is_none() {
+        assert!(
+            status
+                .real_time
+                .problems
+                .iter()
+                .any(|problem| problem.what.contains("real-time priority")),
+            "{status:?}"
+        );
+    } else {
+        eprintln!("this user may use SCHED_FIFO: its refusal was not seen");
+    }
+    assert_eq!(ctl(daemon.socket(), &["status"]).status.code(), Some(0));
+}

@@ -1,0 +1,89 @@
+//! A real machine's motion: the fake rig's hand follows its whole 1 kHz record while the scene changes under it.
+
+use haptic_ipc::{Event, Request, RigState, SetReply, StateReply, SubscribeReply, Timing, Topic};
+use system_tests::{Daemon, machine_record, wait_for_state};
+
+#[test]
+fn every_tick_of_a_real_motion_reaches_a_subscriber_while_the_scene_changes() {
+    let Some(path) = machine_record() else {
+        eprintln!("SKIPPED: shared/data/emps-pulses.csv, the real machine's record, is not beside the repository");
+        return;
+    };
+    let hand = format!("file:{}", path.display());
+    let daemon = Daemon::start(&["--hand", &hand, "--hand-scale", "0.5"]);
+    let mut subscriber = daemon.client();
+    let subscribe = Request::Subscribe {
+        topics: vec![Topic::Samples],
+        rate_hz: None,
+        batch_ms: None,
+    };
+    let _: SubscribeReply = subscriber.request(subscribe).expect("a subscription");
+    let mut tuner = daemon.client();
+    let _: StateReply = tuner.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut tuner, RigState::Engaged);
+
+    let scenes = [
+        ("Fs", 5.0),
+        ("Fd", 2.0),
+        ("mass", 1.5),
+        ("Fs", 4.0),
+        ("Fd", 3.5),
+        ("mass", 0.5),
+    ];
+    let (mut last, mut next_change, mut changes) = (None, 1000, 0);
+    let (mut slides, mut sticks, mut farthest) = (0_u64, 0_u64, 0.0_f64);
+    let mut revisions = Vec::new();
+    let mut end_s = 0.0;
+    while end_s < 24.84 {
+        let Event::Samples(batch) = subscriber.next_event().expect("the daemon goes on") else {
+            panic!("only samples were asked for");
+        };
+        assert_eq!(batch.dropped, 0);
+        for row in &batch.rows {
+            assert!(
+                last.is_none_or(|last| row.tick == last + 1),
+                "{} after {last:?}",
+                row.tick
+            );
+            last = Some(row.tick);
+            end_s = row.t_s;
+            assert!(
+                row.command_force_n.is_finite() && row.command_force_n.abs() <= 20.0,
+                "{row:?}"
+            );
+            farthest = farthest.max(row.device_position_m);
+            match row.contact {
+                0 => sticks += 1,
+                _ => slides += 1,
+            }
+            if revisions.last() != Some(&row.revision) {
+                revisions.push(row.revision);
+            }
+        }
+        if last > Some(next_change) {
+            next_change += 1000;
+            let (name, value) = scenes[changes % scenes.len()];
+            let changed = daemon.ctl_ok(&["set", &format!("{name}={value}"), "--json"]);
+            let reply: SetReply = serde_json::from_str(&changed).expect("a set reply");
+            changes += 1;
+            assert_eq!(reply.revision, 1 + changes as u64);
+        }
+    }
+    let timing: Timing = tuner.request(Request::Timing {}).expect("a timing");
+    let all = timing.since_start;
+    println!(
+        "{} ticks, {} overruns, {} missed periods, {} samples dropped, tick p50 {} ns, p99 {} ns; {changes} changes; {slides} ticks sliding, {sticks} stuck",
+        all.ticks, all.overruns, all.missed_periods, all.telemetry_dropped, all.tick_ns.p50, all.tick_ns.p99
+    );
+    assert_eq!(all.telemetry_dropped, 0);
+    assert!(changes >= 20, "{changes}");
+    assert!(revisions.windows(2).all(|pair| pair[1] > pair[0]), "{revisions:?}");
+    assert!(
+        (farthest - 0.5 * 0.2465).abs() < 1e-3,
+        "the whole stroke was followed, to {farthest} m"
+    );
+    assert!(
+        slides > 1000 && sticks > 100,
+        "the block slid and stuck: {slides}, {sticks}"
+    );
+}
