@@ -149,3 +149,50 @@ fn watch_is_interrupted_with_130_and_ends_quietly_when_its_reader_has_had_enough
     let output = watch.wait_with_output().expect("it ends");
     assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
 }
+
+#[test]
+fn a_scene_is_simulated_along_a_motion_without_a_daemon() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = |name: &str| directory.path().join(name).to_str().expect("a plain path").to_owned();
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    let scene = format!("{root}/scenes/simulated-friction.toml");
+    let motion = format!("{root}/crates/haptic-core/tests/data/reference/paper.csv");
+    let (out, events) = (path("out.csv"), path("events.csv"));
+    let simulate = |more: &[&str]| {
+        let basic = [
+            "simulate", &scene, "--motion", &motion, "--out", &out, "--events", &events,
+        ];
+        let output = ctl(Path::new("/nonexistent/control.sock"), &[&basic, more].concat());
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        (text(&output.stdout), std::fs::read_to_string(&out).expect("rows"))
+    };
+    let (summary, rows) = simulate(&[]);
+    assert!(summary.contains("3000 ticks") && summary.contains("0 J"), "{summary}");
+    assert_eq!(
+        rows.lines().next(),
+        std::fs::read_to_string(&motion).expect("the motion").lines().next()
+    );
+    assert_eq!(rows.lines().count(), 3002);
+    assert_eq!(simulate(&[]).1, rows, "two runs are the same");
+    assert_eq!(std::fs::read_to_string(&events).expect("events").lines().count(), 24);
+    let (summary, literal) = simulate(&["--scheme", "literal:10", "--block-velocity", "-0.1", "--json"]);
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    assert_eq!(summary["scheme"], "literal:10");
+    assert!(
+        summary["energy_created_J"].as_f64().is_some_and(|energy| energy > 0.0),
+        "{summary}"
+    );
+    assert_ne!(literal, rows);
+    assert!(
+        literal.lines().nth(1).is_some_and(|row| row.ends_with(",-1")),
+        "a block that moves begins sliding"
+    );
+
+    let output = ctl(Path::new("/"), &["simulate", &scene, "--motion", &scene, "--out", &out]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output.stderr).contains("device_position_m"),
+        "{}",
+        text(&output.stderr)
+    );
+}

@@ -39,5 +39,5 @@ pub mod velocity;
 
 pub use friction::Directional;
 pub use parameters::{Direction, Parameter, ParameterKey};
-pub use renderer::{Renderer, Scheme};
+pub use renderer::{Renderer, Scheme, UnknownScheme};
 pub use scene::{Scene, SceneError};

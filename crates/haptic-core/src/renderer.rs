@@ -6,6 +6,11 @@ use crate::block::{BlockState, Contact, EventSink, Rendered};
 use crate::friction::Friction;
 use crate::parameters::Direction;
 use crate::scene::{Coupling, Scene, SceneError};
+use alloc::string::{String, ToString};
+use core::fmt;
+use core::num::NonZeroU32;
+use core::str::FromStr;
+use thiserror::Error;
 
 /// How the block is moved on from one sample to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -14,7 +19,59 @@ pub enum Scheme {
     #[default]
     Exact,
     /// The paper's Euler step: see [`block::literal`](crate::block::literal).
-    Literal,
+    Literal {
+        /// Steps a tick; the paper has one.
+        substeps: NonZeroU32,
+    },
+}
+
+impl Scheme {
+    /// The paper's own: one Euler step a tick.
+    pub const LITERAL: Self = Self::Literal {
+        substeps: NonZeroU32::MIN,
+    };
+}
+
+impl fmt::Display for Scheme {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exact => f.write_str("exact"),
+            Self::Literal {
+                substeps: NonZeroU32::MIN,
+            } => f.write_str("literal"),
+            Self::Literal { substeps } => write!(f, "literal:{substeps}"),
+        }
+    }
+}
+
+/// A text that names no scheme.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error(
+    "there is no scheme `{0}`; there are exact, literal, and literal:N with N steps a tick, from 1 to {MAX_SUBSTEPS}"
+)]
+pub struct UnknownScheme(String);
+
+/// Most Euler steps a tick: more takes longer than any tick lasts.
+const MAX_SUBSTEPS: u32 = 10_000;
+
+impl FromStr for Scheme {
+    type Err = UnknownScheme;
+
+    fn from_str(text: &str) -> Result<Self, UnknownScheme> {
+        let unknown = || UnknownScheme(text.to_string());
+        match text {
+            "exact" => Ok(Self::Exact),
+            "literal" => Ok(Self::LITERAL),
+            _ => {
+                let substeps: NonZeroU32 = text
+                    .strip_prefix("literal:")
+                    .and_then(|count| count.parse().ok())
+                    .filter(|count: &NonZeroU32| count.get() <= MAX_SUBSTEPS)
+                    .ok_or_else(unknown)?;
+                Ok(Self::Literal { substeps })
+            }
+        }
+    }
 }
 
 /// A scene, ready to be rendered.
@@ -27,10 +84,6 @@ pub struct Renderer {
 }
 
 #[derive(Clone, Copy, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is one at a time; a box would be an indirection in every tick"
-)]
 enum Compiled {
     Exact(ExactBlock),
     Literal(LiteralBlock),
@@ -57,7 +110,7 @@ impl Renderer {
         Ok(Self {
             compiled: match scheme {
                 Scheme::Exact => Compiled::Exact(ExactBlock::new(scene, state)),
-                Scheme::Literal => Compiled::Literal(LiteralBlock::new(scene, state)),
+                Scheme::Literal { substeps } => Compiled::Literal(LiteralBlock::new(scene, substeps, state)),
             },
             coupling: scene.coupling,
             at_rest,

@@ -360,6 +360,7 @@ fn check_range(param: ParameterKey, value: f64) -> Result<(), SceneError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::string::ToString;
 
     fn key(text: &str) -> ParameterKey {
         text.parse().expect("a parameter")

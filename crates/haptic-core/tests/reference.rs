@@ -104,7 +104,7 @@ fn the_exact_scheme_meets_its_targets_on_every_reference_scene() {
 #[test]
 fn the_literal_scheme_does_not() {
     // The references must be able to tell a good scheme from the paper's own.
-    let errors = run("paper", Scheme::Literal);
+    let errors = run("paper", Scheme::LITERAL);
     println!("{errors:?}");
     assert!(errors.position > 1e-6 && errors.contacts > 0, "{errors:?}");
 }

@@ -29,7 +29,7 @@ fn limit_cycle(mass: f64, stiffness: f64, damping: f64, dynamic_force: f64) -> f
 #[test]
 fn the_literal_scheme_ends_in_its_limit_cycle() {
     let scene = scene(&[("Fs", 4.0), ("Fd", 4.0)]);
-    let mut block = renderer(&scene, Scheme::Literal, 0.0, 0.5);
+    let mut block = renderer(&scene, Scheme::LITERAL, 0.0, 0.5);
     let mut last = 0.0;
     for _ in 0..20_000 {
         last = block.state().velocity;
@@ -72,8 +72,8 @@ fn excursion(scheme: Scheme, mass: f64) -> f64 {
 #[test]
 fn the_literal_scheme_diverges_below_its_least_mass_and_the_exact_one_does_not() {
     // M_min = K T^2/4 + (B + b) T/2 = 11.25 g.
-    assert!(excursion(Scheme::Literal, 11.24e-3) > 1.0);
-    assert!(excursion(Scheme::Literal, 11.26e-3) < 0.1);
+    assert!(excursion(Scheme::LITERAL, 11.24e-3) > 1.0);
+    assert!(excursion(Scheme::LITERAL, 11.26e-3) < 0.1);
     for mass in [1e-6, 11.24e-3, 11.26e-3] {
         assert!(excursion(Scheme::Exact, mass) < 1e-3, "{mass} kg");
     }

@@ -6,6 +6,7 @@ mod failure;
 mod get;
 mod output;
 mod set;
+mod simulate;
 mod status;
 mod timing;
 mod watch;
@@ -61,6 +62,8 @@ enum Command {
     Timing,
     /// Show samples as they come, until interrupted
     Watch(watch::Arguments),
+    /// Render a scene along a recorded motion, offline, by the code that the daemon runs
+    Simulate(simulate::Arguments),
 }
 
 /// How long an answer may take before the daemon counts as hung.
@@ -85,27 +88,24 @@ fn main() -> ExitCode {
 }
 
 async fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // What can be refused here is refused before anybody is asked.
-    let changes = match &arguments.command {
-        Command::Set(set) => Some(set.changes()?),
-        _ => None,
-    };
-    let path = socket_path::for_client(arguments.socket.as_deref());
-    let mut daemon = Daemon {
-        client: in_time(AsyncClient::connect(&path)).await?,
-    };
     let json = arguments.json;
-    match (&arguments.command, changes) {
-        (Command::Status, _) => status::run(&mut daemon, json).await,
-        (Command::Describe, _) => describe::run(&mut daemon, json).await,
-        (Command::Get, _) => get::run(&mut daemon, json).await,
-        (Command::Set(_), changes) => set::run(&mut daemon, changes.unwrap_or_default(), json).await,
-        (Command::Engage, _) => drive::run(&mut daemon, Request::Engage {}, json).await,
-        (Command::Release, _) => drive::run(&mut daemon, Request::Release {}, json).await,
-        (Command::Stop, _) => drive::run(&mut daemon, Request::Stop {}, json).await,
-        (Command::Reset, _) => drive::run(&mut daemon, Request::Reset {}, json).await,
-        (Command::Timing, _) => timing::run(&mut daemon, json).await,
-        (Command::Watch(watch), _) => watch::run(&mut daemon, watch, json).await,
+    let drive = async |request| drive::run(&mut Daemon::connect(arguments).await?, request, json).await;
+    match &arguments.command {
+        Command::Status => status::run(&mut Daemon::connect(arguments).await?, json).await,
+        Command::Describe => describe::run(&mut Daemon::connect(arguments).await?, json).await,
+        Command::Get => get::run(&mut Daemon::connect(arguments).await?, json).await,
+        Command::Set(set) => {
+            // What can be refused here is refused before anybody is asked.
+            let changes = set.changes()?;
+            set::run(&mut Daemon::connect(arguments).await?, changes, json).await
+        }
+        Command::Engage => drive(Request::Engage {}).await,
+        Command::Release => drive(Request::Release {}).await,
+        Command::Stop => drive(Request::Stop {}).await,
+        Command::Reset => drive(Request::Reset {}).await,
+        Command::Timing => timing::run(&mut Daemon::connect(arguments).await?, json).await,
+        Command::Watch(watch) => watch::run(&mut Daemon::connect(arguments).await?, watch, json).await,
+        Command::Simulate(simulate) => simulate::run(simulate, json),
     }
 }
 
@@ -122,6 +122,13 @@ struct Daemon {
 }
 
 impl Daemon {
+    async fn connect(arguments: &Arguments) -> Result<Self, Failure> {
+        let path = socket_path::for_client(arguments.socket.as_deref());
+        Ok(Self {
+            client: in_time(AsyncClient::connect(&path)).await?,
+        })
+    }
+
     async fn ask<R: serde::de::DeserializeOwned>(&mut self, request: Request) -> Result<R, Failure> {
         in_time(self.client.request(request)).await
     }

@@ -1,1 +1,5 @@
-//! x
+//! Offline work on scenes: the very code that the daemon runs, fed with a motion from a file instead of a rig.
+#![forbid(unsafe_code)]
+
+pub mod motion;
+pub mod simulate;

@@ -3,7 +3,7 @@
 use crate::rt::privileges::{FIFO_PRIORITIES, available_cpus, default_cpu};
 use clap::{Parser, ValueEnum};
 use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, MotionError, Recording, RigProperties};
-use haptic_core::{Scene, SceneError, Scheme};
+use haptic_core::{Scene, SceneError, Scheme, UnknownScheme};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -53,7 +53,8 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
 
-    /// How the block is integrated: `exact`, or `literal` as the paper prints it [default: exact]
+    /// How the block is integrated: `exact`, `literal` as the paper prints it, or `literal:N` with N steps a tick
+    /// [default: exact]
     #[arg(long, value_name = "SCHEME")]
     scheme: Option<SchemeName>,
 
@@ -114,11 +115,25 @@ enum DeviceKind {
     Fake,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum SchemeName {
-    Exact,
-    Literal,
+/// A scheme by its name, on the command line and in the file.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(try_from = "String")]
+struct SchemeName(Scheme);
+
+impl FromStr for SchemeName {
+    type Err = UnknownScheme;
+
+    fn from_str(text: &str) -> Result<Self, UnknownScheme> {
+        text.parse().map(Self)
+    }
+}
+
+impl TryFrom<String> for SchemeName {
+    type Error = UnknownScheme;
+
+    fn try_from(text: String) -> Result<Self, UnknownScheme> {
+        text.parse()
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
@@ -287,10 +302,7 @@ impl Options {
             available_cpus,
             priority,
             scene,
-            scheme: match self.scheme {
-                Some(SchemeName::Literal) => Scheme::Literal,
-                Some(SchemeName::Exact) | None => Scheme::Exact,
-            },
+            scheme: self.scheme.map_or(Scheme::Exact, |name| name.0),
             force_limit_n: within("force-limit-n", self.force_limit_n, 20.0, 0.1, 1000.0, "N")?,
             ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
             rig: self.fake_rig()?,

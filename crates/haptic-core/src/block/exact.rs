@@ -13,8 +13,8 @@
 //!   re-sticks if the force on the block at rest is within the static limit, and otherwise goes on, disarmed. An unarmed
 //!   slide re-sticks at zero velocity. DV = 0 is the ideal law, and the breakaway force stays at Fs for every DV.
 //!
-//! Friction only ever opposes the motion here and a stuck block does not move at all, so friction creates no energy and the
-//! block does not creep. Work per tick is bounded; what is left when the bound is reached is done in one implicit step.
+//! A slide goes forwards by construction (a displacement that rounding makes negative is none), so friction only ever opposes the motion,
+//! and a stuck block does not move at all: friction creates no energy and the block does not creep. Work per tick is bounded; what is left when the bound is reached is done in one implicit step.
 
 use super::oscillator::{Motion, Oscillator, Response};
 use super::{BlockState, Contact, EventSink, Rendered};
@@ -36,12 +36,17 @@ struct Slide {
 }
 
 impl Slide {
+    /// The response at `t`: the one kept where the tick is as long as the last, one derived from it where it nearly is.
     fn response(&mut self, t: f64) -> Response {
         #[expect(clippy::float_cmp, reason = "a cache key: the same number or not")]
-        if t != self.cached_for {
-            self.cached = self.oscillator.response(t);
-            self.cached_for = t;
+        if t == self.cached_for {
+            return self.cached;
         }
+        if let Some(nearby) = self.oscillator.response_near(&self.cached, t - self.cached_for) {
+            return nearby;
+        }
+        self.cached = self.oscillator.response(t);
+        self.cached_for = t;
         self.cached
     }
 }
@@ -146,7 +151,7 @@ impl ExactBlock {
                     * f64::EPSILON
                     * (2.0 * self.stiffness * from.position.abs() + (self.damping * from.device_velocity).abs()),
             };
-            if !self.steady(elapsed_s, &load) {
+            if !self.steady(elapsed_s, &load, sink) {
                 self.with_events(elapsed_s, &load, sink, &mut rendered);
             }
             if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
@@ -165,7 +170,7 @@ impl ExactBlock {
 
     /// The common tick: stuck to its end, or sliding to its end. Returns false, with nothing changed, when an
     /// event may lie in it.
-    fn steady(&mut self, elapsed_s: f64, load: &Load) -> bool {
+    fn steady(&mut self, elapsed_s: f64, load: &Load, sink: &mut impl EventSink) -> bool {
         match self.state.contact {
             Contact::Stuck => {
                 let at_end = load.at_start + load.slope * elapsed_s;
@@ -181,6 +186,7 @@ impl ExactBlock {
                 let motion = slide.motion(sign, w0, load.at_start, load.slope);
                 let r = slide.response(elapsed_s);
                 let (y, w) = slide.oscillator.advance(&motion, &r);
+                let y = y.max(0.0);
                 let (a0, beta) = slide.oscillator.acceleration(&motion);
                 let a = a0 * r.dh + beta * r.h;
                 let one_extremum_at_most = slide.oscillator.half_turns(elapsed_s) < 1.0;
@@ -191,6 +197,7 @@ impl ExactBlock {
                 // At exactly zero velocity and acceleration the direction is for the full search to decide.
                 let sure = one_extremum_at_most && w > level && (w0 > 0.0 || a0 > 0.0) && !dips && !may_arm_unseen;
                 if sure {
+                    sink.slid(sign * slide.dynamic_force, sign * y);
                     self.state.position += sign * y;
                     self.state.velocity = sign * w;
                     self.state.armed = armed || w > threshold;
@@ -213,7 +220,7 @@ impl ExactBlock {
         while time < elapsed_s {
             let remaining = elapsed_s - time;
             if rendered.events >= budget {
-                moved = self.implicit_step(remaining, load.at(elapsed_s), moved);
+                moved = self.implicit_step(elapsed_s, remaining, load, moved, sink);
                 rendered.work_exhausted = true;
                 break;
             }
@@ -241,12 +248,15 @@ impl ExactBlock {
                         motion.f0 = net;
                     }
                     let oscillator = slide.oscillator;
+                    let friction = sign * slide.dynamic_force;
                     let (end, extrema) =
                         first_fall(&oscillator, &motion, remaining, armed, threshold, budget - looked_at);
                     looked_at += extrema;
                     match end {
                         SlideEnd::None { armed } => {
                             let (y, w) = oscillator.advance(&motion, &oscillator.response(remaining));
+                            let y = y.max(0.0);
+                            sink.slid(friction, sign * y);
                             moved += sign * y;
                             // Rounding may leave a hair of backward motion at the end of the interval.
                             self.state.velocity = sign * w.max(0.0);
@@ -255,12 +265,14 @@ impl ExactBlock {
                         }
                         SlideEnd::Falls { at, armed } => {
                             let (y, _) = oscillator.advance(&motion, &oscillator.response(at));
+                            let y = y.max(0.0);
+                            sink.slid(friction, sign * y);
                             moved += sign * y;
                             time += at;
                             net_force = self.fall(direction, armed, load, time, moved, sink, rendered);
                         }
                         SlideEnd::Exhausted => {
-                            moved = self.implicit_step(remaining, load.at(elapsed_s), moved);
+                            moved = self.implicit_step(elapsed_s, remaining, load, moved, sink);
                             rendered.work_exhausted = true;
                             break;
                         }
@@ -356,22 +368,37 @@ impl ExactBlock {
 
     /// One backward-Euler step of the remaining time: stable and dissipative whatever its length. Returns the
     /// displacement since the start of the tick.
-    fn implicit_step(&mut self, remaining: f64, load_at_end: f64, moved: f64) -> f64 {
-        let at_rest = load_at_end - self.stiffness * moved;
+    fn implicit_step(
+        &mut self,
+        elapsed_s: f64,
+        remaining: f64,
+        load: &Load,
+        moved: f64,
+        sink: &mut impl EventSink,
+    ) -> f64 {
+        let at_rest = load.at(elapsed_s) - self.stiffness * moved;
         let impulse = self.mass * self.state.velocity / remaining + at_rest;
         let direction = Direction::of(impulse);
-        if impulse.abs() <= self.breakaway.get(direction) {
+        let from = self.state.contact;
+        self.state.armed = false;
+        let displacement = if impulse.abs() <= self.breakaway.get(direction) {
             self.state.contact = Contact::Stuck;
             self.state.velocity = 0.0;
-            return moved;
+            0.0
+        } else {
+            let slide = *self.slide(direction);
+            let net = (impulse.abs() - slide.dynamic_force).max(0.0);
+            let speed = net / (self.mass / remaining + slide.damping + self.stiffness * remaining);
+            self.state.contact = Contact::Sliding(direction);
+            self.state.velocity = direction.sign() * speed;
+            let displacement = remaining * self.state.velocity;
+            sink.slid(direction.sign() * slide.dynamic_force, displacement);
+            displacement
+        };
+        if from != self.state.contact {
+            sink.contact_changed(elapsed_s, from, self.state.contact);
         }
-        let slide = *self.slide(direction);
-        let net = (impulse.abs() - slide.dynamic_force).max(0.0);
-        let velocity = net / (self.mass / remaining + slide.damping + self.stiffness * remaining);
-        self.state.contact = Contact::Sliding(direction);
-        self.state.velocity = direction.sign() * velocity;
-        self.state.armed = false;
-        moved + remaining * self.state.velocity
+        moved + displacement
     }
 }
 
@@ -461,7 +488,8 @@ fn find_fall(oscillator: &Oscillator, motion: &Motion, level: f64, from: f64, to
         } else {
             0.5 * (above + below)
         };
-        if (next - at).abs() <= 1e-15 * scale {
+        // Newton's error is then that of rounding; asking for less would chase noise.
+        if (next - at).abs() <= 1e-14 * scale {
             return next;
         }
         at = next;

@@ -1,4 +1,5 @@
-//! The paper's own tick: one semi-implicit Euler step of Karnopp's model, kept as the baseline.
+//! The paper's own tick: one semi-implicit Euler step of Karnopp's model, kept as the baseline. With more than one step a tick
+//! the device is taken linear between its samples.
 //!
 //! ```text
 //! stuck while |w| < DV and -Fs- <= F <= Fs+:  w = 0
@@ -13,6 +14,7 @@ use super::{BlockState, Contact, EventSink, Rendered};
 use crate::friction::{Friction, Karnopp};
 use crate::parameters::Direction;
 use crate::scene::Scene;
+use core::num::NonZeroU32;
 
 /// The literal scheme for one scene.
 #[derive(Clone, Copy, Debug)]
@@ -21,19 +23,21 @@ pub struct LiteralBlock {
     stiffness: f64,
     damping: f64,
     law: Karnopp,
+    substeps: NonZeroU32,
     state: BlockState,
 }
 
 impl LiteralBlock {
     /// Compiles a scene that [`Scene::validate`] accepts.
     #[must_use]
-    pub fn new(scene: &Scene, state: BlockState) -> Self {
+    pub fn new(scene: &Scene, substeps: NonZeroU32, state: BlockState) -> Self {
         let Friction::Karnopp(law) = scene.friction;
         Self {
             mass: scene.block.mass,
             stiffness: scene.coupling.stiffness,
             damping: scene.coupling.damping,
             law,
+            substeps,
             state,
         }
     }
@@ -48,25 +52,34 @@ impl LiteralBlock {
         self.state = state.consistent();
     }
 
-    /// Takes one Euler step over the `elapsed_s` seconds that ended with the device at `position` and `velocity`.
+    /// Takes the Euler steps over the `elapsed_s` seconds that ended with the device at `position` and `velocity`.
     pub fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
-        let before = self.state.contact;
+        let mut events = 0;
         if elapsed_s > 0.0 {
-            // Euler's step looks forward from the start of the interval, so it knows the sample measured there.
-            self.step(elapsed_s);
+            let from = self.state;
+            let count = f64::from(self.substeps.get());
+            let step_s = elapsed_s / count;
+            for k in 0..self.substeps.get() {
+                // Euler's step looks forward from its start, so it knows the device as it was there.
+                let share = f64::from(k) / count;
+                self.state.device_position = from.device_position + share * (position - from.device_position);
+                self.state.device_velocity = from.device_velocity + share * (velocity - from.device_velocity);
+                let before = self.state.contact;
+                self.step(step_s, sink);
+                if before != self.state.contact {
+                    events += 1;
+                    sink.contact_changed(f64::from(k + 1) * step_s, before, self.state.contact);
+                }
+            }
         }
         self.state.device_position = position;
         self.state.device_velocity = velocity;
         if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
             self.state = BlockState::new(position, 0.0, position, velocity);
         }
-        let after = self.state.contact;
-        if before != after {
-            sink.contact_changed(elapsed_s, before, after);
-        }
         Rendered {
             coupling_force: self.coupling_force(),
-            events: u32::from(before != after),
+            events,
             work_exhausted: false,
         }
     }
@@ -76,7 +89,7 @@ impl LiteralBlock {
         self.stiffness * (s.device_position - s.position) + self.damping * (s.device_velocity - s.velocity)
     }
 
-    fn step(&mut self, elapsed_s: f64) {
+    fn step(&mut self, elapsed_s: f64, sink: &mut impl EventSink) {
         let slow = self.state.velocity.abs() < self.law.velocity_threshold || self.state.velocity == 0.0;
         if slow {
             self.state.velocity = 0.0;
@@ -95,7 +108,9 @@ impl LiteralBlock {
         let friction = direction.sign() * self.law.dynamic_force.get(direction)
             + self.law.viscous.get(direction) * self.state.velocity;
         self.state.velocity += elapsed_s * (force - friction) / self.mass;
-        self.state.position += elapsed_s * self.state.velocity;
+        let displacement = elapsed_s * self.state.velocity;
+        sink.slid(friction, displacement);
+        self.state.position += displacement;
         self.state.contact = Contact::Sliding(Direction::of(self.state.velocity));
     }
 }

@@ -84,10 +84,16 @@ pub struct Rendered {
     pub work_exhausted: bool,
 }
 
-/// Hears of each change of contact. `()` hears nothing, and costs nothing.
+/// Hears what happens within a tick. `()` hears nothing, and costs nothing.
 pub trait EventSink {
     /// The contact changed `at_s` seconds after the start of the tick.
     fn contact_changed(&mut self, at_s: f64, from: Contact, to: Contact);
+
+    /// The block slid by `displacement` (m) against a friction of `force` (N, positive when it opposes positive motion; the viscous
+    /// part may be left out, as it never helps). Where their product is negative, friction has created energy.
+    fn slid(&mut self, force: f64, displacement: f64) {
+        let (_, _) = (force, displacement);
+    }
 }
 
 impl EventSink for () {

@@ -66,6 +66,9 @@ const TAYLOR_LIMIT: f64 = 1.0;
 /// `TAYLOR_LIMIT / 2`, so that omega is never small where the near-critical form divides by its square.
 const NEAR_CRITICAL_LIMIT: f64 = 0.25;
 
+/// Up to this value of `fastest * delta` five terms of the series are exact to 1e-16: the sixth is `z^5 8/720`.
+const NEAR_LIMIT: f64 = 2e-3;
+
 /// `1/n`, so that the series divides nothing.
 const RECIPROCAL: [f64; 25] = {
     let mut table = [0.0; 25];
@@ -130,6 +133,34 @@ impl Oscillator {
                 }
             }
         }
+    }
+
+    /// The response `delta` seconds after the time of `known`, where that is so little that five terms of a series reach it: the
+    /// jitter of a timer, not a missed tick.
+    pub(super) fn response_near(&self, known: &Response, delta: f64) -> Option<Response> {
+        if self.fastest * delta.abs() > NEAR_LIMIT {
+            return None;
+        }
+        // From h(T), h'(T) the free motion goes on with c and s, which solve the same equation with c(0) = 1, c'(0) = 0 and
+        // s(0) = 0, s'(0) = 1: s is h itself and c = h' + 2 sigma h.
+        let (a, b) = (-2.0 * self.sigma * delta, -self.omega_squared * delta * delta);
+        let t2 = a / 2.0;
+        let t3 = (a * t2 + b / 2.0) / 3.0;
+        let t4 = (a * t3 + b * t2 / 3.0) / 4.0;
+        let t5 = (a * t4 + b * t3 / 4.0) / 5.0;
+        let s = delta * (1.0 + t2 + t3 + t4 + t5);
+        let ds = 1.0 + 2.0 * t2 + 3.0 * t3 + 4.0 * t4 + 5.0 * t5;
+        let s1 = delta * delta * (1.0 / 2.0 + t2 / 3.0 + t3 / 4.0 + t4 / 5.0 + t5 / 6.0);
+        let s2 = delta * delta * delta * (1.0 / 6.0 + t2 / 12.0 + t3 / 20.0 + t4 / 30.0 + t5 / 42.0);
+        let two_sigma = 2.0 * self.sigma;
+        let (c, c1, c2) = (ds + two_sigma * s, s + two_sigma * s1, s1 + two_sigma * s2);
+        let Response { h, dh, h1, h2 } = *known;
+        Some(Response {
+            h: h * c + dh * s,
+            dh: dh * ds - self.omega_squared * h * s,
+            h1: h1 + h * c1 + dh * s1,
+            h2: h2 + delta * h1 + h * c2 + dh * s2,
+        })
     }
 
     /// Power series of `h` in `t`: n (n-1) c_n = -2 sigma (n-1) c_(n-1) - omega^2 c_(n-2).
@@ -370,6 +401,42 @@ mod tests {
             assert!((below.h1 - above.h1).abs() < 2e-13 * above.h1, "{below:?} {above:?}");
             assert!((below.h2 - above.h2).abs() < 2e-12 * above.h2, "{below:?} {above:?}");
         }
+    }
+
+    #[test]
+    fn a_response_nearby_is_the_response_there() {
+        let t = 1e-3;
+        for (mass, damping, stiffness) in [
+            (0.5, 10.0, 25_000.0),
+            (0.5, 45.0, 25_000.0),
+            (0.01, 10.0, 0.0),
+            (1.0, 200.0, 1e4),
+            (2.0, 0.0, 3e6),
+        ] {
+            let oscillator = Oscillator::new(mass, damping, stiffness);
+            let known = oscillator.response(t);
+            for share in [-1.0, -0.3, -1e-9, 1e-12, 0.5, 1.0] {
+                let delta = share * NEAR_LIMIT / oscillator.fastest;
+                let near = oscillator.response_near(&known, delta).expect("within the limit");
+                let there = oscillator.response(t + delta);
+                for (near, there, scale) in [
+                    (near.h, there.h, t),
+                    (near.dh, there.dh, 1.0),
+                    (near.h1, there.h1, t * t),
+                    (near.h2, there.h2, t * t * t),
+                ] {
+                    assert!(
+                        (near - there).abs() < 1e-14 * scale,
+                        "{mass} {damping} {stiffness} {share}: {near} {there}"
+                    );
+                }
+            }
+        }
+        let oscillator = Oscillator::new(0.5, 10.0, 25_000.0);
+        assert!(
+            oscillator.response_near(&oscillator.response(t), t).is_none(),
+            "a missed tick is not nearby"
+        );
     }
 
     #[test]

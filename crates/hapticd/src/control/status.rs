@@ -1,7 +1,6 @@
 //! `status`: how the rig and the daemon are.
 
 use crate::control::RigHandle;
-use haptic_core::Scheme;
 use haptic_ipc::{DeviceStatus, RigState, Status};
 
 pub(super) fn status(rig: &RigHandle) -> Status {
@@ -17,11 +16,7 @@ pub(super) fn status(rig: &RigHandle) -> Status {
         tick: newest.map_or(0, |record| record.tick),
         uptime_s,
         rate_hz: 1.0 / facts.period_s(),
-        scheme: match facts.scheme {
-            Scheme::Exact => "exact",
-            Scheme::Literal => "literal",
-        }
-        .to_owned(),
+        scheme: facts.scheme.to_string(),
         revision: rig.revision(),
         scene: rig.scene().name,
         command_force_n: newest.map_or(0.0, |record| record.command_force),

@@ -1,0 +1,103 @@
+//! `simulate`: a scene along a recorded motion, offline, by the code that the daemon runs.
+
+use crate::failure::Failure;
+use crate::output;
+use clap::Args;
+use haptic_core::{Scene, Scheme};
+use haptic_lab::{motion, simulate};
+use serde_json::json;
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The scene, a TOML file
+    #[arg(value_name = "SCENE.toml")]
+    scene: PathBuf,
+
+    /// The device's motion: CSV with the columns t_s, device_position_m and, if it was measured, device_velocity_mps
+    #[arg(long, value_name = "MOTION.csv")]
+    motion: PathBuf,
+
+    /// Where to write the block's motion and the force, a row for each sample
+    #[arg(long, value_name = "OUT.csv")]
+    out: PathBuf,
+
+    /// Where to write the changes of contact: t_s, from, to, with 0 stuck, 1 and -1 sliding
+    #[arg(long, value_name = "EVENTS.csv")]
+    events: Option<PathBuf>,
+
+    /// exact, literal as the paper prints it, or literal:N with N steps a tick
+    #[arg(long, value_name = "SCHEME", default_value = "exact")]
+    scheme: Scheme,
+
+    /// Where the block starts, m [default: the device's first position]
+    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    block_position: Option<f64>,
+
+    /// How fast the block starts, m/s; one that moves starts sliding
+    #[arg(long, value_name = "M/S", allow_negative_numbers = true, default_value = "0")]
+    block_velocity: f64,
+}
+
+pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+    for (name, value) in [
+        ("block-position", arguments.block_position.unwrap_or(0.0)),
+        ("block-velocity", arguments.block_velocity),
+    ] {
+        if !value.is_finite() {
+            return Err(Failure::Usage(format!("{name} = {value} is not a finite number")));
+        }
+    }
+    let scene = read_scene(&arguments.scene)?;
+    let motion = motion::read(&arguments.motion).map_err(|error| Failure::Usage(error.to_string()))?;
+    let start = simulate::Start {
+        position_m: arguments.block_position,
+        velocity_mps: arguments.block_velocity,
+    };
+    let refused = |error| Failure::Usage(format!("{}: {error}", arguments.scene.display()));
+    let run = simulate::simulate(&scene, arguments.scheme, &motion, start).map_err(refused)?;
+    write(&arguments.out, |file| simulate::write_rows(&run.rows, file))?;
+    if let Some(path) = &arguments.events {
+        write(path, |file| simulate::write_events(&run.events, file))?;
+    }
+    let cost = simulate::measure_cost(&scene, arguments.scheme, &motion, start).map_err(refused)?;
+    let ticks = motion.len() - 1;
+    if as_json {
+        return output::json(&json!({
+            "scheme": arguments.scheme.to_string(),
+            "ticks": ticks,
+            "tick_ns_median": cost.median_ns,
+            "tick_ns_worst": cost.worst_ns,
+            "events": run.events.len(),
+            "energy_created_J": run.energy_created_j,
+            "exhausted_ticks": run.exhausted_ticks,
+        }));
+    }
+    output::line(&format!(
+        "{}, {} scheme: {ticks} ticks, {:.1} ns a tick (median), worst {:.2} us\n\
+         {} changes of contact, {} J of energy created by friction, {} ticks out of work",
+        scene.name,
+        arguments.scheme,
+        cost.median_ns,
+        cost.worst_ns as f64 * 1e-3,
+        run.events.len(),
+        run.energy_created_j,
+        run.exhausted_ticks,
+    ))
+}
+
+fn read_scene(path: &Path) -> Result<Scene, Failure> {
+    let refused = |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| refused(&error))?;
+    let scene: Scene = toml::from_str(&text).map_err(|error| refused(&error))?;
+    scene.validate().map_err(|error| refused(&error))?;
+    Ok(scene)
+}
+
+fn write(path: &Path, rows: impl FnOnce(BufWriter<File>) -> std::io::Result<()>) -> Result<(), Failure> {
+    File::create(path)
+        .and_then(|file| rows(BufWriter::new(file)))
+        .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
+}

@@ -1,0 +1,311 @@
+//! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to the last bit.
+
+use crate::motion::DeviceSample;
+use haptic_core::block::{BlockState, Contact, EventSink};
+use haptic_core::{Renderer, Scene, SceneError, Scheme};
+use std::io;
+use std::time::Instant;
+
+/// Where the block begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Start {
+    /// Block position, m; the device's first position when absent.
+    pub position_m: Option<f64>,
+    /// Block velocity, m/s; a block that moves begins sliding.
+    pub velocity_mps: f64,
+}
+
+/// The block after a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// The sample.
+    pub device: DeviceSample,
+    /// Block position, m.
+    pub block_position_m: f64,
+    /// Block velocity, m/s.
+    pub block_velocity_mps: f64,
+    /// Coupling force on the block, N; the hand feels its negative.
+    pub coupling_force_n: f64,
+    /// Contact with the surface.
+    pub contact: Contact,
+}
+
+/// A change of contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactChange {
+    /// When, s.
+    pub t_s: f64,
+    /// From this contact.
+    pub from: Contact,
+    /// To this contact.
+    pub to: Contact,
+}
+
+/// What a run gave.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// One row for each sample.
+    pub rows: Vec<Row>,
+    /// The changes of contact.
+    pub events: Vec<ContactChange>,
+    /// Energy that friction put into the block, J. A friction that only opposes motion gives 0.
+    pub energy_created_j: f64,
+    /// Ticks whose bounded work ran out.
+    pub exhausted_ticks: u64,
+}
+
+struct Listener<'a> {
+    tick_began_s: f64,
+    events: &'a mut Vec<ContactChange>,
+    energy_created_j: f64,
+}
+
+impl EventSink for Listener<'_> {
+    fn contact_changed(&mut self, at_s: f64, from: Contact, to: Contact) {
+        self.events.push(ContactChange {
+            t_s: self.tick_began_s + at_s,
+            from,
+            to,
+        });
+    }
+
+    fn slid(&mut self, force: f64, displacement: f64) {
+        self.energy_created_j += (-force * displacement).max(0.0);
+    }
+}
+
+/// Renders `scene` along `motion`.
+///
+/// # Errors
+/// The scene cannot be rendered at the rate of the motion.
+pub fn simulate(
+    scene: &Scene,
+    scheme: Scheme,
+    motion: &[DeviceSample],
+    start: Start,
+) -> Result<Simulation, SceneError> {
+    let mut renderer = renderer(scene, scheme, motion, start)?;
+    let mut rows = Vec::with_capacity(motion.len());
+    let mut events = Vec::new();
+    let (mut energy_created_j, mut exhausted_ticks) = (0.0, 0);
+    let mut last_s = motion.first().map_or(0.0, |sample| sample.t_s);
+    for sample in motion {
+        let mut listener = Listener {
+            tick_began_s: last_s,
+            events: &mut events,
+            energy_created_j: 0.0,
+        };
+        // No time passes before the first sample: its row is the start.
+        let rendered = renderer.tick_with_events(
+            sample.t_s - last_s,
+            sample.position_m,
+            sample.velocity_mps,
+            &mut listener,
+        );
+        energy_created_j += listener.energy_created_j;
+        exhausted_ticks += u64::from(rendered.work_exhausted);
+        last_s = sample.t_s;
+        let state = renderer.state();
+        rows.push(Row {
+            device: *sample,
+            block_position_m: state.position,
+            block_velocity_mps: state.velocity,
+            coupling_force_n: rendered.coupling_force,
+            contact: state.contact,
+        });
+    }
+    Ok(Simulation {
+        rows,
+        events,
+        energy_created_j,
+        exhausted_ticks,
+    })
+}
+
+fn renderer(scene: &Scene, scheme: Scheme, motion: &[DeviceSample], start: Start) -> Result<Renderer, SceneError> {
+    let mut renderer = Renderer::new(scene, scheme, usual_period_s(motion))?;
+    if let Some(first) = motion.first() {
+        let at_rest = renderer.state().contact;
+        let position = start.position_m.unwrap_or(first.position_m);
+        let mut state = BlockState::new(position, start.velocity_mps, first.position_m, first.velocity_mps);
+        if start.velocity_mps == 0.0 {
+            state.contact = at_rest;
+        }
+        renderer.set_state(state);
+    }
+    Ok(renderer)
+}
+
+/// The median time between samples, s; 1 ms where there is none.
+fn usual_period_s(motion: &[DeviceSample]) -> f64 {
+    let mut periods: Vec<f64> = motion.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
+    median(&mut periods).unwrap_or(1e-3)
+}
+
+fn median(values: &mut [f64]) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// What a tick costs on this machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cost {
+    /// Median over batches of ticks, ns.
+    pub median_ns: f64,
+    /// The slowest single tick, ns; on a busy machine another program's work.
+    pub worst_ns: u64,
+}
+
+/// Ticks timed together, so that the clock's own cost does not count.
+const BATCH: usize = 100;
+/// Whole runs that the median is taken over.
+const RUNS: usize = 5;
+
+/// Measures the cost of the ticks that [`simulate`] does, without the bookkeeping.
+///
+/// # Errors
+/// The scene cannot be rendered at the rate of the motion.
+pub fn measure_cost(scene: &Scene, scheme: Scheme, motion: &[DeviceSample], start: Start) -> Result<Cost, SceneError> {
+    let mut batches = Vec::new();
+    for _ in 0..RUNS {
+        let mut renderer = renderer(scene, scheme, motion, start)?;
+        for ticks in motion.windows(2).collect::<Vec<_>>().chunks(BATCH) {
+            let began = Instant::now();
+            for pair in ticks {
+                let [from, to] = [pair[0], pair[1]];
+                std::hint::black_box(renderer.tick(to.t_s - from.t_s, to.position_m, to.velocity_mps));
+            }
+            #[expect(clippy::cast_precision_loss, reason = "a few ticks, a few microseconds")]
+            batches.push(began.elapsed().as_nanos() as f64 / ticks.len() as f64);
+        }
+    }
+    let mut renderer = renderer(scene, scheme, motion, start)?;
+    let mut worst_ns = 0;
+    for pair in motion.windows(2) {
+        let [from, to] = [pair[0], pair[1]];
+        let began = Instant::now();
+        std::hint::black_box(renderer.tick(to.t_s - from.t_s, to.position_m, to.velocity_mps));
+        worst_ns = worst_ns.max(u64::try_from(began.elapsed().as_nanos()).unwrap_or(u64::MAX));
+    }
+    Ok(Cost {
+        median_ns: median(&mut batches).unwrap_or(0.0),
+        worst_ns,
+    })
+}
+
+/// Writes the rows as CSV, numbers in full precision.
+///
+/// # Errors
+/// The output cannot be written.
+pub fn write_rows(rows: &[Row], mut out: impl io::Write) -> io::Result<()> {
+    writeln!(
+        out,
+        "t_s,device_position_m,device_velocity_mps,block_position_m,block_velocity_mps,coupling_force_N,contact"
+    )?;
+    for row in rows {
+        let DeviceSample {
+            t_s,
+            position_m,
+            velocity_mps,
+        } = row.device;
+        writeln!(
+            out,
+            "{t_s},{position_m},{velocity_mps},{},{},{},{}",
+            row.block_position_m,
+            row.block_velocity_mps,
+            row.coupling_force_n,
+            row.contact.as_number()
+        )?;
+    }
+    out.flush()
+}
+
+/// Writes the changes of contact as CSV, numbers in full precision.
+///
+/// # Errors
+/// The output cannot be written.
+pub fn write_events(events: &[ContactChange], mut out: impl io::Write) -> io::Result<()> {
+    writeln!(out, "t_s,from,to")?;
+    for event in events {
+        writeln!(out, "{},{},{}", event.t_s, event.from.as_number(), event.to.as_number())?;
+    }
+    out.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pull() -> Vec<DeviceSample> {
+        (0..2000)
+            .map(|k| {
+                let phase = 0.0126 * f64::from(k);
+                DeviceSample {
+                    t_s: 5.0 + f64::from(k) * 1e-3,
+                    position_m: -0.03 * phase.cos(),
+                    velocity_mps: 0.378 * phase.sin(),
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_run_has_a_row_for_each_sample_and_starts_where_it_is_told() {
+        let motion = pull();
+        let run = simulate(&Scene::paper(), Scheme::Exact, &motion, Start::default()).expect("a valid scene");
+        assert_eq!(run.rows.len(), motion.len());
+        assert_eq!(run.rows[0].block_position_m, motion[0].position_m);
+        assert_eq!(run.rows[0].contact, Contact::Stuck);
+        assert!(run.events.len() > 10 && run.events[0].t_s > 5.0);
+        assert_eq!(run.energy_created_j, 0.0);
+        let moving = Start {
+            position_m: Some(-0.0301),
+            velocity_mps: 0.2,
+        };
+        let run = simulate(&Scene::paper(), Scheme::Exact, &motion, moving).expect("a valid scene");
+        assert_eq!(run.rows[0].block_position_m, -0.0301);
+        assert_eq!(run.rows[0].contact.as_number(), 1);
+    }
+
+    #[test]
+    fn the_literal_scheme_creates_energy_in_friction_and_substeps_make_it_better() {
+        let motion = pull();
+        let exact = simulate(&Scene::paper(), Scheme::Exact, &motion, Start::default()).expect("a valid scene");
+        let error = |scheme: &str| {
+            let scheme = scheme.parse().expect("a scheme");
+            let run = simulate(&Scene::paper(), scheme, &motion, Start::default()).expect("a valid scene");
+            let worst = run
+                .rows
+                .iter()
+                .zip(&exact.rows)
+                .map(|(row, truth)| (row.coupling_force_n - truth.coupling_force_n).abs())
+                .fold(0.0, f64::max);
+            (worst, run.energy_created_j)
+        };
+        let [one, ten, hundred] = ["literal", "literal:10", "literal:100"].map(error);
+        println!("{one:?} {ten:?} {hundred:?}");
+        assert!(one.1 > 1e-4, "{one:?}");
+        assert!(
+            one.0 > 3.0 * ten.0 && ten.0 > 3.0 * hundred.0,
+            "{one:?} {ten:?} {hundred:?}"
+        );
+    }
+
+    #[test]
+    fn files_keep_every_digit() {
+        let motion = pull();
+        let run = simulate(&Scene::paper(), Scheme::Exact, &motion, Start::default()).expect("a valid scene");
+        let (mut rows, mut events) = (Vec::new(), Vec::new());
+        write_rows(&run.rows, &mut rows).expect("written");
+        write_events(&run.events, &mut events).expect("written");
+        let text = String::from_utf8(rows).expect("text");
+        let line = text.lines().nth(1 + 700).expect("a row");
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().expect("a number")).collect();
+        assert_eq!(cells[3].to_bits(), run.rows[700].block_position_m.to_bits());
+        assert_eq!(cells[5].to_bits(), run.rows[700].coupling_force_n.to_bits());
+        assert_eq!(
+            String::from_utf8(events).expect("text").lines().count(),
+            run.events.len() + 1
+        );
+    }
+}
