@@ -20,6 +20,9 @@ mod imp {
     pub(crate) fn atan2(y: f64, x: f64) -> f64 {
         y.atan2(x)
     }
+    pub(crate) fn powf(x: f64, y: f64) -> f64 {
+        x.powf(y)
+    }
 }
 
 #[cfg(not(feature = "std"))]
@@ -42,6 +45,9 @@ mod imp {
     pub(crate) fn atan2(y: f64, x: f64) -> f64 {
         libm::atan2(y, x)
     }
+    pub(crate) fn powf(x: f64, y: f64) -> f64 {
+        libm::pow(x, y)
+    }
 }
 
-pub(crate) use imp::{atan2, exp, exp_m1, ln_1p, sin_cos, sqrt};
+pub(crate) use imp::{atan2, exp, exp_m1, ln_1p, powf, sin_cos, sqrt};

@@ -186,7 +186,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn the_exact_scheme_never_blows_up(
@@ -198,22 +198,16 @@ proptest! {
         let mut block = Renderer::new(&scene, Scheme::Exact, T).expect("a valid scene");
         block.start_at(origin, 0.0);
         let (mut position, mut velocity) = (origin, 0.0);
-        let mut energy_bound = 0.0;
-        let (k, b, m) = (scene.coupling.stiffness, scene.coupling.damping, scene.block.mass);
+        let (k, m) = (scene.coupling.stiffness, scene.block.mass);
         for (jitter, push, event) in steps {
             // Jitter of +-30 %, now and then missed ticks or a jump of the encoder.
             let elapsed = T * (0.7 + 0.6 * jitter) * if event == 0 { 40.0 } else { 1.0 };
-            let before = *block.state();
             velocity = 0.9 * velocity + 0.1 * push;
             position += velocity * elapsed + if event == 1 { 0.05 * push } else { 0.0 };
             let rendered = block.tick(elapsed, position, velocity);
             let after = block.state();
             prop_assert!(rendered.coupling_force.is_finite() && after.position.is_finite() && after.velocity.is_finite());
             prop_assert!(rendered.events <= 271);
-            // The spring and the damper are driven by the hand alone: w stays below what the largest load can give.
-            let load = k * (position - before.device_position).abs() + b * (velocity.abs() + before.device_velocity.abs());
-            energy_bound += (load * elapsed / m) * 2.0 + load;
-            prop_assert!(after.velocity.abs().is_finite() && energy_bound.is_finite());
             if let Contact::Sliding(direction) = after.contact {
                 prop_assert!(direction.sign() * after.velocity >= 0.0, "a slide goes the way it says: {after:?}");
             } else {

@@ -1,1 +1,71 @@
-//! x
+//! The live tuning panel of hapticd: parameters on the left, what the hand feels on the right, and a stop button that is
+//! always there.
+//!
+//! The panel is a function: [`ui`] draws a [`Model`] and returns what the user asked for as [`Intent`]s. It knows no
+//! window, socket or clock of its own, so the tests drive it without a display. [`connection`] keeps the daemon at the
+//! other end of two channels; the binary ties both to a window:
+//!
+//! ```text
+//! daemon -> Connection -> Update -> Model::apply -> ui -> Intent -> Connection -> daemon
+//! ```
+
+pub mod connection;
+mod contact_ribbon;
+mod edit;
+mod history;
+mod intent;
+mod model;
+mod plots;
+mod readouts;
+mod scene_panel;
+mod stop_button;
+pub mod theme;
+mod timing_panel;
+mod top_bar;
+mod update;
+
+pub use intent::{Intent, Target};
+pub use model::Model;
+pub use update::{Answer, Update};
+
+use egui::{CentralPanel, Panel, Ui};
+
+/// Draws the panel into the whole of `ui` and returns what the user asked for, a stop always first.
+///
+/// Changes of parameters are held back so that each goes out at most 30 times a second; `ui` then asks
+/// for the repaint in which the rest goes out, and otherwise for none.
+#[must_use = "an intent that is not sent is a button without effect"]
+pub fn ui(ui: &mut Ui, model: &mut Model) -> Vec<Intent> {
+    let mut intents = Vec::new();
+    // Before any widget sees them: a text field would take the space, a focused button would be clicked by it.
+    let mut stop = stop_button::take_keys(ui);
+    Panel::top("top bar").show(ui, |ui| stop |= top_bar::show(ui, model, &mut intents));
+    if stop {
+        // Half-typed numbers must not become changes because the stop took the focus from their field.
+        model.discard_typing();
+        ui.memory_mut(egui::Memory::stop_text_input);
+        model.stop_asked();
+        intents.clear();
+        intents.push(Intent::Stop);
+    }
+    if model.is_connected() {
+        Panel::bottom("timing").show(ui, |ui| timing_panel::show(ui, model));
+        Panel::left("scene")
+            .resizable(false)
+            .exact_size(scene_panel::WIDTH)
+            .show(ui, |ui| scene_panel::show(ui, model));
+        CentralPanel::default_margins().show(ui, |ui| {
+            readouts::show(ui, model);
+            plots::show(ui, model.history());
+        });
+    } else {
+        CentralPanel::default_margins().show(ui, |ui| top_bar::explain_no_daemon(ui, model));
+    }
+    let now = ui.input(|input| input.time);
+    let (changes, wait) = model.take_due_changes(now);
+    intents.extend(changes);
+    if let Some(wait) = wait {
+        ui.ctx().request_repaint_after(wait);
+    }
+    intents
+}

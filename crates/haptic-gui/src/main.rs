@@ -1,2 +1,85 @@
-//! x
-fn main() {}
+//! The live tuning panel of hapticd, in a window.
+
+mod app;
+
+use app::App;
+use clap::{Parser, ValueEnum};
+use haptic_gui::connection::{Connection, Patience};
+use haptic_gui::theme;
+use haptic_ipc::socket_path;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Tune hapticd while a hand is on the rig: what the block weighs, how it sticks and slides, and what comes of it.
+///
+/// Space and Escape stop the rig at once, wherever the focus is. The panel waits for a daemon that is not there yet, and
+/// connects again when it went away.
+#[derive(Debug, Parser)]
+#[command(version)]
+struct Arguments {
+    /// Control socket of the daemon. Without it: $HAPTICD_SOCKET, then the first that exists of
+    /// $XDG_RUNTIME_DIR/hapticd/control.sock, /run/user/UID/hapticd/control.sock,
+    /// ~/.local/state/hapticd/control.sock and /run/hapticd/control.sock.
+    #[arg(long, value_name = "PATH")]
+    socket: Option<PathBuf>,
+
+    /// Colours of the panel.
+    #[arg(long, value_name = "THEME", value_enum, default_value_t = Theme::System)]
+    theme: Theme,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Theme {
+    /// Those of the desktop; dark where it has no wish.
+    System,
+    /// Light text on dark.
+    Dark,
+    /// Dark text on light.
+    Light,
+}
+
+impl From<Theme> for egui::ThemePreference {
+    fn from(theme: Theme) -> Self {
+        match theme {
+            Theme::System => Self::System,
+            Theme::Dark => Self::Dark,
+            Theme::Light => Self::Light,
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_app_id("haptic-gui")
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([1024.0, 640.0]),
+        ..Default::default()
+    };
+    let result = eframe::run_native(
+        "Haptic panel",
+        options,
+        Box::new(move |creation| {
+            let ctx = creation.egui_ctx.clone();
+            ctx.set_theme(arguments.theme);
+            theme::install(&ctx);
+            let socket = arguments.socket;
+            let connection = Connection::start(
+                move || socket_path::for_client(socket.as_deref()),
+                Patience::default(),
+                // One frame; a repaint without a delay would be two.
+                move || ctx.request_repaint_after(Duration::from_millis(1)),
+            )?;
+            Ok(Box::new(App::new(connection)))
+        }),
+    );
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("haptic-gui: cannot open a window: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

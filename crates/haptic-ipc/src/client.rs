@@ -67,6 +67,9 @@ impl ClientError {
     }
 }
 
+/// How long the greeting may take: a daemon that has accepted greets at once.
+const GREETING_TIMEOUT: Duration = Duration::from_secs(5);
+
 /// Takes the greeting, or says why the conversation cannot go on.
 pub(crate) fn greeting(line: ServerLine) -> Result<Hello, ClientError> {
     match line {
@@ -154,14 +157,16 @@ impl Client {
     /// Connects, and waits for the greeting.
     ///
     /// # Errors
-    /// Nobody is there, permission is missing, or the versions differ.
+    /// Nobody is there, permission is missing, the versions differ, or no greeting comes within five seconds.
     pub fn connect(path: &Path) -> Result<Self, ClientError> {
         let stream = UnixStream::connect(path).map_err(|error| ClientError::connecting(path, error))?;
         let mut receiver = Receiver {
             reader: BufReader::new(stream.try_clone()?),
             line: Vec::new(),
         };
+        receiver.set_timeout(Some(GREETING_TIMEOUT))?;
         let hello = greeting(receiver.receive()?)?;
+        receiver.set_timeout(None)?;
         Ok(Self {
             hello,
             sender: Sender { stream, next_id: 1 },

@@ -16,6 +16,9 @@ pub enum Event {
     Timing(Box<Timing>),
     /// A batch of ticks.
     Samples(SamplesEvent),
+    /// A topic of a later server.
+    #[serde(other)]
+    Unknown,
 }
 
 /// The rig's state and the scene in force.

@@ -612,6 +612,22 @@ mod tests {
     }
 
     #[test]
+    fn what_a_later_server_adds_is_passed_over() {
+        let line = r#"{"event":"weather","wind":3}"#;
+        assert_eq!(
+            ServerLine::parse(line).expect("it reads"),
+            ServerLine::Event(Event::Unknown)
+        );
+        let line = r#"{"id":1,"error":{"code":"brand_new","message":"no","hint":"later"}}"#;
+        let ServerLine::Answer { result: Err(error), .. } = ServerLine::parse(line).expect("it reads") else {
+            panic!("an error");
+        };
+        assert_eq!(error.code, ErrorCode::Unknown);
+        let line = r#"{"id":1,"ok":{"state":"idle","tick":3,"more":1},"took_ns":5}"#;
+        assert!(ServerLine::parse(line).is_ok());
+    }
+
+    #[test]
     fn a_parameter_given_twice_reaches_the_scene_twice() {
         let line = r#"{"id":1,"op":"set","params":{"Fs":5,"Fs":6}}"#;
         let Ok(Envelope {

@@ -1,7 +1,9 @@
 //! One tick, as subscribers see it.
 
 use crate::message::RigState;
-use serde::{Deserialize, Serialize};
+use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt;
 
 /// Writes the struct, its column names and its form as a row from one list.
 macro_rules! sample {
@@ -16,8 +18,29 @@ macro_rules! sample {
         /// Names of a sample's columns, with units, in the order of a row.
         pub const SAMPLE_COLUMNS: &[&str] = &[$($column),*];
 
-        #[derive(Serialize, Deserialize)]
+        #[derive(Serialize)]
         struct Row($($type),*);
+
+        impl<'de> Deserialize<'de> for Row {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Cells;
+                impl<'de> Visitor<'de> for Cells {
+                    type Value = Row;
+
+                    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                        f.write_str("a row of a sample")
+                    }
+
+                    fn visit_seq<A: SeqAccess<'de>>(self, mut cells: A) -> Result<Row, A::Error> {
+                        $(let $field = cells.next_element()?.ok_or_else(|| A::Error::missing_field($column))?;)*
+                        // A later server may have more columns.
+                        while cells.next_element::<IgnoredAny>()?.is_some() {}
+                        Ok(Row($($field),*))
+                    }
+                }
+                deserializer.deserialize_seq(Cells)
+            }
+        }
 
         impl From<Row> for Sample {
             fn from(Row($($field),*): Row) -> Self {
@@ -107,6 +130,16 @@ mod tests {
         for (index, column) in SAMPLE_COLUMNS.iter().enumerate() {
             assert_eq!(row[index], object[*column], "{column}");
         }
-        assert_eq!(serde_json::from_value::<Sample>(row).expect("reads"), sample);
+        assert_eq!(serde_json::from_value::<Sample>(row.clone()).expect("reads"), sample);
+        let mut longer = row.clone();
+        longer.as_array_mut().expect("a row").push("new".into());
+        assert_eq!(
+            serde_json::from_value::<Sample>(longer).expect("a later server's row"),
+            sample
+        );
+        let mut shorter = row;
+        shorter.as_array_mut().expect("a row").pop();
+        let error = serde_json::from_value::<Sample>(shorter).expect_err("a column is missing");
+        assert!(error.to_string().contains("device_round_trip_ns"), "{error}");
     }
 }

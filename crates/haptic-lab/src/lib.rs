@@ -1,5 +1,6 @@
 //! Offline work on scenes: the very code that the daemon runs, fed with a motion from a file instead of a rig.
 #![forbid(unsafe_code)]
 
+pub mod accuracy;
 pub mod motion;
 pub mod simulate;

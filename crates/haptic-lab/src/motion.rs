@@ -94,7 +94,6 @@ pub fn read(path: &Path) -> Result<Vec<DeviceSample>, MotionError> {
     };
     let (time_column, position_column) = (required("t_s")?, required("device_position_m")?);
     let velocity_column = find("device_velocity_mps");
-    let mut estimator = AlphaBetaGamma::default();
     let mut samples: Vec<DeviceSample> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(failed)?;
@@ -124,7 +123,7 @@ pub fn read(path: &Path) -> Result<Vec<DeviceSample>, MotionError> {
         }
         let velocity_mps = match velocity_column {
             Some(index) => number(index, "device_velocity_mps")?,
-            None => estimator.update(before.map_or(0.0, |before| t_s - before), position_m),
+            None => 0.0,
         };
         samples.push(DeviceSample {
             t_s,
@@ -137,7 +136,27 @@ pub fn read(path: &Path) -> Result<Vec<DeviceSample>, MotionError> {
             path: path.to_path_buf(),
         });
     }
+    if velocity_column.is_none() {
+        estimate_velocities(&mut samples);
+    }
     Ok(samples)
+}
+
+fn estimate_velocities(samples: &mut [DeviceSample]) {
+    let mut estimator = AlphaBetaGamma::new(usual_period_s(samples));
+    let mut last_s = samples[0].t_s;
+    for sample in samples {
+        sample.velocity_mps = estimator.update(sample.t_s - last_s, sample.position_m);
+        last_s = sample.t_s;
+    }
+}
+
+/// The median time between samples, s; 1 ms where there is none.
+#[must_use]
+pub fn usual_period_s(motion: &[DeviceSample]) -> f64 {
+    let mut periods: Vec<f64> = motion.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
+    periods.sort_unstable_by(f64::total_cmp);
+    periods.get(periods.len() / 2).copied().unwrap_or(1e-3)
 }
 
 #[cfg(test)]

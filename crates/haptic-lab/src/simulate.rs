@@ -1,6 +1,6 @@
 //! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to the last bit.
 
-use crate::motion::DeviceSample;
+use crate::motion::{DeviceSample, usual_period_s};
 use haptic_core::block::{BlockState, Contact, EventSink};
 use haptic_core::{Renderer, Scene, SceneError, Scheme};
 use std::io;
@@ -134,12 +134,6 @@ fn renderer(scene: &Scene, scheme: Scheme, motion: &[DeviceSample], start: Start
         renderer.set_state(state);
     }
     Ok(renderer)
-}
-
-/// The median time between samples, s; 1 ms where there is none.
-fn usual_period_s(motion: &[DeviceSample]) -> f64 {
-    let mut periods: Vec<f64> = motion.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
-    median(&mut periods).unwrap_or(1e-3)
 }
 
 fn median(values: &mut [f64]) -> Option<f64> {

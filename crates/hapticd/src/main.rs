@@ -134,6 +134,7 @@ fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle
         scene,
         Rig::new(config.ramp_s),
         SafetyLimiter::new(config.force_limit_n),
+        period_s,
     );
     let wishes = Wishes {
         period_ns: config.period_ns,

@@ -89,11 +89,9 @@ pub trait EventSink {
     /// The contact changed `at_s` seconds after the start of the tick.
     fn contact_changed(&mut self, at_s: f64, from: Contact, to: Contact);
 
-    /// The block slid by `displacement` (m) against a friction of `force` (N, positive when it opposes positive motion; the viscous
+    /// The block slid by a displacement (m) against a friction (N, positive when it opposes positive motion; the viscous
     /// part may be left out, as it never helps). Where their product is negative, friction has created energy.
-    fn slid(&mut self, force: f64, displacement: f64) {
-        let (_, _) = (force, displacement);
-    }
+    fn slid(&mut self, _force: f64, _displacement: f64) {}
 }
 
 impl EventSink for () {

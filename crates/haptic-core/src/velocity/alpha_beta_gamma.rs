@@ -4,39 +4,65 @@
 //! Filtering Made Easy", 1998, the critically damped filter): `alpha = 1 - r^3`, `beta = 1.5 (1 - r)^2 (1 + r)`,
 //! `gamma = (1 - r)^3`. It follows a constant acceleration without lag, and tames the steps of an encoder.
 
+use crate::math::powf;
+
 /// Estimates velocity from positions at irregular times.
+///
+/// The memory is one of time, not of samples: a sample that comes early counts for less, one that comes late for more. With gains
+/// fixed to samples, an encoder step seen a microsecond after the last sample would read as metres a second.
 #[derive(Clone, Copy, Debug)]
 pub struct AlphaBetaGamma {
-    alpha: f64,
-    beta: f64,
-    gamma: f64,
+    period_s: f64,
+    memory: f64,
+    usual: Gains,
     position: f64,
     velocity: f64,
     acceleration: f64,
     started: bool,
 }
 
-/// Memory of the default filter, from the comparison of estimators on a 10 um encoder at 1 kHz.
-pub const DEFAULT_MEMORY: f64 = 0.6;
-
-/// Below this speed, m/s, a filter at rest is at rest: its tail must not decay through the denormals.
-const AT_REST_MPS: f64 = 1e-15;
-
-impl Default for AlphaBetaGamma {
-    fn default() -> Self {
-        Self::new(DEFAULT_MEMORY)
-    }
+#[derive(Clone, Copy, Debug)]
+struct Gains {
+    alpha: f64,
+    beta: f64,
+    gamma: f64,
 }
 
-impl AlphaBetaGamma {
-    /// `memory` is `r` in `[0, 1)`: 0 trusts each sample alone, towards 1 the past.
-    #[must_use]
-    pub fn new(memory: f64) -> Self {
+impl Gains {
+    fn new(memory: f64) -> Self {
         let fresh = 1.0 - memory;
         Self {
             alpha: 1.0 - memory * memory * memory,
             beta: 1.5 * fresh * fresh * (1.0 + memory),
             gamma: fresh * fresh * fresh,
+        }
+    }
+}
+
+/// Memory of the default filter, from the comparison of estimators on a 10 um encoder at 1 kHz.
+pub const DEFAULT_MEMORY: f64 = 0.6;
+
+/// A sample that comes off its time by less than this share of the period is on time.
+const ON_TIME: f64 = 0.05;
+
+/// Below this speed, m/s, a filter at rest is at rest: its tail must not decay through the denormals.
+const AT_REST_MPS: f64 = 1e-15;
+
+impl AlphaBetaGamma {
+    /// The default filter for samples every `period_s` seconds (> 0).
+    #[must_use]
+    pub fn new(period_s: f64) -> Self {
+        Self::with_memory(period_s, DEFAULT_MEMORY)
+    }
+
+    /// `memory` is `r` in `(0, 1)`, the share of the past that is left after `period_s` seconds: towards 0 the filter trusts each sample
+    /// alone, towards 1 the past.
+    #[must_use]
+    pub fn with_memory(period_s: f64, memory: f64) -> Self {
+        Self {
+            period_s,
+            memory,
+            usual: Gains::new(memory),
             position: 0.0,
             velocity: 0.0,
             acceleration: 0.0,
@@ -61,11 +87,17 @@ impl AlphaBetaGamma {
         if elapsed_s <= 0.0 {
             return self.velocity;
         }
+        let periods = elapsed_s / self.period_s;
+        let Gains { alpha, beta, gamma } = if (periods - 1.0).abs() < ON_TIME {
+            self.usual
+        } else {
+            Gains::new(powf(self.memory, periods))
+        };
         let predicted = self.position + elapsed_s * (self.velocity + 0.5 * elapsed_s * self.acceleration);
         let residual = position - predicted;
-        self.position = predicted + self.alpha * residual;
-        self.velocity += elapsed_s * self.acceleration + self.beta / elapsed_s * residual;
-        self.acceleration += self.gamma / (elapsed_s * elapsed_s) * residual;
+        self.position = predicted + alpha * residual;
+        self.velocity += elapsed_s * self.acceleration + beta / elapsed_s * residual;
+        self.acceleration += gamma / (elapsed_s * elapsed_s) * residual;
         if self.velocity.abs() < AT_REST_MPS && residual.abs() < AT_REST_MPS * elapsed_s {
             self.velocity = 0.0;
             self.acceleration = 0.0;
@@ -81,7 +113,7 @@ mod tests {
 
     #[test]
     fn it_follows_a_constant_acceleration_without_lag() {
-        let mut filter = AlphaBetaGamma::default();
+        let mut filter = AlphaBetaGamma::new(1e-3);
         let mut estimate = 0.0;
         for k in 0..200 {
             let t = f64::from(k) * 1e-3;
@@ -93,7 +125,7 @@ mod tests {
     #[test]
     fn error_on_a_coarse_encoder_is_what_the_comparison_found() {
         // 30 mm at 0.5 Hz, 10 um counts, 1 kHz: 1.24 mm/s rms.
-        let mut filter = AlphaBetaGamma::default();
+        let mut filter = AlphaBetaGamma::new(1e-3);
         let mut sum = 0.0;
         for k in 0..20_000 {
             let phase = TAU * 0.5 * f64::from(k) * 1e-3;
@@ -108,8 +140,36 @@ mod tests {
     }
 
     #[test]
+    fn an_encoder_step_seen_too_early_is_no_speed() {
+        for early_s in [1e-9, 1e-6, 1e-5, 1e-4, 5e-4] {
+            let mut filter = AlphaBetaGamma::new(1e-3);
+            for _ in 0..10 {
+                filter.update(1e-3, 0.0);
+            }
+            let mut worst = filter.update(early_s, 1e-5).abs();
+            for _ in 0..20 {
+                worst = worst.max(filter.update(1e-3, 1e-5).abs());
+            }
+            // One count a period is 10 mm/s.
+            assert!(worst < 10e-3, "{early_s} s early: {worst} m/s");
+        }
+    }
+
+    #[test]
+    fn missed_samples_do_no_harm() {
+        let mut filter = AlphaBetaGamma::new(1e-3);
+        let (mut t, mut estimate) = (0.0, 0.0);
+        for k in 0..300 {
+            let elapsed = if k % 50 == 49 { 37e-3 } else { 1e-3 };
+            t += elapsed;
+            estimate = filter.update(elapsed, 2.0 * t * t);
+        }
+        assert!((estimate - 4.0 * t).abs() < 1e-6, "{estimate} for {}", 4.0 * t);
+    }
+
+    #[test]
     fn at_rest_it_comes_to_rest() {
-        let mut filter = AlphaBetaGamma::default();
+        let mut filter = AlphaBetaGamma::new(1e-3);
         filter.update(1e-3, 0.0);
         filter.update(1e-3, 1e-5);
         let mut velocity = 1.0;

@@ -23,6 +23,8 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     scene: Box<CompiledScene>,
     scenes_seen: u64,
     rig: Rig,
+    /// Whether force flowed in the tick before.
+    was_live: bool,
     velocity: AlphaBetaGamma,
     limiter: SafetyLimiter,
     bump: Bump,
@@ -43,6 +45,7 @@ impl<D: Device + ?Sized> Tick<D> {
         scene: Box<CompiledScene>,
         rig: Rig,
         limiter: SafetyLimiter,
+        period_s: f64,
     ) -> Self {
         shared.answers.scene_applied(scene.revision, 0);
         Self {
@@ -51,7 +54,8 @@ impl<D: Device + ?Sized> Tick<D> {
             scene,
             scenes_seen: 0,
             rig,
-            velocity: AlphaBetaGamma::default(),
+            was_live: false,
+            velocity: AlphaBetaGamma::new(period_s),
             limiter,
             bump: Bump::none(),
             tick: 0,
@@ -174,10 +178,13 @@ impl<D: Device + ?Sized> Tick<D> {
     fn render(&mut self, elapsed_s: f64) -> (f64, f64) {
         let gain = self.rig.advance(elapsed_s);
         let renderer = &mut self.scene.renderer;
-        if !self.rig.is_live() {
-            // The block goes with the hand, so that engaging starts without force.
+        let was_live = std::mem::replace(&mut self.was_live, self.rig.is_live());
+        if !was_live || !self.rig.is_live() {
+            // Without force the block goes with the hand, and from there force begins: wherever the hand has come to meanwhile.
             renderer.start_at(self.device_position, self.device_velocity);
             self.bump = Bump::none();
+        }
+        if !self.rig.is_live() {
             return (0.0, 0.0);
         }
         let coupling_force = renderer
@@ -187,6 +194,7 @@ impl<D: Device + ?Sized> Tick<D> {
         match self.limiter.limit(on_hand, gain) {
             Ok(force) => (coupling_force, force),
             Err(_) => {
+                self.was_live = false;
                 self.rig.fail(Fault::NonFiniteForce);
                 (0.0, 0.0)
             }
@@ -313,6 +321,7 @@ mod tests {
             Box::new(compiled(&Scene::paper(), 1)),
             Rig::new(0.02),
             SafetyLimiter::new(MAX_FORCE),
+            1e-3,
         );
         Bench {
             tick,
@@ -391,6 +400,30 @@ mod tests {
     }
 
     #[test]
+    fn engaging_begins_without_force_wherever_and_whenever_it_comes() {
+        // In the very first tick, far from the origin; and after a device that was gone has come back elsewhere.
+        let away = || std::iter::repeat_n(Err(DeviceError::Disconnected), 1);
+        let readings = std::iter::repeat_n(Ok(-0.03), 50)
+            .chain(away())
+            .chain(std::iter::repeat_n(Ok(0.4), 50));
+        let mut bench = bench(readings);
+        let still = |bench: &mut Bench| {
+            bench.serial += 1;
+            bench.shared.send(bench.serial, Command::Engage);
+            for _ in 0..30 {
+                let record = bench.tick();
+                assert_eq!((record.coupling_force, record.command_force), (0.0, 0.0), "{record:?}");
+            }
+            assert_eq!(bench.tick().state, RigState::Engaged);
+        };
+        still(&mut bench);
+        bench.ticks(50 - 31);
+        assert_eq!(bench.tick().state, RigState::Disconnected);
+        assert_eq!(bench.tick().state, RigState::Idle);
+        still(&mut bench);
+    }
+
+    #[test]
     fn a_reset_that_a_stop_has_overtaken_clears_nothing() {
         let mut bench = bench(ramp());
         bench.shared.stop();
@@ -413,7 +446,7 @@ mod tests {
         bench.ticks(SETTLE);
         bench.command(Command::Engage);
         bench.ticks(99 - SETTLE);
-        assert!(bench.last_written() < -3.0);
+        assert!(bench.last_written() < -0.1);
         let lost = bench.tick();
         assert_eq!((lost.state, lost.command_force), (RigState::Disconnected, 0.0));
         bench.ticks(4);

@@ -1,0 +1,336 @@
+//! The daemon at the other end of two channels: this is the only file of the panel that does I/O.
+//!
+//! One thread connects, listens, and connects again for as long as the panel lives; another sends, so that a daemon that
+//! does not read cannot freeze the window. A stop overtakes whatever waits to be sent. One that could not be sent, or whose
+//! answer was lost with the connection, is kept and is the first thing said to the next daemon that answers: too much of
+//! a stop is safe, too little is not.
+
+use crate::intent::Intent;
+use crate::update::{Answer, Update};
+use haptic_ipc::{Client, ClientError, Receiver, Request, Sender, ServerLine, Topic, WireError};
+use std::collections::HashMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+/// Samples a second that the plots ask for: a few per pixel over the seconds that they show.
+const SAMPLE_RATE_HZ: f64 = 250.0;
+
+/// Time between batches of samples, ms. Each batch is one repaint, so this is also the frame time.
+const BATCH_MS: u32 = 33;
+
+/// How patient the connection is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Patience {
+    /// Wait between two attempts to connect.
+    pub retry: Duration,
+    /// After how long a silent daemon is given up. It reports on its timing every second, so silence is trouble.
+    pub silence: Duration,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        Self {
+            retry: Duration::from_millis(500),
+            silence: Duration::from_secs(5),
+        }
+    }
+}
+
+/// A connection that mends itself.
+#[derive(Debug)]
+pub struct Connection {
+    intents: mpsc::Sender<Intent>,
+    updates: mpsc::Receiver<Update>,
+}
+
+impl Connection {
+    /// Starts to connect to the socket that `locate` names, asked anew before each attempt: the daemon may be started later
+    /// and elsewhere. `repaint` is called from another thread whenever there is news to draw.
+    ///
+    /// # Errors
+    /// The system has no thread left.
+    pub fn start(
+        locate: impl Fn() -> PathBuf + Send + 'static,
+        patience: Patience,
+        repaint: impl Fn() + Send + 'static,
+    ) -> io::Result<Self> {
+        let (intents, asked) = mpsc::channel();
+        let (news, updates) = mpsc::channel();
+        let shared = Arc::new(Shared::default());
+        let listener = Listener {
+            shared: Arc::clone(&shared),
+            news,
+            repaint: Box::new(repaint),
+            patience,
+        };
+        thread::Builder::new()
+            .name("listen".to_owned())
+            // The only way out is that nobody wants the news any more.
+            .spawn(move || listener.run(&locate).unwrap_or(()))?;
+        thread::Builder::new()
+            .name("ask".to_owned())
+            .spawn(move || ask(&asked, &shared))?;
+        Ok(Self { intents, updates })
+    }
+
+    /// Sends an intent. What comes of it is heard as [`Update::Answered`], or, when the connection is lost first, as
+    /// [`Update::Disconnected`].
+    pub fn send(&self, intent: Intent) {
+        // The asking thread lives as long as `self`; were it gone, so would be the connection, which is told elsewhere.
+        self.intents.send(intent).unwrap_or(());
+    }
+
+    /// The news since last time, without waiting.
+    pub fn updates(&self) -> impl Iterator<Item = Update> + '_ {
+        self.updates.try_iter()
+    }
+
+    /// The next piece of news, waiting for it at most `limit`.
+    #[must_use]
+    pub fn wait(&self, limit: Duration) -> Option<Update> {
+        self.updates.recv_timeout(limit).ok()
+    }
+}
+
+/// What both threads use.
+#[derive(Debug, Default)]
+struct Shared {
+    outgoing: Mutex<Outgoing>,
+    /// Signalled with [`Outgoing::hurries`].
+    hurry: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct Outgoing {
+    sender: Option<Sender>,
+    /// What the answers to come belong to.
+    asked: HashMap<u64, Asked>,
+    /// A stop is still to be sent.
+    stop_waits: bool,
+    /// A stop was asked for since the last attempt to connect: the next is due at once.
+    hurries: bool,
+}
+
+#[derive(Debug)]
+enum Asked {
+    Intent(Intent),
+    Describe,
+    Subscribe,
+}
+
+impl Shared {
+    fn outgoing(&self) -> MutexGuard<'_, Outgoing> {
+        // The state is whole between any two statements, so a panic elsewhere does not spoil it.
+        self.outgoing.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Outgoing {
+    /// Sends a request, or says why not.
+    fn send(&mut self, request: Request, asked: Asked) -> Result<(), ClientError> {
+        let sender = self.sender.as_mut().ok_or(ClientError::Closed)?;
+        let id = sender.send(request)?;
+        self.asked.insert(id, asked);
+        Ok(())
+    }
+}
+
+/// Sends what the user asks for until the panel is gone.
+fn ask(intents: &mpsc::Receiver<Intent>, shared: &Shared) {
+    while let Ok(first) = intents.recv() {
+        let mut waiting: Vec<Intent> = std::iter::once(first).chain(intents.try_iter()).collect();
+        if waiting.contains(&Intent::Stop) {
+            // The stop goes first, and nothing that was asked around it may bring the force back.
+            waiting.retain(|intent| matches!(intent, Intent::Set { .. }));
+            waiting.insert(0, Intent::Stop);
+        }
+        for intent in waiting {
+            let mut outgoing = shared.outgoing();
+            let sent = outgoing.send(intent.request(), Asked::Intent(intent.clone()));
+            // Anything but a stop is void with its connection, and the listening thread tells of the loss.
+            if sent.is_err() && intent == Intent::Stop {
+                outgoing.stop_waits = true;
+                outgoing.hurries = true;
+                shared.hurry.notify_all();
+            }
+        }
+    }
+}
+
+/// Nobody wants the news any more.
+#[derive(Debug)]
+struct PanelGone;
+
+/// Why a conversation ended.
+enum End {
+    PanelGone,
+    Lost(String),
+}
+
+impl From<PanelGone> for End {
+    fn from(_: PanelGone) -> Self {
+        Self::PanelGone
+    }
+}
+
+impl From<ClientError> for End {
+    fn from(error: ClientError) -> Self {
+        Self::Lost(error.to_string())
+    }
+}
+
+struct Listener {
+    shared: Arc<Shared>,
+    news: mpsc::Sender<Update>,
+    repaint: Box<dyn Fn() + Send>,
+    patience: Patience,
+}
+
+impl Listener {
+    fn run(&self, locate: &impl Fn() -> PathBuf) -> Result<(), PanelGone> {
+        let mut path = locate();
+        let mut told = None;
+        self.tell(Update::Connecting { path: path.clone() })?;
+        loop {
+            let reason = match self.converse(&path) {
+                End::PanelGone => return Err(PanelGone),
+                End::Lost(reason) => reason,
+            };
+            let was_connected = self.hang_up();
+            let lost = Update::Disconnected { path, reason };
+            if was_connected || told.as_ref() != Some(&lost) {
+                self.tell(lost.clone())?;
+                told = Some(lost);
+            } else {
+                // Nothing new to draw, but the way to learn that the panel is gone.
+                self.news.send(lost).map_err(|_| PanelGone)?;
+            }
+            self.pause();
+            path = locate();
+        }
+    }
+
+    fn tell(&self, update: Update) -> Result<(), PanelGone> {
+        self.news.send(update).map_err(|_| PanelGone)?;
+        (self.repaint)();
+        Ok(())
+    }
+
+    /// Talks to the daemon at `path` until one of them goes.
+    fn converse(&self, path: &Path) -> End {
+        let lost = self.listen(path);
+        lost.err().unwrap_or(End::PanelGone)
+    }
+
+    fn listen(&self, path: &Path) -> Result<std::convert::Infallible, End> {
+        let client = Client::connect(path)?;
+        let hello = client.hello().clone();
+        let (sender, mut receiver) = client.split();
+        receiver.set_timeout(Some(self.patience.silence))?;
+        self.introduce(sender)?;
+        self.tell(Update::Connected {
+            path: path.to_path_buf(),
+            hello,
+        })?;
+        loop {
+            if let Some(update) = self.next(&mut receiver)? {
+                self.tell(update)?;
+            }
+        }
+    }
+
+    /// Hands over the sending half and asks for everything that the panel shows.
+    fn introduce(&self, sender: Sender) -> Result<(), ClientError> {
+        let mut outgoing = self.shared.outgoing();
+        outgoing.sender = Some(sender);
+        if outgoing.stop_waits {
+            outgoing.send(Request::Stop {}, Asked::Intent(Intent::Stop))?;
+            outgoing.stop_waits = false;
+        }
+        outgoing.send(Request::Describe {}, Asked::Describe)?;
+        let subscribe = Request::Subscribe {
+            topics: vec![Topic::State, Topic::Timing, Topic::Samples],
+            rate_hz: Some(SAMPLE_RATE_HZ),
+            batch_ms: Some(BATCH_MS),
+        };
+        outgoing.send(subscribe, Asked::Subscribe)
+    }
+
+    fn next(&self, receiver: &mut Receiver) -> Result<Option<Update>, End> {
+        match receiver.receive() {
+            Ok(ServerLine::Event(event)) => Ok(Some(Update::Event(event))),
+            Ok(ServerLine::Answer { id, result }) => {
+                let asked = id.and_then(|id| self.shared.outgoing().asked.remove(&id));
+                asked.map_or(Ok(None), |asked| answered(asked, result))
+            }
+            Ok(ServerLine::Hello(_)) => Ok(None),
+            Err(ClientError::BadAnswer(error)) => Ok(Some(Update::Unreadable {
+                reason: error.to_string(),
+            })),
+            Err(ClientError::Io(error))
+                if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) =>
+            {
+                let silence = self.patience.silence.as_secs_f64();
+                Err(End::Lost(format!("the daemon said nothing for {silence} s")))
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Ends a conversation; says whether there was one. A stop that was not answered is kept for the next.
+    fn hang_up(&self) -> bool {
+        let mut outgoing = self.shared.outgoing();
+        let stop_was_unanswered = outgoing
+            .asked
+            .values()
+            .any(|asked| matches!(asked, Asked::Intent(Intent::Stop)));
+        outgoing.stop_waits |= stop_was_unanswered;
+        outgoing.asked.clear();
+        outgoing.sender.take().is_some()
+    }
+
+    /// Waits before the next attempt, but not when a stop is asked for meanwhile.
+    fn pause(&self) {
+        let outgoing = self.shared.outgoing();
+        let calm = |outgoing: &mut Outgoing| !outgoing.hurries;
+        let waited = self
+            .shared
+            .hurry
+            .wait_timeout_while(outgoing, self.patience.retry, calm);
+        let (mut outgoing, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        outgoing.hurries = false;
+    }
+}
+
+/// What an answer means to the panel.
+fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Result<Option<Update>, End> {
+    match asked {
+        Asked::Subscribe => {
+            result.map_err(|error| End::Lost(format!("the daemon refused the subscription: {error}")))?;
+            Ok(None)
+        }
+        Asked::Describe => {
+            let description =
+                result.map_err(|error| End::Lost(format!("the daemon refused to describe its parameters: {error}")))?;
+            let description = serde_json::from_value(description).map_err(ClientError::BadAnswer)?;
+            Ok(Some(Update::Described(description)))
+        }
+        Asked::Intent(intent) => {
+            let result = result.and_then(|value| {
+                let answer = match intent {
+                    Intent::Set { .. } => serde_json::from_value(value).map(Answer::Changed),
+                    _ => serde_json::from_value(value).map(Answer::State),
+                };
+                answer.map_err(|error| {
+                    let code = haptic_ipc::ErrorCode::Unknown;
+                    WireError::new(code, format!("the daemon's answer to {intent} cannot be read: {error}"))
+                })
+            });
+            Ok(Some(Update::Answered { intent, result }))
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! The numbers that are read from across the table.
+
+use crate::model::Model;
+use crate::theme::Palette;
+use egui::{Color32, RichText, Ui};
+use haptic_ipc::{RigState, Sample};
+
+/// Shows the newest sample in large type; dashes where there is none, for a stale number is no measurement.
+pub(crate) fn show(ui: &mut Ui, model: &Model) {
+    let palette = Palette::of(ui);
+    let is_present = model.rig().is_some_and(|rig| rig.state != RigState::Disconnected);
+    let sample = model.history().last().filter(|_| is_present);
+    let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample)));
+    let (contact, contact_color) = match sample.map(|sample| sample.contact) {
+        None => ("–", None),
+        Some(0) => ("Stuck", None),
+        Some(1..) => ("Sliding +", Some(palette.sliding)),
+        Some(..0) => ("Sliding -", Some(palette.sliding)),
+    };
+    let force = value(|sample| sample.command_force_n);
+    let device = value(|sample| sample.device_position_m * MM_PER_M);
+    let block = value(|sample| sample.block_position_m * MM_PER_M);
+    ui.columns_const(|[first, second, third, fourth]| {
+        show_one(first, "Force on the hand", &force, "N", Some(palette.device));
+        show_one(second, "Device position", &device, "mm", Some(palette.device));
+        show_one(third, "Block position", &block, "mm", Some(palette.block));
+        show_one(fourth, "Contact", contact, "", contact_color);
+    });
+    ui.add_space(4.0);
+}
+
+/// Positions are shown in mm: a desk-top rig moves by a few centimetres.
+pub(crate) const MM_PER_M: f64 = 1e3;
+
+fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>) {
+    ui.spacing_mut().item_spacing = egui::vec2(4.0, 0.0);
+    ui.label(RichText::new(title).small());
+    let color = color.unwrap_or(ui.visuals().strong_text_color());
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(value).size(28.0).color(color));
+        ui.label(RichText::new(unit).size(16.0).weak());
+    });
+}
+
+/// Two decimals, and no "-0.00" that flickers around rest.
+fn fixed(value: f64) -> String {
+    let text = format!("{value:.2}");
+    match text.as_str() {
+        "-0.00" => "0.00".to_owned(),
+        _ if text.len() > 9 => format!("{value:.2e}"),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readouts_keep_their_width() {
+        for (value, text) in [(-0.001, "0.00"), (-12.345, "-12.35"), (1e300, "1.00e300")] {
+            assert_eq!(fixed(value), text);
+        }
+    }
+}

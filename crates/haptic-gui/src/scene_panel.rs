@@ -1,0 +1,265 @@
+//! The parameters of the scene: a slider and a field for each.
+
+use crate::edit::Edit;
+use crate::model::{Model, ParameterModel, SceneModel};
+use crate::theme::Palette;
+use egui::{Align, Align2, Label, Layout, RichText, ScrollArea, Slider, SliderClamping, TextEdit, Ui, vec2};
+use haptic_core::Direction;
+use haptic_ipc::ParameterDescription;
+
+/// Width of the panel, points.
+pub(crate) const WIDTH: f32 = 396.0;
+
+const FIELD_WIDTH: f32 = 84.0;
+const UNIT_WIDTH: f32 = 44.0;
+const SIGN_WIDTH: f32 = 12.0;
+
+/// Shows the scene and takes what the user changes in it.
+pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
+    ui.add_space(4.0);
+    ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
+        ui.add_space(4.0);
+        show_revision(ui, model.scene());
+        ui.separator();
+        ui.with_layout(Layout::top_down(Align::Min), |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                // Room for the scroll bar, which would lie over the toggles.
+                ui.set_max_width(ui.available_width() - 10.0);
+                let mut group = String::new();
+                for parameter in &mut model.scene_mut().parameters {
+                    if parameter.about.group != group {
+                        group.clone_from(&parameter.about.group);
+                        ui.label(RichText::new(sentence_case(&group)).small().weak());
+                    }
+                    show_parameter(ui, parameter);
+                    ui.add_space(3.0);
+                }
+            });
+        });
+    });
+}
+
+fn show_revision(ui: &mut Ui, scene: &SceneModel) {
+    let text = match (scene.revision, scene.tick) {
+        (Some(revision), Some(tick)) => format!("Revision {revision}, applied at tick {tick}"),
+        (Some(revision), None) => format!("Revision {revision}"),
+        (None, _) => "No scene heard of yet".to_owned(),
+    };
+    ui.label(RichText::new(text).small().weak());
+}
+
+fn show_parameter(ui: &mut Ui, parameter: &mut ParameterModel) {
+    let name = sentence_case(&parameter.about.name);
+    ui.horizontal(|ui| {
+        let title = ui.label(RichText::new(name).strong());
+        let symbol = ui.label(RichText::new(&parameter.about.symbol).italics().weak());
+        title.union(symbol).on_hover_text(explanation(&parameter.about));
+        if parameter.about.directional {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| show_split(ui, parameter));
+        }
+    });
+    let directions: &[_] = if parameter.is_split() {
+        &[Some(Direction::Positive), Some(Direction::Negative)]
+    } else {
+        &[None]
+    };
+    for &direction in directions {
+        show_value(ui, parameter, direction);
+    }
+}
+
+/// The toggle between one row and a row for each direction.
+fn show_split(ui: &mut Ui, parameter: &mut ParameterModel) {
+    let is_split = parameter.is_split();
+    let hint = if is_split {
+        "One value for both directions: that of the positive one"
+    } else {
+        "A value for each direction of motion"
+    };
+    let name = format!("{} by direction", spoken(&parameter.about.name));
+    let toggle = ui
+        .add(egui::Button::selectable(is_split, "±").frame_when_inactive(true))
+        .accessible_name(name)
+        .on_hover_text(hint);
+    if toggle.clicked() {
+        if is_split {
+            parameter.join();
+        } else {
+            parameter.split = true;
+        }
+    }
+}
+
+fn show_value(ui: &mut Ui, parameter: &mut ParameterModel, direction: Option<Direction>) {
+    let in_force = parameter.in_force(direction);
+    let about = parameter.about.clone();
+    let (sign, spoken_name) = match direction {
+        None => ("", spoken(&about.name)),
+        Some(Direction::Positive) => ("+", format!("{} +", spoken(&about.name))),
+        Some(Direction::Negative) => ("-", format!("{} -", spoken(&about.name))),
+    };
+    let edit = parameter.edit(direction);
+    ui.horizontal(|ui| {
+        if !sign.is_empty() {
+            ui.add_sized(vec2(SIGN_WIDTH, ui.spacing().interact_size.y), Label::new(sign));
+        }
+        let others = FIELD_WIDTH + UNIT_WIDTH + 2.0 * ui.spacing().item_spacing.x;
+        let width = ui.available_width() - others;
+        show_slider(ui, width, &about, edit, in_force, &spoken_name);
+        show_field(ui, &about, edit, in_force, &spoken_name);
+        ui.label(&about.unit);
+    });
+    if let Some(refusal) = edit.refusal() {
+        let color = Palette::of(ui).error_text;
+        ui.add(Label::new(RichText::new(refusal).color(color)).wrap());
+    }
+}
+
+fn show_slider(
+    ui: &mut Ui,
+    width: f32,
+    about: &ParameterDescription,
+    edit: &mut Edit,
+    in_force: f64,
+    spoken_name: &str,
+) {
+    if about.slider_min >= about.slider_max {
+        ui.add_space(width + ui.spacing().item_spacing.x);
+        return;
+    }
+    let mut value = edit.shown(in_force);
+    ui.spacing_mut().slider_width = width;
+    let mut slider = Slider::new(&mut value, about.slider_min..=about.slider_max)
+        .logarithmic(about.logarithmic)
+        .smallest_positive(about.step.max(f64::MIN_POSITIVE))
+        .show_value(false)
+        // A value typed beyond the slider's range stays what it is.
+        .clamping(SliderClamping::Never);
+    if about.step > 0.0 {
+        slider = slider.step_by(about.step);
+    }
+    let slider = ui
+        .add(slider)
+        .accessible_name(format!("{spoken_name} slider"))
+        .on_hover_text(explanation(about));
+    if slider.changed() {
+        edit.change(round_to_step(value, about.step));
+        edit.typing = None;
+    }
+    edit.hold(slider.is_pointer_button_down_on() || slider.dragged());
+}
+
+fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, in_force: f64, spoken_name: &str) {
+    let mut text = edit.typing.clone().unwrap_or_else(|| number(edit.shown(in_force)));
+    let field = ui
+        .add(
+            TextEdit::singleline(&mut text)
+                .desired_width(FIELD_WIDTH - 8.0)
+                .align(Align2::RIGHT_CENTER),
+        )
+        .accessible_name(format!("{spoken_name} value"))
+        .on_hover_text(explanation(about));
+    if field.changed() {
+        edit.typing = Some(text);
+    }
+    if field.lost_focus()
+        && let Some(typed) = edit.typing.take()
+    {
+        match parse(&typed) {
+            Some(value) => edit.change(value),
+            None => edit.reject(format!("`{}` is not a number", typed.trim())),
+        }
+    }
+}
+
+/// A number as people type it; a decimal comma is one too.
+fn parse(typed: &str) -> Option<f64> {
+    let value: f64 = typed.trim().replace(',', ".").parse().ok()?;
+    // JSON has no NaN or infinity, so the daemon could not even be asked.
+    value.is_finite().then_some(value)
+}
+
+/// The exact value in as few digits as tell it apart.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-5..1e7).contains(&size) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
+    }
+}
+
+/// Takes the noise off a slider's value: as many decimals as its step has.
+fn round_to_step(value: f64, step: f64) -> f64 {
+    if !(step > 0.0 && step <= 1.0) {
+        return value.round();
+    }
+    // At most 1e-300 has a few hundred decimals; more than the formatter's seventeen digits say nothing.
+    let decimals = (-step.log10()).ceil().clamp(0.0, 17.0);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to 0..=17"
+    )]
+    let decimals = decimals as usize;
+    format!("{value:.decimals$}").parse().unwrap_or(value)
+}
+
+fn explanation(about: &ParameterDescription) -> String {
+    let ParameterDescription { min, max, unit, .. } = about;
+    let range = format!("Accepted: {} to {} {unit}", number(*min), number(*max));
+    format!("More of it: {}.\n{range}", about.feel)
+}
+
+fn spoken(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+fn sentence_case(name: &str) -> String {
+    let name = spoken(name);
+    let mut letters = name.chars();
+    letters
+        .next()
+        .map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_as_people_type_them() {
+        for (typed, value) in [
+            (" 1.5 ", Some(1.5)),
+            ("2,5", Some(2.5)),
+            ("1e-3", Some(0.001)),
+            ("", None),
+        ] {
+            assert_eq!(parse(typed), value, "{typed}");
+        }
+        for none in ["NaN", "inf", "1e999", "heavy"] {
+            assert_eq!(parse(none), None, "{none}");
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_exactly_and_short() {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.5, "0.5"),
+            (25_000.0, "25000"),
+            (1e-6, "1e-6"),
+            (1e300, "1e300"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+    }
+
+    #[test]
+    fn a_sliders_value_has_no_noise() {
+        assert_eq!(round_to_step(0.1 + 0.2, 0.01), 0.3);
+        assert_eq!(round_to_step(24_999.7, 1.0), 25_000.0);
+        assert_eq!(round_to_step(24_999.7, 0.0), 25_000.0);
+        assert_eq!(round_to_step(0.012_345, 1e-300), 0.012_345);
+    }
+}

@@ -1,0 +1,113 @@
+//! The stop: a button that is always there, and two keys that work wherever the focus is.
+
+use crate::model::{Model, StopReport, is_halted};
+use crate::theme::Palette;
+use egui::{Align2, Button, Color32, Event, FontId, Key, Ui, vec2};
+use haptic_ipc::RigState;
+
+const SIZE: egui::Vec2 = vec2(168.0, 52.0);
+
+/// Takes Space and Escape away from every widget; says whether one of them was pressed.
+pub(crate) fn take_keys(ui: &Ui) -> bool {
+    ui.input_mut(|input| {
+        let mut stop = false;
+        input.events.retain(|event| match event {
+            Event::Key {
+                key: Key::Space | Key::Escape,
+                pressed,
+                repeat,
+                ..
+            } => {
+                // A key held down is one stop, not thirty a second.
+                stop |= *pressed && !*repeat;
+                false
+            }
+            Event::Text(text) => text != " ",
+            _ => true,
+        });
+        stop
+    })
+}
+
+/// Shows the button; says whether it was pressed.
+pub(crate) fn show(ui: &mut Ui, model: &Model) -> bool {
+    let palette = Palette::of(ui);
+    let is_reachable = model.is_connected();
+    let hint = if is_reachable {
+        "Space or Escape"
+    } else {
+        "cannot reach the daemon"
+    };
+    let fill = if is_reachable { palette.halt } else { palette.rest };
+    let button = ui
+        .add_sized(SIZE, Button::new("").fill(fill))
+        .accessible_name("Stop")
+        .on_hover_text("Zero force at once. Space and Escape do the same, wherever the focus is.");
+    // A button lays its text out in one line; this one has two.
+    for (text, size, y) in [("Stop", 22.0, -8.0), (hint, 12.0, 14.0)] {
+        let at = button.rect.center() + vec2(0.0, y);
+        let font = FontId::proportional(size);
+        ui.painter()
+            .text(at, Align2::CENTER_CENTER, text, font, palette.on_fill);
+    }
+    // On the press, not the release: a hand that is being pulled does not click neatly.
+    let (pressed, released) = ui.input(|input| (input.pointer.primary_pressed(), input.pointer.primary_released()));
+    let by_press = pressed && button.is_pointer_button_down_on();
+    // A click by keyboard or screen reader has no press, and a quick one has both in the same frame.
+    by_press || (button.clicked() && (!released || pressed))
+}
+
+/// What became of the stop, and the colour to say it in.
+pub(crate) fn report(ui: &Ui, model: &Model) -> Option<(String, Color32)> {
+    let palette = Palette::of(ui);
+    let plain = ui.visuals().strong_text_color();
+    match model.stop() {
+        StopReport::Sent => Some(("Stop sent, not confirmed yet".to_owned(), palette.caution_text)),
+        StopReport::Failed { reason } => Some((format!("Not stopped: {reason}"), palette.error_text)),
+        StopReport::Unreachable => {
+            let text = "Not stopped: cannot reach the daemon. Cut the motor's power. The stop is sent once the daemon answers.";
+            Some((text.to_owned(), palette.error_text))
+        }
+        StopReport::Settled => {
+            let rig = model.rig().filter(|rig| is_halted(rig.state))?;
+            let what = if rig.state == RigState::Stopped {
+                "Stopped at"
+            } else {
+                "Zero force since"
+            };
+            Some((format!("{what} tick {}", rig.tick), plain))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::Modifiers;
+    use egui_kittest::Harness;
+
+    #[test]
+    fn no_widget_sees_the_keys_that_stop() {
+        let key = |key| Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: Modifiers::CTRL,
+        };
+        for (event, stops) in [
+            (key(Key::Space), true),
+            (key(Key::Escape), true),
+            (Event::Text(" ".into()), false),
+        ] {
+            let draw = |ui: &mut Ui, (stopped, left_over): &mut (bool, bool)| {
+                *stopped |= take_keys(ui);
+                *left_over |= ui.input(|input| input.events.contains(&event));
+            };
+            let mut harness = Harness::new_ui_state(draw, (false, false));
+            harness.event(event.clone());
+            harness.run();
+            assert_eq!(*harness.state(), (stops, false), "{event:?}");
+        }
+    }
+}

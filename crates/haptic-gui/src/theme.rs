@@ -1,0 +1,94 @@
+//! Colours and sizes, as data: one palette for each theme.
+
+use egui::{Color32, FontFamily, FontId, TextStyle, Ui};
+use haptic_ipc::RigState;
+
+/// The colours that mean something. Each is only ever used beside a text that says the same.
+#[derive(Debug)]
+pub(crate) struct Palette {
+    /// No force, nothing wrong.
+    pub(crate) rest: Color32,
+    /// Force on the hand.
+    pub(crate) live: Color32,
+    /// On the way from one to the other, or less than good.
+    pub(crate) caution: Color32,
+    /// Stopped, faulted, and the button that stops.
+    pub(crate) halt: Color32,
+    /// Text on any of these.
+    pub(crate) on_fill: Color32,
+    /// Text that reports a fault or a refusal, on the panel's background.
+    pub(crate) error_text: Color32,
+    /// Text that asks for attention, on the panel's background.
+    pub(crate) caution_text: Color32,
+    /// The device, and the force on the hand.
+    pub(crate) device: Color32,
+    /// The block, and the force in its coupling.
+    pub(crate) block: Color32,
+    /// The block sticks.
+    pub(crate) stuck: Color32,
+    /// The block slides.
+    pub(crate) sliding: Color32,
+}
+
+// Blue and orange after Okabe and Ito (2008), which people with any colour vision tell apart.
+const DARK: Palette = Palette {
+    rest: Color32::from_rgb(0x45, 0x50, 0x5c),
+    live: Color32::from_rgb(0x1c, 0x7a, 0x46),
+    caution: Color32::from_rgb(0x92, 0x5f, 0x00),
+    halt: Color32::from_rgb(0xc6, 0x28, 0x28),
+    on_fill: Color32::WHITE,
+    error_text: Color32::from_rgb(0xff, 0x8a, 0x80),
+    caution_text: Color32::from_rgb(0xff, 0xc1, 0x5e),
+    device: Color32::from_rgb(0x56, 0xb4, 0xe9),
+    block: Color32::from_rgb(0xe6, 0x9f, 0x00),
+    stuck: Color32::from_rgb(0x6b, 0x75, 0x80),
+    sliding: Color32::from_rgb(0x2f, 0xb3, 0x86),
+};
+
+const LIGHT: Palette = Palette {
+    rest: Color32::from_rgb(0x5a, 0x65, 0x70),
+    live: Color32::from_rgb(0x1b, 0x72, 0x41),
+    caution: Color32::from_rgb(0x8a, 0x59, 0x00),
+    halt: Color32::from_rgb(0xc6, 0x28, 0x28),
+    on_fill: Color32::WHITE,
+    error_text: Color32::from_rgb(0xb0, 0x1c, 0x1c),
+    caution_text: Color32::from_rgb(0x8a, 0x59, 0x00),
+    device: Color32::from_rgb(0x00, 0x72, 0xb2),
+    block: Color32::from_rgb(0xc8, 0x52, 0x00),
+    stuck: Color32::from_rgb(0x9a, 0xa3, 0xac),
+    sliding: Color32::from_rgb(0x00, 0x8f, 0x68),
+};
+
+impl Palette {
+    /// The palette of the theme that `ui` is drawn in.
+    pub(crate) fn of(ui: &Ui) -> &'static Self {
+        if ui.visuals().dark_mode { &DARK } else { &LIGHT }
+    }
+
+    /// What a state of the rig is filled with.
+    pub(crate) fn state(&self, state: RigState) -> Color32 {
+        match state {
+            RigState::Disconnected | RigState::Idle => self.rest,
+            RigState::Engaged => self.live,
+            RigState::Engaging | RigState::Releasing => self.caution,
+            RigState::Stopped | RigState::Faulted => self.halt,
+        }
+    }
+}
+
+/// Sets the sizes and distances that the panel is laid out for, in both themes.
+pub fn install(ctx: &egui::Context) {
+    ctx.all_styles_mut(|style| {
+        style.spacing.item_spacing = egui::vec2(8.0, 4.0);
+        style.spacing.interact_size.y = 22.0;
+        let body = FontId::new(14.0, FontFamily::Proportional);
+        style.text_styles.insert(TextStyle::Body, body.clone());
+        style.text_styles.insert(TextStyle::Button, body);
+        let small = FontId::new(12.0, FontFamily::Proportional);
+        style.text_styles.insert(TextStyle::Small, small);
+        // The default is too faint to be read at arm's length.
+        style.visuals.weak_text_alpha = 0.8;
+        // A number that is being read must not be selected by a pointer on its way to a slider.
+        style.interaction.selectable_labels = false;
+    });
+}

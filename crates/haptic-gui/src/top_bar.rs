@@ -1,0 +1,135 @@
+//! The connection, the state of the rig, and the buttons that change it.
+
+use crate::intent::Intent;
+use crate::model::{Link, Model};
+use crate::stop_button;
+use crate::theme::Palette;
+use egui::{Align, Button, Color32, Frame, Label, Layout, Margin, RichText, Ui, vec2};
+use haptic_ipc::RigState;
+
+/// Shows the bar; says whether the stop button was pressed.
+pub(crate) fn show(ui: &mut Ui, model: &Model, intents: &mut Vec<Intent>) -> bool {
+    ui.add_space(4.0);
+    let mut stop = false;
+    ui.horizontal(|ui| {
+        ui.set_min_height(56.0);
+        show_state(ui, model, intents);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            stop = stop_button::show(ui, model);
+            show_reports(ui, model);
+        });
+    });
+    ui.add_space(2.0);
+    stop
+}
+
+/// What became of the stop, and why the rig or the daemon does not do as it was told. These stand beside the buttons rather
+/// than below them, so that nothing moves away from under the pointer when they come and go.
+fn show_reports(ui: &mut Ui, model: &Model) {
+    let palette = Palette::of(ui);
+    let fault = model.rig().and_then(|rig| rig.fault.as_ref());
+    let reports = [
+        fault.map(|fault| (format!("Fault: {fault}"), palette.error_text)),
+        model
+            .refusal()
+            .map(|why| (format!("Refused: {why}"), palette.error_text)),
+        stop_button::report(ui, model),
+    ];
+    let reports: Vec<_> = reports.into_iter().flatten().collect();
+    ui.with_layout(Layout::top_down(Align::Max), |ui| {
+        // One report stands in the middle of the bar, more of them share it.
+        ui.add_space(if reports.len() == 1 { 16.0 } else { 0.0 });
+        for (text, color) in reports {
+            ui.add(Label::new(RichText::new(text).color(color)).wrap());
+        }
+    });
+}
+
+fn show_state(ui: &mut Ui, model: &Model, intents: &mut Vec<Intent>) {
+    let palette = Palette::of(ui);
+    let (badge, fill) = match (model.link(), model.rig()) {
+        (Link::Connecting { .. }, _) => ("Connecting", palette.caution),
+        (Link::Lost { .. }, _) => ("Not connected", palette.halt),
+        (Link::Connected { .. }, None) => ("Connected", palette.rest),
+        (Link::Connected { .. }, Some(rig)) => (describe(rig.state), palette.state(rig.state)),
+    };
+    show_badge(ui, badge, fill);
+    if let Some(rig) = model.rig() {
+        show_command(ui, rig.state, intents);
+    }
+    let Link::Connected { path, server } = model.link() else {
+        return;
+    };
+    ui.vertical(|ui| {
+        ui.add_space(8.0);
+        ui.label(format!("Connected to {server}"))
+            .on_hover_text(path.display().to_string());
+        let scene = &model.scene().name;
+        if !scene.is_empty() {
+            ui.label(RichText::new(format!("Scene: {scene}")).weak());
+        }
+    });
+}
+
+fn show_badge(ui: &mut Ui, text: &str, fill: Color32) {
+    let palette = Palette::of(ui);
+    Frame::new()
+        .fill(fill)
+        .corner_radius(4)
+        .inner_margin(Margin::symmetric(12, 8))
+        .show(ui, |ui| {
+            ui.label(RichText::new(text).size(18.0).strong().color(palette.on_fill));
+        });
+}
+
+/// The one thing that can be done from this state, besides a stop.
+fn show_command(ui: &mut Ui, state: RigState, intents: &mut Vec<Intent>) {
+    let (label, hint, intent) = match state {
+        RigState::Disconnected => return,
+        RigState::Idle | RigState::Releasing => ("Engage", "Ramp the force up", Intent::Engage),
+        RigState::Engaging | RigState::Engaged => ("Release", "Ramp the force down", Intent::Release),
+        RigState::Stopped | RigState::Faulted => (
+            "Reset",
+            "Clear the stop or the fault; the force stays off until you engage",
+            Intent::Reset,
+        ),
+    };
+    let button = Button::new(RichText::new(label).size(16.0)).min_size(vec2(96.0, 36.0));
+    if ui.add(button).on_hover_text(hint).clicked() {
+        intents.push(intent);
+    }
+}
+
+fn describe(state: RigState) -> &'static str {
+    match state {
+        RigState::Disconnected => "No rig",
+        RigState::Idle => "Idle",
+        RigState::Engaging => "Engaging",
+        RigState::Engaged => "Engaged",
+        RigState::Releasing => "Releasing",
+        RigState::Stopped => "Stopped",
+        RigState::Faulted => "Faulted",
+    }
+}
+
+/// Says in place of the scene and the plots why there are none.
+pub(crate) fn explain_no_daemon(ui: &mut Ui, model: &Model) {
+    let palette = Palette::of(ui);
+    ui.add_space(24.0);
+    match model.link() {
+        Link::Connected { .. } => {}
+        Link::Connecting { path } => {
+            ui.heading("Connecting to the daemon");
+            ui.add_space(8.0);
+            ui.label(format!("Socket: {}", path.display()));
+        }
+        Link::Lost { path, reason } => {
+            ui.heading("Not connected to a daemon");
+            ui.add_space(8.0);
+            ui.label(format!("Socket: {}", path.display()));
+            ui.add(Label::new(RichText::new(reason).color(palette.error_text)).wrap());
+            ui.add_space(8.0);
+            ui.label("The panel keeps trying and connects by itself.");
+        }
+    }
+}

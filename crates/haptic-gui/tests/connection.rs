@@ -1,0 +1,253 @@
+//! The connection against a small daemon made of a socket and ready answers.
+
+use haptic_core::Scene;
+use haptic_gui::connection::{Connection, Patience};
+use haptic_gui::{Answer, Intent, Update};
+use haptic_ipc::{Envelope, Event, Request, RigState, StateEvent, Topic, params_of};
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Long enough for a loaded machine; only a failing test waits for it.
+const LIMIT: Duration = Duration::from_secs(20);
+
+/// The daemon's end of one conversation.
+struct Daemon {
+    lines: BufReader<UnixStream>,
+}
+
+impl Daemon {
+    /// Takes the next client and greets it.
+    fn accept(listener: &UnixListener) -> Self {
+        let (stream, _) = listener.accept().expect("a client");
+        stream.set_read_timeout(Some(LIMIT)).expect("a time-out");
+        let mut daemon = Self {
+            lines: BufReader::new(stream),
+        };
+        daemon.say(r#"{"hello":{"protocol":1,"server":"hapticd test","session":"1-1"}}"#);
+        daemon
+    }
+
+    fn say(&mut self, line: &str) {
+        writeln!(self.lines.get_mut(), "{line}").expect("the client listens");
+    }
+
+    /// The next request.
+    fn hear(&mut self) -> Envelope {
+        let mut line = String::new();
+        self.lines.read_line(&mut line).expect("a request in time");
+        Envelope::parse(&line).unwrap_or_else(|error| panic!("{line:?}: {error:?}"))
+    }
+
+    /// Answers a request whose kind the test knows.
+    fn answer(&mut self, id: u64, ok: &str) {
+        self.say(&format!(r#"{{"id":{id},"ok":{ok}}}"#));
+    }
+
+    /// Goes through what every panel asks first.
+    fn introduce(&mut self) {
+        let describe = self.hear();
+        assert_eq!(describe.request, Request::Describe {});
+        self.answer(describe.id, r#"{"parameters":[],"sample_columns":[]}"#);
+        let subscribe = self.hear();
+        let Request::Subscribe { topics, .. } = subscribe.request else {
+            panic!("{subscribe:?}");
+        };
+        assert_eq!(topics, [Topic::State, Topic::Timing, Topic::Samples]);
+        let reply = r#"{"topics":["state"],"rate_hz":250,"batch_ms":33,"columns":[]}"#;
+        self.answer(subscribe.id, reply);
+    }
+}
+
+struct Bench {
+    dir: tempfile::TempDir,
+    connection: Connection,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self::with_patience(Patience {
+            retry: Duration::from_millis(5),
+            silence: LIMIT,
+        })
+    }
+
+    fn with_patience(patience: Patience) -> Self {
+        let dir = tempfile::tempdir().expect("a directory");
+        let path = socket(dir.path());
+        let connection = Connection::start(move || path.clone(), patience, || {}).expect("threads");
+        Self { dir, connection }
+    }
+
+    fn listen(&self) -> UnixListener {
+        UnixListener::bind(socket(self.dir.path())).expect("a socket")
+    }
+
+    /// Ends the daemon as a process that dies does: nothing is left but the socket's file, and then not even that.
+    fn end(&self, listener: UnixListener) {
+        drop(listener);
+        std::fs::remove_file(socket(self.dir.path())).expect("the socket is there");
+    }
+
+    /// Waits for news of one kind and gives what `pick` makes of it.
+    fn until<T>(&self, pick: impl Fn(Update) -> Option<T>) -> T {
+        loop {
+            let update = self.connection.wait(LIMIT).expect("news in time");
+            if let Some(found) = pick(update) {
+                return found;
+            }
+        }
+    }
+
+    fn until_connected(&self) {
+        self.until(|update| {
+            matches!(update, Update::Connected { hello, .. } if hello.server == "hapticd test").then_some(())
+        });
+    }
+
+    fn until_lost(&self) -> String {
+        self.until(|update| match update {
+            Update::Disconnected { reason, .. } => Some(reason),
+            _ => None,
+        })
+    }
+}
+
+fn socket(dir: &Path) -> PathBuf {
+    dir.join("control.sock")
+}
+
+#[test]
+fn it_waits_for_a_daemon_and_finds_the_next_one_when_that_goes_away() {
+    let bench = Bench::new();
+    let reason = bench.until_lost();
+    assert!(reason.contains("control.sock"), "{reason}");
+
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    bench.until(|update| matches!(update, Update::Described(_)).then_some(()));
+
+    bench.end(listener);
+    drop(daemon);
+    bench.until_lost();
+
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    let state = StateEvent {
+        state: RigState::Idle,
+        fault: None,
+        tick: 5,
+        revision: 1,
+        scene: "paper".into(),
+        params: params_of(&Scene::paper()),
+    };
+    daemon.say(&serde_json::to_string(&Event::State(state.clone())).unwrap());
+    let heard = bench.until(|update| match update {
+        Update::Event(Event::State(event)) => Some(event),
+        _ => None,
+    });
+    assert_eq!(heard, state);
+}
+
+#[test]
+fn an_intent_is_sent_and_its_answer_comes_back_with_it() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    bench.connection.send(Intent::Engage);
+    bench.connection.send(Intent::Release);
+    let engage = daemon.hear();
+    let release = daemon.hear();
+    assert_eq!(
+        (&engage.request, &release.request),
+        (&Request::Engage {}, &Request::Release {})
+    );
+    daemon.answer(engage.id, r#"{"state":"engaging","tick":7}"#);
+    let refusal = r#""error":{"code":"wrong_state","message":"not now"}"#;
+    daemon.say(&format!(r#"{{"id":{},{refusal}}}"#, release.id));
+    let answered = |update| match update {
+        Update::Answered { intent, result } => Some((intent, result)),
+        _ => None,
+    };
+    let (intent, result) = bench.until(answered);
+    assert_eq!(intent, Intent::Engage);
+    assert!(matches!(result, Ok(Answer::State(reply)) if reply.tick == 7));
+    let (intent, result) = bench.until(answered);
+    assert_eq!(intent, Intent::Release);
+    assert_eq!(result.unwrap_err().message, "not now");
+}
+
+#[test]
+fn a_stop_without_a_daemon_does_not_wait_and_is_the_first_thing_that_the_next_one_hears() {
+    let never = Duration::from_secs(3600);
+    let bench = Bench::with_patience(Patience {
+        retry: never,
+        silence: LIMIT,
+    });
+    bench.until_lost();
+    bench.connection.send(Intent::Engage);
+    bench.connection.send(Intent::Stop);
+    // Only the stop can have caused this attempt.
+    bench.until_lost();
+    let listener = bench.listen();
+    bench.connection.send(Intent::Stop);
+    let mut daemon = Daemon::accept(&listener);
+    assert_eq!(daemon.hear().request, Request::Stop {});
+    daemon.introduce();
+}
+
+#[test]
+fn a_stop_that_was_not_answered_is_sent_again() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    bench.connection.send(Intent::Stop);
+    assert_eq!(daemon.hear().request, Request::Stop {});
+    drop(daemon);
+    let mut daemon = Daemon::accept(&listener);
+    let stop = daemon.hear();
+    assert_eq!(stop.request, Request::Stop {});
+    daemon.answer(stop.id, r#"{"state":"stopped","tick":9}"#);
+    daemon.introduce();
+    bench.until(|update| match update {
+        Update::Answered {
+            intent: Intent::Stop,
+            result,
+        } => Some(result.unwrap()),
+        _ => None,
+    });
+}
+
+#[test]
+fn a_line_that_cannot_be_read_is_counted_and_the_conversation_goes_on() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    daemon.say(r#"{"event":"weather","sky":"blue"}"#);
+    bench.until(|update| matches!(update, Update::Unreadable { .. }).then_some(()));
+    bench.connection.send(Intent::Engage);
+    assert_eq!(daemon.hear().request, Request::Engage {});
+}
+
+#[test]
+fn a_daemon_that_falls_silent_is_given_up() {
+    let bench = Bench::with_patience(Patience {
+        retry: Duration::from_millis(5),
+        silence: Duration::from_millis(50),
+    });
+    let listener = bench.listen();
+    let _daemon = Daemon::accept(&listener);
+    bench.until_connected();
+    let reason = bench.until_lost();
+    assert!(reason.contains("said nothing"), "{reason}");
+}

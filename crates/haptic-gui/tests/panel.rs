@@ -1,0 +1,463 @@
+//! The panel without a window: what it shows of a daemon's news, and what it makes of keys and clicks.
+
+use egui::{Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use haptic_core::parameters::TABLE;
+use haptic_core::{Directional, Scene};
+use haptic_gui::{Answer, Intent, Model, Target, Update};
+use haptic_ipc::{
+    Description, ErrorCode, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, SamplesEvent,
+    SetReply, StateEvent, StateReply, WireError, params_of,
+};
+
+const SOCKET: &str = "/run/user/1000/hapticd/control.sock";
+
+/// The panel and everything that it asked for.
+#[derive(Default)]
+struct Bench {
+    model: Model,
+    asked: Vec<Intent>,
+}
+
+type Panel = Harness<'static, Bench>;
+
+fn panel() -> Panel {
+    let draw = |ui: &mut egui::Ui, bench: &mut Bench| {
+        let asked = haptic_gui::ui(ui, &mut bench.model);
+        bench.asked.extend(asked);
+    };
+    // The smallest window that the panel is made for.
+    let mut panel = Harness::builder()
+        .with_size([1024.0, 640.0])
+        .with_context_setup(haptic_gui::theme::install)
+        .build_ui_state(draw, Bench::default());
+    panel.run();
+    panel
+}
+
+/// A panel whose daemon renders the paper's scene.
+fn connected(state: RigState) -> Panel {
+    let mut panel = panel();
+    let hello = Hello {
+        protocol: 1,
+        server: "hapticd 0.1.0".into(),
+        session: "1-1".into(),
+    };
+    let path = SOCKET.into();
+    let scene = Scene::paper();
+    let parameters = TABLE
+        .iter()
+        .map(|row| ParameterDescription::new(row, scene.value(row.parameter)))
+        .collect();
+    let description = Description {
+        parameters,
+        sample_columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
+    };
+    hear(&mut panel, Update::Connected { path, hello });
+    hear(&mut panel, Update::Described(description));
+    hear(&mut panel, in_state(state, 100));
+    panel
+}
+
+fn hear(panel: &mut Panel, update: Update) {
+    panel.state_mut().model.apply(update);
+    panel.run();
+}
+
+fn state_event(state: RigState, tick: u64) -> StateEvent {
+    StateEvent {
+        state,
+        fault: None,
+        tick,
+        revision: 1,
+        scene: "paper".into(),
+        params: params_of(&Scene::paper()),
+    }
+}
+
+fn in_state(state: RigState, tick: u64) -> Update {
+    Update::Event(Event::State(state_event(state, tick)))
+}
+
+fn set(name: &str, value: f64) -> Intent {
+    let target = Target {
+        name: name.into(),
+        direction: None,
+    };
+    Intent::Set { target, value }
+}
+
+fn asked(panel: &mut Panel) -> Vec<Intent> {
+    std::mem::take(&mut panel.state_mut().asked)
+}
+
+fn type_into(panel: &mut Panel, field: &str, text: &str) {
+    panel.get_by_label(field).focus();
+    panel.run();
+    panel.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    panel.run();
+    panel.get_by_label(field).type_text(text);
+    panel.run();
+}
+
+fn value_of(panel: &Panel, field: &str) -> String {
+    panel.get_by_label(field).value().unwrap_or_default()
+}
+
+#[test]
+fn a_connected_panel_offers_to_engage() {
+    let mut panel = connected(RigState::Idle);
+    panel.get_by_label("Idle");
+    panel.get_by_label("Connected to hapticd 0.1.0");
+    panel.get_by_label("Engage").click();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Engage]);
+}
+
+#[test]
+fn an_engaged_rig_can_be_released_and_a_stopped_one_reset() {
+    let mut panel = connected(RigState::Engaged);
+    panel.get_by_label("Release").click();
+    panel.run();
+    hear(&mut panel, in_state(RigState::Stopped, 200));
+    panel.get_by_label("Stopped at tick 200");
+    assert!(
+        panel.query_by_label("Engage").is_none(),
+        "a stopped rig cannot be engaged"
+    );
+    panel.get_by_label("Reset").click();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Release, Intent::Reset]);
+}
+
+#[test]
+fn a_fault_is_shown_with_its_reason() {
+    let mut panel = connected(RigState::Engaged);
+    let mut event = state_event(RigState::Faulted, 200);
+    event.fault = Some("the device is silent for 12 ms; the limit is 10 ms".into());
+    hear(&mut panel, Update::Event(Event::State(event)));
+    panel.get_by_label_contains("silent for 12 ms");
+    panel.get_by_label("Reset");
+}
+
+#[test]
+fn space_and_escape_stop_wherever_the_focus_is() {
+    for key in [Key::Space, Key::Escape] {
+        for focus in [None, Some("mass value"), Some("mass slider"), Some("Engage")] {
+            let mut panel = connected(RigState::Idle);
+            if let Some(focus) = focus {
+                panel.get_by_label(focus).focus();
+                panel.run();
+                assert!(panel.get_by_label(focus).is_focused());
+            }
+            panel.key_press(key);
+            panel.run();
+            assert_eq!(asked(&mut panel), [Intent::Stop], "{key:?} with the focus on {focus:?}");
+        }
+    }
+}
+
+#[test]
+fn a_held_key_is_one_stop() {
+    let mut panel = connected(RigState::Engaged);
+    for repeat in [false, true, true] {
+        panel.event(egui::Event::Key {
+            key: Key::Space,
+            physical_key: None,
+            pressed: true,
+            repeat,
+            modifiers: Modifiers::SHIFT,
+        });
+    }
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop]);
+}
+
+#[test]
+fn a_space_typed_into_a_field_stops_and_changes_nothing() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "7");
+    panel.key_down(Key::Space);
+    panel.get_by_label("mass value").type_text(" ");
+    panel.key_up(Key::Space);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "the half-typed 7 must not be set");
+    assert_eq!(value_of(&panel, "mass value"), "0.5");
+}
+
+#[test]
+fn the_button_stops_when_pressed_and_only_once() {
+    let mut panel = connected(RigState::Engaged);
+    let at = panel.get_by_label("Stop").rect().center();
+    panel.hover_at(at);
+    panel.run();
+    panel.drag_at(at);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "on the press");
+    panel.drop_at(at);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "not again on the release");
+    panel.get_by_label("Stop").click_accesskit();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "by a screen reader");
+}
+
+#[test]
+fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
+    let mut panel = connected(RigState::Engaged);
+    panel.key_press(Key::Space);
+    panel.run();
+    panel.get_by_label("Stop sent, not confirmed yet");
+    let reply = StateReply {
+        state: RigState::Stopped,
+        tick: 4711,
+    };
+    let stopped = Update::Answered {
+        intent: Intent::Stop,
+        result: Ok(Answer::State(reply)),
+    };
+    hear(&mut panel, stopped);
+    panel.get_by_label("Stopped at tick 4711");
+    hear(&mut panel, in_state(RigState::Idle, 5000));
+    assert!(panel.query_by_label("Stopped at tick 4711").is_none(), "it was reset");
+}
+
+#[test]
+fn a_stop_that_failed_says_so() {
+    let mut panel = connected(RigState::Engaged);
+    panel.key_press(Key::Escape);
+    panel.run();
+    let error = WireError::new(ErrorCode::NotResponding, "the real-time thread does not answer");
+    let failed = Update::Answered {
+        intent: Intent::Stop,
+        result: Err(error),
+    };
+    hear(&mut panel, failed);
+    panel.get_by_label("Not stopped: the real-time thread does not answer");
+    hear(&mut panel, in_state(RigState::Stopped, 200));
+    assert!(
+        panel.query_by_label_contains("Not stopped").is_none(),
+        "somebody else has stopped it"
+    );
+}
+
+#[test]
+fn a_typed_value_is_set_on_enter() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "1,25");
+    assert_eq!(asked(&mut panel), [], "not while typing");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [set("mass", 1.25)]);
+    assert_eq!(value_of(&panel, "mass value"), "1.25");
+}
+
+#[test]
+fn what_is_no_number_is_not_sent() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "heavy");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), []);
+    panel.get_by_label("`heavy` is not a number");
+    assert_eq!(value_of(&panel, "mass value"), "0.5");
+}
+
+#[test]
+fn a_moved_slider_sets_its_parameter() {
+    let mut panel = connected(RigState::Engaged);
+    let slider = panel.get_by_label("static force slider").rect();
+    panel.drag_at(slider.center());
+    panel.run();
+    panel.hover_at(slider.right_center());
+    panel.run();
+    panel.drop_at(slider.right_center());
+    panel.run();
+    let asked = asked(&mut panel);
+    assert_eq!(asked.last(), Some(&set("static_force", 20.0)), "{asked:?}");
+}
+
+#[test]
+fn a_refusal_is_shown_and_the_field_returns_to_the_value_in_force() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "1000");
+    panel.key_press(Key::Enter);
+    panel.run();
+    let message = "mass = 1000 kg is out of range: 1e-6 to 100 kg";
+    let refused = Update::Answered {
+        intent: set("mass", 1000.0),
+        result: Err(WireError::new(ErrorCode::OutOfRange, message)),
+    };
+    hear(&mut panel, refused);
+    panel.get_by_label(message);
+    assert_eq!(value_of(&panel, "mass value"), "0.5");
+}
+
+#[test]
+fn an_accepted_change_is_shown_with_its_revision_and_tick() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "2");
+    panel.key_press(Key::Enter);
+    panel.run();
+    let reply = SetReply {
+        revision: 2,
+        tick: 321,
+        applied: [("mass".to_owned(), 2.0)].into(),
+        advice: vec![],
+    };
+    let applied = Update::Answered {
+        intent: set("mass", 2.0),
+        result: Ok(Answer::Changed(reply)),
+    };
+    hear(&mut panel, applied);
+    assert_eq!(value_of(&panel, "mass value"), "2");
+    panel.get_by_label("Revision 2, applied at tick 321");
+}
+
+#[test]
+fn another_clients_change_moves_the_field_but_not_one_that_is_typed_in() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "stiffness value", "123");
+    let mut event = state_event(RigState::Engaged, 200);
+    event.revision = 2;
+    event.params.insert("mass".into(), Directional::both(3.0));
+    event.params.insert("stiffness".into(), Directional::both(999.0));
+    hear(&mut panel, Update::Event(Event::State(event)));
+    assert_eq!(value_of(&panel, "mass value"), "3");
+    assert_eq!(value_of(&panel, "stiffness value"), "123");
+}
+
+#[test]
+fn an_old_state_does_not_undo_a_newer_change() {
+    let mut panel = connected(RigState::Engaged);
+    let mut newer = state_event(RigState::Engaged, 200);
+    newer.revision = 3;
+    newer.params.insert("mass".into(), Directional::both(3.0));
+    hear(&mut panel, Update::Event(Event::State(newer)));
+    hear(&mut panel, in_state(RigState::Engaged, 150));
+    assert_eq!(value_of(&panel, "mass value"), "3");
+}
+
+#[test]
+fn a_directional_parameter_has_a_row_for_each_direction_when_they_differ() {
+    let mut panel = connected(RigState::Engaged);
+    assert!(panel.query_by_label("static force + value").is_none());
+    let mut event = state_event(RigState::Engaged, 200);
+    event.revision = 2;
+    let uneven = Directional {
+        positive: 5.0,
+        negative: 3.0,
+    };
+    event.params.insert("static_force".into(), uneven);
+    hear(&mut panel, Update::Event(Event::State(event)));
+    assert_eq!(value_of(&panel, "static force + value"), "5");
+    assert_eq!(value_of(&panel, "static force - value"), "3");
+    panel.get_by_label("static force by direction").click();
+    panel.run();
+    assert_eq!(
+        asked(&mut panel),
+        [set("static_force", 5.0)],
+        "joined at the positive one"
+    );
+}
+
+#[test]
+fn a_split_parameter_is_set_by_direction() {
+    let mut panel = connected(RigState::Engaged);
+    panel.get_by_label("viscous by direction").click();
+    panel.run();
+    type_into(&mut panel, "viscous - value", "2");
+    panel.key_press(Key::Enter);
+    panel.run();
+    let asked = asked(&mut panel);
+    let [Intent::Set { target, value }] = asked.as_slice() else {
+        panic!("{asked:?}");
+    };
+    assert_eq!((target.to_string().as_str(), *value), ("viscous-", 2.0));
+}
+
+#[test]
+fn a_panel_without_a_daemon_says_where_it_looked_and_does_not_pretend() {
+    let mut panel = connected(RigState::Engaged);
+    let lost = Update::Disconnected {
+        path: SOCKET.into(),
+        reason: "the daemon closed the connection".into(),
+    };
+    hear(&mut panel, lost);
+    panel.get_by_label("Not connected");
+    panel.get_by_label("the daemon closed the connection");
+    panel.get_by_label_contains(SOCKET);
+    assert!(panel.query_by_label("Release").is_none(), "there is nobody to ask");
+    assert!(
+        panel.query_by_label("mass value").is_none(),
+        "the values are not known any more"
+    );
+    panel.get_by_label("Stop").click();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "sent when the daemon is back");
+    panel.get_by_label_contains("Not stopped: cannot reach the daemon");
+}
+
+#[test]
+fn the_newest_sample_is_read_out_and_none_is_made_up_without_a_rig() {
+    let mut panel = connected(RigState::Engaged);
+    let rows = (0..1250).map(|i| sample(f64::from(i) / 250.0)).collect();
+    let batch = SamplesEvent {
+        seq: 0,
+        dropped: 0,
+        rows,
+    };
+    hear(&mut panel, Update::Event(Event::Samples(batch)));
+    panel.get_by_label("-3.50");
+    panel.get_by_label("12.34");
+    panel.get_by_label("Force plot");
+    panel.get_by_label("Position plot");
+    hear(&mut panel, in_state(RigState::Disconnected, 200));
+    assert!(
+        panel.query_by_label("12.34").is_none(),
+        "a stale position is no position"
+    );
+}
+
+#[test]
+fn numbers_beyond_any_rig_do_no_harm() {
+    let mut panel = connected(RigState::Engaged);
+    let mut rows = Vec::new();
+    for value in [f64::MAX, f64::NAN, f64::INFINITY, f64::MIN, 0.0] {
+        let mut row = sample(1.0);
+        row.command_force_n = value;
+        row.device_position_m = value;
+        rows.push(row);
+    }
+    rows.push(Sample {
+        t_s: 1e300,
+        ..sample(0.0)
+    });
+    let batch = SamplesEvent {
+        seq: 0,
+        dropped: 7,
+        rows,
+    };
+    hear(&mut panel, Update::Event(Event::Samples(batch)));
+    panel.get_by_label("Force plot");
+}
+
+fn sample(t_s: f64) -> Sample {
+    Sample {
+        tick: 1,
+        t_s,
+        state: RigState::Engaged,
+        contact: 0,
+        device_position_m: 0.012_34,
+        device_velocity_mps: 0.0,
+        block_position_m: 0.012,
+        block_velocity_mps: 0.0,
+        coupling_force_n: 3.5,
+        command_force_n: -3.5,
+        revision: 1,
+        wake_latency_ns: 0,
+        tick_ns: 0,
+        device_round_trip_ns: 0,
+    }
+}

@@ -1,0 +1,3 @@
+//! How exact a scheme is: reference solutions, and hard cases to hold schemes against.
+
+pub mod reference;
