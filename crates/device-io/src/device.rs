@@ -29,6 +29,9 @@ pub trait Device: Send {
     /// What the rig is, for people.
     fn description(&self) -> String;
 
+    /// Distance between two positions that the rig can tell apart, m; 0 where it is perfect.
+    fn resolution_m(&self) -> f64;
+
     /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its own needs it only to
     /// tell how old its sample is.
     ///

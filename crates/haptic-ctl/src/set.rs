@@ -48,11 +48,13 @@ pub(crate) fn parameter_help() -> String {
                 format!("  {}", row.name),
                 format!("{}{directions}", row.symbol),
                 format!("{} .. {} {}", row.min, row.max, row.unit),
-                row.feel.to_owned(),
             ]
         })
         .collect();
-    format!("Parameters, by name or symbol:\n{}", output::table(&rows))
+    format!(
+        "Parameters, by name or symbol (`haptic-ctl describe` says what each feels like):\n{}",
+        output::table(&rows)
+    )
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, params: Changes, json: bool) -> Result<(), Failure> {

@@ -24,8 +24,8 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         (
             "scene",
             format!(
-                "{} (revision {}, {} scheme)",
-                status.scene, status.revision, status.scheme
+                "{} (revision {}, {} scheme, {} velocity)",
+                status.scene, status.revision, status.scheme, status.velocity_estimator
             ),
         ),
         ("device", status.device.description.clone()),

@@ -378,8 +378,10 @@ pub struct Status {
     pub uptime_s: f64,
     /// Nominal rate of the loop, Hz.
     pub rate_hz: f64,
-    /// How the block is integrated: `exact` or `literal`.
+    /// How the block is integrated: `exact`, `literal` or `literal:N`.
     pub scheme: String,
+    /// How the device's velocity is estimated from its positions.
+    pub velocity_estimator: String,
     /// Revision of the scene in force.
     pub revision: u64,
     /// Name of the scene in force.

@@ -3,7 +3,8 @@
 use crate::rt::privileges::{FIFO_PRIORITIES, available_cpus, default_cpu};
 use clap::{Parser, ValueEnum};
 use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, MotionError, Recording, RigProperties};
-use haptic_core::{Scene, SceneError, Scheme, UnknownScheme};
+use haptic_core::velocity::Method;
+use haptic_core::{Scene, SceneError, Scheme};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -23,7 +24,7 @@ pub(crate) struct Options {
     #[serde(skip)]
     pub(crate) config: Option<PathBuf>,
 
-    /// Run on the built-in fake rig with a sine hand, engage at once, and show a live status line
+    /// Run on the built-in fake rig, engage at once, and show a live status line
     #[arg(long)]
     #[serde(skip)]
     pub(crate) demo: bool,
@@ -56,7 +57,12 @@ pub(crate) struct Options {
     /// How the block is integrated: `exact`, `literal` as the paper prints it, or `literal:N` with N steps a tick
     /// [default: exact]
     #[arg(long, value_name = "SCHEME")]
-    scheme: Option<SchemeName>,
+    scheme: Option<Named<Scheme>>,
+
+    /// How velocity is estimated from positions: finite-difference, low-pass, alpha-beta-gamma, foaw-end-fit or
+    /// foaw-best-fit [default: alpha-beta-gamma]
+    #[arg(long, value_name = "METHOD")]
+    velocity: Option<Named<Method>>,
 
     /// Largest force on the hand, N, from 0.1 to 1000; larger ones are cut to it [default: 20]
     #[arg(long, value_name = "N")]
@@ -70,7 +76,7 @@ pub(crate) struct Options {
     /// is nobody, `file:MOTION.csv` follows a recording (columns t_s, position_m), `arm:file:MOTION.csv` pulls along it
     /// [default: sine]
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
-    hand: Option<HandName>,
+    hand: Option<Named<HandName>>,
 
     /// Half the stroke of a sine hand, m [default: 0.03]
     #[arg(long, value_name = "M", help_heading = "Fake rig")]
@@ -115,24 +121,22 @@ enum DeviceKind {
     Fake,
 }
 
-/// A scheme by its name, on the command line and in the file.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(try_from = "String")]
-struct SchemeName(Scheme);
+/// Something with a name, on the command line and in the file.
+#[derive(Clone, Copy, Debug)]
+struct Named<T>(T);
 
-impl FromStr for SchemeName {
-    type Err = UnknownScheme;
+impl<T: FromStr> FromStr for Named<T> {
+    type Err = T::Err;
 
-    fn from_str(text: &str) -> Result<Self, UnknownScheme> {
+    fn from_str(text: &str) -> Result<Self, T::Err> {
         text.parse().map(Self)
     }
 }
 
-impl TryFrom<String> for SchemeName {
-    type Error = UnknownScheme;
-
-    fn try_from(text: String) -> Result<Self, UnknownScheme> {
-        text.parse()
+impl<'de, T: FromStr<Err: std::fmt::Display>> Deserialize<'de> for Named<T> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        text.parse().map_err(serde::de::Error::custom)
     }
 }
 
@@ -144,8 +148,7 @@ enum AfterEndName {
 }
 
 /// `sine`, `arm`, `free`, `file:PATH` or `arm:file:PATH`.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
+#[derive(Clone, Debug, PartialEq, Eq)]
 enum HandName {
     Free,
     Prescribed(MotionName),
@@ -180,14 +183,6 @@ impl FromStr for HandName {
                 )),
             },
         }
-    }
-}
-
-impl TryFrom<String> for HandName {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
     }
 }
 
@@ -231,6 +226,7 @@ pub(crate) struct Config {
     pub(crate) priority: u8,
     pub(crate) scene: Scene,
     pub(crate) scheme: Scheme,
+    pub(crate) velocity: Method,
     pub(crate) force_limit_n: f64,
     pub(crate) ramp_s: f64,
     pub(crate) rig: FakeRig,
@@ -254,7 +250,7 @@ impl Options {
         if let Some(path) = self.config.clone() {
             let file: Self = read_toml(&path)?;
             fall_back!(
-                self, file: device, socket, rate, cpu, priority, scene, scheme, force_limit_n, ramp_ms, hand,
+                self, file: device, socket, rate, cpu, priority, scene, scheme, velocity, force_limit_n, ramp_ms, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
                 arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, encoder_resolution_m,
             );
@@ -303,6 +299,7 @@ impl Options {
             priority,
             scene,
             scheme: self.scheme.map_or(Scheme::Exact, |name| name.0),
+            velocity: self.velocity.map_or(Method::default(), |name| name.0),
             force_limit_n: within("force-limit-n", self.force_limit_n, 20.0, 0.1, 1000.0, "N")?,
             ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
             rig: self.fake_rig()?,
@@ -361,7 +358,11 @@ impl Options {
             1e4,
             "N s/m",
         )?;
-        let hand = match self.hand.as_ref().unwrap_or(&HandName::Prescribed(MotionName::Sine)) {
+        let hand = match self
+            .hand
+            .as_ref()
+            .map_or(&HandName::Prescribed(MotionName::Sine), |name| &name.0)
+        {
             HandName::Free => Hand::Free,
             HandName::Prescribed(motion) => Hand::Prescribed(self.motion(motion)?),
             HandName::Arm(motion) => Hand::Arm {

@@ -19,6 +19,7 @@ use control::server::{Server, SocketError};
 use control::{Facts, RigHandle};
 use device_io::Device;
 use haptic_core::limiter::SafetyLimiter;
+use haptic_core::velocity::Estimator;
 use haptic_core::{Renderer, SceneError};
 use haptic_ipc::{RealTimeStatus, RigState};
 use rig_state::{Command, Rig};
@@ -127,6 +128,7 @@ fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle
     });
     let device: Box<dyn Device> = Box::new(config.rig);
     let description = device.description();
+    let velocity = Estimator::new(config.velocity, period_s, device.resolution_m());
     let tick = Tick::new(
         device,
         Arc::clone(&shared),
@@ -134,7 +136,7 @@ fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle
         scene,
         Rig::new(config.ramp_s),
         SafetyLimiter::new(config.force_limit_n),
-        period_s,
+        velocity,
     );
     let wishes = Wishes {
         period_ns: config.period_ns,
@@ -151,6 +153,7 @@ fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle
         force_limit_n: config.force_limit_n,
         period_ns: config.period_ns,
         scheme: config.scheme,
+        velocity: config.velocity,
         real_time: status,
     };
     let feed = Feed::new(consumer, config.period_ns);

@@ -76,6 +76,10 @@ impl Device for FakeRig {
         )
     }
 
+    fn resolution_m(&self) -> f64 {
+        self.properties.resolution_m
+    }
+
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
         let started = *self.started_ns.get_or_insert(now_ns);

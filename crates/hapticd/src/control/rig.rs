@@ -3,6 +3,7 @@
 use crate::rig_state::Command;
 use crate::rt::handoff::{CompiledScene, Outcome, Shared};
 use crate::telemetry::feed::Feed;
+use haptic_core::velocity::Method;
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::{ErrorCode, RealTimeStatus, RigState, WireError};
 use std::cell::{Cell, RefCell, RefMut};
@@ -17,6 +18,7 @@ pub(crate) struct Facts {
     pub(crate) force_limit_n: f64,
     pub(crate) period_ns: u64,
     pub(crate) scheme: Scheme,
+    pub(crate) velocity: Method,
     pub(crate) real_time: RealTimeStatus,
 }
 

@@ -17,6 +17,7 @@ pub(super) fn status(rig: &RigHandle) -> Status {
         uptime_s,
         rate_hz: 1.0 / facts.period_s(),
         scheme: facts.scheme.to_string(),
+        velocity_estimator: facts.velocity.to_string(),
         revision: rig.revision(),
         scene: rig.scene().name,
         command_force_n: newest.map_or(0.0, |record| record.command_force),

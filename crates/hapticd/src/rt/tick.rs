@@ -10,7 +10,7 @@ use crate::rt::handoff::{CommandWord, CompiledScene, Outcome, Shared};
 use crate::telemetry::ring::{Producer, TickRecord};
 use device_io::{Device, DeviceError, Measurement};
 use haptic_core::limiter::SafetyLimiter;
-use haptic_core::velocity::AlphaBetaGamma;
+use haptic_core::velocity::Estimator;
 use std::sync::Arc;
 
 /// What a force that a change of scene would make jump fades away in, s.
@@ -25,7 +25,7 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     rig: Rig,
     /// Whether force flowed in the tick before.
     was_live: bool,
-    velocity: AlphaBetaGamma,
+    velocity: Estimator,
     limiter: SafetyLimiter,
     bump: Bump,
     tick: u64,
@@ -45,7 +45,7 @@ impl<D: Device + ?Sized> Tick<D> {
         scene: Box<CompiledScene>,
         rig: Rig,
         limiter: SafetyLimiter,
-        period_s: f64,
+        velocity: Estimator,
     ) -> Self {
         shared.answers.scene_applied(scene.revision, 0);
         Self {
@@ -55,7 +55,7 @@ impl<D: Device + ?Sized> Tick<D> {
             scenes_seen: 0,
             rig,
             was_live: false,
-            velocity: AlphaBetaGamma::new(period_s),
+            velocity,
             limiter,
             bump: Bump::none(),
             tick: 0,
@@ -261,6 +261,7 @@ mod tests {
     use super::*;
     use crate::rig_state::Command;
     use crate::telemetry::ring;
+    use haptic_core::velocity::Method;
     use haptic_core::{Renderer, Scene, Scheme};
     use haptic_ipc::RigState;
 
@@ -274,6 +275,10 @@ mod tests {
     impl Device for Scripted {
         fn description(&self) -> String {
             "scripted".to_owned()
+        }
+
+        fn resolution_m(&self) -> f64 {
+            0.0
         }
 
         fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {
@@ -321,7 +326,7 @@ mod tests {
             Box::new(compiled(&Scene::paper(), 1)),
             Rig::new(0.02),
             SafetyLimiter::new(MAX_FORCE),
-            1e-3,
+            Estimator::new(Method::default(), 1e-3, 0.0),
         );
         Bench {
             tick,
