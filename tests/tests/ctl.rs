@@ -27,6 +27,7 @@ fn every_subcommand_works_and_has_a_json_form() {
         (vec!["stop"], "stopped", "tick"),
         (vec!["reset"], "idle", "tick"),
         (vec!["timing"], "overruns", "wake_latency_ns"),
+        (vec!["advise"], "linear_stability", "advice"),
         (
             vec!["watch", "--count", "2", "--rate", "100"],
             "device mm",

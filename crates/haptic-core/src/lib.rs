@@ -28,6 +28,7 @@
 
 extern crate alloc;
 
+pub mod adviser;
 pub mod block;
 pub mod friction;
 pub mod limiter;

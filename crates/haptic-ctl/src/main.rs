@@ -1,5 +1,6 @@
 //! haptic-ctl: the command line of hapticd, one file a subcommand.
 
+mod advise;
 mod describe;
 mod drive;
 mod failure;
@@ -60,6 +61,8 @@ enum Command {
     Reset,
     /// Show how well the loop keeps time
     Timing,
+    /// Show what the scene in force will do to the rig: stability, passivity and chatter, with what would mend each
+    Advise,
     /// Show samples as they come, until interrupted
     Watch(watch::Arguments),
     /// Render a scene along a recorded motion, offline, by the code that the daemon runs
@@ -104,6 +107,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Stop => drive(Request::Stop {}).await,
         Command::Reset => drive(Request::Reset {}).await,
         Command::Timing => timing::run(&mut Daemon::connect(arguments).await?, json).await,
+        Command::Advise => advise::run(&mut Daemon::connect(arguments).await?, json).await,
         Command::Watch(watch) => watch::run(&mut Daemon::connect(arguments).await?, watch, json).await,
         Command::Simulate(simulate) => simulate::run(simulate, json),
     }

@@ -233,7 +233,7 @@ fn a_line_that_cannot_be_read_is_counted_and_the_conversation_goes_on() {
     let listener = bench.listen();
     let mut daemon = Daemon::accept(&listener);
     daemon.introduce();
-    daemon.say(r#"{"event":"weather","sky":"blue"}"#);
+    daemon.say(r#"{"event":"samples","seq":"first"}"#);
     bench.until(|update| matches!(update, Update::Unreadable { .. }).then_some(()));
     bench.connection.send(Intent::Engage);
     assert_eq!(daemon.hear().request, Request::Engage {});

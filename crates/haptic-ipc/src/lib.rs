@@ -37,6 +37,7 @@
 //! | `reset` | | [`StateReply`]: `idle` | the tick that cleared the stop or fault |
 //! | `status` | | [`Status`] | |
 //! | `timing` | | [`Timing`] | |
+//! | `advise` | | [`AdviceReply`]: every check of the scene against the rig | |
 //! | `subscribe` | `topics`, `rate_hz`, `batch_ms` | [`SubscribeReply`] | |
 //!
 //! In `params` a parameter goes by its name or its symbol; `Fs+` and `Fs-` (and likewise for every parameter that is
@@ -79,9 +80,9 @@ pub use client::{Client, ClientError, Receiver, Sender};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent};
 pub use message::{
-    Advice, Changes, Description, DeviceStatus, Envelope, Hello, ParameterDescription, Percentiles, Problem,
-    RealTimeStatus, Request, RigState, SceneReply, ServerLine, SetReply, StateReply, Status, SubscribeReply, Timing,
-    TimingWindow, Topic, params_of,
+    Advice, AdviceReply, Changes, Description, DeviceStatus, Envelope, Finding, Hello, ParameterDescription,
+    Percentiles, Problem, RealTimeStatus, Request, RigState, SceneReply, ServerLine, SetReply, StateReply, Status,
+    SubscribeReply, Timing, TimingWindow, Topic, params_of,
 };
 pub use sample::{SAMPLE_COLUMNS, Sample};
 

@@ -110,6 +110,10 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N", help_heading = "Fake rig")]
     rig_friction_n: Option<f64>,
 
+    /// Viscous damping of the fake rig itself, N s/m [default: 0]
+    #[arg(long, value_name = "NS/M", help_heading = "Fake rig")]
+    rig_damping_ns_per_m: Option<f64>,
+
     /// Distance between two counts of the fake encoder, m; 0 for a perfect one [default: 0.00001]
     #[arg(long, value_name = "M", help_heading = "Fake rig")]
     encoder_resolution_m: Option<f64>,
@@ -252,7 +256,7 @@ impl Options {
             fall_back!(
                 self, file: device, socket, rate, cpu, priority, scene, scheme, velocity, force_limit_n, ramp_ms, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
-                arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, encoder_resolution_m,
+                arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m,
             );
         }
         match self.device {
@@ -332,6 +336,14 @@ impl Options {
                 0.0,
                 1000.0,
                 "N",
+            )?,
+            damping_ns_per_m: within(
+                "rig-damping-ns-per-m",
+                self.rig_damping_ns_per_m,
+                usual.damping_ns_per_m,
+                0.0,
+                1e4,
+                "N s/m",
             )?,
             resolution_m: within(
                 "encoder-resolution-m",

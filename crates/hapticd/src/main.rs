@@ -18,6 +18,8 @@ use config::{Config, ConfigError, Options};
 use control::server::{Server, SocketError};
 use control::{Facts, RigHandle};
 use device_io::Device;
+use device_io::fake::RigProperties;
+use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::SafetyLimiter;
 use haptic_core::velocity::Estimator;
 use haptic_core::{Renderer, SceneError};
@@ -126,6 +128,12 @@ fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle
         renderer: Renderer::new(&config.scene, config.scheme, period_s)?,
         revision: FIRST_REVISION,
     });
+    let RigProperties {
+        friction_n: device_friction,
+        damping_ns_per_m: device_damping,
+        resolution_m: device_resolution,
+        ..
+    } = *config.rig.properties();
     let device: Box<dyn Device> = Box::new(config.rig);
     let description = device.description();
     let velocity = Estimator::new(config.velocity, period_s, device.resolution_m());
@@ -151,6 +159,14 @@ fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
         force_limit_n: config.force_limit_n,
+        rig: RigFacts {
+            period_s,
+            // The fake rig renders in the tick that it measures.
+            delay_ticks: 0.0,
+            damping: device_damping,
+            friction: device_friction,
+            resolution: device_resolution,
+        },
         period_ns: config.period_ns,
         scheme: config.scheme,
         velocity: config.velocity,

@@ -10,6 +10,15 @@ pub enum Hand {
     Free,
     /// A hand so strong that the carriage goes where it goes.
     Prescribed(Motion),
+    /// A hand that pushes with `offset + amplitude sin(2 pi frequency t)` newtons, wherever the carriage goes.
+    Push {
+        /// Steady part, N.
+        offset_n: f64,
+        /// Alternating part, N.
+        amplitude_n: f64,
+        /// Turns a second, Hz.
+        frequency_hz: f64,
+    },
     /// A hand that pulls through an arm, and can be held back.
     Arm {
         /// Stiffness of the arm, N/m.
@@ -25,6 +34,11 @@ impl fmt::Display for Hand {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Free => f.write_str("none"),
+            Self::Push {
+                offset_n,
+                amplitude_n,
+                frequency_hz,
+            } => write!(f, "a push of {offset_n} N and {amplitude_n} N at {frequency_hz} Hz"),
             Self::Prescribed(motion) => write!(f, "{motion}"),
             Self::Arm {
                 stiffness_n_per_m,

@@ -17,6 +17,8 @@ pub struct RigProperties {
     pub mass_kg: f64,
     /// Coulomb friction of the guide, N.
     pub friction_n: f64,
+    /// Viscous damping of the guide, N s/m.
+    pub damping_ns_per_m: f64,
     /// Distance between two counts of the encoder, m; 0 for a perfect one.
     pub resolution_m: f64,
 }
@@ -27,6 +29,7 @@ impl Default for RigProperties {
         Self {
             mass_kg: 1.4,
             friction_n: 0.8,
+            damping_ns_per_m: 0.0,
             resolution_m: 10e-6,
         }
     }
@@ -50,12 +53,18 @@ impl FakeRig {
     pub fn new(properties: RigProperties, hand: Hand) -> Self {
         Self {
             properties,
-            plant: Plant::new(properties.mass_kg, properties.friction_n, hand),
+            plant: Plant::new(&properties, hand),
             force_n: 0.0,
             sequence: 0,
             started_ns: None,
             last_ns: 0,
         }
+    }
+
+    /// What it is made of.
+    #[must_use]
+    pub fn properties(&self) -> &RigProperties {
+        &self.properties
     }
 
     /// The true state of the carriage, which the encoder only counts.
@@ -68,9 +77,10 @@ impl FakeRig {
 impl Device for FakeRig {
     fn description(&self) -> String {
         format!(
-            "fake rig: {} kg, {} N of friction, encoder {} um, hand: {}",
+            "fake rig: {} kg, {} N and {} N s/m of friction, encoder {} um, hand: {}",
             self.properties.mass_kg,
             self.properties.friction_n,
+            self.properties.damping_ns_per_m,
             self.properties.resolution_m * 1e6,
             self.plant.hand()
         )

@@ -1,10 +1,12 @@
-//! The carriage of the fake rig: mass, Coulomb friction, a motor and a hand.
+//! The carriage of the fake rig: mass, Coulomb and viscous friction, a motor and a hand.
 //!
 //! Between two reads the motor's force is constant, as a real amplifier holds it, and the motion is integrated by the implicit
 //! midpoint rule in steps of at most [`SUB_STEP_S`]: exact for a constant force, stable for any arm, and friction is an
 //! inequality in each step, so that the carriage truly rests when it rests.
 
+use super::RigProperties;
 use super::hand::Hand;
+use std::f64::consts::TAU;
 
 /// Longest step of the integration, s.
 pub const SUB_STEP_S: f64 = 20e-6;
@@ -17,6 +19,7 @@ const MAX_SUB_STEPS: f64 = 1000.0;
 pub struct Plant {
     mass_kg: f64,
     friction_n: f64,
+    damping_ns_per_m: f64,
     hand: Hand,
     position_m: f64,
     velocity_mps: f64,
@@ -25,14 +28,15 @@ pub struct Plant {
 impl Plant {
     /// A carriage at rest, at the place where its hand begins.
     #[must_use]
-    pub fn new(mass_kg: f64, friction_n: f64, hand: Hand) -> Self {
+    pub fn new(properties: &RigProperties, hand: Hand) -> Self {
         let position_m = match &hand {
-            Hand::Free => 0.0,
+            Hand::Free | Hand::Push { .. } => 0.0,
             Hand::Prescribed(motion) | Hand::Arm { motion, .. } => motion.at(0.0).0,
         };
         Self {
-            mass_kg,
-            friction_n,
+            mass_kg: properties.mass_kg,
+            friction_n: properties.friction_n,
+            damping_ns_per_m: properties.damping_ns_per_m,
             hand,
             position_m,
             velocity_mps: 0.0,
@@ -80,6 +84,11 @@ impl Plant {
     fn step(&mut self, h: f64, middle_s: f64, force_n: f64) {
         let (pull, drag) = match &self.hand {
             Hand::Free | Hand::Prescribed(_) => (0.0, 0.0),
+            Hand::Push {
+                offset_n,
+                amplitude_n,
+                frequency_hz,
+            } => (offset_n + amplitude_n * (TAU * frequency_hz * middle_s).sin(), 0.0),
             Hand::Arm {
                 stiffness_n_per_m,
                 damping_ns_per_m,
@@ -98,7 +107,7 @@ impl Plant {
             self.velocity_mps = 0.0;
             return;
         }
-        let middle = (drive - self.friction_n.copysign(drive)) / (inertia + drag);
+        let middle = (drive - self.friction_n.copysign(drive)) / (inertia + drag + self.damping_ns_per_m);
         let end = 2.0 * middle - self.velocity_mps;
         self.position_m += h * middle;
         // Friction stops a motion, it does not turn it round: the next step decides whether it starts again.
@@ -113,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_constant_force_gives_a_parabola() {
-        let mut plant = Plant::new(1.4, 0.8, Hand::Free);
+        let mut plant = Plant::new(&RigProperties::default(), Hand::Free);
         for k in 1..=1000 {
             plant.advance(1e-3, f64::from(k) * 1e-3, 2.2);
         }
@@ -124,7 +133,7 @@ mod tests {
 
     #[test]
     fn friction_holds_stops_and_does_not_push() {
-        let mut plant = Plant::new(1.4, 0.8, Hand::Free);
+        let mut plant = Plant::new(&RigProperties::default(), Hand::Free);
         plant.advance(1.0, 1.0, 0.79);
         assert_eq!(plant.velocity_mps(), 0.0);
         plant.advance(0.1, 1.1, 2.2);
@@ -146,7 +155,7 @@ mod tests {
             damping_ns_per_m: 1e3,
             motion: motion.clone(),
         };
-        let mut plant = Plant::new(1.4, 0.8, hand);
+        let mut plant = Plant::new(&RigProperties::default(), hand);
         let mut now = 0.0;
         for k in 0..500 {
             let elapsed = if k == 250 { 0.5 } else { 1e-3 };

@@ -1,5 +1,6 @@
 //! The control plane: the socket, its clients, and one file for each operation.
 
+mod advise;
 mod describe;
 mod drive;
 mod get;

@@ -3,6 +3,7 @@
 use crate::rig_state::Command;
 use crate::rt::handoff::{CompiledScene, Outcome, Shared};
 use crate::telemetry::feed::Feed;
+use haptic_core::adviser::RigFacts;
 use haptic_core::velocity::Method;
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::{ErrorCode, RealTimeStatus, RigState, WireError};
@@ -16,6 +17,7 @@ pub(crate) struct Facts {
     pub(crate) server: String,
     pub(crate) device: String,
     pub(crate) force_limit_n: f64,
+    pub(crate) rig: RigFacts,
     pub(crate) period_ns: u64,
     pub(crate) scheme: Scheme,
     pub(crate) velocity: Method,

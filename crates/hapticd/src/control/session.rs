@@ -1,6 +1,6 @@
 //! One client: reads its lines, answers each, and sends it its events.
 
-use crate::control::{RigHandle, describe, drive, get, set, status, subscribe, timing};
+use crate::control::{RigHandle, advise, describe, drive, get, set, status, subscribe, timing};
 use crate::rig_state::Command;
 use crate::telemetry::feed::BACKLOG_LINES;
 use haptic_ipc::{Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Request, WireError};
@@ -99,6 +99,7 @@ impl Client {
             Request::Stop {} => answer(id, drive::stop(rig).await),
             Request::Status {} => answer(id, Ok(status::status(rig))),
             Request::Timing {} => answer(id, Ok(timing::timing(rig))),
+            Request::Advise {} => answer(id, Ok(advise::advise(rig))),
             Request::Subscribe {
                 topics,
                 rate_hz,

@@ -1,19 +1,12 @@
 //! `set`: change parameters, all of them or none, between two ticks.
 
-use crate::control::RigHandle;
-use haptic_ipc::{Advice, Changes, SetReply, WireError};
+use crate::control::{RigHandle, advise};
+use haptic_ipc::{Changes, SetReply, WireError};
 
 pub(super) async fn set(rig: &RigHandle, params: &Changes) -> Result<SetReply, WireError> {
     let changes = params.resolve()?;
     let scene = rig.scene().with(&changes)?;
-    let advice = scene
-        .notes()
-        .iter()
-        .map(|note| Advice {
-            param: note.param.to_string(),
-            message: note.to_string(),
-        })
-        .collect();
+    let advice = advise::warnings(rig, &scene);
     let (revision, tick) = rig.apply(scene).await?;
     Ok(SetReply {
         revision,

@@ -1,0 +1,358 @@
+//! What a scene will do to a rig before anybody feels it: the known bounds on stability, passivity and chatter, each with its margin and with the
+//! value that would mend it.
+//!
+//! | check | bound | source |
+//! |---|---|---|
+//! | limit cycle | `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, literal scheme only; the exact scheme has none | derived from the scheme |
+//! | least mass | `M >= K T^2/4 + (B + b) T/2`, literal scheme only | derived from the scheme |
+//! | ripple | `V (K T/2 + B)` felt by the hand, literal scheme only | derived from the scheme |
+//! | passivity | `b_rig >= K T/2 + B` | Colgate and Schenkel 1997 |
+//! | linear stability | `K <= 2 (b_rig + B) / ((1 + 2 d) T)` with d ticks of delay, block stuck | linear analysis of the sampled loop |
+//! | friction | `K <= 2 f / (v T (1 + 2 d))`: the rig's own Coulomb friction takes up what sampling creates at speed v | energy per period |
+//! | encoder | `K <= 2 f / Delta`: the same for what counting creates | Abbott and Okamura 2005 |
+//!
+//! The first three are about the scheme, the others about the hand in the loop. Those are sufficient or necessary for worst cases: a rig whose hand damps
+//! well may do fine beyond them, which is why this advises and does not refuse.
+
+use crate::friction::Friction;
+use crate::parameters::Parameter;
+use crate::renderer::Scheme;
+use crate::scene::Scene;
+use alloc::vec::Vec;
+use core::fmt;
+
+/// What the adviser needs to know of a rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigFacts {
+    /// Time between ticks, s.
+    pub period_s: f64,
+    /// Ticks from a sample to the force that it gives, beyond the tick itself.
+    pub delay_ticks: f64,
+    /// Viscous damping of the rig itself, N s/m.
+    pub damping: f64,
+    /// Coulomb friction of the rig itself, N.
+    pub friction: f64,
+    /// One count of the encoder, m; 0 for a perfect one.
+    pub resolution: f64,
+}
+
+/// Speed, m/s, at which the rig's own friction is held against what sampling creates: the fastest that a hand usually goes when it explores.
+pub const EXPLORING_SPEED_MPS: f64 = 0.1;
+
+/// Ripple, N, that a hand does not feel in this band.
+pub const UNFELT_RIPPLE_N: f64 = 0.05;
+
+/// Limit cycle, m/s, below which a block counts as at rest.
+pub const UNSEEN_LIMIT_CYCLE_MPS: f64 = 1e-4;
+
+/// What is checked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Check {
+    /// Velocity amplitude of the literal scheme's limit cycle.
+    LimitCycle,
+    /// Mass below which the literal scheme diverges.
+    LeastMass,
+    /// Force ripple of the limit cycle.
+    Ripple,
+    /// Passivity of the sampled coupling.
+    Passivity,
+    /// Linear stability against a stuck block, with delay.
+    LinearStability,
+    /// Energy of sampling against the rig's own friction.
+    Friction,
+    /// Energy of counting against the rig's own friction.
+    Encoder,
+}
+
+impl Check {
+    /// The parameter that it concerns most.
+    #[must_use]
+    pub const fn parameter(self) -> Parameter {
+        match self {
+            Self::LimitCycle | Self::LeastMass | Self::Ripple => Parameter::Mass,
+            Self::Passivity | Self::LinearStability | Self::Friction | Self::Encoder => Parameter::Stiffness,
+        }
+    }
+
+    /// A short name, the same on the wire and on paper.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LimitCycle => "limit_cycle",
+            Self::LeastMass => "least_mass",
+            Self::Ripple => "ripple",
+            Self::Passivity => "passivity",
+            Self::LinearStability => "linear_stability",
+            Self::Friction => "friction",
+            Self::Encoder => "encoder",
+        }
+    }
+}
+
+/// A value that would mend what a check found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mending {
+    /// What to change.
+    pub parameter: Parameter,
+    /// To this, in its unit.
+    pub value: f64,
+}
+
+/// What a check found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finding {
+    /// The check.
+    pub check: Check,
+    /// Whether the scene keeps the bound.
+    pub passes: bool,
+    /// What the scene has.
+    pub value: f64,
+    /// The bound on it.
+    pub bound: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+    /// How far inside the bound the scene is, as a ratio: 2 is twice as far as needed, below 1 it is broken.
+    pub margin: f64,
+    /// The value that would mend a broken bound, where one parameter can.
+    pub mending: Option<Mending>,
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = match self.check {
+            Check::LimitCycle => "the block at rest trembles",
+            Check::LeastMass => "the scheme diverges below a least mass",
+            Check::Ripple => "the trembling block is felt as a ripple",
+            Check::Passivity => "the coupling can give out energy, more than the rig's own damping takes up",
+            Check::LinearStability => "against a stuck block the loop oscillates by itself",
+            Check::Friction => "in motion, sampling creates more energy than the rig's own friction takes up",
+            Check::Encoder => "counting creates more energy than the rig's own friction takes up",
+        };
+        write!(
+            f,
+            "{what}: {} {} with a bound of {} {}",
+            Rounded(self.value),
+            self.unit,
+            Rounded(self.bound),
+            self.unit
+        )?;
+        if let Some(Mending { parameter, value }) = self.mending {
+            let info = parameter.info();
+            write!(f, "; {} = {} {} would mend it", info.name, Rounded(value), info.unit)?;
+        }
+        Ok(())
+    }
+}
+
+/// Four significant digits, as people read them.
+struct Rounded(f64);
+
+impl fmt::Display for Rounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let value = self.0;
+        match value.abs() {
+            0.0 => f.write_str("0"),
+            size if !(1e-3..1e6).contains(&size) => write!(f, "{value:.3e}"),
+            size if size >= 1000.0 => write!(f, "{value:.0}"),
+            size if size >= 10.0 => write!(f, "{value:.2}"),
+            _ => write!(f, "{value:.4}"),
+        }
+    }
+}
+
+/// A bound that a value must not exceed.
+fn at_most(check: Check, value: f64, bound: f64, unit: &'static str, mending: Option<Mending>) -> Finding {
+    finding(check, value, bound, unit, value <= bound, bound / value, mending)
+}
+
+/// A bound that a value must reach.
+fn at_least(check: Check, value: f64, bound: f64, unit: &'static str, mending: Option<Mending>) -> Finding {
+    finding(check, value, bound, unit, value >= bound, value / bound, mending)
+}
+
+fn finding(
+    check: Check,
+    value: f64,
+    bound: f64,
+    unit: &'static str,
+    passes: bool,
+    margin: f64,
+    mending: Option<Mending>,
+) -> Finding {
+    Finding {
+        check,
+        passes,
+        value,
+        bound,
+        unit,
+        // Nothing against nothing is neither kept well nor badly.
+        margin: if margin.is_nan() { 1.0 } else { margin },
+        mending: mending.filter(|_| !passes),
+    }
+}
+
+/// Holds a valid scene against every bound that concerns it. Pure: the same scene on the same rig gives the same advice.
+#[must_use]
+pub fn advise(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
+    let mut findings = Vec::with_capacity(7);
+    if let Scheme::Literal { substeps } = scheme {
+        literal_scheme(scene, rig.period_s / f64::from(substeps.get()), &mut findings);
+    }
+    hand_in_the_loop(scene, rig, &mut findings);
+    findings
+}
+
+fn literal_scheme(scene: &Scene, t: f64, findings: &mut Vec<Finding>) {
+    let Friction::Karnopp(law) = &scene.friction;
+    let (mass, stiffness) = (scene.block.mass, scene.coupling.stiffness);
+    let viscous = law.viscous.positive.max(law.viscous.negative);
+    let dynamic_force = law.dynamic_force.positive.max(law.dynamic_force.negative);
+    let damping = scene.coupling.damping + viscous;
+    let least_mass = stiffness * t * t / 4.0 + damping * t / 2.0;
+    let heavier = |mass: f64| {
+        Some(Mending {
+            parameter: Parameter::Mass,
+            value: mass,
+        })
+    };
+    let room = 4.0 * (mass - least_mass);
+    let amplitude = if room > 0.0 {
+        2.0 * dynamic_force * t / room
+    } else {
+        f64::INFINITY
+    };
+    // The mass at which the amplitude is what is wanted.
+    let mass_for = |amplitude: f64| least_mass + dynamic_force * t / (2.0 * amplitude);
+    findings.push(at_least(Check::LeastMass, mass, least_mass, "kg", heavier(least_mass)));
+    findings.push(at_most(
+        Check::LimitCycle,
+        amplitude,
+        UNSEEN_LIMIT_CYCLE_MPS,
+        "m/s",
+        heavier(mass_for(UNSEEN_LIMIT_CYCLE_MPS)),
+    ));
+    let per_speed = stiffness * t / 2.0 + scene.coupling.damping;
+    findings.push(at_most(
+        Check::Ripple,
+        amplitude * per_speed,
+        UNFELT_RIPPLE_N,
+        "N",
+        heavier(mass_for(UNFELT_RIPPLE_N / per_speed)),
+    ));
+}
+
+fn hand_in_the_loop(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) {
+    let t = rig.period_s;
+    let (stiffness, damping) = (scene.coupling.stiffness, scene.coupling.damping);
+    let delayed = 1.0 + 2.0 * rig.delay_ticks;
+    let softer = |stiffness: f64| {
+        (stiffness > 0.0).then_some(Mending {
+            parameter: Parameter::Stiffness,
+            value: stiffness,
+        })
+    };
+    findings.push(at_least(
+        Check::Passivity,
+        rig.damping,
+        stiffness * t / 2.0 + damping,
+        "N s/m",
+        softer(2.0 * (rig.damping - damping) / t),
+    ));
+    let mut stiffest = |check, bound: f64| findings.push(at_most(check, stiffness, bound, "N/m", softer(bound)));
+    stiffest(Check::LinearStability, 2.0 * (rig.damping + damping) / (delayed * t));
+    stiffest(
+        Check::Friction,
+        2.0 * rig.friction / (EXPLORING_SPEED_MPS * t * delayed),
+    );
+    if rig.resolution > 0.0 {
+        stiffest(Check::Encoder, 2.0 * rig.friction / rig.resolution);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::ParameterKey;
+    use alloc::string::ToString;
+    use proptest::prelude::*;
+
+    const RIG: RigFacts = RigFacts {
+        period_s: 1e-3,
+        delay_ticks: 0.0,
+        damping: 0.0,
+        friction: 0.8,
+        resolution: 1e-5,
+    };
+
+    fn find(findings: &[Finding], check: Check) -> Finding {
+        *findings
+            .iter()
+            .find(|finding| finding.check == check)
+            .expect("it is checked")
+    }
+
+    #[test]
+    fn the_papers_numbers_come_out() {
+        let key: ParameterKey = "Fd".parse().expect("a parameter");
+        let scene = Scene::paper().with(&[(key, 4.0)]).expect("a valid scene");
+        let findings = advise(&scene, Scheme::LITERAL, &RIG);
+        assert!((find(&findings, Check::LimitCycle).value - 4.0921e-3).abs() < 5e-8);
+        assert!((find(&findings, Check::LeastMass).bound - 11.25e-3).abs() < 1e-15);
+        assert!(find(&findings, Check::LeastMass).passes);
+        // V (K T/2 + B) = 4.0921 mm/s x 22.5 N s/m.
+        assert!((find(&findings, Check::Ripple).value - 0.092_07).abs() < 1e-5);
+        // 2 (0 + 10) / 1 ms: the paper's stiffness is beyond it on a rig without damping, and further with a tick of delay.
+        let linear = find(&findings, Check::LinearStability);
+        assert_eq!((linear.passes, linear.bound), (false, 20_000.0));
+        let late = RigFacts {
+            delay_ticks: 1.0,
+            ..RIG
+        };
+        let linear = find(&advise(&scene, Scheme::Exact, &late), Check::LinearStability);
+        assert!((linear.bound - 20_000.0 / 3.0).abs() < 1e-9);
+        assert!((find(&findings, Check::Friction).bound - 16_000.0).abs() < 1e-9);
+        assert!((find(&findings, Check::Encoder).bound - 160_000.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_exact_scheme_has_no_bounds_of_its_own() {
+        let findings = advise(&Scene::paper(), Scheme::Exact, &RIG);
+        assert!(
+            findings
+                .iter()
+                .all(|finding| !matches!(finding.check, Check::LimitCycle | Check::LeastMass | Check::Ripple))
+        );
+    }
+
+    #[test]
+    fn advice_names_the_values_and_the_mending() {
+        let message = find(&advise(&Scene::paper(), Scheme::Exact, &RIG), Check::LinearStability).to_string();
+        for part in ["25000 N/m", "20000 N/m", "stiffness = 20000 N/m would mend it"] {
+            assert!(message.contains(part), "{message} lacks {part}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_said_to_mend_a_bound_does(
+            mass in 1e-3..10.0f64, stiffness in 10.0..1e5f64, damping in 0.0..50.0f64, dynamic_force in 0.0..20.0f64,
+            substeps in prop_oneof![Just(1), Just(10)], rig_damping in 0.0..50.0f64, delay_ticks in 0.0..3.0f64,
+        ) {
+            let changes = [("M", mass), ("K", stiffness), ("B", damping), ("Fs", 20.0), ("Fd", dynamic_force)]
+                .map(|(name, value)| (name.parse().expect("a parameter"), value));
+            let scene = Scene::paper().with(&changes).expect("a valid scene");
+            let rig = RigFacts { damping: rig_damping, delay_ticks, ..RIG };
+            let scheme = Scheme::Literal { substeps: core::num::NonZeroU32::new(substeps).expect("not zero") };
+            for finding in advise(&scene, scheme, &rig) {
+                prop_assert_eq!(finding.passes, finding.margin >= 1.0, "{:?}", finding);
+                if let Some(Mending { parameter, value }) = finding.mending {
+                    // A hair beyond, for rounding.
+                    let value = if parameter == Parameter::Mass { value * (1.0 + 1e-9) } else { value * (1.0 - 1e-9) };
+                    if let Ok(mended) = scene.with(&[(parameter.into(), value)]) {
+                        prop_assert!(find(&advise(&mended, scheme, &rig), finding.check).passes, "{:?}", finding);
+                    }
+                }
+            }
+        }
+    }
+}
