@@ -1,5 +1,6 @@
 //! haptic-ctl: the command line of hapticd, one file a subcommand.
 
+mod accuracy;
 mod advise;
 mod describe;
 mod drive;
@@ -67,6 +68,8 @@ enum Command {
     Watch(watch::Arguments),
     /// Render a scene along a recorded motion, offline, by the code that the daemon runs
     Simulate(simulate::Arguments),
+    /// Measure what each scheme costs and how far it is from the true motion, offline, on easy and hard scenes
+    Accuracy(accuracy::Arguments),
 }
 
 /// How long an answer may take before the daemon counts as hung.
@@ -110,6 +113,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Advise => advise::run(&mut Daemon::connect(arguments).await?, json).await,
         Command::Watch(watch) => watch::run(&mut Daemon::connect(arguments).await?, watch, json).await,
         Command::Simulate(simulate) => simulate::run(simulate, json),
+        Command::Accuracy(accuracy) => accuracy::run(accuracy, json),
     }
 }
 

@@ -1,3 +1,9 @@
-//! How exact a scheme is: reference solutions, and hard cases to hold schemes against.
+//! Speed against error: schemes held against true motions.
 
+pub mod cases;
+mod error;
 pub mod reference;
+mod report;
+
+pub use error::{RunError, compare};
+pub use report::{Measurement, measure, schemes, write_csv};

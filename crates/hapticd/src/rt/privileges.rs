@@ -5,7 +5,8 @@
 
 use haptic_ipc::{Problem, RealTimeStatus};
 use rustix::mm::{MlockAllFlags, mlockall};
-use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+use rustix::process::{Resource, getrlimit};
+use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_getaffinity, sched_setaffinity};
 
 /// Priorities that SCHED_FIFO knows.
 pub(crate) const FIFO_PRIORITIES: std::ops::RangeInclusive<u8> = 1..=99;
@@ -24,12 +25,30 @@ pub(crate) fn default_cpu(available: &[usize]) -> Option<usize> {
     }
 }
 
+/// Memory that the daemon may come to use, bytes. Under a smaller limit it must not lock what it will allocate later: an allocation beyond the
+/// limit would then fail, and end it.
+const ENOUGH_LOCKED_BYTES: u64 = 256 * 1024 * 1024;
+
+/// Why memory cannot be locked, or nothing.
+fn lock_all_memory() -> Result<(), String> {
+    let unlimited = capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
+    if let Some(limit) = getrlimit(Resource::Memlock).current.filter(|_| !unlimited)
+        && limit < ENOUGH_LOCKED_BYTES
+    {
+        return Err(format!(
+            "its limit is {} KiB, too little to lock what comes later",
+            limit / 1024
+        ));
+    }
+    mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|error| format!("mlockall says {error}"))
+}
+
 /// Locks all memory of the process, now and later. Before the thread is started, so that its stack is locked too.
 pub(crate) fn lock_memory(status: &mut RealTimeStatus) {
-    match mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE) {
+    match lock_all_memory() {
         Ok(()) => status.memory_locked = true,
-        Err(error) => status.problems.push(Problem {
-            what: format!("memory is not locked, a page fault can delay a tick: mlockall says {error}"),
+        Err(why) => status.problems.push(Problem {
+            what: format!("memory is not locked, a page fault can delay a tick: {why}"),
             remedy: format!(
                 "raise the limit: `{} - memlock unlimited` in /etc/security/limits.d/hapticd.conf and log in again, \
                  LimitMEMLOCK=infinity in a systemd unit, or `sudo setcap cap_sys_nice,cap_ipc_lock+ep {}`",

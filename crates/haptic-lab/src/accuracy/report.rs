@@ -1,0 +1,89 @@
+//! The work-precision measurement: what each scheme costs in each case, and what it gets for it.
+
+use super::cases::Case;
+use super::error::{RunError, compare};
+use super::reference;
+use crate::simulate::{Cost, measure_cost, simulate};
+use haptic_core::{SceneError, Scheme};
+use std::io;
+
+/// One scheme in one case.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// The case.
+    pub case: &'static str,
+    /// The scheme.
+    pub scheme: Scheme,
+    /// What a tick costs.
+    pub cost: Cost,
+    /// How far it is from the truth.
+    pub error: RunError,
+    /// Energy that friction put into the block, J.
+    pub energy_created_j: f64,
+    /// Whether it blew up: a block farther off than a meter.
+    pub blew_up: bool,
+}
+
+/// The schemes compared.
+///
+/// # Panics
+/// Never: the names are those of schemes.
+#[must_use]
+pub fn schemes() -> Vec<Scheme> {
+    ["exact", "literal", "literal:10", "literal:100"]
+        .map(|name| name.parse().expect("a scheme"))
+        .to_vec()
+}
+
+/// A block that far from the truth, m, has blown up.
+const BLOWN_UP_M: f64 = 1.0;
+
+/// Runs every scheme through a case.
+///
+/// # Errors
+/// The case's scene cannot be rendered at the rate of its motion.
+pub fn measure(case: &Case) -> Result<Vec<Measurement>, SceneError> {
+    let truth = reference::solve(&case.scene, &case.motion, case.start);
+    schemes()
+        .into_iter()
+        .map(|scheme| {
+            let run = simulate(&case.scene, scheme, &case.motion, case.start)?;
+            let error = compare(&run, &truth, case.scene.coupling.stiffness);
+            Ok(Measurement {
+                case: case.name,
+                scheme,
+                cost: measure_cost(&case.scene, scheme, &case.motion, case.start)?,
+                error,
+                energy_created_j: run.energy_created_j,
+                blew_up: error.position_m > BLOWN_UP_M,
+            })
+        })
+        .collect()
+}
+
+/// Writes measurements as CSV. An event time is empty where the scheme has other changes of contact than the truth.
+///
+/// # Errors
+/// The output cannot be written.
+pub fn write_csv(measurements: &[Measurement], mut out: impl io::Write) -> io::Result<()> {
+    writeln!(
+        out,
+        "case,scheme,tick_ns_median,position_error_m,force_error_N,relative_force_error,event_time_error_s,energy_created_J,blew_up"
+    )?;
+    for m in measurements {
+        let event_time = m.error.event_time_s.map_or_else(String::new, |time| time.to_string());
+        writeln!(
+            out,
+            "\"{}\",{},{:.1},{:e},{:e},{:e},{event_time},{:e},{}",
+            m.case,
+            m.scheme,
+            m.cost.median_ns,
+            m.error.position_m,
+            m.error.force_n,
+            m.error.relative_force,
+            m.energy_created_j,
+            m.blew_up
+        )?;
+    }
+    out.flush()
+}
