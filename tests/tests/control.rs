@@ -341,3 +341,46 @@ fn ten_lines_of_anything_can_drive_it() {
         "{text}"
     );
 }
+
+#[test]
+fn a_stop_overtakes_what_the_same_client_asked_before() {
+    let daemon = Daemon::start(&["--rate", "100"]);
+    let mut raw = daemon.raw();
+    // Each `set` takes a tick of 10 ms; the stop is read long before its turn to be answered.
+    let mut burst: String = (1..=40)
+        .map(|id| {
+            format!(
+                "{{\"id\":{id},\"op\":\"set\",\"params\":{{\"mass\":{}}}}}\n",
+                0.1 * f64::from(id)
+            )
+        })
+        .collect();
+    burst.push_str("{\"id\":41,\"op\":\"stop\"}\n");
+    raw.send(burst);
+    let ticks: Vec<u64> = (1..=41)
+        .map(|id| {
+            let answer = raw.line();
+            assert_eq!(answer["id"], id, "{answer}");
+            answer["ok"]["tick"].as_u64().expect("a tick")
+        })
+        .collect();
+    assert!(
+        ticks[40] + 10 < ticks[39],
+        "stopped at tick {}, last set at {}",
+        ticks[40],
+        ticks[39]
+    );
+}
+
+#[test]
+fn a_reset_asked_before_a_stop_does_not_clear_it() {
+    let daemon = Daemon::start(&[]);
+    let mut raw = daemon.raw();
+    for _ in 0..20 {
+        let _ = raw.ask(r#"{"id":1,"op":"stop"}"#);
+        raw.send("{\"id\":2,\"op\":\"reset\"}\n{\"id\":3,\"op\":\"engage\"}\n{\"id\":4,\"op\":\"stop\"}\n");
+        let answers = [raw.line(), raw.line(), raw.line()];
+        assert_eq!(answers[2]["ok"]["state"], "stopped", "{answers:?}");
+        assert_eq!(status(&mut daemon.client()).state, RigState::Stopped, "{answers:?}");
+    }
+}

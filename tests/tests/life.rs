@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use system_tests::{Daemon, binary, ctl, status, wait_for_state};
+use system_tests::{Daemon, binary, ctl, status, wait_for, wait_for_state};
 
 /// Runs hapticd with arguments with which it cannot run; returns its exit code and what it said.
 fn refused(arguments: &[&str]) -> (Option<i32>, String) {
@@ -160,4 +160,51 @@ fn without_privileges_it_says_which_are_missing_and_runs() {
         eprintln!("this user may use SCHED_FIFO: its refusal was not seen");
     }
     assert_eq!(ctl(daemon.socket(), &["status"]).status.code(), Some(0));
+}
+
+#[test]
+fn a_daemon_that_ends_lets_force_out_and_not_in() {
+    let daemon = Daemon::start(&["--ramp-ms", "2000"]);
+    let mut client = daemon.client();
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, RigState::Engaged);
+    let pid = rustix::process::Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("not zero");
+    rustix::process::kill_process(pid, Signal::TERM).expect("it runs");
+    wait_for_state(&mut client, RigState::Releasing);
+    let refused = client
+        .request::<StateReply>(Request::Engage {})
+        .expect_err("it is ending");
+    assert!(refused.to_string().contains("ending"), "{refused}");
+    // Whoever comes now can still stop it.
+    let stopped: StateReply = daemon.client().request(Request::Stop {}).expect("it still serves");
+    assert_eq!(stopped.state, RigState::Stopped);
+    let (ended, said) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{said}");
+}
+
+#[test]
+fn a_demo_whose_output_nobody_reads_goes_on_and_ends_in_order() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("control.sock");
+    let mut demo = Command::new(binary("hapticd"))
+        .args(["--demo", "--socket"])
+        .arg(&socket)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("hapticd starts");
+    let mut shown = std::io::BufReader::new(demo.stdout.take().expect("it is piped"));
+    let mut line = String::new();
+    std::io::BufRead::read_line(&mut shown, &mut line).expect("a status line");
+    assert!(line.contains("Hz") && line.contains("overruns"), "{line}");
+    drop(shown);
+    let mut client = haptic_ipc::Client::connect(&socket).expect("it serves");
+    // Long enough for further status lines.
+    wait_for(&mut client, "2500 ticks", |status| status.tick > 2500);
+    assert_eq!(status(&mut client).state, RigState::Engaged);
+    let pid = rustix::process::Pid::from_child(&demo);
+    rustix::process::kill_process(pid, Signal::INT).expect("it runs");
+    let output = demo.wait_with_output().expect("it ends");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && !said.contains("panicked"), "{said}");
 }

@@ -40,5 +40,5 @@ pub mod velocity;
 
 pub use friction::Directional;
 pub use parameters::{Direction, Parameter, ParameterKey};
-pub use renderer::{Renderer, Scheme, UnknownScheme};
+pub use renderer::{FARTHEST_RESEAT_M, Renderer, Scheme, UnknownScheme};
 pub use scene::{Scene, SceneError};

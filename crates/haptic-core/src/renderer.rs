@@ -74,6 +74,9 @@ impl FromStr for Scheme {
     }
 }
 
+/// How far from the hand a block is put at most when its coupling changes, m: farther, a soft coupling would pull steadily wherever the hand went.
+pub const FARTHEST_RESEAT_M: f64 = 0.02;
+
 /// A scene, ready to be rendered.
 #[derive(Clone, Copy, Debug)]
 pub struct Renderer {
@@ -165,8 +168,8 @@ impl Renderer {
     /// Takes over the motion of the renderer that this one replaces, so that the hand feels no jerk.
     ///
     /// The block keeps its position, velocity and contact. Where the coupling itself changed, the block is re-seated so
-    /// that the force in the coupling, which is what the hand feels, stays as it was. Without stiffness there is
-    /// nothing to re-seat; the force then steps by the value returned, N (the old coupling force less the new).
+    /// that the force in the coupling, which is what the hand feels, stays as it was. A coupling too soft for that within
+    /// [`FARTHEST_RESEAT_M`] is re-seated so far; the force then steps by the value returned, N (the old coupling force less the new).
     pub fn take_over(&mut self, old: &Self) -> f64 {
         let mut state = *old.state();
         let (now, was) = (self.coupling, old.coupling);
@@ -175,11 +178,18 @@ impl Renderer {
             let force = was.stiffness * (state.device_position - state.position)
                 + was.damping * (state.device_velocity - state.velocity);
             let damped = now.damping * (state.device_velocity - state.velocity);
-            if now.stiffness > 0.0 {
-                state.position = state.device_position - (force - damped) / now.stiffness;
+            let deflection = if now.stiffness > 0.0 {
+                ((force - damped) / now.stiffness).clamp(-FARTHEST_RESEAT_M, FARTHEST_RESEAT_M)
             } else {
-                step = force - damped;
-            }
+                state.device_position - state.position
+            };
+            state.position = state.device_position - deflection;
+            let stays = deflection.abs() < FARTHEST_RESEAT_M && now.stiffness > 0.0;
+            step = if stays {
+                0.0
+            } else {
+                force - damped - now.stiffness * deflection
+            };
         }
         self.set_state(state);
         step

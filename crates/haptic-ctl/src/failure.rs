@@ -31,6 +31,7 @@ impl Failure {
         match self {
             Self::Client(ClientError::Refused(error)) => match error.code {
                 ErrorCode::Stopped | ErrorCode::Faulted => 6,
+                ErrorCode::NotPermitted => 4,
                 _ => 1,
             },
             Self::Client(ClientError::NoDaemon { .. } | ClientError::Closed | ClientError::Io(_)) => 3,

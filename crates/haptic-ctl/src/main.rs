@@ -83,6 +83,8 @@ fn main() -> ExitCode {
     };
     let ended = runtime.block_on(async {
         tokio::select! {
+            // In this order, so that offline work is done before the interrupt is caught, which would then be heard only after it.
+            biased;
             ended = run(&arguments) => ended,
             _ = tokio::signal::ctrl_c() => Err(Failure::Interrupted),
         }

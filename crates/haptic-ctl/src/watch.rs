@@ -55,10 +55,13 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         let Event::Samples(batch) = daemon.client.next_event().await? else {
             continue;
         };
+        let Some(first) = batch.rows.first() else {
+            continue;
+        };
         if batch.dropped > 0 {
             eprintln!(
                 "haptic-ctl: {} samples were lost before tick {}",
-                batch.dropped, batch.rows[0].tick
+                batch.dropped, first.tick
             );
         }
         let shown = usize::try_from(left).unwrap_or(usize::MAX).min(batch.rows.len());

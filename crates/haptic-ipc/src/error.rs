@@ -38,6 +38,8 @@ pub enum ErrorCode {
     Faulted,
     /// The rig is in another state in which this cannot be done; the message says which and what to do.
     WrongState,
+    /// The daemon belongs to another user.
+    NotPermitted,
     /// As many clients are connected as the daemon takes.
     TooManyClients,
     /// The real-time thread did not answer in time.

@@ -20,7 +20,7 @@ pub(crate) async fn show_status(rig: Rc<RigHandle>) {
         };
         if shown.is_err() {
             // Nobody reads it any more; the loop goes on.
-            return;
+            std::future::pending::<()>().await;
         }
     }
 }

@@ -29,11 +29,12 @@ use rt::handoff::{CompiledScene, Shared};
 use rt::privileges;
 use rt::thread::{End, Wishes};
 use rt::tick::Tick;
+use std::io::Write;
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use telemetry::feed::Feed;
 use thiserror::Error;
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -49,17 +50,21 @@ enum Failure {
     Socket(#[from] SocketError),
     #[error("{0}")]
     System(#[from] std::io::Error),
-    #[error("the real-time thread failed; the force was set to zero")]
-    RealTime,
+    #[error("the real-time thread {0}")]
+    RealTime(&'static str),
 }
 
 /// Revision of the scene that the daemon starts with.
 const FIRST_REVISION: u64 = 1;
 
+/// Periods that one step of a ramp counts for at most, however long a stall.
+const LONGEST_RAMP_STEP_PERIODS: f64 = 5.0;
+
 /// How often the control thread looks at the telemetry.
 const PUMP_PERIOD: Duration = Duration::from_millis(5);
 
 fn main() -> ExitCode {
+    rt::thread::mute_panics();
     let options = Options::parse();
     let demo = options.demo;
     match options
@@ -69,7 +74,7 @@ fn main() -> ExitCode {
     {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("hapticd: {failure}");
+            say(&failure.to_string());
             // What was asked cannot be done (2), or something broke while doing it (1).
             ExitCode::from(if matches!(failure, Failure::Config(_)) { 2 } else { 1 })
         }
@@ -82,37 +87,101 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
     local.block_on(&runtime, async move {
         // Before anything moves: a second daemon must not touch the rig.
         let server = Server::bind(&config.socket)?;
-        let (loop_thread, shared, rig) = start_loop(config)?;
+        let mut stop_signals = StopSignals::new()?;
+        let ramp = Duration::from_secs_f64(config.ramp_s);
+        let (mut guard, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
         introduce(&rig, &server);
-        let mut stop_signals = StopSignals::new()?;
         if demo {
             // At the first tick nothing can forbid it; whatever else it says is in the status line.
-            drop(rig.command(Command::Engage).await);
+            drop(rig.command(Command::Engage, rig.stops()).await);
         }
         tokio::select! {
             () = server.serve(Rc::clone(&rig)) => {}
             () = pump(&rig) => {}
-            () = watch(&loop_thread) => {}
+            () = guard.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
             () = stop_signals.wait() => {}
         }
-        drop(server);
-        release(&rig).await;
-        shared.quit();
-        let end = loop_thread.join();
+        // The socket is served to the end: until the force is gone, somebody may want to stop it.
+        rig.close();
+        tokio::select! {
+            () = server.serve(Rc::clone(&rig)) => {}
+            () = pump(&rig) => {}
+            () = guard.ended() => {}
+            () = stop_signals.wait() => {}
+            _ = tokio::time::timeout(ramp + RELEASE_GRACE, release(&rig)) => {}
+        }
+        let end = guard.end();
         if demo {
-            println!("\nhapticd: {}", demo::status_line(&rig));
+            drop(writeln!(
+                std::io::stdout().lock(),
+                "\nhapticd: {}",
+                demo::status_line(&rig)
+            ));
         }
         match end {
-            Ok(End::Quit) => Ok(()),
-            _ => Err(Failure::RealTime),
+            Some(End::Quit) => Ok(()),
+            Some(End::Panicked { zeroed: true }) => Err(Failure::RealTime("failed; its force was set to zero")),
+            Some(End::Panicked { zeroed: false }) => Err(Failure::RealTime(
+                "failed, and the device did not take the zero force: cut the power of the motor",
+            )),
+            None => Err(Failure::RealTime("hangs: cut the power of the motor")),
         }
     })
 }
 
-/// Starts the real-time thread; returns it, what is shared with it, and the control thread's hold on the rig.
-fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle), Failure> {
+/// Time for the last answers to leave.
+const FAREWELL: Duration = Duration::from_millis(50);
+
+/// Time that the release at the end may take beyond its ramp.
+const RELEASE_GRACE: Duration = Duration::from_secs(1);
+
+/// Holds the real-time thread. However the daemon ends, the loop ends first, and its last word is zero force.
+struct LoopGuard {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<End>>,
+}
+
+/// How long the loop may take to end: at the slowest rate a tick is 10 ms.
+const END_TIMEOUT: Duration = Duration::from_secs(1);
+
+impl LoopGuard {
+    /// Returns when the loop has ended, which it does by itself only in a panic.
+    async fn ended(&self) {
+        while self.thread.as_ref().is_some_and(|thread| !thread.is_finished()) {
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+    }
+
+    /// Ends the loop; returns how it ended, or nothing if it does not.
+    fn end(&mut self) -> Option<End> {
+        self.shared.quit();
+        let thread = self.thread.take()?;
+        let began = Instant::now();
+        while !thread.is_finished() {
+            if began.elapsed() > END_TIMEOUT {
+                return None;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Some(thread.join().unwrap_or(End::Panicked { zeroed: false }))
+    }
+}
+
+impl Drop for LoopGuard {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// A line on standard error. Where nobody listens there is nobody to tell.
+fn say(line: &str) {
+    drop(writeln!(std::io::stderr().lock(), "hapticd: {line}"));
+}
+
+/// Starts the real-time thread; returns it and the control thread's hold on the rig.
+fn start_loop(config: Config) -> Result<(LoopGuard, RigHandle), Failure> {
     let mut status = RealTimeStatus {
         fifo_priority: None,
         cpu: None,
@@ -142,7 +211,7 @@ fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle
         Arc::clone(&shared),
         producer,
         scene,
-        Rig::new(config.ramp_s),
+        Rig::new(config.ramp_s, LONGEST_RAMP_STEP_PERIODS * period_s),
         SafetyLimiter::new(config.force_limit_n),
         velocity,
     );
@@ -152,6 +221,10 @@ fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle
         priority: config.priority,
     };
     let (thread, status) = rt::thread::start(tick, Arc::clone(&shared), wishes, status)?;
+    let guard = LoopGuard {
+        shared: Arc::clone(&shared),
+        thread: Some(thread),
+    };
     if let Some(cpu) = config.cpu {
         privileges::leave_cpu_alone(cpu, &config.available_cpus);
     }
@@ -173,16 +246,16 @@ fn start_loop(config: Config) -> Result<(JoinHandle<End>, Arc<Shared>, RigHandle
         real_time: status,
     };
     let feed = Feed::new(consumer, config.period_ns);
-    let rig = RigHandle::new(facts, Arc::clone(&shared), feed, config.scene, FIRST_REVISION);
-    Ok((thread, shared, rig))
+    let rig = RigHandle::new(facts, shared, feed, config.scene, FIRST_REVISION);
+    Ok((guard, rig))
 }
 
 /// Says what runs, where, and what it could not have.
 fn introduce(rig: &RigHandle, server: &Server) {
     let facts = &rig.facts;
     let real_time = &facts.real_time;
-    eprintln!("hapticd: {}", facts.device);
-    eprintln!("hapticd: control socket {}", server.path().display());
+    say(&facts.device);
+    say(&format!("control socket {}", server.path().display()));
     let priority = real_time.fifo_priority.map_or_else(
         || "ordinary priority".to_owned(),
         |priority| format!("SCHED_FIFO {priority}"),
@@ -195,9 +268,16 @@ fn introduce(rig: &RigHandle, server: &Server) {
     } else {
         "memory not locked"
     };
-    eprintln!("hapticd: {:.0} Hz, {priority}, {cpu}, {memory}", 1.0 / facts.period_s());
+    say(&format!(
+        "{:.0} Hz, {priority}, {cpu}, {memory}",
+        1.0 / facts.period_s()
+    ));
     for problem in &real_time.problems {
-        eprintln!("hapticd: {}\n         to mend it: {}", problem.what, problem.remedy);
+        say(&format!(
+            "{}
+         to mend it: {}",
+            problem.what, problem.remedy
+        ));
     }
 }
 
@@ -209,23 +289,18 @@ async fn pump(rig: &RigHandle) {
     }
 }
 
-/// Returns when the loop has ended, which it does by itself only in a panic.
-async fn watch(loop_thread: &JoinHandle<End>) {
-    while !loop_thread.is_finished() {
-        tokio::time::sleep(Duration::from_millis(10)).await;
-    }
-}
-
 /// Lets the force down along its ramp before the end.
 async fn release(rig: &RigHandle) {
     let live = |state| matches!(state, RigState::Engaging | RigState::Engaged | RigState::Releasing);
     // A rig that is stopped or faulted refuses, and has no force to let down.
-    if rig.command(Command::Release).await.is_err() {
+    if rig.command(Command::Release, rig.stops()).await.is_err() {
         return;
     }
     while rig.feed().newest().is_some_and(|record| live(record.state)) {
         tokio::time::sleep(Duration::from_millis(1)).await;
     }
+    // Whoever stopped it meanwhile is still to hear so.
+    tokio::time::sleep(FAREWELL).await;
 }
 
 struct StopSignals {

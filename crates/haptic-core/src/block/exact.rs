@@ -352,7 +352,8 @@ impl ExactBlock {
         let towards = Direction::of(pull);
         let dynamic_force = self.dynamic_force(towards);
         self.change_contact(Contact::Sliding(towards), time, sink, rendered);
-        Some(towards.sign() * at_rest - dynamic_force)
+        // Within rounding the slope decides the direction, and the force may point the other way by as much.
+        Some((towards.sign() * at_rest - dynamic_force).max(0.0))
     }
 
     fn change_contact(&mut self, to: Contact, at_s: f64, sink: &mut impl EventSink, rendered: &mut Rendered) {

@@ -146,7 +146,8 @@ pub fn all() -> Vec<Case> {
         miss_every: 23,
         ..PLAIN
     };
-    let hands: [(&'static str, &[(&str, f64)], ToAndFro); 27] = [
+    type Changes = &'static [(&'static str, f64)];
+    let hands: [(&'static str, Changes, ToAndFro); 27] = [
         ("paper", NONE, PLAIN),
         ("high stiction", &[("Fs", 7.0)], PLAIN),
         ("viscous", &[("Fs", 0.0), ("Fd", 0.0), ("b", 35.0)], PLAIN),

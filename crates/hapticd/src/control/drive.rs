@@ -4,15 +4,16 @@ use crate::control::RigHandle;
 use crate::rig_state::Command;
 use haptic_ipc::{StateReply, WireError};
 
-pub(super) async fn command(rig: &RigHandle, command: Command) -> Result<StateReply, WireError> {
-    let outcome = rig.command(command).await?;
+pub(super) async fn command(rig: &RigHandle, command: Command, stops_known: u64) -> Result<StateReply, WireError> {
+    let outcome = rig.command(command, stops_known).await?;
     Ok(StateReply {
         state: outcome.state,
         tick: outcome.tick,
     })
 }
 
-pub(super) async fn stop(rig: &RigHandle) -> Result<StateReply, WireError> {
-    let (tick, state) = rig.stop().await?;
+/// Answers a stop that was raised when it was read.
+pub(super) async fn stopped(rig: &RigHandle, stop: u64) -> Result<StateReply, WireError> {
+    let (tick, state) = rig.stopped(stop).await?;
     Ok(StateReply { state, tick })
 }

@@ -8,6 +8,7 @@ use haptic_core::velocity::Method;
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::{ErrorCode, RealTimeStatus, RigState, WireError};
 use std::cell::{Cell, RefCell, RefMut};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -32,6 +33,15 @@ impl Facts {
     }
 }
 
+/// Takes a command back when nobody waits for its answer any more. After the answer there is nothing left to take back.
+struct WithdrawOnDrop<'a>(&'a Shared);
+
+impl Drop for WithdrawOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.withdraw();
+    }
+}
+
 /// How long an answer from the real-time thread may take.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
@@ -41,9 +51,10 @@ pub(crate) struct RigHandle {
     pub(crate) facts: Facts,
     shared: Arc<Shared>,
     feed: RefCell<Feed>,
-    scene: RefCell<Scene>,
-    revision: Cell<u64>,
+    /// The scenes from the one in force to the newest, each with its revision; never empty.
+    scenes: RefCell<VecDeque<(u64, Scene)>>,
     clients: Cell<usize>,
+    closing: Cell<bool>,
     serial: Cell<u32>,
     /// The command word holds one command: the next waits until it is answered.
     commanding: tokio::sync::Mutex<()>,
@@ -55,9 +66,9 @@ impl RigHandle {
             facts,
             shared,
             feed: RefCell::new(feed),
-            scene: RefCell::new(scene),
-            revision: Cell::new(revision),
+            scenes: RefCell::new(VecDeque::from([(revision, scene)])),
             clients: Cell::new(0),
+            closing: Cell::new(false),
             serial: Cell::new(0),
             commanding: tokio::sync::Mutex::new(()),
         }
@@ -66,7 +77,12 @@ impl RigHandle {
     /// Moves telemetry on, and frees what the real-time thread gave back.
     pub(crate) fn pump(&self) {
         self.shared.drop_retired();
-        self.feed.borrow_mut().pump(&self.scene.borrow(), self.revision.get());
+        let mut scenes = self.scenes.borrow_mut();
+        let in_force = self.feed.borrow_mut().pump(&scenes);
+        // At least one is kept: the one in force.
+        while scenes.len() > 1 && scenes.front().is_some_and(|(revision, _)| *revision < in_force) {
+            scenes.pop_front();
+        }
     }
 
     /// The feed, with everything taken in that the loop has left: what was answered is also to be seen.
@@ -75,12 +91,21 @@ impl RigHandle {
         self.feed.borrow_mut()
     }
 
+    /// The newest scene; it may still be on its way to the real-time thread.
     pub(crate) fn scene(&self) -> Scene {
-        self.scene.borrow().clone()
+        let scenes = self.scenes.borrow();
+        let (_, newest) = scenes.back().expect("there is always a scene");
+        newest.clone()
     }
 
+    /// Revision of the newest scene.
     pub(crate) fn revision(&self) -> u64 {
-        self.revision.get()
+        self.scenes.borrow().back().map_or(0, |(revision, _)| *revision)
+    }
+
+    /// From now on the daemon ends: force may be let out, and not in.
+    pub(crate) fn close(&self) {
+        self.closing.set(true);
     }
 
     pub(crate) fn clients(&self) -> &Cell<usize> {
@@ -90,27 +115,38 @@ impl RigHandle {
     /// Puts a scene in force; returns its revision and the tick that first rendered it.
     ///
     /// # Errors
-    /// It cannot be rendered, and nothing has changed; or the real-time thread does not answer.
+    /// It cannot be rendered, and nothing has changed; or the real-time thread does not answer: should it go on, it will render the scene.
     pub(crate) async fn apply(&self, scene: Scene) -> Result<(u64, u64), WireError> {
         let renderer = Renderer::new(&scene, self.facts.scheme, self.facts.period_s())?;
-        let revision = self.revision.get() + 1;
-        self.revision.set(revision);
-        self.scene.replace(scene);
+        let revision = self.revision() + 1;
+        self.scenes.borrow_mut().push_back((revision, scene));
         self.shared.scenes.post(CompiledScene { renderer, revision });
         let tick = self.answer(|shared| shared.answers.applied(revision)).await?;
         Ok((revision, tick))
     }
 
-    /// Has a command carried out.
+    /// Stops asked for so far.
+    pub(crate) fn stops(&self) -> u64 {
+        self.shared.stops()
+    }
+
+    /// Has a command carried out that was asked for when there had been `stops_known` stops: one that a stop has overtaken since, in whichever
+    /// queue it waited, is refused.
     ///
     /// # Errors
     /// The rig's state does not allow it, or the real-time thread does not answer.
-    pub(crate) async fn command(&self, command: Command) -> Result<Outcome, WireError> {
+    pub(crate) async fn command(&self, command: Command, stops_known: u64) -> Result<Outcome, WireError> {
         let _turn = self.commanding.lock().await;
+        if self.closing.get() && command == Command::Engage {
+            return Err(WireError::new(ErrorCode::WrongState, "cannot engage: the daemon is ending").about("state"));
+        }
         let serial = self.serial.get().wrapping_add(1);
         self.serial.set(serial);
-        self.shared.send(serial, command);
+        self.shared.send(serial, command, stops_known);
+        // Nobody may find later that a command was carried out which was given up here.
+        let withdraw = WithdrawOnDrop(&self.shared);
         let outcome = self.answer(|shared| shared.answers.command(serial)).await?;
+        drop(withdraw);
         if !outcome.refused {
             return Ok(outcome);
         }
@@ -133,12 +169,16 @@ impl RigHandle {
         .about("state"))
     }
 
-    /// Takes the force away; returns the tick that did and the state.
+    /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows the stop.
+    pub(crate) fn raise_stop(&self) -> u64 {
+        self.shared.stop()
+    }
+
+    /// Waits until a stop has taken the force away; returns the tick that did and the state.
     ///
     /// # Errors
     /// The real-time thread does not answer.
-    pub(crate) async fn stop(&self) -> Result<(u64, RigState), WireError> {
-        let stop = self.shared.stop();
+    pub(crate) async fn stopped(&self, stop: u64) -> Result<(u64, RigState), WireError> {
         self.answer(|shared| shared.answers.stop(stop)).await
     }
 

@@ -2,11 +2,13 @@
 
 use crate::control::{RigHandle, session};
 use haptic_ipc::{ErrorCode, WireError};
-use rustix::fs::Mode;
+use rustix::fs::{FlockOperation, Mode, flock};
+use rustix::io::Errno;
 use rustix::process::{geteuid, umask};
 use serde_json::json;
+use std::fs::File;
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, FileTypeExt};
+use std::os::unix::fs::{DirBuilderExt, FileTypeExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use thiserror::Error;
@@ -32,6 +34,8 @@ pub(crate) enum SocketError {
 pub(crate) struct Server {
     listener: UnixListener,
     path: PathBuf,
+    /// Held as long as the daemon lives, so that no other takes its socket for stale.
+    _lock: File,
 }
 
 impl Server {
@@ -48,12 +52,17 @@ impl Server {
                 .create(directory)
                 .map_err(failed)?;
         }
+        let lock = lock(path)?;
         match std::fs::symlink_metadata(path) {
             Ok(found) if !found.file_type().is_socket() => return Err(SocketError::NotASocket(path.to_path_buf())),
-            Ok(_) if std::os::unix::net::UnixStream::connect(path).is_ok() => {
-                return Err(SocketError::InUse(path.to_path_buf()));
-            }
-            Ok(_) => std::fs::remove_file(path).map_err(failed)?,
+            // Whoever listens here does not hold the lock, but is alive.
+            Ok(_) => match std::os::unix::net::UnixStream::connect(path) {
+                Ok(_) => return Err(SocketError::InUse(path.to_path_buf())),
+                Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
+                    std::fs::remove_file(path).map_err(failed)?;
+                }
+                Err(error) => return Err(failed(error)),
+            },
             Err(_) => {}
         }
         // Before the bind, so that there is no moment at which another user could connect.
@@ -63,6 +72,7 @@ impl Server {
         Ok(Self {
             listener: bound.map_err(failed)?,
             path: path.to_path_buf(),
+            _lock: lock,
         })
     }
 
@@ -84,15 +94,18 @@ impl Server {
             let rig = Rc::clone(&rig);
             tokio::task::spawn_local(async move {
                 if !is_ours(&stream) {
+                    let error = WireError::new(ErrorCode::NotPermitted, "the daemon serves its own user and root only");
+                    refuse(stream, error).await;
                     return;
                 }
                 if rig.clients().get() >= MOST_CLIENTS {
-                    refuse(stream).await;
+                    let message =
+                        format!("{MOST_CLIENTS} clients are connected, the most that are served: close one first");
+                    refuse(stream, WireError::new(ErrorCode::TooManyClients, message)).await;
                     return;
                 }
-                rig.clients().set(rig.clients().get() + 1);
+                let _place = Place::take(&rig);
                 session::run(Rc::clone(&rig), stream, session).await;
-                rig.clients().set(rig.clients().get() - 1);
             });
         }
     }
@@ -100,8 +113,30 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // Another daemon's socket would answer; this one no longer does.
+        // It is this daemon's own: the lock is still held.
         drop(std::fs::remove_file(&self.path));
+    }
+}
+
+/// Takes the lock beside the socket. The kernel lets it go with the process, however that ends.
+fn lock(path: &Path) -> Result<File, SocketError> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".lock");
+    let failed = |source| SocketError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    let file = File::options()
+        .create(true)
+        .truncate(false)
+        .write(true)
+        .mode(0o600)
+        .open(name)
+        .map_err(failed)?;
+    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(file),
+        Err(Errno::WOULDBLOCK) => Err(SocketError::InUse(path.to_path_buf())),
+        Err(error) => Err(failed(error.into())),
     }
 }
 
@@ -112,11 +147,23 @@ fn is_ours(stream: &UnixStream) -> bool {
         .is_ok_and(|peer| peer.uid() == geteuid().as_raw() || peer.uid() == 0)
 }
 
-async fn refuse(mut stream: UnixStream) {
-    let error = WireError::new(
-        ErrorCode::TooManyClients,
-        format!("{MOST_CLIENTS} clients are connected, the most that are served: close one first"),
-    );
+/// One of the places for clients, given back however its session ends.
+struct Place(Rc<RigHandle>);
+
+impl Place {
+    fn take(rig: &Rc<RigHandle>) -> Self {
+        rig.clients().set(rig.clients().get() + 1);
+        Self(Rc::clone(rig))
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.0.clients().set(self.0.clients().get() - 1);
+    }
+}
+
+async fn refuse(mut stream: UnixStream, error: WireError) {
     let line = format!("{}\n", json!({ "id": null, "error": error }));
     // Whether it hears or not, it is not served.
     drop(stream.write_all(line.as_bytes()).await);

@@ -18,21 +18,69 @@ use tokio_util::codec::{Decoder, LinesCodec, LinesCodecError};
 /// How long a client may leave its lines unread.
 const BLOCKED_FOR: Duration = Duration::from_secs(2);
 
+/// Requests of a client that may wait to be answered. One that pipelines more is read no further until there is room.
+const WAITING_REQUESTS: usize = 64;
+
 /// Talks to one client until it goes.
 pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64) {
     let (mut reader, writer) = stream.into_split();
     let (lines, outgoing) = mpsc::channel(BACKLOG_LINES);
+    let (requests, waiting) = mpsc::channel(WAITING_REQUESTS);
     let writing = tokio::task::spawn_local(write(writer, outgoing));
     let client = Client { rig, lines, session };
-    // When the writer gives up on a client that does not read, reading from it ends too.
+    // Reading and answering side by side: a stop acts when it is read, not when its turn to be answered comes. When the writer gives up
+    // on a client that does not read, the conversation ends too.
     tokio::select! {
-        () = client.converse(&mut reader) => {}
+        ((), ()) = async { tokio::join!(read(&client.rig, &mut reader, requests), client.converse(waiting)) } => {}
         () = client.lines.closed() => {}
     }
     client.rig.feed().unsubscribe(session);
     drop(client);
     // What is still queued is written, or given up after the time that every line has.
     drop(writing.await);
+}
+
+/// A line, as it was read.
+enum Incoming {
+    /// A request, with the stops that had been asked for when it came, its own among them.
+    Request { envelope: Envelope, stops: u64 },
+    /// Something that is no request.
+    Refused { id: Option<u64>, error: WireError },
+}
+
+/// Reads a client's lines until it hangs up. Raises its stops at once.
+async fn read(rig: &RigHandle, reader: &mut (impl AsyncReadExt + Unpin), requests: mpsc::Sender<Incoming>) {
+    let mut codec = LinesCodec::new_with_max_length(MAX_LINE_BYTES);
+    let mut buffer = BytesMut::new();
+    loop {
+        loop {
+            let incoming = match codec.decode(&mut buffer) {
+                Ok(None) => break,
+                Ok(Some(line)) if line.trim().is_empty() => continue,
+                Ok(Some(line)) => match Envelope::parse(&line) {
+                    Ok(envelope) => Incoming::Request {
+                        stops: match envelope.request {
+                            Request::Stop {} => rig.raise_stop(),
+                            _ => rig.stops(),
+                        },
+                        envelope,
+                    },
+                    Err((id, error)) => Incoming::Refused { id, error },
+                },
+                Err(error) => Incoming::Refused {
+                    id: None,
+                    error: unreadable(&error),
+                },
+            };
+            if requests.send(incoming).await.is_err() {
+                return;
+            }
+        }
+        // A client that hangs up in the middle of a line asked for nothing.
+        if !matches!(reader.read_buf(&mut buffer).await, Ok(1..)) {
+            return;
+        }
+    }
 }
 
 /// Writes the lines queued for a client, until there are no more or the client does not read them.
@@ -52,7 +100,7 @@ struct Client {
 }
 
 impl Client {
-    async fn converse(&self, reader: &mut (impl AsyncReadExt + Unpin)) {
+    async fn converse(&self, mut waiting: mpsc::Receiver<Incoming>) {
         let hello = Hello {
             protocol: PROTOCOL_VERSION,
             server: self.rig.facts.server.clone(),
@@ -61,42 +109,30 @@ impl Client {
         if self.say(&json!({ "hello": hello })).await.is_err() {
             return;
         }
-        let mut codec = LinesCodec::new_with_max_length(MAX_LINE_BYTES);
-        let mut buffer = BytesMut::new();
-        loop {
-            loop {
-                let answered = match codec.decode(&mut buffer) {
-                    Ok(None) => break,
-                    Ok(Some(line)) if line.trim().is_empty() => Ok(()),
-                    Ok(Some(line)) => self.answer(&line).await,
-                    Err(error) => self.say(&answer::<()>(None, Err(unreadable(&error)))).await,
-                };
-                if answered.is_err() {
-                    return;
-                }
-            }
-            // A client that hangs up in the middle of a line asked for nothing.
-            if !matches!(reader.read_buf(&mut buffer).await, Ok(1..)) {
+        while let Some(incoming) = waiting.recv().await {
+            let reply = match incoming {
+                Incoming::Request { envelope, stops } => self.answer(envelope, stops).await,
+                Incoming::Refused { id, error } => answer::<()>(id, Err(error)),
+            };
+            if self.say(&reply).await.is_err() {
                 return;
             }
+            // One client with much to ask must not keep the others waiting.
+            tokio::task::yield_now().await;
         }
     }
 
-    async fn answer(&self, line: &str) -> Result<(), Gone> {
-        let envelope = match Envelope::parse(line) {
-            Ok(envelope) => envelope,
-            Err((id, error)) => return self.say(&answer::<()>(id, Err(error))).await,
-        };
+    async fn answer(&self, envelope: Envelope, stops: u64) -> serde_json::Value {
         let id = Some(envelope.id);
         let rig = &*self.rig;
-        let reply = match envelope.request {
+        match envelope.request {
             Request::Describe {} => answer(id, Ok(describe::describe(rig))),
             Request::Get {} => answer(id, Ok(get::get(rig))),
             Request::Set { params } => answer(id, set::set(rig, &params).await),
-            Request::Engage {} => answer(id, drive::command(rig, Command::Engage).await),
-            Request::Release {} => answer(id, drive::command(rig, Command::Release).await),
-            Request::Reset {} => answer(id, drive::command(rig, Command::Reset).await),
-            Request::Stop {} => answer(id, drive::stop(rig).await),
+            Request::Engage {} => answer(id, drive::command(rig, Command::Engage, stops).await),
+            Request::Release {} => answer(id, drive::command(rig, Command::Release, stops).await),
+            Request::Reset {} => answer(id, drive::command(rig, Command::Reset, stops).await),
+            Request::Stop {} => answer(id, drive::stopped(rig, stops).await),
             Request::Status {} => answer(id, Ok(status::status(rig))),
             Request::Timing {} => answer(id, Ok(timing::timing(rig))),
             Request::Advise {} => answer(id, Ok(advise::advise(rig))),
@@ -108,8 +144,7 @@ impl Client {
                 let reply = subscribe::subscribe(rig, self.session, &self.lines, &topics, rate_hz, batch_ms);
                 answer(id, reply)
             }
-        };
-        self.say(&reply).await
+        }
     }
 
     async fn say(&self, message: &serde_json::Value) -> Result<(), Gone> {

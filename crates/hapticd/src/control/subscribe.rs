@@ -47,10 +47,16 @@ pub(super) fn subscribe(
         reason = "from 1 to 200 000"
     )]
     let every = (loop_rate_hz / rate_hz).round().max(1.0) as u64;
+    let mut distinct: Vec<Topic> = Vec::with_capacity(3);
+    for topic in topics {
+        if !distinct.contains(topic) {
+            distinct.push(*topic);
+        }
+    }
     rig.feed().subscribe(
         session,
         Subscription {
-            topics: topics.to_vec(),
+            topics: distinct.clone(),
             every,
             batch: Duration::from_millis(batch_ms.into()),
             lines: lines.clone(),
@@ -59,7 +65,7 @@ pub(super) fn subscribe(
     #[expect(clippy::cast_precision_loss, reason = "at most 200 000")]
     let rate_hz = loop_rate_hz / every as f64;
     Ok(SubscribeReply {
-        topics: topics.to_vec(),
+        topics: distinct,
         rate_hz,
         batch_ms,
         columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),

@@ -173,16 +173,21 @@ impl Shared {
         self.quit.load(Ordering::Acquire)
     }
 
-    /// Leaves a command. The one before must have been answered.
-    pub(crate) fn send(&self, serial: u32, command: Command) {
+    /// Leaves a command of somebody who knew of so many stops. The one before must have been answered or withdrawn.
+    pub(crate) fn send(&self, serial: u32, command: Command, stops_known: u64) {
         #[expect(clippy::cast_possible_truncation, reason = "modulo 2^24")]
-        let stops_known = self.stops() as u32 & STOPS_MASK;
+        let stops_known = stops_known as u32 & STOPS_MASK;
         let word = CommandWord {
             serial,
             stops_known,
             command,
         };
         self.command.store(word.pack(), Ordering::Release);
+    }
+
+    /// Takes the newest command back. The real-time thread may be carrying it out at this moment; once that is done it can be seen in the answers.
+    pub(crate) fn withdraw(&self) {
+        self.command.store(0, Ordering::Release);
     }
 
     /// The newest command.

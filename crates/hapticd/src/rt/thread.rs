@@ -23,8 +23,24 @@ pub(crate) struct Wishes {
 pub(crate) enum End {
     /// It was asked to.
     Quit,
-    /// It panicked; the force is zero.
-    Panicked,
+    /// It panicked. Whether the device took the zero force that followed.
+    Panicked {
+        /// It did.
+        zeroed: bool,
+    },
+}
+
+/// Name of the thread.
+const NAME: &str = "rt";
+
+/// Keeps the panic message of the real-time thread from being written before its force is zeroed: standard error may block.
+pub(crate) fn mute_panics() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if std::thread::current().name() != Some(NAME) {
+            usual(panic);
+        }
+    }));
 }
 
 /// The stack, bytes: the loop needs a few kilobytes, and all of it is locked in memory.
@@ -42,18 +58,18 @@ pub(crate) fn start(
 ) -> std::io::Result<(JoinHandle<End>, RealTimeStatus)> {
     let (ready, is_ready) = mpsc::sync_channel(1);
     let thread = std::thread::Builder::new()
-        .name("rt".to_owned())
+        .name(NAME.to_owned())
         .stack_size(STACK_BYTES)
         .spawn(move || {
             privileges::prepare_thread(wishes.cpu, wishes.priority, &mut status);
             // Nobody may be waiting any more; the loop runs all the same.
             drop(ready.send(status));
             let ended = catch_unwind(AssertUnwindSafe(|| run(&mut tick, &shared, wishes.period_ns)));
-            // The last word to the motor, however the loop ended.
-            match (ended, tick.zero_force()) {
-                // A device that is gone has no force either.
-                (Ok(()), Ok(()) | Err(_)) => End::Quit,
-                (Err(_), _) => End::Panicked,
+            // The last word to the motor, however the loop ended. It may be the device that panicked.
+            let zeroed = catch_unwind(AssertUnwindSafe(|| tick.zero_force().is_ok())).unwrap_or(false);
+            match ended {
+                Ok(()) => End::Quit,
+                Err(_) => End::Panicked { zeroed },
             }
         })?;
     let status = is_ready.recv().map_err(std::io::Error::other)?;

@@ -11,10 +11,24 @@ use crate::telemetry::ring::{Producer, TickRecord};
 use device_io::{Device, DeviceError, Measurement};
 use haptic_core::limiter::SafetyLimiter;
 use haptic_core::velocity::Estimator;
+use haptic_ipc::RigState;
 use std::sync::Arc;
 
 /// What a force that a change of scene would make jump fades away in, s.
 const BUMP_FADE_S: f64 = 0.05;
+
+/// How long a device may repeat its last sample before it counts as gone, ns. Until then no time passes for the block.
+const STALE_AFTER_NS: u64 = 50_000_000;
+
+/// The newest sample of the device.
+#[derive(Clone, Copy, Debug)]
+struct Newest {
+    sequence: u32,
+    /// When it was taken, on the device's clock, ns.
+    device_ns: u64,
+    /// When it was first read, on ours, ns.
+    read_ns: u64,
+}
 
 /// All that the loop owns.
 pub(crate) struct Tick<D: Device + ?Sized> {
@@ -30,8 +44,11 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     bump: Bump,
     tick: u64,
     stops_seen: u64,
+    /// A stop whose zero force has not reached the device yet, and the state that it brought.
+    stop_pending: Option<(u64, RigState)>,
     last_command: u32,
-    device_time_ns: Option<u64>,
+    last_began_ns: u64,
+    newest: Option<Newest>,
     device_position: f64,
     device_velocity: f64,
     device: Box<D>,
@@ -60,8 +77,10 @@ impl<D: Device + ?Sized> Tick<D> {
             bump: Bump::none(),
             tick: 0,
             stops_seen: 0,
+            stop_pending: None,
             last_command: 0,
-            device_time_ns: None,
+            last_began_ns: 0,
+            newest: None,
             device_position: 0.0,
             device_velocity: 0.0,
             device,
@@ -71,20 +90,25 @@ impl<D: Device + ?Sized> Tick<D> {
     /// One tick, from waking up to the answer; returns when it ended.
     pub(crate) fn run(&mut self, wake: Wake, missed_periods: u64) -> u64 {
         let stops = self.shared.stops();
-        let stopping = stops != self.stops_seen;
-        if stopping {
+        if stops != self.stops_seen {
             self.stops_seen = stops;
             self.rig.stop();
+            self.stop_pending = Some((stops, self.rig.state()));
         }
         let new_scene = self.take_scene();
         let command = self.take_command(stops);
 
         let measured = self.device.read(wake.began_ns);
         let read_ns = now_ns();
-        let elapsed_s = self.sense(measured);
-        let (coupling_force, command_force) = self.render(elapsed_s);
+        let elapsed_s = self.sense(measured, wake.began_ns);
+        // Ramps go by our own clock: they must end even if the device's stands still.
+        #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two ticks")]
+        let our_elapsed_s = wake.began_ns.saturating_sub(self.last_began_ns) as f64 * 1e-9;
+        self.last_began_ns = wake.began_ns;
+        let (coupling_force, command_force) = self.render(elapsed_s, our_elapsed_s);
         let computed_ns = now_ns();
-        if self.device.write(command_force).is_err() {
+        let written = self.device.write(command_force).is_ok();
+        if !written {
             self.rig.device_present(false);
         }
         let ended_ns = now_ns();
@@ -95,7 +119,7 @@ impl<D: Device + ?Sized> Tick<D> {
             deadline_ns: wake.deadline_ns,
             began_ns: wake.began_ns,
             ended_ns,
-            device_round_trip_ns: (read_ns - wake.began_ns) + (ended_ns - computed_ns),
+            device_round_trip_ns: read_ns.saturating_sub(wake.began_ns) + (ended_ns - computed_ns),
             missed_periods,
             dropped: 0,
             revision: self.scene.revision,
@@ -115,7 +139,8 @@ impl<D: Device + ?Sized> Tick<D> {
             fault: self.rig.fault(),
         });
         // The answers come last, so that whoever has one also finds the tick's record.
-        self.answer(stopping.then_some(stops), new_scene, command);
+        let stopped = if written { self.stop_pending.take() } else { None };
+        self.answer(stopped, new_scene, command);
         self.tick += 1;
         ended_ns
     }
@@ -153,40 +178,51 @@ impl<D: Device + ?Sized> Tick<D> {
         Some((word, refused))
     }
 
-    /// Takes in a measurement; returns the time since the one before, s. A failed read is never rendered as a position.
-    fn sense(&mut self, measured: Result<Measurement, DeviceError>) -> f64 {
+    /// Takes in a measurement; returns the time since the one before, s. A failed or stale read is never rendered as a position.
+    fn sense(&mut self, measured: Result<Measurement, DeviceError>, now_ns: u64) -> f64 {
         let Ok(sample) = measured else {
             self.rig.device_present(false);
-            self.device_time_ns = None;
+            self.newest = None;
             self.velocity.reset();
             return 0.0;
         };
+        if let Some(newest) = self.newest.filter(|newest| newest.sequence == sample.sequence) {
+            if now_ns.saturating_sub(newest.read_ns) > STALE_AFTER_NS {
+                self.rig.device_present(false);
+                self.velocity.reset();
+            }
+            return 0.0;
+        }
         self.rig.device_present(true);
         if !sample.position_m.is_finite() {
             self.rig.fail(Fault::NonFinitePosition);
             return 0.0;
         }
-        let last = self.device_time_ns.replace(sample.time_ns);
-        #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two ticks")]
-        let elapsed_s = last.map_or(0.0, |last| sample.time_ns.saturating_sub(last) as f64 * 1e-9);
+        let last = self.newest.replace(Newest {
+            sequence: sample.sequence,
+            device_ns: sample.time_ns,
+            read_ns: now_ns,
+        });
+        #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two samples")]
+        let elapsed_s = last.map_or(0.0, |last| sample.time_ns.saturating_sub(last.device_ns) as f64 * 1e-9);
         self.device_position = sample.position_m;
         self.device_velocity = self.velocity.update(elapsed_s, sample.position_m);
         elapsed_s
     }
 
     /// The force in the coupling and the force on the hand, N.
-    fn render(&mut self, elapsed_s: f64) -> (f64, f64) {
-        let gain = self.rig.advance(elapsed_s);
+    fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64) -> (f64, f64) {
         let renderer = &mut self.scene.renderer;
-        let was_live = std::mem::replace(&mut self.was_live, self.rig.is_live());
-        if !was_live || !self.rig.is_live() {
-            // Without force the block goes with the hand, and from there force begins: wherever the hand has come to meanwhile.
+        if !self.was_live || !self.rig.is_live() {
+            // Without force the block goes with the hand, and from there force begins: wherever the hand has come to meanwhile,
+            // and at the very bottom of the ramp.
             renderer.start_at(self.device_position, self.device_velocity);
             self.bump = Bump::none();
-        }
-        if !self.rig.is_live() {
+            self.was_live = self.rig.is_live();
             return (0.0, 0.0);
         }
+        let gain = self.rig.advance(our_elapsed_s);
+        self.was_live = self.rig.is_live();
         let coupling_force = renderer
             .tick(elapsed_s, self.device_position, self.device_velocity)
             .coupling_force;
@@ -194,14 +230,13 @@ impl<D: Device + ?Sized> Tick<D> {
         match self.limiter.limit(on_hand, gain) {
             Ok(force) => (coupling_force, force),
             Err(_) => {
-                self.was_live = false;
                 self.rig.fail(Fault::NonFiniteForce);
                 (0.0, 0.0)
             }
         }
     }
 
-    fn answer(&self, stops: Option<u64>, new_scene: bool, command: Option<(CommandWord, bool)>) {
+    fn answer(&self, stopped: Option<(u64, RigState)>, new_scene: bool, command: Option<(CommandWord, bool)>) {
         let answers = &self.shared.answers;
         if new_scene {
             answers.scene_applied(self.scene.revision, self.tick);
@@ -214,8 +249,8 @@ impl<D: Device + ?Sized> Tick<D> {
             };
             answers.command_done(word.serial, outcome);
         }
-        if let Some(stops) = stops {
-            answers.stopped(stops, self.tick, self.rig.state());
+        if let Some((stops, state)) = stopped {
+            answers.stopped(stops, self.tick, state);
         }
     }
 }
@@ -251,7 +286,7 @@ impl Bump {
             return 0.0;
         }
         let force = self.now();
-        self.left_s -= elapsed_s;
+        self.left_s = (self.left_s - elapsed_s).max(0.0);
         force
     }
 }
@@ -263,13 +298,14 @@ mod tests {
     use crate::telemetry::ring;
     use haptic_core::velocity::Method;
     use haptic_core::{Renderer, Scene, Scheme};
-    use haptic_ipc::RigState;
 
     /// A rig of which the test decides every reading.
     struct Scripted {
         readings: Vec<Result<f64, DeviceError>>,
         written: Arc<std::sync::Mutex<Vec<f64>>>,
         next: u32,
+        refuses_writes: bool,
+        repeats: bool,
     }
 
     impl Device for Scripted {
@@ -282,8 +318,10 @@ mod tests {
         }
 
         fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {
-            let index = self.next;
-            self.next += 1;
+            if !self.repeats {
+                self.next += 1;
+            }
+            let index = self.next - 1;
             self.readings[index as usize].map(|position_m| Measurement {
                 sequence: index,
                 time_ns: u64::from(index) * 1_000_000,
@@ -292,6 +330,9 @@ mod tests {
         }
 
         fn write(&mut self, force_n: f64) -> Result<(), DeviceError> {
+            if self.refuses_writes {
+                return Err(DeviceError::Disconnected);
+            }
             self.written.lock().expect("one thread").push(force_n);
             Ok(())
         }
@@ -303,6 +344,7 @@ mod tests {
         records: ring::Consumer,
         written: Arc<std::sync::Mutex<Vec<f64>>>,
         serial: u32,
+        clock_ns: u64,
     }
 
     const MAX_FORCE: f64 = 20.0;
@@ -318,13 +360,15 @@ mod tests {
             readings: readings.into_iter().collect(),
             written: Arc::clone(&written),
             next: 0,
+            refuses_writes: false,
+            repeats: false,
         };
         let tick = Tick::new(
             Box::new(device),
             Arc::clone(&shared),
             producer,
             Box::new(compiled(&Scene::paper(), 1)),
-            Rig::new(0.02),
+            Rig::new(0.02, 0.005),
             SafetyLimiter::new(MAX_FORCE),
             Estimator::new(Method::default(), 1e-3, 0.0),
         );
@@ -334,6 +378,7 @@ mod tests {
             records,
             written,
             serial: 0,
+            clock_ns: 1_000_000_000,
         }
     }
 
@@ -346,9 +391,10 @@ mod tests {
 
     impl Bench {
         fn tick(&mut self) -> TickRecord {
+            self.clock_ns += 1_000_000;
             let wake = Wake {
-                deadline_ns: now_ns(),
-                began_ns: now_ns(),
+                deadline_ns: self.clock_ns,
+                began_ns: self.clock_ns,
             };
             self.tick.run(wake, 0);
             self.records.pop().expect("every tick leaves a record")
@@ -362,7 +408,7 @@ mod tests {
 
         fn command(&mut self, command: Command) -> Outcome {
             self.serial += 1;
-            self.shared.send(self.serial, command);
+            self.shared.send(self.serial, command, self.shared.stops());
             self.tick();
             self.shared.answers.command(self.serial).expect("answered in the tick")
         }
@@ -414,7 +460,7 @@ mod tests {
         let mut bench = bench(readings);
         let still = |bench: &mut Bench| {
             bench.serial += 1;
-            bench.shared.send(bench.serial, Command::Engage);
+            bench.shared.send(bench.serial, Command::Engage, bench.shared.stops());
             for _ in 0..30 {
                 let record = bench.tick();
                 assert_eq!((record.coupling_force, record.command_force), (0.0, 0.0), "{record:?}");
@@ -429,11 +475,71 @@ mod tests {
     }
 
     #[test]
+    fn engaging_on_a_moving_hand_begins_without_force_and_then_opposes_it() {
+        let mut bench = bench(ramp());
+        bench.ticks(SETTLE);
+        bench.serial += 1;
+        bench.shared.send(bench.serial, Command::Engage, bench.shared.stops());
+        let first = bench.tick();
+        assert_eq!(
+            (first.state, first.coupling_force, first.command_force),
+            (RigState::Engaging, 0.0, 0.0)
+        );
+        for _ in 0..10 {
+            let record = bench.tick();
+            assert!(record.command_force <= 0.0, "against the motion: {record:?}");
+        }
+    }
+
+    #[test]
+    fn a_stall_does_not_skip_the_ramp() {
+        let mut bench = bench(ramp());
+        bench.ticks(SETTLE);
+        bench.clock_ns += 3_000_000_000;
+        assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
+        bench.clock_ns += 3_000_000_000;
+        assert_eq!(bench.tick().state, RigState::Engaging);
+    }
+
+    #[test]
+    fn a_stop_is_confirmed_only_when_zero_force_was_written() {
+        let mut bench = bench(ramp());
+        bench.ticks(SETTLE);
+        bench.tick.device.refuses_writes = true;
+        let stop = bench.shared.stop();
+        bench.tick();
+        assert_eq!(bench.shared.answers.stop(stop), None);
+        bench.tick.device.refuses_writes = false;
+        bench.tick();
+        assert!(bench.shared.answers.stop(stop).is_some());
+    }
+
+    #[test]
+    fn a_device_that_repeats_itself_is_given_up_and_comes_back_idle() {
+        let mut bench = bench(ramp());
+        bench.ticks(SETTLE);
+        bench.command(Command::Engage);
+        bench.ticks(60);
+        bench.tick.device.repeats = true;
+        let before = bench.tick();
+        assert!(
+            before.command_force != 0.0,
+            "a late sample is no reason yet: {before:?}"
+        );
+        bench.ticks(50);
+        let lost = bench.tick();
+        assert_eq!((lost.state, lost.command_force), (RigState::Disconnected, 0.0));
+        bench.tick.device.repeats = false;
+        bench.ticks(10);
+        assert_eq!(bench.tick().state, RigState::Idle);
+    }
+
+    #[test]
     fn a_reset_that_a_stop_has_overtaken_clears_nothing() {
         let mut bench = bench(ramp());
         bench.shared.stop();
         bench.tick();
-        bench.shared.send(7, Command::Reset);
+        bench.shared.send(7, Command::Reset, bench.shared.stops());
         bench.shared.stop();
         bench.tick();
         let outcome = bench.shared.answers.command(7).expect("answered");

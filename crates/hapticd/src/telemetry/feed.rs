@@ -4,14 +4,15 @@ use crate::telemetry::ring::{Consumer, TickRecord};
 use crate::telemetry::timing::TimingRecorder;
 use haptic_core::Scene;
 use haptic_ipc::{Event, RigState, Sample, SamplesEvent, StateEvent, Topic, params_of};
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
 
 /// Lines that may wait for a subscriber; more are not queued but counted as dropped.
 pub(crate) const BACKLOG_LINES: usize = 64;
 
-/// Rows that one event may hold; a longer batch goes out in several.
-const MOST_ROWS: usize = 2048;
+/// Rows that one event may hold, so that its line stays within the protocol's limit; a longer batch goes out in several.
+const MOST_ROWS: usize = 256;
 
 /// What a client asked to hear.
 #[derive(Debug)]
@@ -42,7 +43,10 @@ pub(crate) struct Feed {
     started_ns: u64,
     newest: Option<TickRecord>,
     subscribers: Vec<Subscriber>,
-    announced: Option<(RigState, u64)>,
+    /// State and revision of the newest record.
+    last_state: Option<(RigState, u64)>,
+    /// The first record of each state that has not been announced yet.
+    changes: Vec<TickRecord>,
     timing_due: Instant,
     /// Records lost in the ring, as far as the subscribers were told.
     ring_dropped: u64,
@@ -56,7 +60,8 @@ impl Feed {
             started_ns: 0,
             newest: None,
             subscribers: Vec::new(),
-            announced: None,
+            last_state: None,
+            changes: Vec::new(),
             timing_due: Instant::now(),
             ring_dropped: 0,
         }
@@ -99,12 +104,13 @@ impl Feed {
         self.subscribers.retain(|subscriber| subscriber.session != session);
     }
 
-    /// Takes in what the loop left since the last call, and sends what is due. `scene` is the newest scene and its revision.
-    pub(crate) fn pump(&mut self, scene: &Scene, revision: u64) {
+    /// Takes in what the loop left since the last call, and sends what is due. `scenes` are those that may be in force, by revision. Returns
+    /// the revision that is.
+    pub(crate) fn pump(&mut self, scenes: &VecDeque<(u64, Scene)>) -> u64 {
         while let Some(record) = self.consumer.pop() {
             self.take_in(&record);
         }
-        self.announce_state(scene, revision);
+        self.announce_states(scenes);
         let now = Instant::now();
         for subscriber in &mut self.subscribers {
             if now >= subscriber.due {
@@ -119,6 +125,7 @@ impl Feed {
                 self.broadcast(Topic::Timing, &event);
             }
         }
+        self.newest.map_or(0, |record| record.revision)
     }
 
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
@@ -128,6 +135,11 @@ impl Feed {
         }
         self.timing.record(record);
         self.newest = Some(*record);
+        let state = Some((record.state, record.revision));
+        if self.last_state != state {
+            self.last_state = state;
+            self.changes.push(*record);
+        }
         let lost = record.dropped - self.ring_dropped;
         self.ring_dropped = record.dropped;
         let sample = Sample {
@@ -159,18 +171,23 @@ impl Feed {
         }
     }
 
-    /// The whole state to those who have not heard it, and to all when it changed.
-    fn announce_state(&mut self, scene: &Scene, revision: u64) {
-        let Some(record) = self.newest else { return };
-        // Between a `set` and its tick the newest scene is not yet the one in force: wait for the tick.
-        if record.revision != revision {
-            return;
+    /// Every change of state to all, and the whole state to those who have heard none yet.
+    fn announce_states(&mut self, scenes: &VecDeque<(u64, Scene)>) {
+        for record in std::mem::take(&mut self.changes) {
+            self.announce(&record, scenes, |_| true);
         }
-        let state = (record.state, record.revision);
-        let changed = self.announced != Some(state);
-        self.announced = Some(state);
-        let unheard = |subscriber: &Subscriber| changed || !subscriber.state_sent;
-        let listening = |subscriber: &Subscriber| subscriber.wants(Topic::State) && unheard(subscriber);
+        if let Some(newest) = self.newest
+            && self.subscribers.iter().any(|subscriber| !subscriber.state_sent)
+        {
+            self.announce(&newest, scenes, |subscriber| !subscriber.state_sent);
+        }
+    }
+
+    fn announce(&mut self, record: &TickRecord, scenes: &VecDeque<(u64, Scene)>, whom: impl Fn(&Subscriber) -> bool) {
+        let listening = |subscriber: &Subscriber| subscriber.wants(Topic::State) && whom(subscriber);
+        let Some((_, scene)) = scenes.iter().find(|(revision, _)| *revision == record.revision) else {
+            return;
+        };
         if !self.subscribers.iter().any(listening) {
             return;
         }
@@ -184,7 +201,7 @@ impl Feed {
         });
         let line = line(&event);
         for subscriber in self.subscribers.iter_mut().filter(|subscriber| listening(subscriber)) {
-            // A subscriber whose backlog is full hears the state as soon as there is room.
+            // A subscriber whose backlog is full hears the newest state as soon as there is room.
             subscriber.state_sent = subscriber.subscription.lines.try_send(line.clone()).is_ok();
         }
     }
@@ -277,7 +294,7 @@ mod tests {
             let mut record = ring::tests::record(tick);
             (record.state, record.revision) = (state, revision);
             producer.push(record);
-            feed.pump(&scene, revision);
+            feed.pump(&VecDeque::from([(1, scene.clone()), (2, scene.clone())]));
         }
         let ticks: Vec<u64> = events(&mut received)
             .iter()
@@ -295,15 +312,15 @@ mod tests {
         let mut feed = Feed::new(consumer, 1_000_000);
         let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
         feed.subscribe(1, subscription);
-        let scene = Scene::paper();
+        let scenes = VecDeque::from([(1, Scene::paper())]);
         for tick in 0..10 {
             producer.push(ring::tests::record(tick));
-            feed.pump(&scene, 1);
+            feed.pump(&scenes);
         }
         // One event fitted; ticks 2, 4, 6 and 8 did not.
         let first = events(&mut received);
         producer.push(ring::tests::record(10));
-        feed.pump(&scene, 1);
+        feed.pump(&scenes);
         let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
             panic!("two sample events");
         };
