@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Where to write accuracy.csv and accuracy.json
+    /// Where to write accuracy.csv, accuracy.json and accuracy.html, a page with a plot
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -91,5 +91,6 @@ fn write(directory: &Path, measurements: &[Measurement], values: &Value) -> std:
         measurements,
         BufWriter::new(File::create(directory.join("accuracy.csv"))?),
     )?;
-    std::fs::write(directory.join("accuracy.json"), format!("{values:#}\n"))
+    std::fs::write(directory.join("accuracy.json"), format!("{values:#}\n"))?;
+    std::fs::write(directory.join("accuracy.html"), accuracy::page(measurements))
 }

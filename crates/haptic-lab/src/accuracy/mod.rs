@@ -2,8 +2,10 @@
 
 pub mod cases;
 mod error;
+mod page;
 pub mod reference;
 mod report;
 
 pub use error::{RunError, compare};
+pub use page::page;
 pub use report::{Measurement, measure, schemes, write_csv};
