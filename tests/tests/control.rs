@@ -99,6 +99,8 @@ fn every_bad_request_gets_its_documented_error_and_the_loop_goes_on() {
         ),
         (r#"{"id":1,"op":"get","colour":"red"}"#, "unknown_field", "colour"),
         (r#"{"id":1,"op":"dance"}"#, "unknown_op", "dance"),
+        (r#"{"id":1,"op":3}"#, "bad_request", "op = 3"),
+        (r#"{"id":-1,"op":"get"}"#, "bad_request", "id = -1"),
         (r#"{"id":1,"op":"set"}"#, "bad_request", "params"),
         (
             r#"{"id":1,"op":"set","params":{"mass":"heavy"}}"#,
@@ -299,24 +301,41 @@ fn a_client_that_never_reads_is_cut_off_and_disturbs_nobody() {
 }
 
 #[test]
-fn the_33rd_client_is_told_why_it_is_not_served() {
+fn the_33rd_client_may_stop_and_is_told_why_it_may_do_no_more() {
     let daemon = Daemon::start(&[]);
     let clients: Vec<_> = (0..32).map(|_| daemon.client()).collect();
-    let refused = haptic_ipc::Client::connect(daemon.socket()).expect_err("there is no room");
+    let mut extra = daemon.client();
+    let refused = extra
+        .request::<Timing>(Request::Timing {})
+        .expect_err("there is no place");
     let haptic_ipc::ClientError::Refused(error) = &refused else {
         panic!("{refused}");
     };
     assert_eq!(error.code, ErrorCode::TooManyClients);
     assert!(error.message.contains("32"), "{error}");
+    let stopped: StateReply = extra.request(Request::Stop {}).expect("a stop always works");
+    assert_eq!(stopped.state, RigState::Stopped);
+    assert_eq!(daemon.ctl(&["stop"]).status.code(), Some(0));
+    drop(extra);
     drop(clients);
-    let mut client = loop {
+    let began = std::time::Instant::now();
+    loop {
         // The daemon notices the hang-ups one by one.
-        if let Ok(client) = haptic_ipc::Client::connect(daemon.socket()) {
-            break client;
+        if daemon.client().request::<Timing>(Request::Timing {}).is_ok() {
+            break;
         }
+        assert!(began.elapsed() < system_tests::PATIENCE, "places are given back");
         std::thread::yield_now();
-    };
-    assert!(status(&mut client).clients >= 1);
+    }
+}
+
+#[test]
+fn a_stop_with_a_mistake_in_it_still_stops() {
+    let daemon = Daemon::start(&[]);
+    let mut raw = daemon.raw();
+    let answer = raw.ask(r#"{"id":1,"op":"stop","why":"fire"}"#);
+    assert_eq!(answer["error"]["code"], "unknown_field", "{answer}");
+    wait_for_state(&mut daemon.client(), RigState::Stopped);
 }
 
 #[test]

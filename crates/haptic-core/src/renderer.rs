@@ -4,6 +4,7 @@ use crate::block::exact::ExactBlock;
 use crate::block::literal::LiteralBlock;
 use crate::block::{BlockState, Contact, EventSink, Rendered};
 use crate::friction::Friction;
+use crate::math::sqrt;
 use crate::parameters::Direction;
 use crate::scene::{Coupling, Scene, SceneError};
 use alloc::string::{String, ToString};
@@ -81,6 +82,7 @@ pub const FARTHEST_RESEAT_M: f64 = 0.02;
 #[derive(Clone, Copy, Debug)]
 pub struct Renderer {
     compiled: Compiled,
+    mass: f64,
     coupling: Coupling,
     /// The contact of a block at rest: sliding where no friction can hold it.
     at_rest: Contact,
@@ -115,6 +117,7 @@ impl Renderer {
                 Scheme::Exact => Compiled::Exact(ExactBlock::new(scene, state)),
                 Scheme::Literal { substeps } => Compiled::Literal(LiteralBlock::new(scene, substeps, state)),
             },
+            mass: scene.block.mass,
             coupling: scene.coupling,
             at_rest,
         })
@@ -167,16 +170,22 @@ impl Renderer {
 
     /// Takes over the motion of the renderer that this one replaces, so that the hand feels no jerk.
     ///
-    /// The block keeps its position, velocity and contact. Where the coupling itself changed, the block is re-seated so
+    /// The block keeps its position, velocity and contact, but for what a stiffer grip would make a kick of. Where the coupling itself changed, the block is re-seated so
     /// that the force in the coupling, which is what the hand feels, stays as it was. A coupling too soft for that within
     /// [`FARTHEST_RESEAT_M`] is re-seated so far; the force then steps by the value returned, N (the old coupling force less the new).
     pub fn take_over(&mut self, old: &Self) -> f64 {
         let mut state = *old.state();
         let (now, was) = (self.coupling, old.coupling);
         let mut step = 0.0;
-        if now != was {
+        // In a stiffer grip, or with more mass, the same motion against the hand would swing to a larger force, |v - w| sqrt(K M): it is slowed to
+        // what it would have come to. A stuck block does not move, and is pulled as the new grip pulls.
+        let swing = (was.stiffness * old.mass) / (now.stiffness * self.mass);
+        if matches!(state.contact, Contact::Sliding(_)) && swing < 1.0 {
+            state.velocity = state.device_velocity + (state.velocity - state.device_velocity) * sqrt(swing);
+        }
+        if now != was || state.velocity != old.state().velocity {
             let force = was.stiffness * (state.device_position - state.position)
-                + was.damping * (state.device_velocity - state.velocity);
+                + was.damping * (state.device_velocity - old.state().velocity);
             let damped = now.damping * (state.device_velocity - state.velocity);
             let deflection = if now.stiffness > 0.0 {
                 ((force - damped) / now.stiffness).clamp(-FARTHEST_RESEAT_M, FARTHEST_RESEAT_M)

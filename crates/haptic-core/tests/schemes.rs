@@ -152,10 +152,28 @@ fn changing_any_parameter_in_motion_leaves_the_force_as_it_was() {
                 (after.coupling_force - before.coupling_force).abs() < 1e-9,
                 "{change:?}: {before:?} {after:?}"
             );
-            if !matches!(change.0, "K" | "B") {
+            if !matches!(change.0, "M" | "K" | "B") {
                 assert_eq!(new.state().position, old.state().position, "{change:?} moved the block");
             }
         }
+    }
+}
+
+#[test]
+fn a_stiffer_grip_makes_no_kick_of_a_motion_that_a_soft_one_allowed() {
+    for (from, to) in [(100.0, 25_000.0), (0.0, 25_000.0), (100.0, 3e6)] {
+        let mut old = renderer(&scene(&[("K", from), ("B", 5.0)]), Scheme::Exact, -0.02, 0.1);
+        let (mut device, speed) = (0.0, 0.2);
+        old.tick(T, device, speed);
+        let mut new = Renderer::new(&scene(&[("K", to), ("B", 5.0)]), Scheme::Exact, T).expect("a valid scene");
+        new.take_over(&old);
+        let mut most: f64 = 0.0;
+        for _ in 0..50 {
+            device += speed * T;
+            most = most.max(new.tick(T, device, speed).coupling_force.abs());
+        }
+        // The friction's own step, from 2 N to 3.5 N and the swing beyond it, and no more.
+        assert!(most < 6.5, "{from} to {to} N/m: {most} N");
     }
 }
 

@@ -50,7 +50,16 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
             return Err(Failure::Usage(format!("{name} = {value} is not a finite number")));
         }
     }
-    let scene = read_scene(&arguments.scene)?;
+    refuse_overwriting(arguments)?;
+    let mut scene = read_scene(&arguments.scene)?;
+    if scene.name.is_empty() {
+        scene.name = arguments
+            .scene
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+    }
     let motion = motion::read(&arguments.motion).map_err(|error| Failure::Usage(error.to_string()))?;
     let start = simulate::Start {
         position_m: arguments.block_position,
@@ -86,6 +95,32 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         run.energy_created_j,
         run.exhausted_ticks,
     ))
+}
+
+/// No output may take the place of an input or of the other output.
+fn refuse_overwriting(arguments: &Arguments) -> Result<(), Failure> {
+    let inputs = [&arguments.scene, &arguments.motion];
+    for (output, others) in [
+        (Some(&arguments.out), inputs.to_vec()),
+        (arguments.events.as_ref(), [&inputs[..], &[&arguments.out]].concat()),
+    ] {
+        let Some(output) = output else { continue };
+        if let Some(other) = others.into_iter().find(|other| same_file(output, other)) {
+            let (output, other) = (output.display(), other.display());
+            return Err(Failure::Usage(format!(
+                "{output} would be written over {other}: name another file"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Whether two paths lead to one file, existing or not.
+fn same_file(a: &Path, b: &Path) -> bool {
+    match (a.canonicalize(), b.canonicalize()) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => a == b,
+    }
 }
 
 fn read_scene(path: &Path) -> Result<Scene, Failure> {

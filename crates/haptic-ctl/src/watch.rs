@@ -8,7 +8,7 @@ use haptic_ipc::{Event, Request, Sample, SubscribeReply, Topic};
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// Samples a second, Hz, or `all` for every tick
-    #[arg(long, value_name = "HZ", default_value = "10")]
+    #[arg(long, value_name = "HZ", default_value = "10", allow_negative_numbers = true)]
     rate: Rate,
 
     /// End after so many samples

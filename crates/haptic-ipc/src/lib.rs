@@ -21,7 +21,8 @@
 //! S {"id":8,"error":{"code":"out_of_range","message":"mass = -1 kg is out of range: ...","param":"mass","value":-1.0,"min":1e-6,"max":100.0,"unit":"kg"}}
 //! ```
 //!
-//! A client may send further requests before it has the answers; they are answered in order. A line that cannot be read
+//! A client may send further requests before it has the answers; they are answered in order. A `stop` acts as soon as it is read, ahead of up to 64
+//! requests of the same client that wait, and even if a field of it is wrong. A line that cannot be read
 //! is answered with an error whose `id` is that of the line, or `null` where none could be found, and the conversation
 //! goes on.
 //!
@@ -66,6 +67,9 @@
 //! Additions (operations, fields in answers, columns at the end of a row, error codes) keep the version. A client must
 //! ignore fields that it does not know. The server refuses fields that it does not know, so that a misspelt one is never
 //! silently without effect.
+//!
+//! # Limits
+//! 32 clients. While all places are taken further ones may still `stop`, and nothing else.
 
 mod async_client;
 mod client;
@@ -80,7 +84,7 @@ pub use client::{Client, ClientError, Receiver, Sender};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent};
 pub use message::{
-    Advice, AdviceReply, Changes, Description, DeviceStatus, Envelope, Finding, Hello, ParameterDescription,
+    Advice, AdviceReply, BadLine, Changes, Description, DeviceStatus, Envelope, Finding, Hello, ParameterDescription,
     Percentiles, Problem, RealTimeStatus, Request, RigState, SceneReply, ServerLine, SetReply, StateReply, Status,
     SubscribeReply, Timing, TimingWindow, Topic, params_of,
 };

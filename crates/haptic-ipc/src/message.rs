@@ -75,23 +75,52 @@ pub struct Envelope {
     pub request: Request,
 }
 
+/// A line that is no request.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BadLine {
+    /// Its number, where one could be read.
+    pub id: Option<u64>,
+    /// What is wrong with it.
+    pub error: WireError,
+    /// Whether it was meant as a stop all the same: when in doubt, zero force.
+    pub means_stop: bool,
+}
+
 impl Envelope {
     /// Reads a line.
     ///
     /// # Errors
-    /// The answer to a line that is no request, with the `id` to send it under.
-    pub fn parse(line: &str) -> Result<Self, (Option<u64>, WireError)> {
-        #[derive(Deserialize)]
-        struct OnlyId {
-            #[serde(default)]
-            id: serde_json::Value,
+    /// The answer to a line that is no request.
+    pub fn parse(line: &str) -> Result<Self, BadLine> {
+        /// What must be known of a line whatever else is wrong with it.
+        #[derive(Default, Deserialize)]
+        struct Head {
+            id: Option<serde_json::Value>,
+            op: Option<serde_json::Value>,
         }
-        serde_json::from_str(line).map_err(|error| {
-            let id = serde_json::from_str::<OnlyId>(line)
-                .ok()
-                .and_then(|only| only.id.as_u64());
-            (id, explain(line, &error))
-        })
+        // An array would be read as a head as well.
+        let is_object = line.trim_start().starts_with('{');
+        let head = if is_object {
+            serde_json::from_str(line).unwrap_or_default()
+        } else {
+            Head::default()
+        };
+        let (id, op) = (head.id.as_ref(), head.op.as_ref());
+        let refused = |error| BadLine {
+            id: id.and_then(serde_json::Value::as_u64),
+            error,
+            means_stop: op.is_some_and(|op| op == "stop"),
+        };
+        let bad = |field: &str, value: &serde_json::Value, wanted: &str| {
+            let message = format!("{field} = {value} is not {wanted}");
+            refused(WireError::new(ErrorCode::BadRequest, message).about(field))
+        };
+        match (id, op) {
+            (Some(id), _) if !id.is_u64() => Err(bad("id", id, "a whole number from 0 to 2^64 - 1")),
+            // A number would be taken for the operation's place in a list.
+            (_, Some(op)) if !op.is_string() => Err(bad("op", op, "the name of an operation")),
+            _ => serde_json::from_str(line).map_err(|error| refused(explain(line, &error))),
+        }
     }
 }
 
@@ -456,6 +485,7 @@ pub struct Status {
     /// Name of the scene in force.
     pub scene: String,
     /// Force commanded on the hand in the last tick, N.
+    #[serde(rename = "command_force_N")]
     pub command_force_n: f64,
     /// Position of the device in the last tick, m.
     pub device_position_m: f64,
@@ -473,6 +503,7 @@ pub struct DeviceStatus {
     /// What it is.
     pub description: String,
     /// Largest force that goes to it, N.
+    #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
 }
 
@@ -658,7 +689,9 @@ mod tests {
             (r#"{"id":1,"op":"dance"}"#, Some(1), UnknownOp, "dance"),
             (r#"{"id":1}"#, Some(1), BadRequest, "op"),
             (r#"{"op":"get"}"#, None, BadRequest, "id"),
-            (r#"{"id":-1,"op":"get"}"#, None, BadRequest, ""),
+            (r#"{"id":-1,"op":"get"}"#, None, BadRequest, "id = -1"),
+            (r#"{"id":"a","op":"get"}"#, None, BadRequest, "id = \"a\""),
+            (r#"{"id":1,"op":3}"#, Some(1), BadRequest, "op = 3"),
             (r#"{"id":1,"op":"set"}"#, Some(1), BadRequest, "params"),
             (
                 r#"{"id":1,"op":"set","params":{"mass":"heavy"}}"#,
@@ -676,10 +709,26 @@ mod tests {
             (r#"[1,2]"#, None, BadRequest, ""),
             ("", None, BadJson, ""),
         ] {
-            let (got_id, error) = Envelope::parse(line).expect_err(line);
+            let BadLine { id: got_id, error, .. } = Envelope::parse(line).expect_err(line);
             assert_eq!((got_id, error.code), (id, code), "{line}: {error}");
             assert!(error.message.contains(part), "{line}: {error} does not name {part}");
         }
+    }
+
+    #[test]
+    fn a_stop_that_cannot_be_read_is_known_for_one() {
+        for line in [
+            r#"{"id":1,"op":"stop","why":"fire"}"#,
+            r#"{"id":"x","op":"stop"}"#,
+            r#"{"op":"stop"}"#,
+        ] {
+            assert!(Envelope::parse(line).expect_err(line).means_stop, "{line}");
+        }
+        assert!(
+            !Envelope::parse(r#"{"id":1,"op":"engage","why":"stop"}"#)
+                .expect_err("a field")
+                .means_stop
+        );
     }
 
     #[test]

@@ -15,6 +15,9 @@ pub struct DeviceSample {
     pub velocity_mps: f64,
 }
 
+/// Largest time (s), position (m) or velocity (m/s) taken: beyond it the products that forces are made of leave the range of numbers.
+const LARGEST: f64 = 1e12;
+
 /// Why a motion file cannot be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -37,8 +40,8 @@ pub enum MotionError {
         /// The header found.
         header: String,
     },
-    /// A cell is not a finite number.
-    #[error("{}, line {line}: {column} = `{value}` is not a finite number", .path.display())]
+    /// A cell is not a number that can be worked with.
+    #[error("{}, line {line}: {column} = `{value}` is not a number from -{LARGEST:e} to {LARGEST:e}", .path.display())]
     NotANumber {
         /// The file.
         path: PathBuf,
@@ -102,7 +105,7 @@ pub fn read(path: &Path) -> Result<Vec<DeviceSample>, MotionError> {
             let text = record.get(index).unwrap_or_default();
             text.parse::<f64>()
                 .ok()
-                .filter(|value| value.is_finite())
+                .filter(|value| value.abs() <= LARGEST)
                 .ok_or_else(|| MotionError::NotANumber {
                     path: path.to_path_buf(),
                     line,

@@ -39,16 +39,16 @@ pub(crate) struct Options {
     socket: Option<PathBuf>,
 
     /// Ticks a second, Hz, from 100 to 20000 [default: 1000]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
 
     /// Processor for the real-time thread [default: the last one, where there are several]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     cpu: Option<usize>,
 
     /// SCHED_FIFO priority of the real-time thread, from 1 to 99 [default: 80]
-    #[arg(long, value_name = "N")]
-    priority: Option<u8>,
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    priority: Option<i64>,
 
     /// Scene to start with, a TOML file [default: the paper's block, 0.5 kg on 4 N of stiction]
     #[arg(long, value_name = "FILE")]
@@ -65,11 +65,11 @@ pub(crate) struct Options {
     velocity: Option<Named<Method>>,
 
     /// Largest force on the hand, N, from 0.1 to 1000; larger ones are cut to it [default: 20]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     force_limit_n: Option<f64>,
 
     /// Time that engaging and releasing take, ms, from 1 to 10000 [default: 200]
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     ramp_ms: Option<f64>,
 
     /// The fake rig's hand: `sine` moves the handle to and fro, `arm` pulls it so through a spring and damper, `free`
@@ -79,15 +79,20 @@ pub(crate) struct Options {
     hand: Option<Named<HandName>>,
 
     /// Half the stroke of a sine hand, m [default: 0.03]
-    #[arg(long, value_name = "M", help_heading = "Fake rig")]
+    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_negative_numbers = true)]
     hand_amplitude_m: Option<f64>,
 
     /// Turns a second of a sine hand, Hz [default: 0.5]
-    #[arg(long, value_name = "HZ", help_heading = "Fake rig")]
+    #[arg(long, value_name = "HZ", help_heading = "Fake rig", allow_negative_numbers = true)]
     hand_frequency_hz: Option<f64>,
 
     /// Factor on the positions of a recorded motion [default: 1]
-    #[arg(long, value_name = "FACTOR", help_heading = "Fake rig")]
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        help_heading = "Fake rig",
+        allow_negative_numbers = true
+    )]
     hand_scale: Option<f64>,
 
     /// What a recorded motion does after its end: `hold` its last position, or `loop` [default: hold]
@@ -95,27 +100,27 @@ pub(crate) struct Options {
     hand_after_end: Option<AfterEndName>,
 
     /// Stiffness of the arm, N/m [default: 500]
-    #[arg(long, value_name = "N/M", help_heading = "Fake rig")]
+    #[arg(long, value_name = "N/M", help_heading = "Fake rig", allow_negative_numbers = true)]
     arm_stiffness_n_per_m: Option<f64>,
 
     /// Damping of the arm, N s/m [default: 5]
-    #[arg(long, value_name = "NS/M", help_heading = "Fake rig")]
+    #[arg(long, value_name = "NS/M", help_heading = "Fake rig", allow_negative_numbers = true)]
     arm_damping_ns_per_m: Option<f64>,
 
     /// Mass of the fake rig's moving part, kg [default: 1.4]
-    #[arg(long, value_name = "KG", help_heading = "Fake rig")]
+    #[arg(long, value_name = "KG", help_heading = "Fake rig", allow_negative_numbers = true)]
     rig_mass_kg: Option<f64>,
 
     /// Coulomb friction of the fake rig itself, N [default: 0.8]
-    #[arg(long, value_name = "N", help_heading = "Fake rig")]
+    #[arg(long, value_name = "N", help_heading = "Fake rig", allow_negative_numbers = true)]
     rig_friction_n: Option<f64>,
 
     /// Viscous damping of the fake rig itself, N s/m [default: 0]
-    #[arg(long, value_name = "NS/M", help_heading = "Fake rig")]
+    #[arg(long, value_name = "NS/M", help_heading = "Fake rig", allow_negative_numbers = true)]
     rig_damping_ns_per_m: Option<f64>,
 
     /// Distance between two counts of the fake encoder, m; 0 for a perfect one [default: 0.00001]
-    #[arg(long, value_name = "M", help_heading = "Fake rig")]
+    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_negative_numbers = true)]
     encoder_resolution_m: Option<f64>,
 }
 
@@ -206,7 +211,7 @@ pub(crate) enum ConfigError {
     StartScene(SceneError),
     #[error(transparent)]
     Motion(#[from] MotionError),
-    #[error("{name} = {value} {unit} is out of range: it must be from {min} to {max} {unit}")]
+    #[error("{}", format!("{name} = {value} {unit} is out of range: it must be from {min} to {max} {unit}").replace("  ", " ").trim_end())]
     OutOfRange {
         name: &'static str,
         value: f64,
@@ -272,15 +277,18 @@ impl Options {
         )]
         let period_ns = (1e9 / rate_hz).round() as u64;
         let (lowest, highest) = (*FIFO_PRIORITIES.start(), *FIFO_PRIORITIES.end());
-        let priority = self.priority.unwrap_or(80);
-        within(
-            "priority",
-            Some(priority.into()),
-            0.0,
-            lowest.into(),
-            highest.into(),
-            "",
-        )?;
+        let wanted = self.priority.unwrap_or(80);
+        let priority = u8::try_from(wanted)
+            .ok()
+            .filter(|priority| FIFO_PRIORITIES.contains(priority));
+        #[expect(clippy::cast_precision_loss, reason = "only to say which number was refused")]
+        let priority = priority.ok_or(ConfigError::OutOfRange {
+            name: "priority",
+            value: wanted as f64,
+            min: lowest.into(),
+            max: highest.into(),
+            unit: "",
+        })?;
         let available_cpus = available_cpus();
         if let Some(cpu) = self.cpu
             && !available_cpus.contains(&cpu)

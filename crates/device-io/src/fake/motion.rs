@@ -88,6 +88,9 @@ struct Sample {
     velocity_mps: f64,
 }
 
+/// Largest time (s) or position (m) taken.
+const LARGEST: f64 = 1e6;
+
 /// Why a motion file cannot be used.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -110,8 +113,8 @@ pub enum MotionError {
         /// The header found.
         header: String,
     },
-    /// A cell is not a finite number.
-    #[error("{}, line {line}: {column} = `{value}` is not a finite number", .path.display())]
+    /// A cell is not a number that can be worked with.
+    #[error("{}, line {line}: {column} = `{value}` is not a number from -{LARGEST:e} to {LARGEST:e}", .path.display())]
     NotANumber {
         /// The file.
         path: PathBuf,
@@ -180,7 +183,7 @@ impl Recording {
                 let text = record.get(index).unwrap_or_default();
                 text.parse::<f64>()
                     .ok()
-                    .filter(|value| value.is_finite())
+                    .filter(|value| value.abs() <= LARGEST)
                     .ok_or_else(|| MotionError::NotANumber {
                         path: path.to_path_buf(),
                         line,
@@ -221,7 +224,14 @@ impl Recording {
                 (b.position_m - a.position_m) / before,
                 (c.position_m - b.position_m) / after,
             );
-            samples[index].velocity_mps = (rise * after + next * before) / (before + after);
+            // No steeper than thrice either side, and level at a turn: then the cubics do not overshoot (Fritsch and Carlson 1980).
+            let steepest = if rise * next > 0.0 {
+                3.0 * rise.abs().min(next.abs())
+            } else {
+                0.0
+            };
+            let slope = (rise * after + next * before) / (before + after);
+            samples[index].velocity_mps = slope.clamp(-steepest, steepest);
         }
         Ok(Self {
             path: path.to_path_buf(),
@@ -308,6 +318,16 @@ mod tests {
             );
             assert!(here.is_finite());
             t += 0.0137;
+        }
+    }
+
+    #[test]
+    fn uneven_samples_are_not_overshot() {
+        let text = "t_s,position_m\n0,0\n1,0\n1.001,0.05\n3,0.05\n";
+        let recording = read(text, 1.0, AfterEnd::Hold).expect("a motion");
+        for k in 0..3000 {
+            let (position, _) = recording.at(f64::from(k) * 1e-3);
+            assert!((0.0..=0.05 + 1e-12).contains(&position), "{position} m at {k} ms");
         }
     }
 

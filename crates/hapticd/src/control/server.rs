@@ -1,22 +1,28 @@
 //! The control socket: made so that only its owner can use it, and one task for each client.
 
-use crate::control::{RigHandle, session};
+use crate::control::RigHandle;
+use crate::control::session::{self, MOST_CLIENTS, Rights};
 use haptic_ipc::{ErrorCode, WireError};
 use rustix::fs::{FlockOperation, Mode, flock};
 use rustix::io::Errno;
 use rustix::process::{geteuid, umask};
 use serde_json::json;
+use std::cell::Cell;
 use std::fs::File;
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, FileTypeExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::time::Duration;
 use thiserror::Error;
 use tokio::io::AsyncWriteExt;
 use tokio::net::{UnixListener, UnixStream};
 
-/// Clients served at once.
-const MOST_CLIENTS: usize = 32;
+/// Clients beyond the most served that may be connected for a moment, to stop the rig.
+const STOPPING_CLIENTS: usize = 8;
+
+/// How long such a client may stay.
+const STOPPING_TIME: Duration = Duration::from_secs(2);
 
 /// Why the socket cannot be made.
 #[derive(Debug, Error)]
@@ -34,6 +40,8 @@ pub(crate) enum SocketError {
 pub(crate) struct Server {
     listener: UnixListener,
     path: PathBuf,
+    /// Sessions begun so far.
+    sessions: Cell<u64>,
     /// Held as long as the daemon lives, so that no other takes its socket for stale.
     _lock: File,
 }
@@ -72,6 +80,7 @@ impl Server {
         Ok(Self {
             listener: bound.map_err(failed)?,
             path: path.to_path_buf(),
+            sessions: Cell::new(0),
             _lock: lock,
         })
     }
@@ -83,14 +92,14 @@ impl Server {
 
     /// Serves clients for ever. Within a `LocalSet`.
     pub(crate) async fn serve(&self, rig: Rc<RigHandle>) {
-        let mut session = 0;
         loop {
             let Ok((stream, _)) = self.listener.accept().await else {
                 // Out of descriptors, most likely: let a client go before the next try.
-                tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+                tokio::time::sleep(Duration::from_millis(100)).await;
                 continue;
             };
-            session += 1;
+            let session = self.sessions.get() + 1;
+            self.sessions.set(session);
             let rig = Rc::clone(&rig);
             tokio::task::spawn_local(async move {
                 if !is_ours(&stream) {
@@ -98,14 +107,21 @@ impl Server {
                     refuse(stream, error).await;
                     return;
                 }
-                if rig.clients().get() >= MOST_CLIENTS {
-                    let message =
-                        format!("{MOST_CLIENTS} clients are connected, the most that are served: close one first");
-                    refuse(stream, WireError::new(ErrorCode::TooManyClients, message)).await;
+                let connected = rig.clients().get();
+                if connected >= MOST_CLIENTS + STOPPING_CLIENTS {
+                    let error =
+                        WireError::new(ErrorCode::TooManyClients, "too many clients are connected even to stop");
+                    refuse(stream, error).await;
                     return;
                 }
                 let _place = Place::take(&rig);
-                session::run(Rc::clone(&rig), stream, session).await;
+                if connected < MOST_CLIENTS {
+                    session::run(Rc::clone(&rig), stream, session, Rights::All).await;
+                } else {
+                    let brief = session::run(Rc::clone(&rig), stream, session, Rights::OnlyStop);
+                    // It has had its chance to stop; nothing is lost with the rest.
+                    drop(tokio::time::timeout(STOPPING_TIME, brief).await);
+                }
             });
         }
     }

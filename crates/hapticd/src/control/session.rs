@@ -3,7 +3,7 @@
 use crate::control::{RigHandle, advise, describe, drive, get, set, status, subscribe, timing};
 use crate::rig_state::Command;
 use crate::telemetry::feed::BACKLOG_LINES;
-use haptic_ipc::{Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Request, WireError};
+use haptic_ipc::{BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Request, WireError};
 use serde::Serialize;
 use serde_json::json;
 use std::rc::Rc;
@@ -18,16 +18,33 @@ use tokio_util::codec::{Decoder, LinesCodec, LinesCodecError};
 /// How long a client may leave its lines unread.
 const BLOCKED_FOR: Duration = Duration::from_secs(2);
 
+/// Clients served at once.
+pub(super) const MOST_CLIENTS: usize = 32;
+
 /// Requests of a client that may wait to be answered. One that pipelines more is read no further until there is room.
 const WAITING_REQUESTS: usize = 64;
 
+/// What a client may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rights {
+    /// Everything.
+    All,
+    /// Stop, as there is no place left for more.
+    OnlyStop,
+}
+
 /// Talks to one client until it goes.
-pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64) {
+pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, rights: Rights) {
     let (mut reader, writer) = stream.into_split();
     let (lines, outgoing) = mpsc::channel(BACKLOG_LINES);
     let (requests, waiting) = mpsc::channel(WAITING_REQUESTS);
     let writing = tokio::task::spawn_local(write(writer, outgoing));
-    let client = Client { rig, lines, session };
+    let client = Client {
+        rig,
+        lines,
+        session,
+        rights,
+    };
     // Reading and answering side by side: a stop acts when it is read, not when its turn to be answered comes. When the writer gives up
     // on a client that does not read, the conversation ends too.
     tokio::select! {
@@ -65,7 +82,12 @@ async fn read(rig: &RigHandle, reader: &mut (impl AsyncReadExt + Unpin), request
                         },
                         envelope,
                     },
-                    Err((id, error)) => Incoming::Refused { id, error },
+                    Err(BadLine { id, error, means_stop }) => {
+                        if means_stop {
+                            rig.raise_stop();
+                        }
+                        Incoming::Refused { id, error }
+                    }
                 },
                 Err(error) => Incoming::Refused {
                     id: None,
@@ -97,6 +119,7 @@ struct Client {
     rig: Rc<RigHandle>,
     lines: mpsc::Sender<String>,
     session: u64,
+    rights: Rights,
 }
 
 impl Client {
@@ -125,6 +148,9 @@ impl Client {
     async fn answer(&self, envelope: Envelope, stops: u64) -> serde_json::Value {
         let id = Some(envelope.id);
         let rig = &*self.rig;
+        if self.rights == Rights::OnlyStop && envelope.request != (Request::Stop {}) {
+            return answer::<()>(id, Err(no_place()));
+        }
         match envelope.request {
             Request::Describe {} => answer(id, Ok(describe::describe(rig))),
             Request::Get {} => answer(id, Ok(get::get(rig))),
@@ -160,6 +186,12 @@ fn answer<T: Serialize>(id: Option<u64>, result: Result<T, WireError>) -> serde_
         Ok(ok) => json!({ "id": id, "ok": ok }),
         Err(error) => json!({ "id": id, "error": error }),
     }
+}
+
+fn no_place() -> WireError {
+    let message =
+        format!("{MOST_CLIENTS} clients are connected, the most that are served: close one first; you may only stop");
+    WireError::new(ErrorCode::TooManyClients, message)
 }
 
 fn unreadable(error: &LinesCodecError) -> WireError {
