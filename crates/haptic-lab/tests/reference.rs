@@ -80,7 +80,7 @@ fn the_exact_tick_is_true_on_the_hard_cases() {
 fn without_touches(mut run: Simulation) -> Simulation {
     let mut kept: Vec<ContactChange> = Vec::with_capacity(run.events.len());
     for event in run.events {
-        let touched = |last: &ContactChange| last.from == event.to && event.t_s - last.t_s < 1e-10;
+        let touched = |last: &ContactChange| last.from == event.to && event.t_s - last.t_s < 1e-8;
         if kept.last().is_some_and(touched) {
             kept.pop();
         } else {
@@ -144,20 +144,23 @@ proptest! {
         let run = simulate(&scene, Scheme::Exact, &motion, Start::default()).expect("a valid scene");
         let (run, truth) = (without_touches(run), without_touches(truth));
         prop_assert_eq!(run.energy_created_j, 0.0);
-        prop_assert_eq!(run.exhausted_ticks, 0);
         // A swing without any loss comes back to rest under exactly the force that set it off: whether it sticks there is a matter of the last
         // digit, and the two ways part.
         let least = |parameter| scene.value(parameter).positive.min(scene.value(parameter).negative);
-        if scene.coupling.damping + least(Parameter::Viscous) == 0.0 && least(Parameter::DynamicForce) == 0.0 {
+        let undamped = scene.coupling.damping + least(Parameter::Viscous) == 0.0;
+        if undamped && least(Parameter::DynamicForce) == 0.0 {
             return Ok(());
         }
+        prop_assert_eq!(run.exhausted_ticks, 0, "{:?}", scene);
         let error = compare(&run, &truth, scene.coupling.stiffness);
         prop_assert!(error.position_m <= 1e-12 && error.relative_force <= 1e-9, "{scene:?}: {error:?}");
         // Where one limit is zero, a block at rest under no force is exactly at its limit: again the last digit decides.
         if least(Parameter::StaticForce) == 0.0 {
             return Ok(());
         }
-        let same_events = error.event_time_s.is_some_and(|time| time <= 1e-12);
+        // The time at which a velocity touches zero is good to the root of rounding only.
+        let tolerance_s = if undamped { 1e-7 } else { 1e-12 };
+        let same_events = error.event_time_s.is_some_and(|time| time <= tolerance_s);
         prop_assert!(same_events, "{scene:?}: {error:?}, {:?} {:?}", run.events, truth.events);
     }
 }
