@@ -11,7 +11,11 @@ pub(crate) fn show(ui: &mut Ui, model: &Model) {
     let is_present = model.rig().is_some_and(|rig| rig.state != RigState::Disconnected);
     let sample = model.history().last().filter(|_| is_present);
     let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample)));
-    let (contact, contact_color) = match sample.map(|sample| sample.contact) {
+    // Without force there is no surface to touch.
+    let (contact, contact_color) = match sample
+        .filter(|sample| sample.state.is_live())
+        .map(|sample| sample.contact)
+    {
         None => ("–", None),
         Some(0) => ("Stuck", None),
         Some(1..) => ("Sliding +", Some(palette.sliding)),

@@ -268,6 +268,14 @@ pub enum RigState {
     Faulted,
 }
 
+impl RigState {
+    /// Whether force may flow: while engaging, engaged or releasing.
+    #[must_use]
+    pub const fn is_live(self) -> bool {
+        matches!(self, Self::Engaging | Self::Engaged | Self::Releasing)
+    }
+}
+
 impl fmt::Display for RigState {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {

@@ -23,7 +23,7 @@ use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::SafetyLimiter;
 use haptic_core::velocity::Estimator;
 use haptic_core::{Renderer, SceneError};
-use haptic_ipc::{RealTimeStatus, RigState};
+use haptic_ipc::RealTimeStatus;
 use rig_state::{Command, Rig};
 use rt::handoff::{CompiledScene, Shared};
 use rt::privileges;
@@ -291,12 +291,11 @@ async fn pump(rig: &RigHandle) {
 
 /// Lets the force down along its ramp before the end.
 async fn release(rig: &RigHandle) {
-    let live = |state| matches!(state, RigState::Engaging | RigState::Engaged | RigState::Releasing);
     // A rig that is stopped or faulted refuses, and has no force to let down.
     if rig.command(Command::Release, rig.stops()).await.is_err() {
         return;
     }
-    while rig.feed().newest().is_some_and(|record| live(record.state)) {
+    while rig.feed().newest().is_some_and(|record| record.state.is_live()) {
         tokio::time::sleep(Duration::from_millis(1)).await;
     }
     // Whoever stopped it meanwhile is still to hear so.

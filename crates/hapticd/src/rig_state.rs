@@ -75,7 +75,7 @@ impl Rig {
 
     /// Whether force may flow.
     pub(crate) fn is_live(&self) -> bool {
-        matches!(self.state, RigState::Engaging | RigState::Engaged | RigState::Releasing)
+        self.state.is_live()
     }
 
     /// A person wants zero force, now.
@@ -203,7 +203,7 @@ mod tests {
                 let latched = matches!(before, RigState::Stopped | RigState::Faulted);
                 let reset = matches!(happening, Happening::Command(Command::Reset));
                 prop_assert!(!latched || reset || rig.state() == before, "only a reset clears {before}");
-                if rig.is_live() && !matches!(before, RigState::Engaging | RigState::Engaged | RigState::Releasing) {
+                if rig.is_live() && !before.is_live() {
                     prop_assert!(matches!(happening, Happening::Command(Command::Engage)), "only a person engages");
                 }
             }
