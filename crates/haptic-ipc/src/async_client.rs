@@ -10,14 +10,33 @@ use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
 use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
 
+/// What the daemon says, line by line.
+#[derive(Debug)]
+struct Lines {
+    reader: BufReader<OwnedReadHalf>,
+    line: Vec<u8>,
+}
+
+impl Lines {
+    /// Reads a line. Safe to drop half-way: the part read is kept for the next call.
+    async fn receive(&mut self) -> Result<ServerLine, ClientError> {
+        self.reader.read_until(b'\n', &mut self.line).await?;
+        if self.line.last() != Some(&b'\n') {
+            return Err(ClientError::Closed);
+        }
+        let parsed = ServerLine::parse(&String::from_utf8_lossy(&self.line));
+        self.line.clear();
+        Ok(parsed?)
+    }
+}
+
 /// A connection to the daemon.
 #[derive(Debug)]
 pub struct AsyncClient {
     hello: Hello,
-    reader: BufReader<OwnedReadHalf>,
+    lines: Lines,
     writer: OwnedWriteHalf,
     next_id: u64,
-    line: Vec<u8>,
     events: VecDeque<Event>,
 }
 
@@ -31,37 +50,23 @@ impl AsyncClient {
             .await
             .map_err(|error| ClientError::connecting(path, error))?;
         let (reader, writer) = stream.into_split();
-        let mut client = Self {
-            hello: Hello {
-                protocol: 0,
-                server: String::new(),
-                session: String::new(),
-            },
+        let mut lines = Lines {
             reader: BufReader::new(reader),
+            line: Vec::new(),
+        };
+        Ok(Self {
+            hello: greeting(lines.receive().await?)?,
+            lines,
             writer,
             next_id: 1,
-            line: Vec::new(),
             events: VecDeque::new(),
-        };
-        client.hello = greeting(client.receive().await?)?;
-        Ok(client)
+        })
     }
 
     /// What the server said first.
     #[must_use]
     pub fn hello(&self) -> &Hello {
         &self.hello
-    }
-
-    /// Reads a line. Safe to drop half-way: the part read is kept for the next call.
-    async fn receive(&mut self) -> Result<ServerLine, ClientError> {
-        self.reader.read_until(b'\n', &mut self.line).await?;
-        if self.line.last() != Some(&b'\n') {
-            return Err(ClientError::Closed);
-        }
-        let parsed = ServerLine::parse(&String::from_utf8_lossy(&self.line));
-        self.line.clear();
-        Ok(parsed?)
     }
 
     /// Asks, and waits for the answer. Events that come in between are kept for [`next_event`](Self::next_event).
@@ -75,7 +80,7 @@ impl AsyncClient {
         line.push('\n');
         self.writer.write_all(line.as_bytes()).await?;
         loop {
-            match self.receive().await? {
+            match self.lines.receive().await? {
                 ServerLine::Event(event) => self.events.push_back(event),
                 ServerLine::Answer { id, result } if id == Some(asked) => return Ok(serde_json::from_value(result?)?),
                 ServerLine::Answer { .. } | ServerLine::Hello(_) => {}
@@ -92,7 +97,7 @@ impl AsyncClient {
             return Ok(event);
         }
         loop {
-            if let ServerLine::Event(event) = self.receive().await? {
+            if let ServerLine::Event(event) = self.lines.receive().await? {
                 return Ok(event);
             }
         }

@@ -27,14 +27,13 @@ use haptic_ipc::RealTimeStatus;
 use rig_state::{Command, Rig};
 use rt::handoff::{CompiledScene, Shared};
 use rt::privileges;
-use rt::thread::{End, Wishes};
+use rt::thread::{End, RunningLoop, Wishes};
 use rt::tick::Tick;
 use std::io::Write;
 use std::process::ExitCode;
 use std::rc::Rc;
 use std::sync::Arc;
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use telemetry::feed::Feed;
 use thiserror::Error;
 use tokio::signal::unix::{Signal, SignalKind, signal};
@@ -89,7 +88,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         let server = Server::bind(&config.socket)?;
         let mut stop_signals = StopSignals::new()?;
         let ramp = Duration::from_secs_f64(config.ramp_s);
-        let (mut guard, rig) = start_loop(config)?;
+        let (mut running, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
         introduce(&rig, &server);
         if demo {
@@ -99,7 +98,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         tokio::select! {
             () = server.serve(Rc::clone(&rig)) => {}
             () = pump(&rig) => {}
-            () = guard.ended() => {}
+            () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
             () = stop_signals.wait() => {}
         }
@@ -108,11 +107,11 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         tokio::select! {
             () = server.serve(Rc::clone(&rig)) => {}
             () = pump(&rig) => {}
-            () = guard.ended() => {}
+            () = running.ended() => {}
             () = stop_signals.wait() => {}
             _ = tokio::time::timeout(ramp + RELEASE_GRACE, release(&rig)) => {}
         }
-        let end = guard.end();
+        let end = running.end();
         if demo {
             drop(writeln!(
                 std::io::stdout().lock(),
@@ -137,51 +136,13 @@ const FAREWELL: Duration = Duration::from_millis(50);
 /// Time that the release at the end may take beyond its ramp.
 const RELEASE_GRACE: Duration = Duration::from_secs(1);
 
-/// Holds the real-time thread. However the daemon ends, the loop ends first, and its last word is zero force.
-struct LoopGuard {
-    shared: Arc<Shared>,
-    thread: Option<JoinHandle<End>>,
-}
-
-/// How long the loop may take to end: at the slowest rate a tick is 10 ms.
-const END_TIMEOUT: Duration = Duration::from_secs(1);
-
-impl LoopGuard {
-    /// Returns when the loop has ended, which it does by itself only in a panic.
-    async fn ended(&self) {
-        while self.thread.as_ref().is_some_and(|thread| !thread.is_finished()) {
-            tokio::time::sleep(Duration::from_millis(10)).await;
-        }
-    }
-
-    /// Ends the loop; returns how it ended, or nothing if it does not.
-    fn end(&mut self) -> Option<End> {
-        self.shared.quit();
-        let thread = self.thread.take()?;
-        let began = Instant::now();
-        while !thread.is_finished() {
-            if began.elapsed() > END_TIMEOUT {
-                return None;
-            }
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        Some(thread.join().unwrap_or(End::Panicked { zeroed: false }))
-    }
-}
-
-impl Drop for LoopGuard {
-    fn drop(&mut self) {
-        self.end();
-    }
-}
-
 /// A line on standard error. Where nobody listens there is nobody to tell.
 fn say(line: &str) {
     drop(writeln!(std::io::stderr().lock(), "hapticd: {line}"));
 }
 
 /// Starts the real-time thread; returns it and the control thread's hold on the rig.
-fn start_loop(config: Config) -> Result<(LoopGuard, RigHandle), Failure> {
+fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     let mut status = RealTimeStatus {
         fifo_priority: None,
         cpu: None,
@@ -220,11 +181,7 @@ fn start_loop(config: Config) -> Result<(LoopGuard, RigHandle), Failure> {
         cpu: config.cpu,
         priority: config.priority,
     };
-    let (thread, status) = rt::thread::start(tick, Arc::clone(&shared), wishes, status)?;
-    let guard = LoopGuard {
-        shared: Arc::clone(&shared),
-        thread: Some(thread),
-    };
+    let (running, status) = rt::thread::start(tick, Arc::clone(&shared), wishes, status)?;
     if let Some(cpu) = config.cpu {
         privileges::leave_cpu_alone(cpu, &config.available_cpus);
     }
@@ -247,7 +204,7 @@ fn start_loop(config: Config) -> Result<(LoopGuard, RigHandle), Failure> {
     };
     let feed = Feed::new(consumer, config.period_ns);
     let rig = RigHandle::new(facts, shared, feed, config.scene, FIRST_REVISION);
-    Ok((guard, rig))
+    Ok((running, rig))
 }
 
 /// Says what runs, where, and what it could not have.

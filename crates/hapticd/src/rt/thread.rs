@@ -9,6 +9,7 @@ use haptic_ipc::RealTimeStatus;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, mpsc};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 /// How the thread is to run.
 #[derive(Clone, Copy, Debug)]
@@ -46,6 +47,45 @@ pub(crate) fn mute_panics() {
 /// The stack, bytes: the loop needs a few kilobytes, and all of it is locked in memory.
 const STACK_BYTES: usize = 256 * 1024;
 
+/// The thread, while it runs. However the daemon ends, the loop ends first, and its last word is zero force.
+#[derive(Debug)]
+pub(crate) struct RunningLoop {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<End>>,
+}
+
+/// How long the loop may take to end: at the slowest rate a tick is 10 ms.
+const END_TIMEOUT: Duration = Duration::from_secs(1);
+
+impl RunningLoop {
+    /// Returns when the loop has ended, which it does by itself only in a panic.
+    pub(crate) async fn ended(&self) {
+        while self.thread.as_ref().is_some_and(|thread| !thread.is_finished()) {
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+    }
+
+    /// Ends the loop; returns how it ended, or nothing if it does not.
+    pub(crate) fn end(&mut self) -> Option<End> {
+        self.shared.quit();
+        let thread = self.thread.take()?;
+        let began = Instant::now();
+        while !thread.is_finished() {
+            if began.elapsed() > END_TIMEOUT {
+                return None;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        Some(thread.join().unwrap_or(End::Panicked { zeroed: false }))
+    }
+}
+
+impl Drop for RunningLoop {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
 /// Starts the loop. Returns once it runs, with what it got of what it asked for.
 ///
 /// # Errors
@@ -55,8 +95,9 @@ pub(crate) fn start(
     shared: Arc<Shared>,
     wishes: Wishes,
     mut status: RealTimeStatus,
-) -> std::io::Result<(JoinHandle<End>, RealTimeStatus)> {
+) -> std::io::Result<(RunningLoop, RealTimeStatus)> {
     let (ready, is_ready) = mpsc::sync_channel(1);
+    let loop_shared = Arc::clone(&shared);
     let thread = std::thread::Builder::new()
         .name(NAME.to_owned())
         .stack_size(STACK_BYTES)
@@ -64,7 +105,7 @@ pub(crate) fn start(
             privileges::prepare_thread(wishes.cpu, wishes.priority, &mut status);
             // Nobody may be waiting any more; the loop runs all the same.
             drop(ready.send(status));
-            let ended = catch_unwind(AssertUnwindSafe(|| run(&mut tick, &shared, wishes.period_ns)));
+            let ended = catch_unwind(AssertUnwindSafe(|| run(&mut tick, &loop_shared, wishes.period_ns)));
             // The last word to the motor, however the loop ended. It may be the device that panicked.
             let zeroed = catch_unwind(AssertUnwindSafe(|| tick.zero_force().is_ok())).unwrap_or(false);
             match ended {
@@ -72,8 +113,12 @@ pub(crate) fn start(
                 Err(_) => End::Panicked { zeroed },
             }
         })?;
+    let running = RunningLoop {
+        shared,
+        thread: Some(thread),
+    };
     let status = is_ready.recv().map_err(std::io::Error::other)?;
-    Ok((thread, status))
+    Ok((running, status))
 }
 
 fn run(tick: &mut Tick<dyn Device>, shared: &Shared, period_ns: u64) {
