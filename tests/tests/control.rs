@@ -37,7 +37,10 @@ fn a_change_is_answered_with_the_tick_that_applied_it_and_both_clients_see_it() 
     assert!(reply.tick >= before, "{reply:?}");
     assert_eq!(reply.applied["static_force"], 5.0);
     let seen: SceneReply = other.request(Request::Get {}).expect("the scene");
-    assert_eq!((seen.revision, seen.scene.block.mass), (reply.revision, 1.5));
+    assert_eq!(
+        (seen.revision, seen.scene.block.map(|block| block.mass)),
+        (reply.revision, Some(1.5))
+    );
     let reply: SetReply = other
         .request(set(&[("Fs+", 5.0), ("Fs-", 3.0)]))
         .expect("a valid change");

@@ -10,14 +10,15 @@
 //! | linear stability | `K <= 2 (b_rig + B) / ((1 + 2 d) T)` with d ticks of delay, block stuck | linear analysis of the sampled loop |
 //! | friction | `K <= 2 f / (v T (1 + 2 d))`: the rig's own Coulomb friction takes up what sampling creates at speed v | energy per period |
 //! | encoder | `K <= 2 f / Delta`: the same for what counting creates | Abbott and Okamura 2005 |
+//! | friction passivity | `b >= sigma1 (Fs/Fd - 1)`, LuGre only: else the law itself can give out energy | Barabanov and Ortega 2000 |
 //!
-//! The first three are about the scheme, the others about the hand in the loop. Those are sufficient or necessary for worst cases: a rig whose hand damps
+//! On the device itself, without a block, `K` is the stiffness of the contact and `B` its damping and drag. The first three are about the scheme, the others about the hand in the loop. Those are sufficient or necessary for worst cases: a rig whose hand damps
 //! well may do fine beyond them, which is why this advises and does not refuse.
 
-use crate::friction::Friction;
-use crate::parameters::Parameter;
-use crate::renderer::Scheme;
+use crate::friction::{Directional, Friction};
+use crate::parameters::{Direction, Parameter};
 use crate::scene::Scene;
+use crate::scheme::Scheme;
 use alloc::vec::Vec;
 use core::fmt;
 
@@ -62,18 +63,11 @@ pub enum Check {
     Friction,
     /// Energy of counting against the rig's own friction.
     Encoder,
+    /// Energy that LuGre's law itself can give out.
+    FrictionPassivity,
 }
 
 impl Check {
-    /// The parameter that it concerns most.
-    #[must_use]
-    pub const fn parameter(self) -> Parameter {
-        match self {
-            Self::LimitCycle | Self::LeastMass | Self::Ripple => Parameter::Mass,
-            Self::Passivity | Self::LinearStability | Self::Friction | Self::Encoder => Parameter::Stiffness,
-        }
-    }
-
     /// A short name, the same on the wire and on paper.
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -85,6 +79,7 @@ impl Check {
             Self::LinearStability => "linear_stability",
             Self::Friction => "friction",
             Self::Encoder => "encoder",
+            Self::FrictionPassivity => "friction_passivity",
         }
     }
 }
@@ -103,6 +98,8 @@ pub struct Mending {
 pub struct Finding {
     /// The check.
     pub check: Check,
+    /// The parameter that it concerns most.
+    pub parameter: Parameter,
     /// Whether the scene keeps the bound.
     pub passes: bool,
     /// What the scene has.
@@ -127,6 +124,7 @@ impl fmt::Display for Finding {
             Check::LinearStability => "against a stuck block the loop oscillates by itself",
             Check::Friction => "in motion, sampling creates more energy than the rig's own friction takes up",
             Check::Encoder => "counting creates more energy than the rig's own friction takes up",
+            Check::FrictionPassivity => "the friction law itself can give out energy, more than its drag takes up",
         };
         write!(
             f,
@@ -160,62 +158,97 @@ impl fmt::Display for Rounded {
     }
 }
 
+/// What a check is about, and what would mend it where one parameter can.
+#[derive(Clone, Copy)]
+struct About {
+    check: Check,
+    parameter: Parameter,
+    unit: &'static str,
+    mended_by: Option<f64>,
+}
+
 /// A bound that a value must not exceed.
-fn at_most(check: Check, value: f64, bound: f64, unit: &'static str, mending: Option<Mending>) -> Finding {
-    finding(check, value, bound, unit, value <= bound, bound / value, mending)
+fn at_most(about: About, value: f64, bound: f64) -> Finding {
+    finding(about, value, bound, value <= bound, bound / value)
 }
 
 /// A bound that a value must reach.
-fn at_least(check: Check, value: f64, bound: f64, unit: &'static str, mending: Option<Mending>) -> Finding {
-    finding(check, value, bound, unit, value >= bound, value / bound, mending)
+fn at_least(about: About, value: f64, bound: f64) -> Finding {
+    finding(about, value, bound, value >= bound, value / bound)
 }
 
-fn finding(
-    check: Check,
-    value: f64,
-    bound: f64,
-    unit: &'static str,
-    passes: bool,
-    margin: f64,
-    mending: Option<Mending>,
-) -> Finding {
+fn finding(about: About, value: f64, bound: f64, passes: bool, margin: f64) -> Finding {
+    let About {
+        check,
+        parameter,
+        unit,
+        mended_by,
+    } = about;
     Finding {
         check,
+        parameter,
         passes,
         value,
         bound,
         unit,
         // Nothing against nothing is neither kept well nor badly.
         margin: if margin.is_nan() { 1.0 } else { margin },
-        mending: mending.filter(|_| !passes),
+        mending: mended_by.filter(|_| !passes).map(|value| Mending { parameter, value }),
     }
 }
 
 /// Holds a valid scene against every bound that concerns it. Pure: the same scene on the same rig gives the same advice.
 #[must_use]
 pub fn advise(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
-    let mut findings = Vec::with_capacity(7);
+    let mut findings = Vec::with_capacity(8);
     if let Scheme::Literal { substeps } = scheme {
         literal_scheme(scene, rig.period_s / f64::from(substeps.get()), &mut findings);
     }
     hand_in_the_loop(scene, rig, &mut findings);
+    if let Friction::Lugre(law) = &scene.friction {
+        for direction in Direction::BOTH {
+            let (held, sliding) = (law.static_force.get(direction), law.dynamic_force.get(direction));
+            let bound = law.contact_damping * (held / sliding - 1.0);
+            let about = About {
+                check: Check::FrictionPassivity,
+                parameter: Parameter::Viscous,
+                unit: "N s/m",
+                mended_by: bound.is_finite().then_some(bound),
+            };
+            findings.push(at_least(about, law.viscous.get(direction), bound.max(0.0)));
+            if law.static_force.is_symmetric() && law.dynamic_force.is_symmetric() && law.viscous.is_symmetric() {
+                break;
+            }
+        }
+    }
     findings
 }
 
 fn literal_scheme(scene: &Scene, t: f64, findings: &mut Vec<Finding>) {
-    let Friction::Karnopp(law) = &scene.friction;
-    let (mass, stiffness) = (scene.block.mass, scene.coupling.stiffness);
-    let viscous = law.viscous.positive.max(law.viscous.negative);
-    let dynamic_force = law.dynamic_force.positive.max(law.dynamic_force.negative);
-    let damping = scene.coupling.damping + viscous;
-    let least_mass = stiffness * t * t / 4.0 + damping * t / 2.0;
-    let heavier = |mass: f64| {
-        Some(Mending {
-            parameter: Parameter::Mass,
-            value: mass,
-        })
+    let (Some(block), Some(coupling)) = (&scene.block, &scene.coupling) else {
+        return;
     };
-    let room = 4.0 * (mass - least_mass);
+    let greatest = |parameter| scene.value(parameter).map_or(0.0, Directional::greatest);
+    let damping = coupling.damping + greatest(Parameter::Viscous) + greatest(Parameter::ContactDamping);
+    let stiffness = coupling.stiffness + scene.friction.contact_stiffness(false);
+    let least_mass = stiffness * t * t / 4.0 + damping * t / 2.0;
+    let heavier = |check, unit, mass: f64| About {
+        check,
+        parameter: Parameter::Mass,
+        unit,
+        mended_by: Some(mass),
+    };
+    findings.push(at_least(
+        heavier(Check::LeastMass, "kg", least_mass),
+        block.mass,
+        least_mass,
+    ));
+    let Friction::Karnopp(law) = &scene.friction else {
+        // A contact that gives way comes to rest.
+        return;
+    };
+    let dynamic_force = law.dynamic_force.greatest();
+    let room = 4.0 * (block.mass - least_mass);
     let amplitude = if room > 0.0 {
         2.0 * dynamic_force * t / room
     } else {
@@ -223,42 +256,49 @@ fn literal_scheme(scene: &Scene, t: f64, findings: &mut Vec<Finding>) {
     };
     // The mass at which the amplitude is what is wanted.
     let mass_for = |amplitude: f64| least_mass + dynamic_force * t / (2.0 * amplitude);
-    findings.push(at_least(Check::LeastMass, mass, least_mass, "kg", heavier(least_mass)));
     findings.push(at_most(
-        Check::LimitCycle,
+        heavier(Check::LimitCycle, "m/s", mass_for(UNSEEN_LIMIT_CYCLE_MPS)),
         amplitude,
         UNSEEN_LIMIT_CYCLE_MPS,
-        "m/s",
-        heavier(mass_for(UNSEEN_LIMIT_CYCLE_MPS)),
     ));
-    let per_speed = stiffness * t / 2.0 + scene.coupling.damping;
+    let per_speed = coupling.stiffness * t / 2.0 + coupling.damping;
     findings.push(at_most(
-        Check::Ripple,
+        heavier(Check::Ripple, "N", mass_for(UNFELT_RIPPLE_N / per_speed)),
         amplitude * per_speed,
         UNFELT_RIPPLE_N,
-        "N",
-        heavier(mass_for(UNFELT_RIPPLE_N / per_speed)),
     ));
 }
 
 fn hand_in_the_loop(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) {
     let t = rig.period_s;
-    let (stiffness, damping) = (scene.coupling.stiffness, scene.coupling.damping);
+    let (parameter, stiffness, damping) = match &scene.coupling {
+        Some(coupling) => (Parameter::Stiffness, coupling.stiffness, coupling.damping),
+        None => {
+            let greatest = |parameter| scene.value(parameter).map_or(0.0, Directional::greatest);
+            let damping = greatest(Parameter::Viscous).max(greatest(Parameter::ContactDamping));
+            (
+                Parameter::ContactStiffness,
+                scene.friction.contact_stiffness(true),
+                damping,
+            )
+        }
+    };
     let delayed = 1.0 + 2.0 * rig.delay_ticks;
-    let softer = |stiffness: f64| {
-        (stiffness > 0.0).then_some(Mending {
-            parameter: Parameter::Stiffness,
-            value: stiffness,
-        })
+    let softer = |check, unit, to: f64| About {
+        check,
+        parameter: if stiffness > 0.0 { parameter } else { Parameter::Viscous },
+        unit,
+        mended_by: (to > 0.0 && stiffness > 0.0).then_some(to),
     };
     findings.push(at_least(
-        Check::Passivity,
+        softer(Check::Passivity, "N s/m", 2.0 * (rig.damping - damping) / t),
         rig.damping,
         stiffness * t / 2.0 + damping,
-        "N s/m",
-        softer(2.0 * (rig.damping - damping) / t),
     ));
-    let mut stiffest = |check, bound: f64| findings.push(at_most(check, stiffness, bound, "N/m", softer(bound)));
+    if stiffness == 0.0 {
+        return;
+    }
+    let mut stiffest = |check, bound: f64| findings.push(at_most(softer(check, "N/m", bound), stiffness, bound));
     stiffest(Check::LinearStability, 2.0 * (rig.damping + damping) / (delayed * t));
     stiffest(
         Check::Friction,

@@ -30,15 +30,18 @@ extern crate alloc;
 
 pub mod adviser;
 pub mod block;
+mod device;
 pub mod friction;
 pub mod limiter;
 mod math;
 pub mod parameters;
 mod renderer;
 pub mod scene;
+mod scheme;
 pub mod velocity;
 
 pub use friction::Directional;
 pub use parameters::{Direction, Parameter, ParameterKey};
-pub use renderer::{FARTHEST_RESEAT_M, Renderer, Scheme, UnknownScheme};
+pub use renderer::{FARTHEST_RESEAT_M, Renderer};
 pub use scene::{Scene, SceneError};
+pub use scheme::{Scheme, UnknownScheme};

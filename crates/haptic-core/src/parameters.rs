@@ -25,6 +25,18 @@ pub enum Parameter {
     Viscous,
     /// Velocity threshold of re-sticking, `DV`.
     VelocityThreshold,
+    /// Velocity over which friction falls from its static to its kinetic value, `ws`.
+    StribeckVelocity,
+    /// Rate at which the static limit grows while the contact rests, `gamma`.
+    RisingRate,
+    /// Stiffness of the contact before it slides, `Kp` (`sigma`, `sigma0`).
+    ContactStiffness,
+    /// Damping of the contact before it slides, `sigma1` (`beta`).
+    ContactDamping,
+    /// Exponent of Dahl's curve, `i`.
+    Exponent,
+    /// Share of the greatest deflection up to which the contact is elastic, `zba` (`zs`).
+    ElasticFraction,
 }
 
 /// Direction of motion along the device axis.
@@ -37,6 +49,9 @@ pub enum Direction {
 }
 
 impl Direction {
+    /// Both, positive first.
+    pub const BOTH: [Self; 2] = [Self::Positive, Self::Negative];
+
     /// `+1` or `-1`.
     #[must_use]
     pub const fn sign(self) -> f64 {
@@ -71,7 +86,9 @@ pub struct ParameterInfo {
     pub name: &'static str,
     /// Symbol in the paper, accepted wherever the name is.
     pub symbol: &'static str,
-    /// SI unit.
+    /// Other symbols that the literature has for it, accepted as well.
+    pub aliases: &'static [&'static str],
+    /// SI unit; `1` for a bare number.
     pub unit: &'static str,
     /// The part of the scene that it belongs to.
     pub group: &'static str,
@@ -93,12 +110,21 @@ pub struct ParameterInfo {
     pub feel: &'static str,
 }
 
+impl ParameterInfo {
+    /// Whether `text` is the parameter's name or one of its symbols.
+    #[must_use]
+    pub fn is_called(&self, text: &str) -> bool {
+        self.name == text || self.symbol == text || self.aliases.contains(&text)
+    }
+}
+
 /// The parameter table, in the order in which people read a scene.
-pub const TABLE: [ParameterInfo; 7] = [
+pub const TABLE: [ParameterInfo; 13] = [
     ParameterInfo {
         parameter: Parameter::Mass,
         name: "mass",
         symbol: "M",
+        aliases: &[],
         unit: "kg",
         group: "block",
         min: 1e-6,
@@ -114,6 +140,7 @@ pub const TABLE: [ParameterInfo; 7] = [
         parameter: Parameter::StaticForce,
         name: "static_force",
         symbol: "Fs",
+        aliases: &[],
         unit: "N",
         group: "friction",
         min: 0.0,
@@ -129,6 +156,7 @@ pub const TABLE: [ParameterInfo; 7] = [
         parameter: Parameter::DynamicForce,
         name: "dynamic_force",
         symbol: "Fd",
+        aliases: &[],
         unit: "N",
         group: "friction",
         min: 0.0,
@@ -144,6 +172,7 @@ pub const TABLE: [ParameterInfo; 7] = [
         parameter: Parameter::Viscous,
         name: "viscous",
         symbol: "b",
+        aliases: &["sigma2"],
         unit: "N s/m",
         group: "friction",
         min: 0.0,
@@ -159,6 +188,7 @@ pub const TABLE: [ParameterInfo; 7] = [
         parameter: Parameter::VelocityThreshold,
         name: "velocity_threshold",
         symbol: "DV",
+        aliases: &[],
         unit: "m/s",
         group: "friction",
         min: 0.0,
@@ -171,9 +201,106 @@ pub const TABLE: [ParameterInfo; 7] = [
         feel: "a block that sticks again earlier: more stick-slip at low speed",
     },
     ParameterInfo {
+        parameter: Parameter::StribeckVelocity,
+        name: "stribeck_velocity",
+        symbol: "ws",
+        aliases: &["vs"],
+        unit: "m/s",
+        group: "friction",
+        min: 0.0,
+        max: 1.0,
+        slider_min: 0.0,
+        slider_max: 0.1,
+        step: 0.0001,
+        scale: Scale::Linear,
+        directional: false,
+        feel: "friction that falls off more gently as the block picks up speed",
+    },
+    ParameterInfo {
+        parameter: Parameter::RisingRate,
+        name: "rising_rate",
+        symbol: "gamma",
+        aliases: &[],
+        unit: "1/s",
+        group: "friction",
+        min: 0.0,
+        max: 1e4,
+        slider_min: 0.0,
+        slider_max: 50.0,
+        step: 0.1,
+        scale: Scale::Linear,
+        directional: false,
+        feel: "stiction that is back sooner after a stop; 0 has it back at once",
+    },
+    ParameterInfo {
+        parameter: Parameter::ContactStiffness,
+        name: "contact_stiffness",
+        symbol: "Kp",
+        aliases: &["sigma", "sigma0"],
+        unit: "N/m",
+        group: "friction",
+        min: 1.0,
+        max: 1e7,
+        slider_min: 100.0,
+        slider_max: 100_000.0,
+        step: 1.0,
+        scale: Scale::Logarithmic,
+        directional: false,
+        feel: "a surface that gives way less before it slips; too much and the rig buzzes",
+    },
+    ParameterInfo {
+        parameter: Parameter::ContactDamping,
+        name: "contact_damping",
+        symbol: "sigma1",
+        aliases: &["beta"],
+        unit: "N s/m",
+        group: "friction",
+        min: 0.0,
+        max: 1e4,
+        slider_min: 0.0,
+        slider_max: 100.0,
+        step: 0.01,
+        scale: Scale::Linear,
+        directional: false,
+        feel: "a contact that rings less while it sticks",
+    },
+    ParameterInfo {
+        parameter: Parameter::Exponent,
+        name: "exponent",
+        symbol: "i",
+        aliases: &[],
+        unit: "1",
+        group: "friction",
+        min: 0.0,
+        max: 10.0,
+        slider_min: 0.0,
+        slider_max: 3.0,
+        step: 0.1,
+        scale: Scale::Linear,
+        directional: false,
+        feel: "a rounder, earlier yielding from stuck to sliding; 0 yields all at once",
+    },
+    ParameterInfo {
+        parameter: Parameter::ElasticFraction,
+        name: "elastic_fraction",
+        symbol: "zba",
+        aliases: &["zs"],
+        unit: "1",
+        group: "friction",
+        min: 0.0,
+        max: 0.99,
+        slider_min: 0.1,
+        slider_max: 0.95,
+        step: 0.01,
+        scale: Scale::Linear,
+        directional: false,
+        feel: "a contact that springs back farther before it begins to slip",
+    },
+    ParameterInfo {
         parameter: Parameter::Stiffness,
         name: "stiffness",
         symbol: "K",
+        aliases: &[],
         unit: "N/m",
         group: "coupling",
         min: 0.0,
@@ -189,6 +316,7 @@ pub const TABLE: [ParameterInfo; 7] = [
         parameter: Parameter::Damping,
         name: "damping",
         symbol: "B",
+        aliases: &[],
         unit: "N s/m",
         group: "coupling",
         min: 0.0,
@@ -203,6 +331,14 @@ pub const TABLE: [ParameterInfo; 7] = [
 ];
 
 impl Parameter {
+    /// One direction of it.
+    pub(crate) const fn in_direction(self, direction: Direction) -> ParameterKey {
+        ParameterKey {
+            parameter: self,
+            direction: Some(direction),
+        }
+    }
+
     /// The parameter's row in [`TABLE`].
     #[must_use]
     pub fn info(self) -> &'static ParameterInfo {
@@ -259,7 +395,7 @@ impl FromStr for ParameterKey {
             Some(b'-') => (&text[..text.len() - 1], Some(Direction::Negative)),
             _ => (text, None),
         };
-        let Some(info) = TABLE.iter().find(|row| row.name == base || row.symbol == base) else {
+        let Some(info) = TABLE.iter().find(|row| row.is_called(base)) else {
             return Err(SceneError::UnknownParameter {
                 name: text.to_string(),
                 nearest: nearest_name(base),

@@ -1,97 +1,131 @@
-//! What a scene compiles to: the block of one scheme behind one interface.
+//! What a scene compiles to: its own parts and no others, behind one interface.
 
 use crate::block::exact::ExactBlock;
-use crate::block::literal::LiteralBlock;
-use crate::block::{BlockState, Contact, EventSink, Rendered};
-use crate::friction::Friction;
+use crate::block::linear::LinearBlock;
+use crate::block::literal::{LiteralBlock, Rigid, SteppedLaw, Yielding};
+use crate::block::slide::{Each, Same};
+use crate::block::yielding::YieldingBlock;
+use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
+use crate::device::{ViscousSurface, YieldingSurface};
+use crate::friction::contact::YieldingContact;
+use crate::friction::level::Level;
+use crate::friction::static_limit::{AtOnce, Rising, StaticLimit};
+use crate::friction::{Friction, Karnopp, Viscous};
 use crate::math::sqrt;
-use crate::parameters::Direction;
 use crate::scene::{Coupling, Scene, SceneError};
-use alloc::string::{String, ToString};
-use core::fmt;
-use core::num::NonZeroU32;
-use core::str::FromStr;
-use thiserror::Error;
-
-/// How the block is moved on from one sample to the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Scheme {
-    /// Solved in closed form between the samples: see [`block::exact`](crate::block::exact).
-    #[default]
-    Exact,
-    /// The paper's Euler step: see [`block::literal`](crate::block::literal).
-    Literal {
-        /// Steps a tick; the paper has one.
-        substeps: NonZeroU32,
-    },
-}
-
-impl Scheme {
-    /// The paper's own: one Euler step a tick.
-    pub const LITERAL: Self = Self::Literal {
-        substeps: NonZeroU32::MIN,
-    };
-}
-
-impl fmt::Display for Scheme {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Exact => f.write_str("exact"),
-            Self::Literal {
-                substeps: NonZeroU32::MIN,
-            } => f.write_str("literal"),
-            Self::Literal { substeps } => write!(f, "literal:{substeps}"),
-        }
-    }
-}
-
-/// A text that names no scheme.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error(
-    "there is no scheme `{0}`; there are exact, literal, and literal:N with N steps a tick, from 1 to {MAX_SUBSTEPS}"
-)]
-pub struct UnknownScheme(String);
-
-/// Most Euler steps a tick: more takes longer than any tick lasts.
-const MAX_SUBSTEPS: u32 = 10_000;
-
-impl FromStr for Scheme {
-    type Err = UnknownScheme;
-
-    fn from_str(text: &str) -> Result<Self, UnknownScheme> {
-        let unknown = || UnknownScheme(text.to_string());
-        match text {
-            "exact" => Ok(Self::Exact),
-            "literal" => Ok(Self::LITERAL),
-            _ => {
-                let substeps: NonZeroU32 = text
-                    .strip_prefix("literal:")
-                    .and_then(|count| count.parse().ok())
-                    .filter(|count: &NonZeroU32| count.get() <= MAX_SUBSTEPS)
-                    .ok_or_else(unknown)?;
-                Ok(Self::Literal { substeps })
-            }
-        }
-    }
-}
+use crate::scheme::Scheme;
+use alloc::boxed::Box;
+use core::fmt::Debug;
 
 /// How far from the hand a block is put at most when its coupling changes, m: farther, a soft coupling would pull steadily wherever the hand went.
 pub const FARTHEST_RESEAT_M: f64 = 0.02;
 
-/// A scene, ready to be rendered.
-#[derive(Clone, Copy, Debug)]
-pub struct Renderer {
-    compiled: Compiled,
-    mass: f64,
-    coupling: Coupling,
-    /// The contact of a block at rest: sliding where no friction can hold it.
-    at_rest: Contact,
+/// A compiled scene, whichever it is.
+trait Surface: Debug + Send + Sync {
+    fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered;
+    fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered;
+    fn state(&self) -> BlockState;
+    fn set_state(&mut self, state: BlockState);
+    fn at_rest(&self) -> Contact;
+    fn felt(&self) -> f64;
+    fn friction(&self) -> f64;
+    fn seat(&mut self, force: f64);
+    fn boxed(&self) -> Box<dyn Surface>;
 }
 
+impl<M: Moving> Surface for M {
+    fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
+        self.advance(elapsed_s, position, velocity, &mut ())
+    }
+
+    fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered {
+        self.advance(elapsed_s, position, velocity, sink)
+    }
+
+    fn state(&self) -> BlockState {
+        Moving::state(self)
+    }
+
+    fn set_state(&mut self, state: BlockState) {
+        Moving::set_state(self, state);
+    }
+
+    fn at_rest(&self) -> Contact {
+        Moving::at_rest(self)
+    }
+
+    fn felt(&self) -> f64 {
+        Moving::felt(self)
+    }
+
+    fn friction(&self) -> f64 {
+        Moving::friction(self)
+    }
+
+    fn seat(&mut self, force: f64) {
+        Moving::seat(self, force);
+    }
+
+    fn boxed(&self) -> Box<dyn Surface> {
+        Box::new(self.clone())
+    }
+}
+
+/// Takes its steps implicitly.
 #[derive(Clone, Copy, Debug)]
-enum Compiled {
-    Exact(ExactBlock),
-    Literal(LiteralBlock),
+struct Implicit<M>(M);
+
+impl<M: Moving> Moving for Implicit<M> {
+    fn advance(
+        &mut self,
+        elapsed_s: f64,
+        position: f64,
+        velocity: f64,
+        sink: &mut (impl EventSink + ?Sized),
+    ) -> Rendered {
+        self.0.advance_implicitly(elapsed_s, position, velocity, sink)
+    }
+
+    fn state(&self) -> BlockState {
+        self.0.state()
+    }
+
+    fn set_state(&mut self, state: BlockState) {
+        self.0.set_state(state);
+    }
+
+    fn at_rest(&self) -> Contact {
+        self.0.at_rest()
+    }
+
+    fn felt(&self) -> f64 {
+        self.0.felt()
+    }
+
+    fn friction(&self) -> f64 {
+        self.0.friction()
+    }
+
+    fn seat(&mut self, force: f64) {
+        self.0.seat(force);
+    }
+}
+
+/// A scene, ready to be rendered.
+#[derive(Debug)]
+pub struct Renderer {
+    surface: Box<dyn Surface>,
+    /// The block's mass and its coupling, where there is one.
+    held: Option<(f64, Coupling)>,
+}
+
+impl Clone for Renderer {
+    fn clone(&self) -> Self {
+        Self {
+            surface: self.surface.boxed(),
+            held: self.held,
+        }
+    }
 }
 
 impl Renderer {
@@ -103,55 +137,58 @@ impl Renderer {
     pub fn new(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
         scene.validate()?;
         scene.validate_rate(period_s)?;
-        let Friction::Karnopp(law) = &scene.friction;
-        let limit = law.breakaway_force();
-        let at_rest = if limit.positive == 0.0 && limit.negative == 0.0 {
-            Contact::Sliding(Direction::Positive)
-        } else {
-            Contact::Stuck
+        let held = match (&scene.block, &scene.coupling) {
+            (Some(block), Some(coupling)) => Some((block.mass, *coupling)),
+            _ => None,
         };
-        let mut state = BlockState::new(0.0, 0.0, 0.0, 0.0);
-        state.contact = at_rest;
-        Ok(Self {
-            compiled: match scheme {
-                Scheme::Exact => Compiled::Exact(ExactBlock::new(scene, state)),
-                Scheme::Literal { substeps } => Compiled::Literal(LiteralBlock::new(scene, substeps, state)),
-            },
-            mass: scene.block.mass,
-            coupling: scene.coupling,
-            at_rest,
-        })
+        let surface = match held {
+            None => on_device(&scene.friction),
+            Some((mass, coupling)) => BehindBlock {
+                mass,
+                coupling,
+                scheme,
+                friction: &scene.friction,
+            }
+            .compile(),
+        };
+        Ok(Self { surface, held })
     }
 
-    /// The block and the last device sample.
+    /// The block and the last device sample. Without a block it is the contact at the device.
     #[must_use]
-    pub fn state(&self) -> &BlockState {
-        match &self.compiled {
-            Compiled::Exact(block) => block.state(),
-            Compiled::Literal(block) => block.state(),
-        }
+    pub fn state(&self) -> BlockState {
+        self.surface.state()
     }
 
     /// Puts the block somewhere, in motion or at rest, without a tick.
     pub fn set_state(&mut self, state: BlockState) {
-        match &mut self.compiled {
-            Compiled::Exact(block) => block.set_state(state),
-            Compiled::Literal(block) => block.set_state(state),
-        }
+        self.surface.set_state(state);
     }
 
     /// Puts the block at the device, moving with it, so that the coupling starts without force.
     pub fn start_at(&mut self, position: f64, velocity: f64) {
         let mut state = BlockState::new(position, velocity, position, velocity);
         if velocity == 0.0 {
-            state.contact = self.at_rest;
+            state.contact = self.surface.at_rest();
         }
         self.set_state(state);
     }
 
-    /// Moves the block on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity` (m/s).
+    /// The contact of a block at rest: sliding where no friction can hold it.
+    #[must_use]
+    pub fn at_rest(&self) -> Contact {
+        self.surface.at_rest()
+    }
+
+    /// Bytes that a tick keeps: the scene's own parts.
+    #[must_use]
+    pub fn state_bytes(&self) -> usize {
+        size_of_val(&*self.surface)
+    }
+
+    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity` (m/s).
     pub fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
-        self.tick_with_events(elapsed_s, position, velocity, &mut ())
+        self.surface.tick(elapsed_s, position, velocity)
     }
 
     /// Like [`tick`](Self::tick), and tells `sink` of each change of contact.
@@ -160,47 +197,192 @@ impl Renderer {
         elapsed_s: f64,
         position: f64,
         velocity: f64,
-        sink: &mut impl EventSink,
+        sink: &mut dyn EventSink,
     ) -> Rendered {
-        match &mut self.compiled {
-            Compiled::Exact(block) => block.tick(elapsed_s, position, velocity, sink),
-            Compiled::Literal(block) => block.tick(elapsed_s, position, velocity, sink),
-        }
+        self.surface.tick_with_events(elapsed_s, position, velocity, sink)
     }
 
     /// Takes over the motion of the renderer that this one replaces, so that the hand feels no jerk.
     ///
     /// The block keeps its position, velocity and contact, but for what a stiffer grip would make a kick of. Where the coupling itself changed, the block is re-seated so
-    /// that the force in the coupling, which is what the hand feels, stays as it was. A coupling too soft for that within
-    /// [`FARTHEST_RESEAT_M`] is re-seated so far; the force then steps by the value returned, N (the old coupling force less the new).
+    /// that the force in the coupling, which is what the hand feels, stays as it was. A contact that gives way is deflected so that its friction stays as it was. What the new
+    /// scene cannot hold, as a coupling too soft for the force within [`FARTHEST_RESEAT_M`], is a step of force, whose value is returned, N (the old force less the new).
     pub fn take_over(&mut self, old: &Self) -> f64 {
-        let mut state = *old.state();
-        let (now, was) = (self.coupling, old.coupling);
+        let state = old.state();
+        match (self.held, old.held) {
+            (Some(now), Some(was)) => self.take_over_block(state, old.surface.friction(), now, was),
+            (Some(now), None) => self.take_up_block(state, old.surface.felt(), now),
+            (None, _) => {
+                self.set_state(state);
+                self.surface.seat(old.surface.felt());
+                old.surface.felt() - self.surface.felt()
+            }
+        }
+    }
+
+    /// One block takes over from another.
+    fn take_over_block(&mut self, old: BlockState, friction: f64, now: (f64, Coupling), was: (f64, Coupling)) -> f64 {
+        let mut state = old;
+        let ((mass, now), (old_mass, was)) = (now, was);
         let mut step = 0.0;
         // In a stiffer grip, or with more mass, the same motion against the hand would swing to a larger force, |v - w| sqrt(K M): it is slowed to
         // what it would have come to. A stuck block does not move, and is pulled as the new grip pulls.
-        let swing = (was.stiffness * old.mass) / (now.stiffness * self.mass);
+        let swing = (was.stiffness * old_mass) / (now.stiffness * mass);
         if matches!(state.contact, Contact::Sliding(_)) && swing < 1.0 {
             state.velocity = state.device_velocity + (state.velocity - state.device_velocity) * sqrt(swing);
         }
-        if now != was || state.velocity != old.state().velocity {
-            let force = was.stiffness * (state.device_position - state.position)
-                + was.damping * (state.device_velocity - old.state().velocity);
+        if now != was || state.velocity != old.velocity {
+            let force = was.force(&old);
             let damped = now.damping * (state.device_velocity - state.velocity);
-            let deflection = if now.stiffness > 0.0 {
-                ((force - damped) / now.stiffness).clamp(-FARTHEST_RESEAT_M, FARTHEST_RESEAT_M)
-            } else {
-                state.device_position - state.position
-            };
-            state.position = state.device_position - deflection;
-            let stays = deflection.abs() < FARTHEST_RESEAT_M && now.stiffness > 0.0;
-            step = if stays {
-                0.0
-            } else {
-                force - damped - now.stiffness * deflection
-            };
+            (state.position, step) = seat_block(&state, now, force, damped);
         }
         self.set_state(state);
+        self.surface.seat(friction);
         step
+    }
+
+    /// A block comes in where there was none: at rest on a surface that stuck, and moving with the hand on one that slid.
+    fn take_up_block(&mut self, old: BlockState, force: f64, (_, now): (f64, Coupling)) -> f64 {
+        let mut state = BlockState {
+            velocity: match old.contact {
+                Contact::Stuck => 0.0,
+                Contact::Sliding(_) => old.device_velocity,
+            },
+            ..old
+        };
+        let damped = now.damping * (state.device_velocity - state.velocity);
+        let step;
+        (state.position, step) = seat_block(&state, now, force, damped);
+        self.set_state(state);
+        self.surface.seat(force);
+        step
+    }
+}
+
+/// Where a block is put so that its coupling gives `force`, of which `damped` comes from the damper, and the force that is missing then.
+fn seat_block(state: &BlockState, now: Coupling, force: f64, damped: f64) -> (f64, f64) {
+    let deflection = if now.stiffness > 0.0 {
+        ((force - damped) / now.stiffness).clamp(-FARTHEST_RESEAT_M, FARTHEST_RESEAT_M)
+    } else {
+        state.device_position - state.position
+    };
+    let stays = deflection.abs() < FARTHEST_RESEAT_M && now.stiffness > 0.0;
+    let step = if stays {
+        0.0
+    } else {
+        force - damped - now.stiffness * deflection
+    };
+    (state.device_position - deflection, step)
+}
+
+/// Friction on the device itself.
+fn on_device(friction: &Friction) -> Box<dyn Surface> {
+    fn surface(contact: impl YieldingContact) -> Box<dyn Surface> {
+        Box::new(YieldingSurface::new(contact))
+    }
+    match friction {
+        Friction::Viscous(law) => Box::new(ViscousSurface::new(law.viscous)),
+        Friction::Karnopp(law) => match (law.curve(), law.rises()) {
+            (None, false) => surface(law.contact(law.dynamic_force, AtOnce)),
+            (None, true) => surface(law.contact(law.dynamic_force, Rising::new(law.rising_rate))),
+            (Some(curve), false) => surface(law.contact(curve, AtOnce)),
+            (Some(curve), true) => surface(law.contact(curve, Rising::new(law.rising_rate))),
+        },
+        Friction::Dahl(law) => surface(law.contact()),
+        Friction::HaywardArmstrong(law) => surface(law.contact()),
+        Friction::ResetIntegrator(law) => surface(law.contact()),
+        Friction::Lugre(law) => match law.curve() {
+            None => surface(law.contact(law.dynamic_force)),
+            Some(curve) => surface(law.contact(curve)),
+        },
+        Friction::ElastoPlastic(law) => match law.curve() {
+            None => surface(law.contact(law.dynamic_force)),
+            Some(curve) => surface(law.contact(curve)),
+        },
+        Friction::SalcudeanVlaar(law) => surface(law.contact()),
+    }
+}
+
+/// A scene with a block.
+struct BehindBlock<'a> {
+    mass: f64,
+    coupling: Coupling,
+    scheme: Scheme,
+    friction: &'a Friction,
+}
+
+impl BehindBlock<'_> {
+    fn compile(&self) -> Box<dyn Surface> {
+        match self.friction {
+            Friction::Viscous(law) => self.viscous(law),
+            Friction::Karnopp(law) => match (law.curve(), law.rises()) {
+                (None, false) => self.karnopp(law, law.dynamic_force, AtOnce),
+                (None, true) => self.karnopp(law, law.dynamic_force, Rising::new(law.rising_rate)),
+                (Some(curve), false) => self.karnopp(law, curve, AtOnce),
+                (Some(curve), true) => self.karnopp(law, curve, Rising::new(law.rising_rate)),
+            },
+            Friction::Dahl(law) => self.yielding(law.contact()),
+            Friction::HaywardArmstrong(law) => self.yielding(law.contact()),
+            Friction::ResetIntegrator(law) => self.yielding(law.contact()),
+            Friction::Lugre(law) => match law.curve() {
+                None => self.yielding(law.contact(law.dynamic_force)),
+                Some(curve) => self.yielding(law.contact(curve)),
+            },
+            Friction::ElastoPlastic(law) => match law.curve() {
+                None => self.yielding(law.contact(law.dynamic_force)),
+                Some(curve) => self.yielding(law.contact(curve)),
+            },
+            Friction::SalcudeanVlaar(law) => self.yielding(law.contact()),
+        }
+    }
+
+    /// By the scheme's own way, or the literal one.
+    fn by_scheme(&self, block: impl Moving, literal: impl SteppedLaw) -> Box<dyn Surface> {
+        match self.scheme {
+            Scheme::Exact => Box::new(block),
+            Scheme::Implicit => Box::new(Implicit(block)),
+            Scheme::Literal { substeps } => Box::new(LiteralBlock::new(self.mass, self.coupling, literal, substeps)),
+        }
+    }
+
+    fn viscous(&self, law: &Viscous) -> Box<dyn Surface> {
+        let drag = Karnopp {
+            viscous: law.viscous,
+            ..Karnopp::new(0.0, 0.0)
+        };
+        if law.viscous.is_symmetric() {
+            let block = LinearBlock::new(self.mass, self.coupling, law.viscous.positive);
+            self.by_scheme(block, Rigid::new(&drag, drag.dynamic_force, AtOnce))
+        } else {
+            self.karnopp(&drag, drag.dynamic_force, AtOnce)
+        }
+    }
+
+    fn karnopp<R: StaticLimit>(&self, law: &Karnopp, level: impl Level, limit: R) -> Box<dyn Surface> {
+        let literal = Rigid::new(law, level, limit);
+        let symmetric =
+            law.static_force.is_symmetric() && law.dynamic_force.is_symmetric() && law.viscous.is_symmetric();
+        let (mass, coupling) = (self.mass, &self.coupling);
+        if law.curve().is_some() {
+            let slides = Each::stribeck(mass, coupling, law);
+            self.by_scheme(ExactBlock::new(mass, *coupling, law, slides, limit), literal)
+        } else if symmetric {
+            let slides = Same::linear(mass, coupling, law);
+            self.by_scheme(ExactBlock::new(mass, *coupling, law, slides, limit), literal)
+        } else {
+            let slides = Each::linear(mass, coupling, law);
+            self.by_scheme(ExactBlock::new(mass, *coupling, law, slides, limit), literal)
+        }
+    }
+
+    fn yielding(&self, contact: impl YieldingContact) -> Box<dyn Surface> {
+        let block = YieldingBlock::new(
+            self.mass,
+            self.coupling,
+            contact.clone(),
+            self.friction.contact_stiffness(false),
+            self.friction.holding_force().greatest(),
+        );
+        self.by_scheme(block, Yielding(contact))
     }
 }

@@ -21,16 +21,14 @@ fn scene(name: &str) -> (Scene, BlockState) {
     let number = |key: &str| all[name][key].as_f64().unwrap_or_else(|| panic!("{name}: no {key}"));
     let scene = Scene {
         name: name.to_owned(),
-        block: Block { mass: number("M") },
-        coupling: Coupling {
+        block: Some(Block { mass: number("M") }),
+        coupling: Some(Coupling {
             stiffness: number("K"),
             damping: number("B"),
-        },
+        }),
         friction: Friction::Karnopp(Karnopp {
-            static_force: Directional::both(number("Fs")),
-            dynamic_force: Directional::both(number("Fd")),
             viscous: Directional::both(number("b")),
-            velocity_threshold: 0.0,
+            ..Karnopp::new(number("Fs"), number("Fd"))
         }),
     };
     let mut state = BlockState::new(number("x0"), number("v0"), 0.0, 0.0);
@@ -74,7 +72,7 @@ fn run(name: &str, scheme: Scheme) -> Errors {
         let [t, p, v, x, _, force, contact] = pair[1];
         let rendered = renderer.tick(t - pair[0][0], p, v);
         errors.position = errors.position.max((renderer.state().position - x).abs());
-        let scale = (scene.coupling.stiffness * p.abs()).max(1.0);
+        let scale = (scene.coupling.expect("a coupling").stiffness * p.abs()).max(1.0);
         errors.force = errors.force.max((rendered.coupling_force - force).abs() / scale);
         errors.contacts += usize::from(f64::from(renderer.state().contact.as_number()) != contact);
     }

@@ -49,7 +49,7 @@ fn the_exact_scheme_comes_to_rest_instead() {
     for _ in 0..1000 {
         block.tick(T, 0.0, 0.0);
     }
-    let resting = *block.state();
+    let resting = block.state();
     assert_eq!((resting.contact, resting.velocity), (Contact::Stuck, 0.0));
     for _ in 0..60_000 {
         block.tick(T, 0.0, 0.0);
@@ -89,7 +89,7 @@ fn a_larger_threshold_gives_more_stick_slip_and_leaves_the_breakaway_alone() {
         let (mut breakaways, mut worst) = (0, 0.0_f64);
         block.set_state(BlockState::new(0.0, 0.0, 0.0, speed));
         for k in 1..20_000 {
-            let before = *block.state();
+            let before = block.state();
             let slope = 500.0 * speed;
             let mut hear = |at: f64, from: Contact, _| {
                 if from == Contact::Stuck {
@@ -216,7 +216,7 @@ proptest! {
         let mut block = Renderer::new(&scene, Scheme::Exact, T).expect("a valid scene");
         block.start_at(origin, 0.0);
         let (mut position, mut velocity) = (origin, 0.0);
-        let (k, m) = (scene.coupling.stiffness, scene.block.mass);
+        let (k, m) = (scene.coupling.expect("a coupling").stiffness, scene.block.expect("a block").mass);
         for (jitter, push, event) in steps {
             // Jitter of +-30 %, now and then missed ticks or a jump of the encoder.
             let elapsed = T * (0.7 + 0.6 * jitter) * if event == 0 { 40.0 } else { 1.0 };

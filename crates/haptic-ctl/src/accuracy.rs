@@ -30,7 +30,7 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         ]
         .map(str::to_owned)))?;
     }
-    for case in cases::all() {
+    for case in cases::of_karnopp() {
         let measured = accuracy::measure(&case).map_err(|error| Failure::Usage(format!("{}: {error}", case.name)))?;
         for measurement in &measured {
             if !as_json {

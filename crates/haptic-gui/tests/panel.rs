@@ -3,7 +3,6 @@
 use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use haptic_core::parameters::TABLE;
 use haptic_core::{Directional, Scene};
 use haptic_gui::{Answer, Intent, Model, Target, Update};
 use haptic_ipc::{
@@ -46,12 +45,9 @@ fn connected(state: RigState) -> Panel {
     };
     let path = SOCKET.into();
     let scene = Scene::paper();
-    let parameters = TABLE
-        .iter()
-        .map(|row| ParameterDescription::new(row, scene.value(row.parameter)))
-        .collect();
     let description = Description {
-        parameters,
+        law: scene.friction.law().to_owned(),
+        parameters: ParameterDescription::all_of(&scene),
         sample_columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
     };
     hear(&mut panel, Update::Connected { path, hello });

@@ -1,5 +1,7 @@
 //! Typed errors, as they stand on the wire.
 
+use haptic_core::Parameter;
+use haptic_core::friction::SUDDEN_FALL_MPS;
 use haptic_core::scene::SceneError;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +32,12 @@ pub enum ErrorCode {
     GivenTwice,
     /// Stiffness and damping of the coupling are both zero.
     NoCoupling,
+    /// The scene does not have this parameter: its law lacks it, or there is no block.
+    NotApplicable,
+    /// The scene's law forbids this value beside the others.
+    LawForbids,
+    /// A block without a coupling, or the other way round.
+    BlockAndCoupling,
     /// The block would oscillate too fast for the loop's rate.
     TooFastForRate,
     /// The rig is stopped, by a person: reset it first.
@@ -144,6 +152,39 @@ impl From<SceneError> for WireError {
             SceneError::TooFast { radians, limit, .. } => Self::new(ErrorCode::TooFastForRate, message)
                 .about("mass")
                 .within(radians, 0.0, limit, "rad"),
+            SceneError::NotApplicable { param, .. } => {
+                Self::new(ErrorCode::NotApplicable, message).about(param.to_string())
+            }
+            SceneError::BlockWithoutCoupling => Self::new(ErrorCode::BlockAndCoupling, message).about("coupling"),
+            SceneError::CouplingWithoutBlock => Self::new(ErrorCode::BlockAndCoupling, message).about("block"),
+            SceneError::StaticBelowDynamic {
+                param,
+                static_force,
+                dynamic_force,
+                ..
+            } => {
+                let info = param.parameter.info();
+                Self::new(ErrorCode::LawForbids, message)
+                    .about(param.to_string())
+                    .within(static_force, dynamic_force, info.max, info.unit)
+            }
+            SceneError::TooMuchStiction {
+                param,
+                static_force,
+                dynamic_force,
+                max,
+            } => Self::new(ErrorCode::LawForbids, message)
+                .about(param.to_string())
+                .within(static_force, dynamic_force, max, param.parameter.info().unit),
+            SceneError::NoStribeckVelocity { velocity, .. } => {
+                let info = Parameter::StribeckVelocity.info();
+                Self::new(ErrorCode::LawForbids, message).about(info.name).within(
+                    velocity,
+                    SUDDEN_FALL_MPS,
+                    info.max,
+                    info.unit,
+                )
+            }
             other => Self::new(ErrorCode::BadRequest, other.to_string()),
         }
     }

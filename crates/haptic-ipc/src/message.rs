@@ -293,6 +293,9 @@ impl fmt::Display for RigState {
 /// Answer to `describe`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description {
+    /// The scene's friction law.
+    #[serde(default)]
+    pub law: String,
     /// The parameters of the scene, in the order in which people read them.
     pub parameters: Vec<ParameterDescription>,
     /// Names of a sample's columns.
@@ -306,6 +309,9 @@ pub struct ParameterDescription {
     pub name: String,
     /// Symbol in the paper.
     pub symbol: String,
+    /// Other symbols, accepted as well.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub aliases: Vec<String>,
     /// SI unit.
     pub unit: String,
     /// Part of the scene that it belongs to.
@@ -331,12 +337,22 @@ pub struct ParameterDescription {
 }
 
 impl ParameterDescription {
+    /// The rows of the parameters that a scene has, with their values.
+    #[must_use]
+    pub fn all_of(scene: &Scene) -> Vec<Self> {
+        TABLE
+            .iter()
+            .filter_map(|row| Some(Self::new(row, scene.value(row.parameter)?)))
+            .collect()
+    }
+
     /// A row of the table with a value.
     #[must_use]
     pub fn new(info: &ParameterInfo, value: Directional) -> Self {
         Self {
             name: info.name.to_owned(),
             symbol: info.symbol.to_owned(),
+            aliases: info.aliases.iter().map(ToString::to_string).collect(),
             unit: info.unit.to_owned(),
             group: info.group.to_owned(),
             min: info.min,
@@ -368,7 +384,7 @@ pub struct SceneReply {
 pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
     TABLE
         .iter()
-        .map(|row| (row.name.to_owned(), scene.value(row.parameter)))
+        .filter_map(|row| Some((row.name.to_owned(), scene.value(row.parameter)?)))
         .collect()
 }
 
@@ -421,9 +437,7 @@ impl From<adviser::Finding> for Advice {
     fn from(finding: adviser::Finding) -> Self {
         // JSON has no infinity.
         let number = |value: f64| value.is_finite().then_some(value);
-        let concerned = finding
-            .mending
-            .map_or(finding.check.parameter(), |mending| mending.parameter);
+        let concerned = finding.mending.map_or(finding.parameter, |mending| mending.parameter);
         Self {
             param: concerned.info().name.to_owned(),
             message: finding.to_string(),

@@ -69,8 +69,8 @@ impl EventSink for Listener<'_> {
         });
     }
 
-    fn slid(&mut self, force: f64, displacement: f64) {
-        self.energy_created_j += (-force * displacement).max(0.0);
+    fn dissipated(&mut self, energy_j: f64) {
+        self.energy_created_j += (-energy_j).max(0.0);
     }
 }
 
@@ -125,7 +125,7 @@ pub fn simulate(
 fn renderer(scene: &Scene, scheme: Scheme, motion: &[DeviceSample], start: Start) -> Result<Renderer, SceneError> {
     let mut renderer = Renderer::new(scene, scheme, usual_period_s(motion))?;
     if let Some(first) = motion.first() {
-        let at_rest = renderer.state().contact;
+        let at_rest = renderer.at_rest();
         let position = start.position_m.unwrap_or(first.position_m);
         let mut state = BlockState::new(position, start.velocity_mps, first.position_m, first.velocity_mps);
         if start.velocity_mps == 0.0 {

@@ -60,15 +60,47 @@ fn the_reference_solver_gives_the_stored_references() {
 #[test]
 fn the_exact_tick_is_true_on_the_hard_cases() {
     let mut failures = Vec::new();
-    for case in cases::all() {
+    for case in cases::of_karnopp() {
         let truth = solve(&case.scene, &case.motion, case.start);
         let run = simulate(&case.scene, Scheme::Exact, &case.motion, case.start).expect("a valid scene");
-        let error = compare(&run, &truth, case.scene.coupling.stiffness);
+        let error = compare(&run, &truth, case.stiffness());
         println!("{:26} {error:?}, {} events", case.name, truth.events.len());
         let good = error.position_m <= 1e-12
             && error.relative_force <= 1e-9
             && error.event_time_s.is_some_and(|time| time <= 1e-12);
         if !good || run.energy_created_j != 0.0 || run.exhausted_ticks != 0 {
+            failures.push(case.name);
+        }
+    }
+    assert!(failures.is_empty(), "{failures:?}");
+}
+
+#[test]
+fn every_other_law_is_true_to_its_tolerance() {
+    let mut failures = Vec::new();
+    for case in cases::of_laws() {
+        let truth = solve(&case.scene, &case.motion, case.start);
+        let run = simulate(&case.scene, Scheme::Exact, &case.motion, case.start).expect("a valid scene");
+        let error = compare(&run, &truth, case.stiffness());
+        println!(
+            "{:36} {error:?}, {} events, {:.0e} J created",
+            case.name,
+            truth.events.len(),
+            run.energy_created_j
+        );
+        let linear = ["viscous", "karnopp, rising", "dahl, i = 0,", "reset", "salcudean"];
+        let rough = case.name.ends_with("rough hand");
+        let good = if linear.iter().any(|law| case.name.starts_with(law)) || case.name == "dahl, i = 0" {
+            // Pieces of straight lines: exact, changes of contact and all.
+            error.relative_force <= 1e-9 && error.position_m <= 1e-12
+        } else if rough && (case.name.starts_with("lugre") || case.name.starts_with("elasto")) {
+            // Missed ticks and jumps under the stiffest of laws: the tick's bounded work is used, and exactness relaxed.
+            error.force_n <= 1e-2
+        } else {
+            error.force_n <= 1e-3
+        };
+        // What friction is seen to create is the error of the quadrature that measures it.
+        if !good || run.exhausted_ticks != 0 || run.energy_created_j > 1e-7 {
             failures.push(case.name);
         }
     }
@@ -146,13 +178,14 @@ proptest! {
         prop_assert_eq!(run.energy_created_j, 0.0);
         // A swing without any loss comes back to rest under exactly the force that set it off: whether it sticks there is a matter of the last
         // digit, and the two ways part.
-        let least = |parameter| scene.value(parameter).positive.min(scene.value(parameter).negative);
-        let undamped = scene.coupling.damping + least(Parameter::Viscous) == 0.0;
+        let least = |parameter| scene.value(parameter).expect("it has it").least();
+        let coupling = scene.coupling.expect("a coupling");
+        let undamped = coupling.damping + least(Parameter::Viscous) == 0.0;
         if undamped && least(Parameter::DynamicForce) == 0.0 {
             return Ok(());
         }
         prop_assert_eq!(run.exhausted_ticks, 0, "{:?}", scene);
-        let error = compare(&run, &truth, scene.coupling.stiffness);
+        let error = compare(&run, &truth, coupling.stiffness);
         prop_assert!(error.position_m <= 1e-12 && error.relative_force <= 1e-9, "{scene:?}: {error:?}");
         // Where one limit is zero, a block at rest under no force is exactly at its limit: again the last digit decides.
         if least(Parameter::StaticForce) == 0.0 {

@@ -1,4 +1,4 @@
-//! The paper's own tick: one semi-implicit Euler step of Karnopp's model, kept as the baseline. With more than one step a tick
+//! The paper's own tick: one semi-implicit Euler step of Karnopp's model, kept as the baseline, and the same step for the other laws. With more than one step a tick
 //! the device is taken linear between its samples.
 //!
 //! ```text
@@ -10,50 +10,229 @@
 //! `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, diverges below `M = K T^2/4 + (B + b) T/2`, and creates energy in
 //! friction; the [exact](super::exact) scheme has none of these.
 
-use super::{BlockState, Contact, EventSink, Rendered};
-use crate::friction::{Friction, Karnopp};
+use super::{BlockState, Contact, EventSink, Moving, Rendered};
+use crate::friction::contact::{Stroke, YieldingContact};
+use crate::friction::level::Level;
+use crate::friction::static_limit::StaticLimit;
+use crate::friction::{Directional, Karnopp};
 use crate::parameters::Direction;
-use crate::scene::Scene;
+use crate::scene::Coupling;
+use core::fmt::Debug;
 use core::num::NonZeroU32;
 
 /// The literal scheme for one scene.
 #[derive(Clone, Copy, Debug)]
-pub struct LiteralBlock {
+pub(crate) struct LiteralBlock<L> {
     mass: f64,
-    stiffness: f64,
-    damping: f64,
-    law: Karnopp,
+    coupling: Coupling,
+    law: L,
     substeps: NonZeroU32,
     state: BlockState,
 }
 
-impl LiteralBlock {
-    /// Compiles a scene that [`Scene::validate`] accepts.
-    #[must_use]
-    pub fn new(scene: &Scene, substeps: NonZeroU32, state: BlockState) -> Self {
-        let Friction::Karnopp(law) = scene.friction;
+/// Friction as one Euler step sees it.
+pub(crate) trait SteppedLaw: Clone + Debug + Send + Sync + 'static {
+    /// The velocity from which the step sets off; `None` where the block is held still. `pull` is the coupling force on a block at rest.
+    fn set_off(&mut self, velocity: f64, pull: f64, step_s: f64) -> Option<f64>;
+    /// Friction in motion, N, signed; from rest in the direction of `pull`.
+    fn friction(&self, velocity: f64, pull: f64) -> f64;
+    /// After the step.
+    fn moved(&mut self, displacement: f64, from: f64, to: f64, step_s: f64);
+    /// The contact.
+    fn contact(&self, velocity: f64) -> Contact;
+    /// The contact of a block at rest.
+    fn at_rest(&self) -> Contact;
+    /// Energy that the deflection holds, J.
+    fn stored_energy(&self) -> f64;
+    /// Has the contact hold a force, N.
+    fn seat(&mut self, force: f64, dwell_s: f64);
+    /// For how long it has rested, s.
+    fn dwell_s(&self) -> f64;
+}
+
+/// Karnopp's law, rigid when stuck.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rigid<L, R> {
+    static_force: Directional,
+    static_limit: R,
+    level: L,
+    viscous: Directional,
+    velocity_threshold: f64,
+    stuck: bool,
+}
+
+impl<L: Level, R: StaticLimit> Rigid<L, R> {
+    pub(crate) fn new(law: &Karnopp, level: L, static_limit: R) -> Self {
         Self {
-            mass: scene.block.mass,
-            stiffness: scene.coupling.stiffness,
-            damping: scene.coupling.damping,
+            static_force: law.breakaway_force(),
+            static_limit,
+            level,
+            viscous: law.viscous,
+            velocity_threshold: law.velocity_threshold,
+            stuck: true,
+        }
+    }
+}
+
+impl<L: Level, R: StaticLimit> SteppedLaw for Rigid<L, R> {
+    fn set_off(&mut self, velocity: f64, pull: f64, step_s: f64) -> Option<f64> {
+        let slow = velocity.abs() < self.velocity_threshold || velocity == 0.0;
+        if !slow {
+            self.stuck = false;
+            return Some(velocity);
+        }
+        if self.stuck {
+            self.static_limit.rest(step_s);
+        } else {
+            self.static_limit.begin(0.0);
+        }
+        let pulled = Direction::of(pull);
+        let limit = self
+            .static_limit
+            .now(self.static_force.get(pulled), self.level.kinetic(pulled));
+        self.stuck = pull.abs() <= limit;
+        if self.stuck {
+            return None;
+        }
+        self.level.set_off(pulled, limit);
+        Some(0.0)
+    }
+
+    fn friction(&self, velocity: f64, pull: f64) -> f64 {
+        let direction = Direction::of(if velocity == 0.0 { pull } else { velocity });
+        direction.sign() * self.level.at(direction, velocity.abs()) + self.viscous.get(direction) * velocity
+    }
+
+    fn moved(&mut self, _displacement: f64, _from: f64, _to: f64, _step_s: f64) {}
+
+    fn contact(&self, velocity: f64) -> Contact {
+        if self.stuck {
+            Contact::Stuck
+        } else {
+            Contact::Sliding(Direction::of(velocity))
+        }
+    }
+
+    fn at_rest(&self) -> Contact {
+        if self.static_force == Directional::both(0.0) {
+            Contact::Sliding(Direction::Positive)
+        } else {
+            Contact::Stuck
+        }
+    }
+
+    fn stored_energy(&self) -> f64 {
+        0.0
+    }
+
+    fn seat(&mut self, _force: f64, dwell_s: f64) {
+        self.static_limit.begin(dwell_s);
+    }
+
+    fn dwell_s(&self) -> f64 {
+        self.static_limit.dwell_s()
+    }
+}
+
+/// A law whose contact gives way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Yielding<C>(pub(crate) C);
+
+impl<C: YieldingContact> SteppedLaw for Yielding<C> {
+    fn set_off(&mut self, velocity: f64, _pull: f64, _step_s: f64) -> Option<f64> {
+        Some(velocity)
+    }
+
+    fn friction(&self, velocity: f64, _pull: f64) -> f64 {
+        if velocity == 0.0 {
+            self.0.force_at_rest()
+        } else {
+            self.0.friction(velocity)
+        }
+    }
+
+    fn moved(&mut self, displacement: f64, from: f64, to: f64, step_s: f64) {
+        let direction = Direction::of(displacement);
+        self.0.advance(&Stroke {
+            direction,
+            distance: displacement.abs(),
+            from_speed: from.abs(),
+            to_speed: to.abs(),
+            elapsed_s: step_s,
+        });
+        self.0.sampled((displacement != 0.0).then_some(direction), to);
+    }
+
+    fn contact(&self, velocity: f64) -> Contact {
+        self.0.contact(Direction::of(velocity))
+    }
+
+    fn at_rest(&self) -> Contact {
+        self.0.contact(Direction::Positive)
+    }
+
+    fn stored_energy(&self) -> f64 {
+        self.0.stored_energy()
+    }
+
+    fn seat(&mut self, force: f64, _dwell_s: f64) {
+        self.0.seat(force);
+    }
+
+    fn dwell_s(&self) -> f64 {
+        f64::INFINITY
+    }
+}
+
+impl<L: SteppedLaw> LiteralBlock<L> {
+    pub(crate) fn new(mass: f64, coupling: Coupling, law: L, substeps: NonZeroU32) -> Self {
+        let mut state = BlockState::new(0.0, 0.0, 0.0, 0.0);
+        state.contact = law.at_rest();
+        Self {
+            mass,
+            coupling,
             law,
             substeps,
             state,
         }
     }
 
-    /// The block and the last device sample.
-    #[must_use]
-    pub fn state(&self) -> &BlockState {
-        &self.state
+    fn step(&mut self, step_s: f64, sink: &mut (impl EventSink + ?Sized)) {
+        // A block that is slow enough to stick is pulled as one at rest.
+        let still = BlockState {
+            velocity: 0.0,
+            ..self.state
+        };
+        let Some(from) = self
+            .law
+            .set_off(self.state.velocity, self.coupling.force(&still), step_s)
+        else {
+            self.state.velocity = 0.0;
+            self.state.contact = Contact::Stuck;
+            return;
+        };
+        self.state.velocity = from;
+        let before = self.law.stored_energy();
+        let pull = self.coupling.force(&self.state);
+        let friction = self.law.friction(from, pull);
+        self.state.velocity += step_s * (pull - friction) / self.mass;
+        let displacement = step_s * self.state.velocity;
+        self.state.position += displacement;
+        self.law.moved(displacement, from, self.state.velocity, step_s);
+        sink.dissipated(friction * displacement - (self.law.stored_energy() - before));
+        self.state.contact = self.law.contact(self.state.velocity);
     }
+}
 
-    pub(crate) fn set_state(&mut self, state: BlockState) {
-        self.state = state.consistent();
-    }
-
+impl<L: SteppedLaw> Moving for LiteralBlock<L> {
     /// Takes the Euler steps over the `elapsed_s` seconds that ended with the device at `position` and `velocity`.
-    pub fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut impl EventSink) -> Rendered {
+    fn advance(
+        &mut self,
+        elapsed_s: f64,
+        position: f64,
+        velocity: f64,
+        sink: &mut (impl EventSink + ?Sized),
+    ) -> Rendered {
         let mut events = 0;
         if elapsed_s > 0.0 {
             let from = self.state;
@@ -75,42 +254,43 @@ impl LiteralBlock {
         self.state.device_position = position;
         self.state.device_velocity = velocity;
         if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
-            self.state = BlockState::new(position, 0.0, position, velocity);
+            self.set_state(BlockState::new(position, 0.0, position, velocity));
         }
         Rendered {
-            coupling_force: self.coupling_force(),
+            coupling_force: self.felt(),
             events,
             work_exhausted: false,
         }
     }
 
-    fn coupling_force(&self) -> f64 {
-        let s = &self.state;
-        self.stiffness * (s.device_position - s.position) + self.damping * (s.device_velocity - s.velocity)
+    fn state(&self) -> BlockState {
+        BlockState {
+            dwell_s: self.law.dwell_s(),
+            ..self.state
+        }
     }
 
-    fn step(&mut self, elapsed_s: f64, sink: &mut impl EventSink) {
-        let slow = self.state.velocity.abs() < self.law.velocity_threshold || self.state.velocity == 0.0;
-        if slow {
-            self.state.velocity = 0.0;
-            self.state.contact = Contact::Stuck;
+    fn set_state(&mut self, state: BlockState) {
+        self.law.seat(0.0, state.dwell_s);
+        self.state = state.consistent();
+    }
+
+    fn at_rest(&self) -> Contact {
+        self.law.at_rest()
+    }
+
+    fn felt(&self) -> f64 {
+        self.coupling.force(&self.state)
+    }
+
+    fn friction(&self) -> f64 {
+        match self.state.contact {
+            Contact::Stuck if self.law.stored_energy() == 0.0 => self.felt(),
+            _ => self.law.friction(self.state.velocity, self.felt()),
         }
-        let force = self.coupling_force();
-        let direction = if slow {
-            let pulled = Direction::of(force);
-            if force.abs() <= self.law.breakaway_force().get(pulled) {
-                return;
-            }
-            pulled
-        } else {
-            Direction::of(self.state.velocity)
-        };
-        let friction = direction.sign() * self.law.dynamic_force.get(direction)
-            + self.law.viscous.get(direction) * self.state.velocity;
-        self.state.velocity += elapsed_s * (force - friction) / self.mass;
-        let displacement = elapsed_s * self.state.velocity;
-        sink.slid(friction, displacement);
-        self.state.position += displacement;
-        self.state.contact = Contact::Sliding(Direction::of(self.state.velocity));
+    }
+
+    fn seat(&mut self, force: f64) {
+        self.law.seat(force, f64::INFINITY);
     }
 }

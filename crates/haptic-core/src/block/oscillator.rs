@@ -25,7 +25,7 @@ pub(super) struct Response {
 
 /// Initial state and load of a motion, in the coordinate in which the block slides forwards.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Motion {
+pub(crate) struct Motion {
     /// Velocity at the start, m/s.
     pub(super) w0: f64,
     /// Net force at the start less damping, N.
@@ -39,7 +39,7 @@ enum Damping {
     Under {
         omega_d: f64,
     },
-    /// Overdamped or critical: the two real roots `slow >= fast`, both <= 0, and half their distance.
+    /// Overdamped or critical: the two real roots `slow >= fast`, both <= 0 unless the damping is negative, and half their distance.
     Over {
         slow: f64,
         fast: f64,
@@ -81,7 +81,9 @@ const RECIPROCAL: [f64; 25] = {
 };
 
 impl Oscillator {
-    /// Mass kg (> 0), total damping `B + b` N s/m (>= 0), stiffness N/m (>= 0).
+    /// Mass kg (> 0), total damping `B + b` N s/m, stiffness N/m (>= 0).
+    ///
+    /// The damping may be negative, as where friction falls with speed, for times of up to one of `1/fastest` at once.
     pub(super) fn new(mass: f64, damping: f64, stiffness: f64) -> Self {
         let sigma = damping / (2.0 * mass);
         let omega_squared = stiffness / mass;
@@ -94,18 +96,28 @@ impl Oscillator {
             }
         } else {
             let half_gap = sqrt(-gap_squared);
-            let fast = -(sigma + half_gap);
-            // The product of the roots is omega^2; the difference would cancel.
-            let slow = if fast == 0.0 { 0.0 } else { omega_squared / fast };
+            // The product of the roots is omega^2; a difference would cancel.
+            let (slow, fast) = if sigma >= 0.0 {
+                let fast = -(sigma + half_gap);
+                (if fast == 0.0 { 0.0 } else { omega_squared / fast }, fast)
+            } else {
+                let slow = half_gap - sigma;
+                (slow, omega_squared / slow)
+            };
             Damping::Over { slow, fast, half_gap }
         };
         Self {
             inverse_mass: 1.0 / mass,
             sigma,
             omega_squared,
-            fastest: omega.max(2.0 * sigma),
+            fastest: omega.max(2.0 * sigma.abs()),
             damping,
         }
+    }
+
+    /// The shortest of the times in which the motion changes, s.
+    pub(super) fn shortest_time(&self) -> f64 {
+        1.0 / self.fastest
     }
 
     /// Half-turns of the free oscillation in `t` seconds: as many extrema of the velocity can lie there.
@@ -240,6 +252,21 @@ impl Oscillator {
             motion.w0 * r.h + (motion.f0 * r.h1 + motion.g1 * r.h2) * self.inverse_mass,
             motion.w0 * r.dh + (motion.f0 * r.h + motion.g1 * r.h1) * self.inverse_mass,
         )
+    }
+
+    /// What a force that grows with the square of time, to `force` (N) at `t`, adds to displacement and velocity there; `r` is the response at `t`.
+    pub(super) fn late_force(&self, force: f64, t: f64, r: &Response) -> (f64, f64) {
+        if t <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let scale = 2.0 * force * self.inverse_mass / (t * t);
+        // H3, the integral of H2, is t H2/4 for a short time and t H2/2 for one of many turns.
+        let h3 = if self.fastest * t < 1.0 || self.omega_squared == 0.0 {
+            0.25 * t * r.h2
+        } else {
+            ((0.5 * t * t - r.h1 - 2.0 * self.sigma * r.h2) / self.omega_squared).clamp(0.25 * t * r.h2, 0.5 * t * r.h2)
+        };
+        (scale * h3, scale * r.h2)
     }
 
     /// Velocity and acceleration at `t`.

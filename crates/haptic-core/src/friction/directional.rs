@@ -32,11 +32,42 @@ impl Directional {
         }
     }
 
+    /// The value for one direction, to change.
+    pub(crate) fn get_mut(&mut self, direction: Direction) -> &mut f64 {
+        match direction {
+            Direction::Positive => &mut self.positive,
+            Direction::Negative => &mut self.negative,
+        }
+    }
+
     /// Whether both directions are alike.
     #[must_use]
     #[expect(clippy::float_cmp, reason = "alike means the same number, not a near one")]
     pub fn is_symmetric(self) -> bool {
         self.positive == self.negative
+    }
+}
+
+impl Directional {
+    /// The larger of the two.
+    #[must_use]
+    pub fn greatest(self) -> f64 {
+        self.positive.max(self.negative)
+    }
+
+    /// The smaller of the two.
+    #[must_use]
+    pub fn least(self) -> f64 {
+        self.positive.min(self.negative)
+    }
+
+    /// A value for each direction from the values of both.
+    #[must_use]
+    pub(crate) fn zip(self, other: Self, combine: impl Fn(f64, f64) -> f64) -> Self {
+        Self {
+            positive: combine(self.positive, other.positive),
+            negative: combine(self.negative, other.negative),
+        }
     }
 }
 

@@ -9,8 +9,17 @@
 //!        |
 //! -------+--------------- w
 //! ```
+//!
+//! Behind a block the stuck state is rigid. On the device itself, where there is no mass to hold still, it is a spring `Kp` that is anchored where the slide ended.
+//!
+//! Two options: with a [`stribeck_velocity`](Karnopp::stribeck_velocity) friction falls gently from `Fs` to `Fd` as the slide picks up speed, and with a
+//! [`rising_rate`](Karnopp::rising_rate) the static limit is `Fd` just after a slide and grows to `Fs` while the block rests.
 
-use super::Directional;
+use super::level::{Level, SUDDEN_FALL_MPS, Stribeck};
+use super::spring_contact::{SpringContact, SpringState};
+use super::static_limit::StaticLimit;
+use super::{Directional, Reseat, Slot};
+use crate::parameters::Parameter;
 
 /// Karnopp friction: limits in newtons, all positive numbers for either direction.
 ///
@@ -24,24 +33,123 @@ use super::Directional;
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Karnopp {
     /// `Fs`, N: the force that a block at rest withstands.
+    #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
     pub static_force: Directional,
     /// `Fd`, N: kinetic (Coulomb) friction while sliding.
+    #[cfg_attr(feature = "serde", serde(alias = "Fd"))]
     pub dynamic_force: Directional,
     /// `b`, N s/m: viscous friction while sliding.
-    #[cfg_attr(feature = "serde", serde(default))]
+    #[cfg_attr(feature = "serde", serde(alias = "b", alias = "sigma2", default))]
     pub viscous: Directional,
     /// `DV`, m/s: a slide that has been faster than this re-sticks when it falls back to it.
-    #[cfg_attr(feature = "serde", serde(default))]
+    #[cfg_attr(feature = "serde", serde(alias = "DV", default))]
     pub velocity_threshold: f64,
+    /// `ws`, m/s: the velocity over which friction falls from `Fs` to `Fd` (Stribeck's curve). 0, or less than a micrometer a second: it falls at once.
+    #[cfg_attr(
+        feature = "serde",
+        serde(alias = "ws", alias = "vs", default, skip_serializing_if = "is_zero")
+    )]
+    pub stribeck_velocity: f64,
+    /// `gamma`, 1/s: the rate at which the static limit grows from `Fd` to `Fs` while the block rests. 0: it is there at once.
+    #[cfg_attr(feature = "serde", serde(alias = "gamma", default, skip_serializing_if = "is_zero"))]
+    pub rising_rate: f64,
+    /// `Kp`, N/m: the stuck spring, on the device itself only, where it is [`DEFAULT_CONTACT_STIFFNESS`] unless it is given.
+    #[cfg_attr(
+        feature = "serde",
+        serde(
+            alias = "Kp",
+            alias = "sigma",
+            alias = "sigma0",
+            default,
+            skip_serializing_if = "Option::is_none"
+        )
+    )]
+    pub contact_stiffness: Option<f64>,
+    /// What the stuck spring is anchored to, on the device itself only.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub reseat: Option<Reseat>,
+}
+
+/// `Kp` on the device unless a scene says otherwise, N/m: as stiff as small rigs render without buzzing.
+pub const DEFAULT_CONTACT_STIFFNESS: f64 = 5000.0;
+
+#[cfg(feature = "serde")]
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 impl Karnopp {
-    /// The force, N, at which a block at rest starts to slide, by direction.
+    /// Plain Karnopp friction with a static and a dynamic limit, N.
+    #[must_use]
+    pub fn new(static_force: impl Into<Directional>, dynamic_force: impl Into<Directional>) -> Self {
+        Self {
+            static_force: static_force.into(),
+            dynamic_force: dynamic_force.into(),
+            viscous: Directional::both(0.0),
+            velocity_threshold: 0.0,
+            stribeck_velocity: 0.0,
+            rising_rate: 0.0,
+            contact_stiffness: None,
+            reseat: None,
+        }
+    }
+
+    /// The force, N, at which a block that has rested starts to slide, by direction.
     #[must_use]
     pub fn breakaway_force(&self) -> Directional {
-        Directional {
-            positive: self.static_force.positive.max(self.dynamic_force.positive),
-            negative: self.static_force.negative.max(self.dynamic_force.negative),
+        if self.curve().is_some() {
+            // Sliding begins with the static force, whichever is larger.
+            return self.static_force;
+        }
+        self.static_force.zip(self.dynamic_force, f64::max)
+    }
+
+    /// Stribeck's curve, where there is one.
+    pub(crate) fn curve(&self) -> Option<Stribeck> {
+        let falls = self.stribeck_velocity >= SUDDEN_FALL_MPS && self.static_force != self.dynamic_force;
+        falls.then_some(Stribeck {
+            static_force: self.static_force,
+            dynamic_force: self.dynamic_force,
+            velocity: self.stribeck_velocity,
+        })
+    }
+
+    /// Whether the static limit depends on the time at rest.
+    pub(crate) fn rises(&self) -> bool {
+        let above = |held: f64, sliding: f64| held > sliding;
+        self.rising_rate > 0.0
+            && (above(self.static_force.positive, self.dynamic_force.positive)
+                || above(self.static_force.negative, self.dynamic_force.negative))
+    }
+
+    pub(crate) fn slot(&mut self, parameter: Parameter, on_device: bool) -> Option<Slot<'_>> {
+        match parameter {
+            Parameter::StaticForce => Some(Slot::Two(&mut self.static_force)),
+            Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
+            Parameter::Viscous => Some(Slot::Two(&mut self.viscous)),
+            Parameter::VelocityThreshold => Some(Slot::One(&mut self.velocity_threshold)),
+            Parameter::StribeckVelocity => Some(Slot::One(&mut self.stribeck_velocity)),
+            Parameter::RisingRate => Some(Slot::One(&mut self.rising_rate)),
+            Parameter::ContactStiffness if on_device => Some(Slot::One(
+                self.contact_stiffness.get_or_insert(DEFAULT_CONTACT_STIFFNESS),
+            )),
+            _ => None,
+        }
+    }
+
+    /// The law on the device itself.
+    pub(crate) fn contact<L: Level, R: StaticLimit>(&self, level: L, static_limit: R) -> SpringContact<L, R> {
+        SpringContact {
+            stiffness: Directional::both(self.contact_stiffness.unwrap_or(DEFAULT_CONTACT_STIFFNESS)),
+            damping: 0.0,
+            static_force: self.static_force,
+            static_limit,
+            level,
+            viscous: self.viscous,
+            velocity_threshold: self.velocity_threshold,
+            reseat: self.reseat.unwrap_or_default(),
+            state: SpringState::AT_REST,
         }
     }
 }

@@ -104,7 +104,7 @@ fn plot(page: &mut String, measurements: &[Measurement]) {
             page,
             format_args!(
                 "<circle class=\"s{class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"5\" fill-opacity=\"0.75\"><title>{}, {}: {:.1} ns, {:.1e} N</title></circle>",
-                escaped(measurement.case),
+                escaped(&measurement.case),
                 measurement.scheme,
                 measurement.cost.median_ns,
                 measurement.error.force_n
@@ -139,7 +139,7 @@ fn table(page: &mut String, measurements: &[Measurement]) {
             page,
             format_args!(
                 "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td>{:.1e}</td><td>{events}</td><td>{:.1e}</td></tr>",
-                escaped(m.case),
+                escaped(&m.case),
                 m.scheme,
                 m.cost.median_ns,
                 if m.blew_up {
@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn every_measurement_is_a_point_and_a_row() {
-        let case = &cases::all()[10];
+        let case = &cases::of_karnopp()[10];
         assert_eq!(case.name, "Fs >> Fd", "a name that must be escaped");
         let measurements = measure(case).expect("a valid scene");
         let page = page(&measurements);

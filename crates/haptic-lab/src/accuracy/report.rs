@@ -8,10 +8,10 @@ use haptic_core::{SceneError, Scheme};
 use std::io;
 
 /// One scheme in one case.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Measurement {
     /// The case.
-    pub case: &'static str,
+    pub case: String,
     /// The scheme.
     pub scheme: Scheme,
     /// What a tick costs.
@@ -30,7 +30,7 @@ pub struct Measurement {
 /// Never: the names are those of schemes.
 #[must_use]
 pub fn schemes() -> Vec<Scheme> {
-    ["exact", "literal", "literal:10", "literal:100"]
+    ["exact", "literal", "literal:10", "literal:100", "implicit"]
         .map(|name| name.parse().expect("a scheme"))
         .to_vec()
 }
@@ -48,9 +48,9 @@ pub fn measure(case: &Case) -> Result<Vec<Measurement>, SceneError> {
         .into_iter()
         .map(|scheme| {
             let run = simulate(&case.scene, scheme, &case.motion, case.start)?;
-            let error = compare(&run, &truth, case.scene.coupling.stiffness);
+            let error = compare(&run, &truth, case.stiffness());
             Ok(Measurement {
-                case: case.name,
+                case: case.name.clone(),
                 scheme,
                 cost: measure_cost(&case.scene, scheme, &case.motion, case.start)?,
                 error,

@@ -1,4 +1,4 @@
-//! The block's true motion, by a method that shares nothing with the exact tick.
+//! The true motion under Karnopp's law, by a method that shares nothing with the exact tick.
 //!
 //! Between samples the device's `K p + B v` is linear, as the exact scheme has it. The block's equation is integrated by its Taylor series in short steps,
 //! in double-double arithmetic (31 digits); a step in which the contact changes is halved until the change is found. There are no
@@ -8,8 +8,9 @@
 use crate::motion::DeviceSample;
 use crate::simulate::{ContactChange, Row, Simulation, Start};
 use haptic_core::block::Contact;
-use haptic_core::friction::Friction;
-use haptic_core::{Direction, Directional, Scene};
+use haptic_core::friction::Karnopp;
+use haptic_core::scene::Coupling;
+use haptic_core::{Direction, Directional};
 use twofloat::TwoFloat;
 
 /// Terms of the series: with `max(omega, 2 sigma) h <= 1/4` the last is below 1e-33 of the first.
@@ -81,15 +82,13 @@ impl Series {
 }
 
 impl Block {
-    fn new(scene: &Scene) -> Self {
-        let Friction::Karnopp(law) = &scene.friction;
-        let viscous = law.viscous.positive.max(law.viscous.negative);
-        let two_sigma = (scene.coupling.damping + viscous) / scene.block.mass;
-        let fastest = two_sigma.max((scene.coupling.stiffness / scene.block.mass).sqrt());
+    fn new(mass: f64, coupling: &Coupling, law: &Karnopp) -> Self {
+        let two_sigma = (coupling.damping + law.viscous.greatest()) / mass;
+        let fastest = two_sigma.max((coupling.stiffness / mass).sqrt());
         Self {
-            mass: exact(scene.block.mass),
-            stiffness: exact(scene.coupling.stiffness),
-            damping: exact(scene.coupling.damping),
+            mass: exact(mass),
+            stiffness: exact(coupling.stiffness),
+            damping: exact(coupling.damping),
             breakaway: law.breakaway_force(),
             dynamic_force: law.dynamic_force,
             viscous: law.viscous,
@@ -246,10 +245,15 @@ fn bisect(from: TwoFloat, to: TwoFloat, holds: impl Fn(TwoFloat) -> bool) -> Two
 
 /// The true motion of the block, rounded once at the end.
 ///
-/// The scene must be valid. Its cost grows with `max(omega, 2 sigma) T`: a block of a milligram is a matter of patience.
-#[must_use]
-pub fn solve(scene: &Scene, motion: &[DeviceSample], start: Start) -> Simulation {
-    let block = Block::new(scene);
+/// Its cost grows with `max(omega, 2 sigma) T`: a block of a milligram is a matter of patience.
+pub(super) fn solve(
+    mass: f64,
+    coupling: &Coupling,
+    law: &Karnopp,
+    motion: &[DeviceSample],
+    start: Start,
+) -> Simulation {
+    let block = Block::new(mass, coupling, law);
     let (mut rows, mut events) = (Vec::with_capacity(motion.len()), Vec::new());
     let Some(first) = motion.first() else {
         return Simulation {

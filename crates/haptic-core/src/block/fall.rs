@@ -1,0 +1,94 @@
+//! When a slide falls to the velocity at which it ends.
+//!
+//! The velocity's extrema are closed-form; between them it is monotone, so the first one at or below the level brackets the fall, and a safeguarded
+//! Newton iteration finds it.
+
+use super::oscillator::{Motion, Oscillator};
+
+/// How a slide ends, or that it does not.
+pub(super) enum SlideEnd {
+    /// It goes on to the end of the interval; whether it is armed there.
+    None { armed: bool },
+    /// The velocity falls to the re-stick level at this time.
+    Falls { at: f64, armed: bool },
+    /// The search met more extrema than a tick may work through.
+    Exhausted,
+}
+
+/// The velocity at which a slide ends: a threshold once it has been faster, and zero until then.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FallLevel {
+    pub(super) armed: bool,
+    pub(super) threshold: f64,
+}
+
+/// The first time in `(0, remaining]` at which a forward slide falls to its re-stick level, and the number of
+/// velocity extrema looked at to find it.
+pub(super) fn first_fall(
+    oscillator: &Oscillator,
+    motion: &Motion,
+    remaining: f64,
+    level: FallLevel,
+    most_extrema: u32,
+) -> (SlideEnd, u32) {
+    let FallLevel { mut armed, threshold } = level;
+    if motion.w0 == 0.0 && oscillator.acceleration(motion) == (0.0, 0.0) {
+        // At rest and without load: nothing falls.
+        return (SlideEnd::None { armed }, 0);
+    }
+    let (mut extremum, distance) = oscillator.extrema(motion);
+    let mut extrema = 0;
+    let mut from = 0.0;
+    let mut w_from = motion.w0;
+    loop {
+        let to = extremum.min(remaining);
+        let (w_to, _) = oscillator.velocity(motion, to);
+        if w_to > w_from {
+            armed = armed || w_to > threshold;
+        } else {
+            let level = if armed { threshold } else { 0.0 };
+            if w_to <= level && w_from >= level {
+                // Touching the end of the interval from above is for the next tick to see.
+                let at = find_fall(oscillator, motion, level, from, to, remaining);
+                return (SlideEnd::Falls { at, armed }, extrema);
+            }
+        }
+        if to >= remaining {
+            return (SlideEnd::None { armed }, extrema);
+        }
+        if extrema >= most_extrema {
+            return (SlideEnd::Exhausted, extrema);
+        }
+        extrema += 1;
+        from = to;
+        w_from = w_to;
+        extremum += distance;
+    }
+}
+
+/// The root of `w - level` in an interval on which `w` falls from above the level to or below it.
+fn find_fall(oscillator: &Oscillator, motion: &Motion, level: f64, from: f64, to: f64, scale: f64) -> f64 {
+    let (mut above, mut below) = (from, to);
+    let mut at = 0.5 * (from + to);
+    // Newton from the middle; each step that leaves the bracket is replaced by a bisection, so that 64 always suffice.
+    for _ in 0..64 {
+        let (w, a) = oscillator.velocity(motion, at);
+        if w > level {
+            above = at;
+        } else {
+            below = at;
+        }
+        let newton = at - (w - level) / a;
+        let next = if newton > above && newton < below {
+            newton
+        } else {
+            0.5 * (above + below)
+        };
+        // Newton's error is then that of rounding; asking for less would chase noise.
+        if (next - at).abs() <= 1e-14 * scale {
+            return next;
+        }
+        at = next;
+    }
+    at
+}

@@ -1,0 +1,162 @@
+//! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly, without an event to look for.
+
+use super::load::{Load, Pull};
+use super::oscillator::{Motion, Oscillator};
+use super::slide::Propagator;
+use super::{BlockState, Contact, EventSink, Moving, Rendered};
+use crate::parameters::Direction;
+use crate::scene::Coupling;
+
+/// The block of a viscous scene.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LinearBlock {
+    mass: f64,
+    coupling: Coupling,
+    viscous: f64,
+    oscillator: Oscillator,
+    propagator: Propagator,
+    state: BlockState,
+}
+
+impl LinearBlock {
+    /// `viscous` is `b`, N s/m.
+    pub(crate) fn new(mass: f64, coupling: Coupling, viscous: f64) -> Self {
+        let oscillator = Oscillator::new(mass, coupling.damping + viscous, coupling.stiffness);
+        let mut state = BlockState::new(0.0, 0.0, 0.0, 0.0);
+        state.contact = Contact::Sliding(Direction::Positive);
+        Self {
+            mass,
+            coupling,
+            viscous,
+            oscillator,
+            propagator: Propagator::new(&oscillator),
+            state,
+        }
+    }
+
+    fn load(&self, elapsed_s: f64, position: f64, velocity: f64) -> Load {
+        let from = &self.state;
+        Load::new(&Pull {
+            stiffness: self.coupling.stiffness,
+            damping: self.coupling.damping,
+            from: (from.device_position, from.device_velocity),
+            to: (position, velocity),
+            elapsed_s,
+            block_position: from.position,
+        })
+    }
+
+    /// The new sample, and the contact that fits the new velocity.
+    fn arrive(
+        &mut self,
+        elapsed_s: f64,
+        sample: (f64, f64),
+        motion: Option<&Motion>,
+        sink: &mut (impl EventSink + ?Sized),
+    ) -> Rendered {
+        (self.state.device_position, self.state.device_velocity) = sample;
+        if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
+            self.set_state(BlockState::new(sample.0, 0.0, sample.0, sample.1));
+        }
+        let from = self.state.contact;
+        let to = Contact::Sliding(Direction::of(self.state.velocity));
+        let turned = from != to && self.state.velocity != 0.0;
+        if turned {
+            self.state.contact = to;
+            let at_s = motion
+                .filter(|_| sink.listens())
+                .map_or(elapsed_s, |motion| self.turning_time(motion, elapsed_s));
+            sink.contact_changed(at_s, from, to);
+        }
+        Rendered {
+            coupling_force: self.coupling.force(&self.state),
+            events: u32::from(turned),
+            work_exhausted: false,
+        }
+    }
+
+    /// When the velocity passed zero, by halving: only asked for by somebody who listens.
+    fn turning_time(&self, motion: &Motion, elapsed_s: f64) -> f64 {
+        let (mut before, mut after) = (0.0, elapsed_s);
+        let ends = Direction::of(self.state.velocity);
+        for _ in 0..60 {
+            let middle = 0.5 * (before + after);
+            if Direction::of(self.oscillator.velocity(motion, middle).0) == ends {
+                after = middle;
+            } else {
+                before = middle;
+            }
+        }
+        after
+    }
+}
+
+impl Moving for LinearBlock {
+    fn advance(
+        &mut self,
+        elapsed_s: f64,
+        position: f64,
+        velocity: f64,
+        sink: &mut (impl EventSink + ?Sized),
+    ) -> Rendered {
+        if elapsed_s <= 0.0 {
+            return self.arrive(0.0, (position, velocity), None, sink);
+        }
+        let load = self.load(elapsed_s, position, velocity);
+        let motion = Motion {
+            w0: self.state.velocity,
+            f0: load.at_start,
+            g1: load.slope,
+        };
+        let r = self.propagator.at(&self.oscillator, elapsed_s);
+        let (y, w) = self.oscillator.advance(&motion, &r);
+        self.state.position += y;
+        self.state.velocity = w;
+        self.arrive(elapsed_s, (position, velocity), Some(&motion), sink)
+    }
+
+    fn advance_implicitly(
+        &mut self,
+        elapsed_s: f64,
+        position: f64,
+        velocity: f64,
+        sink: &mut (impl EventSink + ?Sized),
+    ) -> Rendered {
+        if elapsed_s > 0.0 {
+            let load = self.load(elapsed_s, position, velocity);
+            let impulse = self.mass * self.state.velocity / elapsed_s + load.at(elapsed_s);
+            let resistance =
+                self.mass / elapsed_s + self.coupling.damping + self.viscous + self.coupling.stiffness * elapsed_s;
+            self.state.velocity = impulse / resistance;
+            self.state.position += elapsed_s * self.state.velocity;
+        }
+        self.arrive(elapsed_s, (position, velocity), None, sink)
+    }
+
+    fn state(&self) -> BlockState {
+        self.state
+    }
+
+    fn set_state(&mut self, state: BlockState) {
+        self.state = state.consistent();
+        if self.state.contact == Contact::Stuck {
+            self.state.contact = self.at_rest();
+        }
+    }
+
+    fn at_rest(&self) -> Contact {
+        Contact::Sliding(Direction::Positive)
+    }
+
+    fn felt(&self) -> f64 {
+        self.coupling.force(&self.state)
+    }
+
+    fn friction(&self) -> f64 {
+        self.viscous * self.state.velocity
+    }
+
+    fn seat(&mut self, _force: f64) {
+        // Drag holds nothing.
+    }
+}

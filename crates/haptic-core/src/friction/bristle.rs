@@ -1,0 +1,193 @@
+//! A bristle: a deflection `z` that follows the motion by its elastic share, `dz/dx = 1 - alpha(z) z/zss`, and gives `sigma z`. The laws
+//! that are made of one differ in `alpha` and in where `zss` comes from.
+
+use super::Directional;
+use super::contact::{Stroke, Tangent, YieldingContact, by_elastic_share};
+use super::level::Level;
+use crate::block::Contact;
+use crate::math::{exp, exp_m1};
+use crate::parameters::Direction;
+use core::fmt::Debug;
+
+/// How much of a motion is lost to plastic flow, as a function of the deflection along the motion and of the deflection in steady motion (> 0).
+pub(crate) trait Plasticity: Clone + Copy + Debug + Send + Sync + 'static {
+    /// Whether the flow is closed-form.
+    const EXACT: bool;
+
+    /// `alpha`.
+    fn alpha(&self, deflection: f64, steady: f64) -> f64;
+
+    /// Slope of the elastic share `1 - alpha(z) z/zss` over `z/zss`.
+    fn share_slope(&self, ratio: f64) -> f64;
+
+    /// Up to this deflection along the motion there is no plastic flow at all; `None` where there always is.
+    fn elastic_up_to(&self, steady: f64) -> Option<f64>;
+
+    /// Moves a deflection on by a distance.
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64;
+}
+
+/// Always whole: the flow is closed-form.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AlwaysPlastic;
+
+impl Plasticity for AlwaysPlastic {
+    const EXACT: bool = true;
+
+    fn alpha(&self, _deflection: f64, _steady: f64) -> f64 {
+        1.0
+    }
+
+    fn share_slope(&self, _ratio: f64) -> f64 {
+        -1.0
+    }
+
+    fn elastic_up_to(&self, _steady: f64) -> Option<f64> {
+        None
+    }
+
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64 {
+        steady + (deflection - steady) * exp(-distance / steady)
+    }
+}
+
+/// Pieces into which a displacement is cut at most.
+const MOST_PIECES: u32 = 64;
+/// A piece's share of the steady deflection.
+const PIECE: f64 = 1.0 / 16.0;
+
+/// The flow for an `alpha` that varies: by the exponential midpoint rule, which is stable whatever the displacement.
+pub(crate) fn flow_in_pieces(mut deflection: f64, distance: f64, steady: f64, alpha: impl Fn(f64) -> f64) -> f64 {
+    let step = |from: f64, rate_at: f64, by: f64| {
+        let rate = alpha(rate_at) / steady;
+        let z = rate * by;
+        let phi = if z > 1e-9 { -exp_m1(-z) / z } else { 1.0 };
+        from + (1.0 - rate * from) * by * phi
+    };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 64")]
+    let count = (distance / (PIECE * steady)).min(f64::from(MOST_PIECES) - 1.0) as u32 + 1;
+    let piece = distance / f64::from(count);
+    for _ in 0..count {
+        let middle = step(deflection, deflection, 0.5 * piece);
+        let next = step(deflection, middle, piece);
+        if (next - deflection).abs() <= f64::EPSILON * steady {
+            // Steady: nothing more will change.
+            return next;
+        }
+        deflection = next;
+    }
+    deflection
+}
+
+/// A deflection that is this near the end of its elastic part, as a share of it, is there: displacements are found to rounding only.
+const AT_THE_END: f64 = 1e-9;
+
+/// The contact of such a law.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bristle<L, P> {
+    pub(crate) level: L,
+    pub(crate) plasticity: P,
+    /// `sigma0`, N/m.
+    pub(crate) stiffness: f64,
+    /// `sigma1`, N s/m.
+    pub(crate) damping: f64,
+    /// `b`, N s/m.
+    pub(crate) viscous: Directional,
+    /// `z`, m, signed.
+    pub(crate) deflection: f64,
+}
+
+impl<L: Level, P: Plasticity> Bristle<L, P> {
+    fn steady(&self, direction: Direction, speed: f64) -> f64 {
+        self.level.at(direction, speed) / self.stiffness
+    }
+
+    /// `dz/dx` along a direction.
+    fn share(&self, direction: Direction, steady: f64) -> f64 {
+        let along = direction.sign() * self.deflection;
+        if steady <= 0.0 {
+            return 0.0;
+        }
+        1.0 - self.plasticity.alpha(along, steady) * along / steady
+    }
+}
+
+impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
+    fn tangent(&self, direction: Direction, speed: f64) -> Tangent {
+        let steady = self.steady(direction, speed);
+        // Without a limit this way, whatever the bristle held is gone at once.
+        let along = if steady > 0.0 {
+            direction.sign() * self.deflection
+        } else {
+            0.0
+        };
+        let share = self.share(direction, steady);
+        let end = self.plasticity.elastic_up_to(steady);
+        let elastic = end.is_some_and(|end| along < end * (1.0 - AT_THE_END));
+        let (mut stiffness, mut damping) = (self.stiffness * share, self.damping * share);
+        if self.damping > 0.0 && steady > 0.0 {
+            // The share itself changes along the way, and with speed, and sigma1 feels it.
+            let ratio = along / steady;
+            let slope = self.plasticity.share_slope(ratio);
+            stiffness += self.damping * speed * share * slope / steady;
+            damping -=
+                self.damping * speed * slope * ratio / steady * self.level.slope(direction, speed) / self.stiffness;
+        }
+        let viscous = self.viscous.get(direction);
+        Tangent {
+            force: self.stiffness * along + (self.damping * share - damping) * speed,
+            stiffness,
+            damping: damping + viscous,
+            linear: elastic && !L::VARIES,
+            kink: end.filter(|_| elastic).map_or(f64::INFINITY, |end| end - along),
+        }
+    }
+
+    fn advance(&mut self, stroke: &Stroke) -> f64 {
+        let sign = stroke.direction.sign();
+        let (from, to) = (stroke.from_speed, stroke.to_speed);
+        let middle = 0.5 * (from + to);
+        let flow = |along: f64, distance: f64, speed: f64| {
+            let steady = self.steady(stroke.direction, speed);
+            if steady > 0.0 {
+                self.plasticity.flow(along, distance, steady)
+            } else {
+                0.0
+            }
+        };
+        let along = sign * self.deflection;
+        let at_once = flow(along, stroke.distance, middle);
+        if P::EXACT && !L::VARIES {
+            self.deflection = sign * at_once;
+            return 0.0;
+        }
+        // In two halves of the time, the speed growing evenly, and extrapolated from both: what the two differ by is the measure of the error.
+        let first = if middle > 0.0 {
+            stroke.distance * (0.25 * (3.0 * from + to) / (2.0 * middle))
+        } else {
+            0.5 * stroke.distance
+        };
+        let halfway = flow(along, first, 0.25 * (3.0 * from + to));
+        let in_halves = flow(halfway, stroke.distance - first, 0.25 * (from + 3.0 * to));
+        let missed = (in_halves - at_once) / 3.0;
+        self.deflection = sign * (in_halves + missed);
+        self.stiffness * missed.abs()
+    }
+
+    fn force_at_rest(&self) -> f64 {
+        self.stiffness * self.deflection
+    }
+
+    fn seat(&mut self, force: f64) {
+        let limit = |direction| self.level.at(direction, 0.0);
+        self.deflection = force.clamp(-limit(Direction::Negative), limit(Direction::Positive)) / self.stiffness;
+    }
+
+    fn stored_energy(&self) -> f64 {
+        0.5 * self.stiffness * self.deflection * self.deflection
+    }
+
+    fn contact(&self, direction: Direction) -> Contact {
+        by_elastic_share(self.share(direction, self.steady(direction, 0.0)), direction)
+    }
+}

@@ -1,0 +1,238 @@
+//! Dahl's friction (Dahl 1968, "A solid friction model"): a spring that yields from the first displacement on, with limits that may differ by
+//! direction.
+//!
+//! ```text
+//! dF/dx = sigma |1 - u|^i sgn(1 - u),   u = s F/Fc,   s = direction of motion
+//! ```
+//!
+//! Along one direction this is a function of the displacement alone, in closed form: with `r = 1 - u` and `a = sigma |dx|/Fc`,
+//! `r+ = r e^-a` for `i = 1`, and otherwise `r+ = r (1 + (i - 1) a r^(i-1))^(1/(1-i))`, the bracket kept from falling below zero. Whatever the
+//! displacement it is stable, where the explicit step blows up for `|v| > 2 Fc/(sigma T)`.
+//!
+//! It has no stiction, and a load that shakes below the limit makes it creep: see [`ElastoPlastic`](super::ElastoPlastic) for one that does not.
+
+use super::contact::{Stroke, Tangent, YieldingContact, by_elastic_share};
+use super::{Directional, Slot};
+use crate::block::Contact;
+use crate::math::{exp, ln_1p, powf};
+use crate::parameters::{Direction, Parameter};
+
+/// Dahl friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Dahl {
+    /// `Fd` (Dahl's `Fc`; `Dp` and `Dn` by direction), N: the force of a long slide.
+    #[cfg_attr(feature = "serde", serde(alias = "Fd"))]
+    pub dynamic_force: Directional,
+    /// `sigma`, N/m: the slope at zero force.
+    #[cfg_attr(feature = "serde", serde(alias = "Kp", alias = "sigma", alias = "sigma0"))]
+    pub contact_stiffness: f64,
+    /// `i`: 0 yields all at once, 1 is the usual exponential, more is rounder.
+    #[cfg_attr(feature = "serde", serde(alias = "i", default = "exponential"))]
+    pub exponent: f64,
+    /// `b`, N s/m: viscous friction on top.
+    #[cfg_attr(feature = "serde", serde(alias = "b", alias = "sigma2", default))]
+    pub viscous: Directional,
+}
+
+#[cfg(feature = "serde")]
+fn exponential() -> f64 {
+    1.0
+}
+
+impl Dahl {
+    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
+        match parameter {
+            Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
+            Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
+            Parameter::Exponent => Some(Slot::One(&mut self.exponent)),
+            Parameter::Viscous => Some(Slot::Two(&mut self.viscous)),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn contact(&self) -> DahlContact {
+        DahlContact { law: *self, force: 0.0 }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DahlContact {
+    law: Dahl,
+    /// `F`, N, signed.
+    force: f64,
+}
+
+#[expect(
+    clippy::float_cmp,
+    reason = "the exponents 0 and 1 themselves have closed forms of their own"
+)]
+impl DahlContact {
+    /// `1 - u`, not negative.
+    fn rest(&self, direction: Direction) -> f64 {
+        let limit = self.law.dynamic_force.get(direction);
+        if limit > 0.0 {
+            (1.0 - direction.sign() * self.force / limit).max(0.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// `dF/dx / sigma`.
+    fn share(&self, rest: f64) -> f64 {
+        if rest == 0.0 {
+            0.0
+        } else if self.law.exponent == 1.0 {
+            rest
+        } else {
+            powf(rest, self.law.exponent)
+        }
+    }
+}
+
+#[expect(
+    clippy::float_cmp,
+    reason = "the exponents 0 and 1 themselves have closed forms of their own"
+)]
+impl YieldingContact for DahlContact {
+    fn tangent(&self, direction: Direction, _speed: f64) -> Tangent {
+        let rest = self.rest(direction);
+        let law = &self.law;
+        Tangent {
+            // Without a limit this way, whatever the spring held is gone at once.
+            force: if law.dynamic_force.get(direction) > 0.0 {
+                direction.sign() * self.force
+            } else {
+                0.0
+            },
+            stiffness: law.contact_stiffness * self.share(rest),
+            damping: law.viscous.get(direction),
+            linear: law.exponent == 0.0 || rest == 0.0,
+            kink: if law.exponent < 1.0 && rest > 0.0 {
+                // Below an exponent of 1 the limit is reached in a finite displacement.
+                let stroke = powf(rest, 1.0 - law.exponent) / (1.0 - law.exponent);
+                stroke * law.dynamic_force.get(direction) / law.contact_stiffness
+            } else {
+                f64::INFINITY
+            },
+        }
+    }
+
+    fn advance(&mut self, stroke: &Stroke) -> f64 {
+        let limit = self.law.dynamic_force.get(stroke.direction);
+        let rest = self.rest(stroke.direction);
+        let left = if limit <= 0.0 || rest == 0.0 {
+            0.0
+        } else {
+            let a = self.law.contact_stiffness * stroke.distance / limit;
+            let i = self.law.exponent;
+            if i == 1.0 {
+                rest * exp(-a)
+            } else {
+                let grown = (i - 1.0) * a * powf(rest, i - 1.0);
+                if grown > -1.0 {
+                    // The logarithm keeps its digits where i is near 1.
+                    rest * exp(ln_1p(grown) / (1.0 - i))
+                } else {
+                    0.0
+                }
+            }
+        };
+        self.force = stroke.direction.sign() * limit * (1.0 - left);
+        0.0
+    }
+
+    fn force_at_rest(&self) -> f64 {
+        self.force
+    }
+
+    fn seat(&mut self, force: f64) {
+        self.force = force.clamp(-self.law.dynamic_force.negative, self.law.dynamic_force.positive);
+    }
+
+    fn stored_energy(&self) -> f64 {
+        0.5 * self.force * self.force / self.law.contact_stiffness
+    }
+
+    fn contact(&self, direction: Direction) -> Contact {
+        by_elastic_share(self.share(self.rest(direction)), direction)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn stroke(direction: Direction, distance: f64) -> Stroke {
+        Stroke {
+            direction,
+            distance,
+            from_speed: 0.0,
+            to_speed: 0.0,
+            elapsed_s: 1e-3,
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// The closed form against Euler's method in very small steps, through a reversal, whatever the exponent.
+        #[test]
+        fn the_closed_form_is_the_solution(
+            exponent in prop_oneof![Just(0.0), Just(1.0), Just(0.5), 0.0..4.0f64, 0.9999..1.0001f64],
+            positive in 0.5..10.0f64, negative in 0.5..10.0f64, distance in 1e-6..2e-4f64,
+        ) {
+            let law = Dahl {
+                dynamic_force: Directional { positive, negative },
+                contact_stiffness: 1e5,
+                exponent,
+                viscous: Directional::both(0.0),
+            };
+            let mut contact = law.contact();
+            let mut force = 0.0_f64;
+            for direction in [Direction::Positive, Direction::Negative, Direction::Positive] {
+                contact.advance(&stroke(direction, distance));
+                let limit = law.dynamic_force.get(direction);
+                let steps = 20_000;
+                for _ in 0..steps {
+                    let slope = |force: f64| {
+                        let rest = (1.0 - direction.sign() * force / limit).max(0.0);
+                        if rest > 0.0 { 1e5 * rest.powf(exponent) } else { 0.0 }
+                    };
+                    let by = distance / f64::from(steps);
+                    let middle = force + direction.sign() * 0.5 * by * slope(force);
+                    force += direction.sign() * by * slope(middle);
+                    // With a small exponent the step comes to the limit in one go.
+                    force = direction.sign() * (direction.sign() * force).min(limit);
+                }
+                prop_assert!((contact.force - force).abs() <= 2e-3 * limit.max(law.dynamic_force.greatest()) / 10.0,
+                    "{} N for {force} N", contact.force);
+            }
+        }
+    }
+
+    #[test]
+    fn a_long_slide_ends_at_the_limit_whatever_the_step() {
+        for exponent in [0.0, 0.5, 1.0, 2.0, 10.0] {
+            let law = Dahl {
+                dynamic_force: Directional {
+                    positive: 4.0,
+                    negative: 2.0,
+                },
+                contact_stiffness: 1e7,
+                exponent,
+                viscous: Directional::both(0.0),
+            };
+            let mut contact = law.contact();
+            contact.advance(&stroke(Direction::Negative, 1e3));
+            assert!(
+                (contact.force + 2.0).abs() < 0.5 && contact.force >= -2.0,
+                "{exponent}: {contact:?}"
+            );
+            contact.advance(&stroke(Direction::Positive, 1e-12));
+            assert!(contact.force.is_finite());
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Elasto-plastic friction (Dupont, Hayward, Armstrong and Altpeter 2002, "Single state elastoplastic friction models"): LuGre's bristle, but truly elastic up to a
+//! breakaway deflection, and elastic whenever it is unloaded. A load that shakes below the limit does not make it creep.
+//!
+//! ```text
+//! z' = v (1 - alpha(z, v) sigma0 z sgn(v)/g(v)),   F = sigma0 z + sigma1 z' + b v
+//! alpha = 0 up to zba and wherever z and v are opposed, 1 from zmax on, and half a sine wave in between
+//! ```
+
+use super::bristle::{Bristle, Plasticity, flow_in_pieces};
+use super::level::{Level, Stribeck};
+use super::{Directional, Slot};
+use crate::math::sin_cos;
+use crate::parameters::Parameter;
+use core::f64::consts::PI;
+
+/// Elasto-plastic friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct ElastoPlastic {
+    /// `Fs`, N: the most that the bristle holds at rest.
+    #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
+    pub static_force: Directional,
+    /// `Fd`, N: what it holds in fast motion; not above `Fs`.
+    #[cfg_attr(feature = "serde", serde(alias = "Fd"))]
+    pub dynamic_force: Directional,
+    /// `ws` (Stribeck's velocity), m/s; above 0 where `Fs` and `Fd` differ.
+    #[cfg_attr(feature = "serde", serde(alias = "ws", alias = "vs", default))]
+    pub stribeck_velocity: f64,
+    /// `sigma0`, N/m.
+    #[cfg_attr(feature = "serde", serde(alias = "Kp", alias = "sigma", alias = "sigma0"))]
+    pub contact_stiffness: f64,
+    /// `sigma1`, N s/m.
+    #[cfg_attr(feature = "serde", serde(alias = "sigma1", alias = "beta", default))]
+    pub contact_damping: f64,
+    /// `zba` over the steady deflection `g(v)/sigma0` of the moment: the share up to which nothing flows.
+    #[cfg_attr(
+        feature = "serde",
+        serde(alias = "zba", alias = "zs", default = "usual_elastic_fraction")
+    )]
+    pub elastic_fraction: f64,
+    /// `b` (`sigma2`), N s/m.
+    #[cfg_attr(feature = "serde", serde(alias = "b", alias = "sigma2", default))]
+    pub viscous: Directional,
+}
+
+#[cfg(feature = "serde")]
+pub(super) fn usual_elastic_fraction() -> f64 {
+    0.7
+}
+
+impl ElastoPlastic {
+    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
+        match parameter {
+            Parameter::StaticForce => Some(Slot::Two(&mut self.static_force)),
+            Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
+            Parameter::StribeckVelocity => Some(Slot::One(&mut self.stribeck_velocity)),
+            Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
+            Parameter::ContactDamping => Some(Slot::One(&mut self.contact_damping)),
+            Parameter::ElasticFraction => Some(Slot::One(&mut self.elastic_fraction)),
+            Parameter::Viscous => Some(Slot::Two(&mut self.viscous)),
+            _ => None,
+        }
+    }
+
+    /// Stribeck's curve, where there is one.
+    pub(crate) fn curve(&self) -> Option<Stribeck> {
+        (self.static_force != self.dynamic_force).then_some(Stribeck {
+            static_force: self.static_force,
+            dynamic_force: self.dynamic_force,
+            velocity: self.stribeck_velocity,
+        })
+    }
+
+    pub(crate) fn contact<L: Level>(&self, level: L) -> Bristle<L, ElasticAtFirst> {
+        Bristle {
+            level,
+            plasticity: ElasticAtFirst {
+                fraction: self.elastic_fraction,
+            },
+            stiffness: self.contact_stiffness,
+            damping: self.contact_damping,
+            viscous: self.viscous,
+            deflection: 0.0,
+        }
+    }
+}
+
+/// `alpha`, by the share of the steady deflection at which it begins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ElasticAtFirst {
+    fraction: f64,
+}
+
+impl Plasticity for ElasticAtFirst {
+    const EXACT: bool = false;
+
+    fn alpha(&self, deflection: f64, steady: f64) -> f64 {
+        let ratio = deflection / steady;
+        if ratio <= self.fraction {
+            0.0
+        } else if ratio >= 1.0 {
+            1.0
+        } else {
+            let share = (ratio - self.fraction) / (1.0 - self.fraction);
+            0.5 * (1.0 - sin_cos(PI * share).1)
+        }
+    }
+
+    fn share_slope(&self, ratio: f64) -> f64 {
+        if ratio <= self.fraction {
+            0.0
+        } else if ratio >= 1.0 {
+            -1.0
+        } else {
+            let angle = PI * (ratio - self.fraction) / (1.0 - self.fraction);
+            let (sin, cos) = sin_cos(angle);
+            -0.5 * (1.0 - cos) - ratio * 0.5 * PI / (1.0 - self.fraction) * sin
+        }
+    }
+
+    fn elastic_up_to(&self, steady: f64) -> Option<f64> {
+        Some(self.fraction * steady)
+    }
+
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64 {
+        let elastic = (self.fraction * steady - deflection).clamp(0.0, distance);
+        let deflection = deflection + elastic;
+        let plastic = distance - elastic;
+        if plastic <= 0.0 {
+            return deflection;
+        }
+        flow_in_pieces(deflection, plastic, steady, |z| self.alpha(z, steady))
+    }
+}

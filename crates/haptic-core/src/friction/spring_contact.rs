@@ -1,0 +1,203 @@
+//! A contact that holds by a spring up to its static limit, then slides, and holds anew when it has come to rest.
+
+use super::contact::{Stroke, Tangent, YieldingContact};
+use super::level::Level;
+use super::static_limit::StaticLimit;
+use super::{Directional, Reseat};
+use crate::block::Contact;
+use crate::parameters::Direction;
+
+/// A stuck spring, and what it slides against.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SpringContact<L, R> {
+    /// The spring's stiffness by the direction that it is loaded in, N/m.
+    pub(crate) stiffness: Directional,
+    /// Damping while stuck, N s/m.
+    pub(crate) damping: f64,
+    /// What it comes to hold, N.
+    pub(crate) static_force: Directional,
+    pub(crate) static_limit: R,
+    /// Friction while sliding.
+    pub(crate) level: L,
+    pub(crate) viscous: Directional,
+    /// `DV`, m/s.
+    pub(crate) velocity_threshold: f64,
+    pub(crate) reseat: Reseat,
+    pub(crate) state: SpringState,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum SpringState {
+    /// The spring's force, N, signed.
+    Stuck { force: f64 },
+    /// Whether the slide has been faster than the threshold.
+    Sliding { direction: Direction, armed: bool },
+}
+
+impl SpringState {
+    pub(crate) const AT_REST: Self = Self::Stuck { force: 0.0 };
+}
+
+/// A spring that is this near its limit, as a share of it, has reached it: displacements are found to rounding only.
+const AT_THE_LIMIT: f64 = 1e-12;
+
+impl<L: Level, R: StaticLimit> SpringContact<L, R> {
+    fn limit(&self, direction: Direction) -> f64 {
+        let limit = self
+            .static_limit
+            .now(self.static_force.get(direction), self.level.kinetic(direction));
+        // A static limit below the kinetic force is that force: what broke loose between them would be stopped at once.
+        limit.max(self.level.at(direction, 0.0).min(self.level.kinetic(direction)))
+    }
+
+    fn reached(&self, direction: Direction, force: f64) -> bool {
+        direction.sign() * force >= self.limit(direction) * (1.0 - AT_THE_LIMIT)
+    }
+
+    fn sliding_tangent(&self, direction: Direction, speed: f64) -> Tangent {
+        let slope = self.level.slope(direction, speed);
+        let damping = self.viscous.get(direction) + slope;
+        let friction = self.level.at(direction, speed) + self.viscous.get(direction) * speed;
+        Tangent {
+            force: friction - damping * speed,
+            stiffness: 0.0,
+            damping,
+            linear: !L::VARIES,
+            kink: f64::INFINITY,
+        }
+    }
+
+    /// Holds on to where it is, with the force that there was.
+    fn stick(&mut self, force: f64) {
+        let direction = Direction::of(force);
+        self.static_limit.begin(0.0);
+        let force = match self.reseat {
+            Reseat::Continuous => force.abs().min(self.limit(direction)),
+            Reseat::Slides => self.static_force.get(direction),
+        };
+        self.state = SpringState::Stuck {
+            force: direction.sign() * force,
+        };
+    }
+}
+
+impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
+    fn tangent(&self, direction: Direction, speed: f64) -> Tangent {
+        let SpringState::Stuck { force } = self.state else {
+            return self.sliding_tangent(direction, speed);
+        };
+        if self.reached(direction, force) {
+            return self.sliding_tangent(direction, speed);
+        }
+        let along = direction.sign() * force;
+        let stiffness = if along < 0.0 {
+            self.stiffness.get(Direction::of(force))
+        } else {
+            self.stiffness.get(direction)
+        };
+        // Unloaded first, then loaded the other way, with another stiffness maybe.
+        let to = if along < 0.0 && !self.stiffness.is_symmetric() {
+            0.0
+        } else {
+            self.limit(direction)
+        };
+        Tangent {
+            force: along,
+            stiffness,
+            damping: self.damping,
+            linear: true,
+            kink: (to - along) / stiffness,
+        }
+    }
+
+    fn advance(&mut self, stroke: &Stroke) -> f64 {
+        let direction = stroke.direction;
+        match &mut self.state {
+            SpringState::Stuck { force } => {
+                self.static_limit.rest(stroke.elapsed_s);
+                let sign = direction.sign();
+                let mut along = sign * *force;
+                let mut distance = stroke.distance;
+                if along < 0.0 {
+                    let unloading = self.stiffness.get(Direction::of(*force));
+                    let by = distance.min(-along / unloading);
+                    along = (along + unloading * by).min(0.0);
+                    distance -= by;
+                }
+                along += self.stiffness.get(direction) * distance;
+                *force = sign * along;
+                let force = *force;
+                if stroke.distance > 0.0 && self.reached(direction, force) {
+                    self.level.set_off(direction, self.limit(direction));
+                    self.state = SpringState::Sliding {
+                        direction,
+                        armed: stroke.to_speed > self.velocity_threshold,
+                    };
+                }
+            }
+            SpringState::Sliding { armed, .. } => *armed |= stroke.to_speed > self.velocity_threshold,
+        }
+        0.0
+    }
+
+    fn force_at_rest(&self) -> f64 {
+        match self.state {
+            SpringState::Stuck { force } => force,
+            SpringState::Sliding { direction, .. } => direction.sign() * self.level.at(direction, 0.0),
+        }
+    }
+
+    fn friction(&self, velocity: f64) -> f64 {
+        match self.state {
+            SpringState::Stuck { force } => force + self.damping * velocity,
+            SpringState::Sliding { direction, .. } => {
+                direction.sign() * self.level.at(direction, velocity.abs()) + self.viscous.get(direction) * velocity
+            }
+        }
+    }
+
+    fn seat(&mut self, force: f64) {
+        self.static_limit.begin(f64::INFINITY);
+        self.state = SpringState::Stuck {
+            force: force.clamp(-self.limit(Direction::Negative), self.limit(Direction::Positive)),
+        };
+    }
+
+    fn stored_energy(&self) -> f64 {
+        // A sliding spring stays deflected by the kinetic force: that much is there again when it sticks.
+        let force = self.force_at_rest();
+        0.5 * force * force / self.stiffness.get(Direction::of(force))
+    }
+
+    fn contact(&self, _direction: Direction) -> Contact {
+        match self.state {
+            SpringState::Stuck { .. } => Contact::Stuck,
+            SpringState::Sliding { direction, .. } => Contact::Sliding(direction),
+        }
+    }
+
+    fn fall_level(&self) -> (bool, f64) {
+        match self.state {
+            SpringState::Sliding { armed, .. } => (armed, self.velocity_threshold),
+            SpringState::Stuck { .. } => (false, 0.0),
+        }
+    }
+
+    fn fall(&mut self, _direction: Direction, speed: f64) {
+        if let SpringState::Sliding { direction, .. } = self.state {
+            self.stick(self.friction(direction.sign() * speed));
+        }
+    }
+
+    fn sampled(&mut self, moved: Option<Direction>, velocity: f64) {
+        let SpringState::Sliding { direction, .. } = self.state else {
+            return;
+        };
+        let turned = moved.is_some_and(|moved| moved != direction);
+        if turned || velocity.abs() < self.velocity_threshold {
+            // The friction of the slide that ends, also where the velocity has turned round already.
+            let speed = (direction.sign() * velocity).max(0.0);
+            self.stick(self.friction(direction.sign() * speed));
+        }
+    }
+}

@@ -1,0 +1,539 @@
+//! Every friction law, behind a block and on the device itself: what its authors promise of it, and what no law may do.
+
+use haptic_core::block::{BlockState, Contact, EventSink};
+use haptic_core::friction::{
+    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
+};
+use haptic_core::scene::{Block, Coupling};
+use haptic_core::{Directional, Renderer, Scene, Scheme};
+use proptest::prelude::*;
+
+const T: f64 = 1e-3;
+const BRISTLE: f64 = 1e4;
+
+fn both(value: f64) -> Directional {
+    Directional::both(value)
+}
+
+fn on_device(friction: Friction) -> Scene {
+    Scene {
+        name: String::new(),
+        block: None,
+        coupling: None,
+        friction,
+    }
+}
+
+fn behind_block(friction: Friction, mass: f64) -> Scene {
+    Scene {
+        block: Some(Block { mass }),
+        coupling: Some(Coupling {
+            stiffness: 25_000.0,
+            damping: 10.0,
+        }),
+        ..on_device(friction)
+    }
+}
+
+fn renderer(scene: &Scene) -> Renderer {
+    Renderer::new(scene, Scheme::Exact, T).expect("a valid scene")
+}
+
+fn karnopp() -> Karnopp {
+    Karnopp {
+        contact_stiffness: Some(BRISTLE),
+        ..Karnopp::new(4.0, 3.0)
+    }
+}
+
+fn lugre() -> Lugre {
+    Lugre {
+        static_force: both(4.0),
+        dynamic_force: both(3.0),
+        stribeck_velocity: 0.01,
+        contact_stiffness: BRISTLE,
+        contact_damping: 10.0,
+        viscous: both(5.0),
+    }
+}
+
+/// Every law with limits of 4 N and 3 N.
+fn laws() -> Vec<Friction> {
+    let Lugre {
+        static_force,
+        dynamic_force,
+        viscous,
+        ..
+    } = lugre();
+    vec![
+        Friction::Viscous(Viscous { viscous }),
+        Friction::Karnopp(karnopp()),
+        Friction::Dahl(Dahl {
+            dynamic_force,
+            contact_stiffness: BRISTLE,
+            exponent: 1.0,
+            viscous,
+        }),
+        Friction::HaywardArmstrong(HaywardArmstrong {
+            dynamic_force,
+            contact_stiffness: BRISTLE,
+            elastic_fraction: 0.7,
+            viscous,
+        }),
+        Friction::ResetIntegrator(ResetIntegrator {
+            static_force,
+            dynamic_force,
+            contact_stiffness: BRISTLE,
+            contact_damping: 10.0,
+            viscous,
+            reseat: Reseat::Continuous,
+        }),
+        Friction::Lugre(lugre()),
+        Friction::ElastoPlastic(ElastoPlastic {
+            static_force,
+            dynamic_force,
+            stribeck_velocity: 0.01,
+            contact_stiffness: BRISTLE,
+            contact_damping: 10.0,
+            elastic_fraction: 0.7,
+            viscous,
+        }),
+        Friction::SalcudeanVlaar(SalcudeanVlaar {
+            static_force,
+            contact_stiffness: BRISTLE,
+            viscous,
+            velocity_threshold: 0.005,
+        }),
+    ]
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few thousand")]
+fn ticks_in(time_s: f64) -> u32 {
+    (time_s / T).round() as u32
+}
+
+/// Moves the device by `distance` at a steady speed; the forces, N.
+fn drag(surface: &mut Renderer, distance: f64, speed: f64) -> Vec<f64> {
+    let from = surface.state().device_position;
+    let ticks = ticks_in(distance.abs() / speed.abs());
+    (1..=ticks)
+        .map(|k| {
+            let position = from + distance * f64::from(k) / f64::from(ticks);
+            surface.tick(T, position, distance.signum() * speed).coupling_force
+        })
+        .collect()
+}
+
+#[test]
+fn a_long_slide_on_the_device_meets_the_laws_kinetic_force() {
+    for friction in laws() {
+        let mut surface = renderer(&on_device(friction));
+        let speed = 0.1;
+        for direction in [1.0, -1.0] {
+            let force = *drag(&mut surface, direction * 0.05, speed).last().expect("ticks");
+            let viscous = match friction {
+                Friction::Karnopp(_) => 0.0,
+                _ => 5.0 * speed,
+            };
+            let kinetic = match friction {
+                Friction::Viscous(_) | Friction::SalcudeanVlaar(_) => 0.0,
+                _ => 3.0,
+            };
+            let expected = direction * (kinetic + viscous);
+            assert!(
+                (force - expected).abs() < 1e-6,
+                "{}: {force} N for {expected} N",
+                friction.law()
+            );
+        }
+    }
+}
+
+#[test]
+fn limits_that_differ_by_direction_are_felt_by_direction() {
+    let apart = Directional {
+        positive: 4.0,
+        negative: 2.0,
+    };
+    for friction in laws() {
+        let mut scene = on_device(friction);
+        for name in ["Fs+", "Fs-", "Fd+", "Fd-"] {
+            let value = if name.ends_with('+') {
+                apart.positive
+            } else {
+                apart.negative
+            };
+            let key = name.parse().expect("a parameter");
+            if let Ok(changed) = scene.with(&[(key, value)]) {
+                scene = changed;
+            } else if let Ok(changed) = scene.with(&[("Fd".parse().expect("a parameter"), 2.0), (key, value)]) {
+                scene = changed;
+            }
+        }
+        let mut surface = renderer(&scene);
+        let positive = drag(&mut surface, 0.01, 0.01).into_iter().fold(0.0, f64::max);
+        let negative = -drag(&mut surface, -0.02, 0.01).into_iter().fold(0.0, f64::min);
+        if !matches!(friction, Friction::Viscous(_)) {
+            assert!(
+                positive > 3.6 && positive < 4.3 && negative > 1.8 && negative < 2.3,
+                "{}: {positive} N, {negative} N",
+                friction.law()
+            );
+        }
+    }
+}
+
+/// Largest difference of force from one tick to the next while a slide slows down, ends and is pushed on.
+fn largest_step_at_the_end_of_a_slide(reseat: Reseat) -> f64 {
+    let law = Karnopp {
+        velocity_threshold: 0.01,
+        reseat: Some(reseat),
+        ..karnopp()
+    };
+    let mut surface = renderer(&on_device(Friction::Karnopp(law)));
+    drag(&mut surface, 0.02, 0.1);
+    let mut position = surface.state().device_position;
+    let mut last = surface.tick(T, position + 1e-4, 0.1).coupling_force;
+    let mut largest: f64 = 0.0;
+    for k in 0..100 {
+        let speed = 0.1 * (1.0 - f64::from(k) / 100.0);
+        position += speed * T;
+        let force = surface.tick(T, position, speed).coupling_force;
+        if surface.state().contact == Contact::Stuck {
+            largest = largest.max((force - last).abs());
+            break;
+        }
+        last = force;
+    }
+    largest
+}
+
+#[test]
+fn a_stuck_spring_takes_the_force_over_or_jumps_as_the_slides_do() {
+    assert!(largest_step_at_the_end_of_a_slide(Reseat::Continuous) < 1e-9);
+    // Fs - Fd.
+    assert!((largest_step_at_the_end_of_a_slide(Reseat::Slides) - 1.0).abs() < 1e-9);
+}
+
+#[derive(Default)]
+struct Energy(f64);
+
+impl EventSink for Energy {
+    fn contact_changed(&mut self, _at_s: f64, _from: Contact, _to: Contact) {}
+
+    fn dissipated(&mut self, energy_j: f64) {
+        self.0 += energy_j.min(0.0);
+    }
+}
+
+#[test]
+fn the_slides_own_reseating_creates_energy_and_the_continuous_one_does_not() {
+    let created = |reseat| {
+        let law = Karnopp {
+            velocity_threshold: 0.005,
+            reseat: Some(reseat),
+            ..karnopp()
+        };
+        let mut surface = renderer(&on_device(Friction::Karnopp(law)));
+        let mut energy = Energy::default();
+        for k in 1..4000 {
+            let phase = 0.01 * f64::from(k);
+            surface.tick_with_events(T, 0.01 * phase.sin(), 0.1 * phase.cos(), &mut energy);
+        }
+        -energy.0
+    };
+    assert!(created(Reseat::Continuous) < 1e-12, "{} J", created(Reseat::Continuous));
+    // (Fs^2 - Fd^2)/2 Kp = 0.35 mJ at each of a dozen re-sticks.
+    assert!(created(Reseat::Slides) > 1e-3, "{} J", created(Reseat::Slides));
+}
+
+#[test]
+fn a_noisy_velocity_moves_no_position_based_contact() {
+    for friction in laws() {
+        let still = match friction {
+            // These go by displacement. LuGre's damping hears the velocity, and its deflection stays.
+            Friction::Karnopp(_) | Friction::Dahl(_) | Friction::HaywardArmstrong(_) => true,
+            _ => false,
+        };
+        let Some(without_drag) = on_device(friction)
+            .with(&[("b".parse().expect("a parameter"), 0.0)])
+            .ok()
+            .filter(|_| still)
+        else {
+            continue;
+        };
+        let mut surface = renderer(&without_drag);
+        let held = *drag(&mut surface, 2e-4, 0.001).last().expect("ticks");
+        let position = surface.state().device_position;
+        for k in 0..10_000 {
+            let noise = if k % 3 == 0 { 0.01 } else { -0.005 };
+            let force = surface.tick(T, position, noise).coupling_force;
+            assert!(
+                (force - held).abs() < 1e-9,
+                "{}: {force} N, not {held} N",
+                friction.law()
+            );
+        }
+    }
+}
+
+#[test]
+fn steady_motion_follows_stribecks_curve() {
+    let curve = |speed: f64| 3.0 + (4.0 - 3.0) * (-(speed / 0.01_f64).powi(2)).exp();
+    for speed in [0.002, 0.01, 0.02, 0.1] {
+        let stribeck = Karnopp {
+            stribeck_velocity: 0.01,
+            ..karnopp()
+        };
+        let slide = |friction| {
+            *drag(&mut renderer(&on_device(friction)), 0.01, speed)
+                .last()
+                .expect("ticks")
+        };
+        let expected = curve(speed);
+        assert!((slide(Friction::Karnopp(stribeck)) - expected).abs() < 1e-9);
+        let bristle = slide(Friction::Lugre(lugre())) - 5.0 * speed;
+        assert!(
+            (bristle - expected).abs() < 1e-6,
+            "{bristle} N at {speed} m/s, not {expected} N"
+        );
+    }
+}
+
+/// The pull at which a block breaks loose after a rest, N.
+fn breakaway_after(rest_s: f64, law: Karnopp) -> f64 {
+    let mut block = renderer(&behind_block(Friction::Karnopp(law), 0.5));
+    // A slide, so that the rest begins with its end.
+    block.set_state(BlockState::new(0.0, 0.05, 0.0, 0.05));
+    let mut position = 0.0;
+    while block.state().contact != Contact::Stuck {
+        block.tick(T, position, 0.0);
+    }
+    for _ in 0..ticks_in(rest_s) {
+        block.tick(T, position, 0.0);
+    }
+    let mut force = 0.0;
+    while block.state().contact == Contact::Stuck {
+        position += 2e-6;
+        force = block.tick(T, position, 2e-3).coupling_force;
+    }
+    force
+}
+
+#[test]
+fn static_friction_rises_while_the_block_rests() {
+    let law = Karnopp {
+        rising_rate: 5.0,
+        ..Karnopp::new(6.0, 3.0)
+    };
+    // Fd + (Fs - Fd)(1 - e^(-gamma td)), met some 80 ms later, which the pull takes.
+    let forces = [0.0, 0.1, 0.3, 2.0].map(|rest| breakaway_after(rest, law));
+    assert!(forces.windows(2).all(|pair| pair[1] > pair[0] + 0.1), "{forces:?}");
+    assert!(
+        forces[0] > 3.0 && forces[0] < 4.7 && (forces[3] - 6.0).abs() < 0.1,
+        "{forces:?}"
+    );
+    let at_once = breakaway_after(0.0, Karnopp::new(6.0, 3.0));
+    assert!((at_once - 6.0).abs() < 0.1, "{at_once}");
+}
+
+#[test]
+fn stribecks_curve_leaves_the_breakaway_alone_and_softens_the_drop() {
+    let drop = |stribeck_velocity| {
+        let law = Karnopp {
+            stribeck_velocity,
+            ..Karnopp::new(6.0, 3.0)
+        };
+        let mut block = renderer(&behind_block(Friction::Karnopp(law), 0.5));
+        let (mut breakaway, mut position) = (0.0, 0.0);
+        let mut lowest_after = f64::INFINITY;
+        for _ in 0..400 {
+            position += 1e-6;
+            let force = block.tick(T, position, 1e-3).coupling_force;
+            if block.state().contact != Contact::Stuck {
+                lowest_after = lowest_after.min(force);
+            } else if lowest_after.is_infinite() {
+                breakaway = force;
+            }
+        }
+        assert!((breakaway - 6.0).abs() < 0.05, "breakaway at {breakaway} N");
+        6.0 - lowest_after
+    };
+    let (sudden, gentle) = (drop(0.0), drop(0.05));
+    assert!(sudden > 4.0 && gentle < 0.5 * sudden, "{sudden} N, {gentle} N");
+}
+
+#[test]
+fn every_change_of_law_takes_the_force_over() {
+    let mut scenes: Vec<Scene> = Vec::new();
+    for friction in laws() {
+        scenes.push(on_device(friction));
+        let mut behind = friction;
+        if let Friction::Karnopp(law) = &mut behind {
+            law.contact_stiffness = None;
+        }
+        scenes.push(behind_block(behind, 0.5));
+    }
+    for scheme in ["exact", "literal", "implicit"] {
+        let scheme: Scheme = scheme.parse().expect("a scheme");
+        for from in &scenes {
+            for to in &scenes {
+                // Held with 2 N, at rest: what any law with a limit of 3 N can take over.
+                let mut old = Renderer::new(from, scheme, T).expect("a valid scene");
+                let mut force = 0.0;
+                let mut position = 0.0;
+                while force < 2.0 && position < 1e-3 {
+                    position += 1e-6;
+                    force = old.tick(T, position, 0.0).coupling_force;
+                }
+                let force = old.tick(T, position, 0.0).coupling_force;
+                let mut new = Renderer::new(to, scheme, T).expect("a valid scene");
+                let step = new.take_over(&old);
+                let after = new.tick(0.0, position, 0.0).coupling_force;
+                assert!(
+                    (force - after - step).abs() < 1e-9,
+                    "{scheme}: {} to {}: {force} N, then {after} N and {step} N of bump",
+                    from.friction.law(),
+                    to.friction.law()
+                );
+                let holds = !matches!(to.friction, Friction::Viscous(_)) || to.block.is_some();
+                assert!(!holds || step.abs() < 1e-9, "{scheme}: {from:?} to {to:?}: {step} N");
+            }
+        }
+    }
+}
+
+fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    (low..high).prop_map(|exponent: f64| 10_f64.powf(exponent))
+}
+
+fn zero_or(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 3 => decades(low, high)]
+}
+
+fn any_directional(low: f64, high: f64) -> impl Strategy<Value = Directional> {
+    (zero_or(low, high), zero_or(low, high), any::<bool>()).prop_map(|(positive, negative, same)| Directional {
+        positive,
+        negative: if same { positive } else { negative },
+    })
+}
+
+prop_compose! {
+    /// Any law with any parameters in its ranges, many of which are refused.
+    fn any_friction()(
+        law in 0..9_u8,
+        static_force in any_directional(-3.0, 2.0),
+        share in prop_oneof![Just(1.0), Just(0.0), 0.0..1.0f64],
+        viscous in any_directional(-2.0, 3.0),
+        contact_stiffness in decades(0.0, 7.0),
+        contact_damping in zero_or(-2.0, 3.0),
+        exponent in prop_oneof![Just(0.0), Just(1.0), 0.0..10.0f64],
+        elastic_fraction in 0.0..0.99f64,
+        stribeck_velocity in prop_oneof![Just(0.0), decades(-6.0, 0.0)],
+        rising_rate in prop_oneof![Just(0.0), decades(-2.0, 4.0)],
+        velocity_threshold in prop_oneof![Just(0.0), 0.0..0.3f64],
+        slides in any::<bool>(),
+    ) -> Friction {
+        let dynamic_force = Directional {
+            positive: share * static_force.positive,
+            negative: share * static_force.negative,
+        };
+        let reseat = if slides { Reseat::Slides } else { Reseat::Continuous };
+        match law {
+            0 => Friction::Viscous(Viscous { viscous }),
+            1 | 2 => Friction::Karnopp(Karnopp {
+                static_force, dynamic_force, viscous, velocity_threshold, stribeck_velocity, rising_rate,
+                contact_stiffness: (law == 2).then_some(contact_stiffness),
+                reseat: (law == 2).then_some(reseat),
+            }),
+            3 => Friction::Dahl(Dahl { dynamic_force: static_force, contact_stiffness, exponent, viscous }),
+            4 => Friction::HaywardArmstrong(HaywardArmstrong {
+                dynamic_force: static_force, contact_stiffness, elastic_fraction, viscous,
+            }),
+            5 => Friction::ResetIntegrator(ResetIntegrator {
+                static_force, dynamic_force, contact_stiffness, contact_damping, viscous, reseat,
+            }),
+            6 => Friction::Lugre(Lugre {
+                static_force, dynamic_force, stribeck_velocity, contact_stiffness, contact_damping, viscous,
+            }),
+            7 => Friction::ElastoPlastic(ElastoPlastic {
+                static_force, dynamic_force, stribeck_velocity, contact_stiffness, contact_damping, elastic_fraction, viscous,
+            }),
+            _ => Friction::SalcudeanVlaar(SalcudeanVlaar { static_force, contact_stiffness, viscous, velocity_threshold }),
+        }
+    }
+}
+
+prop_compose! {
+    fn any_scene()(
+        friction in any_friction(),
+        block in prop::option::weighted(0.7, (decades(-6.0, 2.0), zero_or(-1.0, 6.4), zero_or(-3.0, 4.0))),
+    ) -> Option<Scene> {
+        let mut scene = on_device(friction);
+        if let Some((mass, stiffness, damping)) = block {
+            scene.block = Some(Block { mass });
+            scene.coupling = Some(Coupling { stiffness, damping });
+        }
+        (scene.validate().is_ok() && scene.validate_rate(T).is_ok()).then_some(scene)
+    }
+}
+
+/// Whether a law is one that gives out no energy of its own.
+fn is_passive(friction: &Friction) -> bool {
+    match friction {
+        Friction::ResetIntegrator(law) => law.reseat == Reseat::Continuous,
+        // A threshold ends a slide with the drag of the moment in the spring, which it did not store.
+        Friction::SalcudeanVlaar(law) => law.velocity_threshold == 0.0,
+        Friction::Lugre(law) => law.contact_damping == 0.0 && law.static_force == law.dynamic_force,
+        Friction::ElastoPlastic(law) => law.contact_damping == 0.0 && law.static_force == law.dynamic_force,
+        _ => true,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_law_ever_blows_up(
+        scene in any_scene(),
+        scheme in prop_oneof![3 => Just(Scheme::Exact), 1 => Just(Scheme::Implicit)],
+        steps in prop::collection::vec((0.0..1.0f64, -1.0..1.0f64, 0..60u8), 20..120),
+        origin in prop_oneof![3 => Just(0.0), 1 => -10.0..10.0f64, 1 => Just(1e9)],
+    ) {
+        let Some(scene) = scene else { return Ok(()) };
+        let mut surface = Renderer::new(&scene, scheme, T).expect("a valid scene");
+        surface.start_at(origin, 0.0);
+        let (mut position, mut velocity) = (origin, 0.0);
+        for (jitter, push, event) in steps {
+            let elapsed = T * (0.7 + 0.6 * jitter) * if event == 0 { 40.0 } else { 1.0 };
+            velocity = 0.9 * velocity + 0.1 * push;
+            position += velocity * elapsed + if event == 1 { 0.05 * push } else { 0.0 };
+            if event == 2 {
+                // The smallest numbers there are.
+                velocity = f64::MIN_POSITIVE / 16.0;
+            }
+            let rendered = surface.tick(elapsed, position, velocity);
+            let after = surface.state();
+            prop_assert!(rendered.coupling_force.is_finite(), "{scene:?}: {rendered:?}");
+            prop_assert!(after.position.is_finite() && after.velocity.is_finite(), "{scene:?}: {after:?}");
+            prop_assert!(rendered.events <= 700, "{scene:?}: {rendered:?}");
+        }
+    }
+
+    /// A block let go at a device that stands still: a contact that began without energy gives none out, so the block and its coupling never have more than they began with.
+    #[test]
+    fn a_passive_law_creates_no_energy(scene in any_scene(), speed in decades(-4.0, 0.0)) {
+        let Some(scene) = scene else { return Ok(()) };
+        let (Some(block), Some(coupling)) = (scene.block, scene.coupling) else { return Ok(()) };
+        if !is_passive(&scene.friction) { return Ok(()) }
+        let mut surface = renderer(&scene);
+        surface.set_state(BlockState::new(0.0, speed, 0.0, 0.0));
+        let begun = 0.5 * block.mass * speed * speed;
+        for tick in 0..200 {
+            let rendered = surface.tick(T, 0.0, 0.0);
+            let now = surface.state();
+            let energy = 0.5 * (block.mass * now.velocity * now.velocity + coupling.stiffness * now.position * now.position);
+            prop_assert!(energy <= begun * (1.0 + 1e-5), "{energy} J of {begun} J at tick {tick}, {rendered:?}: {scene:?}");
+        }
+    }
+}
