@@ -1,9 +1,11 @@
 //! `accuracy`: what each scheme costs and how far it is from the true motion, on easy and hard scenes.
 
+use crate::cost;
 use crate::failure::Failure;
 use crate::output;
 use clap::Args;
-use haptic_lab::accuracy::{self, Measurement, cases};
+use haptic_lab::accuracy::{self, Measurement, Target, cases};
+use haptic_lab::cost::Probe;
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
@@ -14,15 +16,29 @@ pub(crate) struct Arguments {
     /// Where to write accuracy.csv, accuracy.json and accuracy.html, a page with a plot
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+
+    /// Only the targets: what the exact scheme is held to, and what it reaches here
+    #[arg(long, conflicts_with = "out")]
+    targets: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+    if arguments.targets {
+        let targets = measured_targets()?;
+        return if as_json {
+            output::json(&target_values(&targets))
+        } else {
+            show_targets(&targets)
+        };
+    }
+    let counted = cost::count(Probe::Cases)?;
     let mut measurements = Vec::new();
     if !as_json {
         output::line(&row([
             "case",
             "scheme",
             "ns a tick",
+            "instructions",
             "position m",
             "force N",
             "events s",
@@ -30,8 +46,11 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         ]
         .map(str::to_owned)))?;
     }
-    for case in cases::of_karnopp() {
-        let measured = accuracy::measure(&case).map_err(|error| Failure::Usage(format!("{}: {error}", case.name)))?;
+    let schemes = accuracy::schemes().len();
+    for (index, case) in cases::all().into_iter().enumerate() {
+        let counted = counted.as_ref().and_then(|totals| totals.chunks(schemes).nth(index));
+        let measured =
+            accuracy::measure(&case, counted).map_err(|error| Failure::Usage(format!("{}: {error}", case.name)))?;
         for measurement in &measured {
             if !as_json {
                 output::line(&row(cells(measurement)))?;
@@ -44,15 +63,57 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         write(directory, &measurements, &values)
             .map_err(|error| Failure::Usage(format!("{}: {error}", directory.display())))?;
     }
-    if as_json { output::json(&values) } else { Ok(()) }
+    if as_json {
+        return output::json(&values);
+    }
+    output::line("")?;
+    show_targets(&measured_targets()?)
 }
 
-fn cells(measurement: &Measurement) -> [String; 7] {
+fn measured_targets() -> Result<Vec<Target>, Failure> {
+    accuracy::targets().map_err(|error| Failure::Usage(error.to_string()))
+}
+
+fn show_targets(targets: &[Target]) -> Result<(), Failure> {
+    let mut rows = vec![
+        ["target of the exact scheme", "to be", "measured", ""]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    rows.extend(targets.iter().map(|target| {
+        vec![
+            target.what.to_owned(),
+            target.target.to_owned(),
+            target.measured.clone(),
+            if target.met { String::new() } else { "MISSED".to_owned() },
+        ]
+    }));
+    output::line(&output::table(&rows))
+}
+
+fn target_values(targets: &[Target]) -> Value {
+    targets
+        .iter()
+        .map(|target| {
+            json!({
+                "what": target.what,
+                "target": target.target,
+                "measured": target.measured,
+                "met": target.met,
+            })
+        })
+        .collect()
+}
+
+fn cells(measurement: &Measurement) -> [String; 8] {
     let error = &measurement.error;
     [
-        measurement.case.to_owned(),
+        measurement.case.clone(),
         measurement.scheme.to_string(),
         format!("{:.1}", measurement.cost.median_ns),
+        measurement
+            .instructions
+            .map_or_else(|| "-".to_owned(), |count| format!("{count:.0}")),
         if measurement.blew_up {
             "blew up".to_owned()
         } else {
@@ -66,8 +127,8 @@ fn cells(measurement: &Measurement) -> [String; 7] {
     ]
 }
 
-fn row([case, scheme, cost, position, force, events, energy]: [String; 7]) -> String {
-    format!("{case:26} {scheme:12} {cost:>10} {position:>11} {force:>9} {events:>9} {energy:>9}")
+fn row([case, scheme, cost, instructions, position, force, events, energy]: [String; 8]) -> String {
+    format!("{case:36} {scheme:12} {cost:>10} {instructions:>12} {position:>11} {force:>9} {events:>9} {energy:>9}")
 }
 
 fn value(measurement: &Measurement) -> Value {
@@ -76,6 +137,7 @@ fn value(measurement: &Measurement) -> Value {
         "case": measurement.case,
         "scheme": measurement.scheme.to_string(),
         "tick_ns_median": measurement.cost.median_ns,
+        "tick_instructions": measurement.instructions,
         "position_error_m": error.position_m,
         "force_error_N": error.force_n,
         "relative_force_error": error.relative_force,

@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod advise;
+mod cost;
 mod describe;
 mod drive;
 mod failure;
@@ -70,6 +71,11 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Measure what each scheme costs and how far it is from the true motion, offline, on easy and hard scenes
     Accuracy(accuracy::Arguments),
+    /// Measure what a tick of each kind of scene costs, offline: instructions, bytes of state, nanoseconds
+    Cost,
+    /// What callgrind counts
+    #[command(hide = true, name = cost::PROBE)]
+    Probe { probed: cost::Probed },
 }
 
 /// How long an answer may take before the daemon counts as hung.
@@ -116,6 +122,8 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Watch(watch) => watch::run(&mut Daemon::connect(arguments).await?, watch, json).await,
         Command::Simulate(simulate) => simulate::run(simulate, json),
         Command::Accuracy(accuracy) => accuracy::run(accuracy, json),
+        Command::Cost => cost::run(json),
+        Command::Probe { probed } => cost::probe(*probed),
     }
 }
 

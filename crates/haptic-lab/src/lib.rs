@@ -2,5 +2,6 @@
 #![forbid(unsafe_code)]
 
 pub mod accuracy;
+pub mod cost;
 pub mod motion;
 pub mod simulate;

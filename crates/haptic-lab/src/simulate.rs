@@ -122,7 +122,12 @@ pub fn simulate(
     })
 }
 
-fn renderer(scene: &Scene, scheme: Scheme, motion: &[DeviceSample], start: Start) -> Result<Renderer, SceneError> {
+pub(crate) fn renderer(
+    scene: &Scene,
+    scheme: Scheme,
+    motion: &[DeviceSample],
+    start: Start,
+) -> Result<Renderer, SceneError> {
     let mut renderer = Renderer::new(scene, scheme, usual_period_s(motion))?;
     if let Some(first) = motion.first() {
         let at_rest = renderer.at_rest();

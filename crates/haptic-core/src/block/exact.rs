@@ -19,7 +19,7 @@
 //! and a stuck block does not move at all: friction creates no energy and the block does not creep. Work per tick is bounded; what is left when the bound is reached is done in one implicit step.
 
 use super::fall::FallLevel;
-use super::load::{Load, Pull};
+use super::load::{Load, rounding};
 use super::oscillator::Motion;
 use super::slide::{Each, LinearSlide, PieceEnd, Same, Sides, Slide};
 use super::stribeck_slide::{StribeckParts, StribeckSlide};
@@ -135,18 +135,6 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         self.coupling.force(&self.state)
     }
 
-    fn load(&self, elapsed_s: f64, position: f64, velocity: f64) -> Load {
-        let from = &self.state;
-        Load::new(&Pull {
-            stiffness: self.coupling.stiffness,
-            damping: self.coupling.damping,
-            from: (from.device_position, from.device_velocity),
-            to: (position, velocity),
-            elapsed_s,
-            block_position: from.position,
-        })
-    }
-
     /// The common tick: stuck to its end, or sliding to its end. Returns false, with nothing changed, when an
     /// event may lie in it.
     fn steady(&mut self, elapsed_s: f64, load: &Load, sink: &mut (impl EventSink + ?Sized)) -> bool {
@@ -200,6 +188,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         let half_turns = |direction| self.slides.get(direction).half_turns(elapsed_s);
         let half_turns = half_turns(Direction::Positive).max(half_turns(Direction::Negative));
         let budget = work_budget(half_turns, S::Slide::EXTRA_WORK);
+        let rounding = rounding(&self.coupling, &self.state);
         let mut looked_at = 0;
         let mut time = 0.0;
         // Displacement since the start of the tick: small, so that it keeps its digits.
@@ -217,7 +206,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
             let at_rest = load.at(time) - self.coupling.stiffness * moved;
             match self.state.contact {
                 Contact::Stuck => {
-                    let Some((delay, direction)) = self.breakaway(at_rest, load) else {
+                    let Some((delay, direction)) = self.breakaway(at_rest, load.slope, rounding) else {
                         self.static_limit.rest(remaining);
                         break;
                     };
@@ -277,7 +266,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
                             sink.dissipated(friction * y);
                             moved += sign * y;
                             time += at_s;
-                            net_force = self.fall(direction, armed, load, time, moved, sink, rendered);
+                            net_force = self.fall(direction, armed, load, rounding, time, moved, sink, rendered);
                         }
                         PieceEnd::Exhausted => {
                             moved = self.implicit_step(elapsed_s, remaining, load, moved, sink);
@@ -292,21 +281,21 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
     }
 
     /// When and in which direction a stuck block lets go.
-    fn breakaway(&self, at_rest: f64, load: &Load) -> Option<(f64, Direction)> {
+    fn breakaway(&self, at_rest: f64, slope: f64, rounding: f64) -> Option<(f64, Direction)> {
         let pulled = Direction::of(at_rest);
-        if at_rest.abs() > self.limit(pulled) + load.rounding {
+        if at_rest.abs() > self.limit(pulled) + rounding {
             return Some((0.0, pulled));
         }
-        if load.slope == 0.0 {
+        if slope == 0.0 {
             return None;
         }
-        let towards = Direction::of(load.slope);
+        let towards = Direction::of(slope);
         let slide = self.slides.get(towards);
         let delay = self.static_limit.delay(
             slide.static_force(),
             slide.dynamic_force(),
             towards.sign() * at_rest,
-            load.slope.abs(),
+            slope.abs(),
         );
         Some((delay, towards))
     }
@@ -320,6 +309,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         direction: Direction,
         armed: bool,
         load: &Load,
+        rounding: f64,
         time: f64,
         moved: f64,
         sink: &mut (impl EventSink + ?Sized),
@@ -328,7 +318,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         let at_rest = load.at(time) - self.coupling.stiffness * moved;
         self.static_limit.begin(0.0);
         let limit = self.limit(Direction::of(at_rest));
-        if at_rest.abs() <= limit + load.rounding && !(self.frictionless() && load.slope != 0.0) {
+        if at_rest.abs() <= limit + rounding && !(self.frictionless() && load.slope != 0.0) {
             self.change_contact(Contact::Stuck, time, sink, rendered);
             return None;
         }
@@ -338,11 +328,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
             rendered.events += 1; // work done, although the contact is the same
             return None;
         }
-        let pull = if at_rest.abs() <= load.rounding {
-            load.slope
-        } else {
-            at_rest
-        };
+        let pull = if at_rest.abs() <= rounding { load.slope } else { at_rest };
         let towards = Direction::of(pull);
         let limit = self.limit(towards);
         let slide = self.slides.get_mut(towards);
@@ -423,16 +409,16 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         motion: impl FnOnce(&mut Self, &Load, &mut Rendered),
     ) -> Rendered {
         let mut rendered = Rendered::default();
-        let load = self.load(elapsed_s, position, velocity);
-        self.state.device_position = position;
-        self.state.device_velocity = velocity;
         if elapsed_s > 0.0 {
+            let load = Load::new(&self.coupling, &self.state, elapsed_s, position, velocity);
             motion(self, &load, &mut rendered);
             if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
                 // Forces beyond the range of numbers: start over from rest at the device.
                 self.state = BlockState::new(position, 0.0, position, velocity);
             }
         }
+        self.state.device_position = position;
+        self.state.device_velocity = velocity;
         rendered.coupling_force = self.coupling_force();
         rendered
     }

@@ -79,14 +79,17 @@ fn find_fall(oscillator: &Oscillator, motion: &Motion, level: f64, from: f64, to
             below = at;
         }
         let newton = at - (w - level) / a;
+        // Newton's error is then that of rounding; asking for less would chase noise.
+        if (newton - at).abs() <= 1e-14 * scale {
+            return newton.clamp(from, to);
+        }
         let next = if newton > above && newton < below {
             newton
         } else {
             0.5 * (above + below)
         };
-        // Newton's error is then that of rounding; asking for less would chase noise.
-        if (next - at).abs() <= 1e-14 * scale {
-            return next;
+        if next == at {
+            return at;
         }
         at = next;
     }

@@ -1,6 +1,6 @@
 //! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly, without an event to look for.
 
-use super::load::{Load, Pull};
+use super::load::Load;
 use super::oscillator::{Motion, Oscillator};
 use super::slide::Propagator;
 use super::{BlockState, Contact, EventSink, Moving, Rendered};
@@ -32,18 +32,6 @@ impl LinearBlock {
             propagator: Propagator::new(&oscillator),
             state,
         }
-    }
-
-    fn load(&self, elapsed_s: f64, position: f64, velocity: f64) -> Load {
-        let from = &self.state;
-        Load::new(&Pull {
-            stiffness: self.coupling.stiffness,
-            damping: self.coupling.damping,
-            from: (from.device_position, from.device_velocity),
-            to: (position, velocity),
-            elapsed_s,
-            block_position: from.position,
-        })
     }
 
     /// The new sample, and the contact that fits the new velocity.
@@ -102,7 +90,7 @@ impl Moving for LinearBlock {
         if elapsed_s <= 0.0 {
             return self.arrive(0.0, (position, velocity), None, sink);
         }
-        let load = self.load(elapsed_s, position, velocity);
+        let load = Load::new(&self.coupling, &self.state, elapsed_s, position, velocity);
         let motion = Motion {
             w0: self.state.velocity,
             f0: load.at_start,
@@ -123,7 +111,7 @@ impl Moving for LinearBlock {
         sink: &mut (impl EventSink + ?Sized),
     ) -> Rendered {
         if elapsed_s > 0.0 {
-            let load = self.load(elapsed_s, position, velocity);
+            let load = Load::new(&self.coupling, &self.state, elapsed_s, position, velocity);
             let impulse = self.mass * self.state.velocity / elapsed_s + load.at(elapsed_s);
             let resistance =
                 self.mass / elapsed_s + self.coupling.damping + self.viscous + self.coupling.stiffness * elapsed_s;

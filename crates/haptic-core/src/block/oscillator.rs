@@ -55,6 +55,8 @@ pub(super) struct Oscillator {
     omega_squared: f64,
     /// max(omega, 2 sigma): how fast the Taylor series of `h` grows.
     fastest: f64,
+    /// Half a turn of the free oscillation, s; infinite where it does not turn.
+    half_turn_s: f64,
     damping: Damping,
 }
 
@@ -111,6 +113,10 @@ impl Oscillator {
             sigma,
             omega_squared,
             fastest: omega.max(2.0 * sigma.abs()),
+            half_turn_s: match damping {
+                Damping::Under { omega_d } => PI / omega_d,
+                Damping::Over { .. } => f64::INFINITY,
+            },
             damping,
         }
     }
@@ -122,10 +128,12 @@ impl Oscillator {
 
     /// Half-turns of the free oscillation in `t` seconds: as many extrema of the velocity can lie there.
     pub(super) fn half_turns(&self, t: f64) -> f64 {
-        match self.damping {
-            Damping::Under { omega_d } => omega_d * t / PI,
-            Damping::Over { .. } => 0.0,
-        }
+        t / self.half_turn_s
+    }
+
+    /// Whether the velocity has one extremum at most in `t` seconds.
+    pub(super) fn turns_once_at_most(&self, t: f64) -> bool {
+        t < self.half_turn_s
     }
 
     /// `h`, `h'`, `H1`, `H2` at `t >= 0`.
@@ -290,7 +298,7 @@ impl Oscillator {
         let (a0, beta) = self.acceleration(motion);
         match self.damping {
             Damping::Under { omega_d } => {
-                let half_turn = PI / omega_d;
+                let half_turn = self.half_turn_s;
                 // An acceleration that starts at zero starts at an extremum: the next is half a turn on.
                 if a0 == 0.0 {
                     return (half_turn, half_turn);

@@ -138,7 +138,7 @@ impl Slide for LinearSlide {
         let (y, w) = self.oscillator.advance(motion, &r);
         let (a0, beta) = self.oscillator.acceleration(motion);
         let a = a0 * r.dh + beta * r.h;
-        let one_extremum_at_most = self.oscillator.half_turns(elapsed_s) < 1.0;
+        let one_extremum_at_most = self.oscillator.turns_once_at_most(elapsed_s);
         let dips = a0 < 0.0 && a > 0.0;
         let falls_at = if armed { threshold } else { 0.0 };
         // A peak inside could arm the slide and be fallen from.

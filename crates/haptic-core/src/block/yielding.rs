@@ -11,7 +11,7 @@
 
 use super::exact::work_budget;
 use super::fall::{FallLevel, SlideEnd, first_fall};
-use super::load::{Load, Pull};
+use super::load::{Load, rounding};
 use super::oscillator::{Motion, Oscillator};
 use super::{BlockState, Contact, EventSink, Moving, Rendered};
 use crate::friction::contact::{Stroke, Tangent, YieldingContact};
@@ -72,18 +72,6 @@ impl<C: YieldingContact> YieldingBlock<C> {
         block
     }
 
-    fn load(&self, elapsed_s: f64, position: f64, velocity: f64) -> Load {
-        let from = &self.state;
-        Load::new(&Pull {
-            stiffness: self.coupling.stiffness,
-            damping: self.coupling.damping,
-            from: (from.device_position, from.device_velocity),
-            to: (position, velocity),
-            elapsed_s,
-            block_position: from.position,
-        })
-    }
-
     /// A tick moved on by `motion`, with what holds for every tick around it.
     fn tick(
         &mut self,
@@ -93,10 +81,8 @@ impl<C: YieldingContact> YieldingBlock<C> {
         motion: impl FnOnce(&mut Self, &Load, &mut Rendered),
     ) -> Rendered {
         let mut rendered = Rendered::default();
-        let load = self.load(elapsed_s, position, velocity);
-        self.state.device_position = position;
-        self.state.device_velocity = velocity;
         if elapsed_s > 0.0 {
+            let load = Load::new(&self.coupling, &self.state, elapsed_s, position, velocity);
             motion(self, &load, &mut rendered);
             if !(self.state.position.is_finite()
                 && self.state.velocity.is_finite()
@@ -106,6 +92,8 @@ impl<C: YieldingContact> YieldingBlock<C> {
                 self.contact.seat(0.0);
             }
         }
+        self.state.device_position = position;
+        self.state.device_velocity = velocity;
         rendered.coupling_force = self.felt();
         rendered
     }
@@ -119,6 +107,7 @@ impl<C: YieldingContact> YieldingBlock<C> {
     ) {
         let budget = work_budget(self.fastest * elapsed_s / core::f64::consts::PI, PIECES);
         let start = self.state.position;
+        let rounding = rounding(&self.coupling, &self.state);
         let mut work = 0;
         let (mut time, mut moved) = (0.0, 0.0);
         while time < elapsed_s {
@@ -130,7 +119,7 @@ impl<C: YieldingContact> YieldingBlock<C> {
                 break;
             }
             let at_rest = load.at(time) - self.coupling.stiffness * moved;
-            let Some(direction) = self.direction(at_rest, load) else {
+            let Some(direction) = self.direction(at_rest, load.slope, rounding) else {
                 // At rest, and nothing moves it.
                 break;
             };
@@ -172,13 +161,13 @@ impl<C: YieldingContact> YieldingBlock<C> {
     }
 
     /// Which way the block moves on; `None` where it rests and nothing pulls it.
-    fn direction(&self, at_rest: f64, load: &Load) -> Option<Direction> {
+    fn direction(&self, at_rest: f64, slope: f64, rounding: f64) -> Option<Direction> {
         if self.state.velocity != 0.0 {
             return Some(Direction::of(self.state.velocity));
         }
         let net = at_rest - self.contact.force_at_rest();
         // A sliding contact that has come to rest holds until the load exceeds it; one that yields has no such band.
-        let net = if net.abs() <= load.rounding { load.slope } else { net };
+        let net = if net.abs() <= rounding { slope } else { net };
         (net != 0.0).then(|| Direction::of(net))
     }
 
@@ -439,6 +428,9 @@ fn arrival(oscillator: &Oscillator, motion: &Motion, distance: f64, latest: f64)
             late = at;
         }
         let newton = at - (y - distance) / w;
+        if (newton - at).abs() <= 1e-14 * latest {
+            return newton.clamp(0.0, latest);
+        }
         let next = if newton > early && newton < late {
             newton
         } else {

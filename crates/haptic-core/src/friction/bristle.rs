@@ -52,7 +52,9 @@ impl Plasticity for AlwaysPlastic {
 }
 
 /// Pieces into which a displacement is cut at most.
-const MOST_PIECES: u32 = 64;
+const MOST_PIECES: f64 = 64.0;
+/// Elastic share below which the rest of a displacement is one piece.
+const NEARLY_STEADY: f64 = 0.02;
 /// A piece's share of the steady deflection.
 const PIECE: f64 = 1.0 / 16.0;
 
@@ -64,17 +66,19 @@ pub(crate) fn flow_in_pieces(mut deflection: f64, distance: f64, steady: f64, al
         let phi = if z > 1e-9 { -exp_m1(-z) / z } else { 1.0 };
         from + (1.0 - rate * from) * by * phi
     };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 1 to 64")]
-    let count = (distance / (PIECE * steady)).min(f64::from(MOST_PIECES) - 1.0) as u32 + 1;
-    let piece = distance / f64::from(count);
-    for _ in 0..count {
+    let mut left = distance;
+    let shortest = (PIECE * steady).max(distance / MOST_PIECES);
+    while left > 0.0 {
+        let share = 1.0 - alpha(deflection) / steady * deflection;
+        // Nearly steady, or the last: alpha hardly changes any more.
+        let piece = if share.abs() < NEARLY_STEADY || left < 1.5 * shortest {
+            left
+        } else {
+            shortest
+        };
         let middle = step(deflection, deflection, 0.5 * piece);
-        let next = step(deflection, middle, piece);
-        if (next - deflection).abs() <= f64::EPSILON * steady {
-            // Steady: nothing more will change.
-            return next;
-        }
-        deflection = next;
+        deflection = step(deflection, middle, piece);
+        left -= piece;
     }
     deflection
 }

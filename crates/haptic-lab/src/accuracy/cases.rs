@@ -234,6 +234,14 @@ pub fn laws() -> Vec<(&'static str, Friction)> {
     ]
 }
 
+/// Every case there is.
+#[must_use]
+pub fn all() -> Vec<Case> {
+    let mut cases = of_karnopp();
+    cases.extend(of_laws());
+    cases
+}
+
 /// Every law but plain Karnopp friction, under the paper's block, under a light one, and under a rough hand.
 ///
 /// # Panics

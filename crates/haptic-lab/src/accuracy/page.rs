@@ -17,12 +17,12 @@ const ERROR: (f64, f64) = (-15.0, 3.0);
 
 const STYLE: &str = "\
 :root { color-scheme: light dark; --ground: #fff; --ink: #1b1b1b; --faint: #d5d5d5; \
---s0: #0072b2; --s1: #d55e00; --s2: #e69f00; --s3: #009e73; } \
+--s0: #0072b2; --s1: #d55e00; --s2: #e69f00; --s3: #009e73; --s4: #7a5195; } \
 @media (prefers-color-scheme: dark) { :root { --ground: #16181b; --ink: #e6e6e6; --faint: #3a3d42; \
---s0: #56b4e9; --s1: #ff8c4a; --s2: #f0c04a; --s3: #4fd1a5; } } \
+--s0: #56b4e9; --s1: #ff8c4a; --s2: #f0c04a; --s3: #4fd1a5; --s4: #c9a0e0; } } \
 body { background: var(--ground); color: var(--ink); font: 15px system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; } \
 svg { width: 100%; height: auto; } svg text { fill: var(--ink); font: 13px system-ui, sans-serif; } \
-.grid { stroke: var(--faint); } .s0 { fill: var(--s0); } .s1 { fill: var(--s1); } .s2 { fill: var(--s2); } .s3 { fill: var(--s3); } \
+.grid { stroke: var(--faint); } .s0 { fill: var(--s0); } .s1 { fill: var(--s1); } .s2 { fill: var(--s2); } .s3 { fill: var(--s3); } .s4 { fill: var(--s4); } \
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; } td, th { padding: .15rem .7rem; border-bottom: 1px solid var(--faint); text-align: right; } \
 td:first-child, td:nth-child(2), th:first-child, th:nth-child(2) { text-align: left; }";
 
@@ -128,17 +128,18 @@ fn plot(page: &mut String, measurements: &[Measurement]) {
 
 fn table(page: &mut String, measurements: &[Measurement]) {
     page.push_str(
-        "<table><tr><th>case</th><th>scheme</th><th>ns a tick</th><th>position, m</th><th>force, N</th><th>events, s</th><th>energy from friction, J</th></tr>\n",
+        "<table><tr><th>case</th><th>scheme</th><th>ns a tick</th><th>instructions</th><th>position, m</th><th>force, N</th><th>events, s</th><th>energy from friction, J</th></tr>\n",
     );
     for m in measurements {
         let events = m
             .error
             .event_time_s
             .map_or_else(|| "others".to_owned(), |time| format!("{time:.1e}"));
+        let instructions = m.instructions.map_or_else(String::new, |count| format!("{count:.0}"));
         line(
             page,
             format_args!(
-                "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{}</td><td>{:.1e}</td><td>{events}</td><td>{:.1e}</td></tr>",
+                "<tr><td>{}</td><td>{}</td><td>{:.1}</td><td>{instructions}</td><td>{}</td><td>{:.1e}</td><td>{events}</td><td>{:.1e}</td></tr>",
                 escaped(&m.case),
                 m.scheme,
                 m.cost.median_ns,
@@ -173,7 +174,7 @@ mod tests {
     fn every_measurement_is_a_point_and_a_row() {
         let case = &cases::of_karnopp()[10];
         assert_eq!(case.name, "Fs >> Fd", "a name that must be escaped");
-        let measurements = measure(case).expect("a valid scene");
+        let measurements = measure(case, None).expect("a valid scene");
         let page = page(&measurements);
         assert_eq!(page.matches("<title>Fs &gt;&gt; Fd").count(), measurements.len());
         assert_eq!(page.matches("<tr><td>").count(), measurements.len());

@@ -3,6 +3,7 @@
 use super::cases::Case;
 use super::error::{RunError, compare};
 use super::reference;
+use crate::cost::per_tick;
 use crate::simulate::{Cost, measure_cost, simulate};
 use haptic_core::{SceneError, Scheme};
 use std::io;
@@ -16,6 +17,8 @@ pub struct Measurement {
     pub scheme: Scheme,
     /// What a tick costs.
     pub cost: Cost,
+    /// Instructions a tick; nothing where they could not be counted.
+    pub instructions: Option<f64>,
     /// How far it is from the truth.
     pub error: RunError,
     /// Energy that friction put into the block, J.
@@ -38,21 +41,25 @@ pub fn schemes() -> Vec<Scheme> {
 /// A block that far from the truth, m, has blown up.
 const BLOWN_UP_M: f64 = 1.0;
 
-/// Runs every scheme through a case.
+/// Runs every scheme through a case. `instructions` are the totals of a [probe](crate::cost::Probe) for the case, scheme by scheme, or none.
 ///
 /// # Errors
 /// The case's scene cannot be rendered at the rate of its motion.
-pub fn measure(case: &Case) -> Result<Vec<Measurement>, SceneError> {
+pub fn measure(case: &Case, instructions: Option<&[u64]>) -> Result<Vec<Measurement>, SceneError> {
     let truth = reference::solve(&case.scene, &case.motion, case.start);
     schemes()
         .into_iter()
-        .map(|scheme| {
+        .enumerate()
+        .map(|(index, scheme)| {
             let run = simulate(&case.scene, scheme, &case.motion, case.start)?;
             let error = compare(&run, &truth, case.stiffness());
             Ok(Measurement {
                 case: case.name.clone(),
                 scheme,
                 cost: measure_cost(&case.scene, scheme, &case.motion, case.start)?,
+                instructions: instructions
+                    .and_then(|totals| totals.get(index))
+                    .map(|total| per_tick(*total, &case.motion)),
                 error,
                 energy_created_j: run.energy_created_j,
                 blew_up: error.position_m > BLOWN_UP_M,
@@ -68,13 +75,14 @@ pub fn measure(case: &Case) -> Result<Vec<Measurement>, SceneError> {
 pub fn write_csv(measurements: &[Measurement], mut out: impl io::Write) -> io::Result<()> {
     writeln!(
         out,
-        "case,scheme,tick_ns_median,position_error_m,force_error_N,relative_force_error,event_time_error_s,energy_created_J,blew_up"
+        "case,scheme,tick_ns_median,tick_instructions,position_error_m,force_error_N,relative_force_error,event_time_error_s,energy_created_J,blew_up"
     )?;
     for m in measurements {
+        let instructions = m.instructions.map_or_else(String::new, |count| format!("{count:.1}"));
         let event_time = m.error.event_time_s.map_or_else(String::new, |time| time.to_string());
         writeln!(
             out,
-            "\"{}\",{},{:.1},{:e},{:e},{:e},{event_time},{:e},{}",
+            "\"{}\",{},{:.1},{instructions},{:e},{:e},{:e},{event_time},{:e},{}",
             m.case,
             m.scheme,
             m.cost.median_ns,
