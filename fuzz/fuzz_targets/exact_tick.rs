@@ -31,8 +31,8 @@ impl EventSink for NoEnergy {
         assert!(at_s >= 0.0 && from != to);
     }
 
-    fn slid(&mut self, force: f64, displacement: f64) {
-        assert!(force * displacement >= 0.0, "friction pushed: {force} N over {displacement} m");
+    fn dissipated(&mut self, energy_j: f64) {
+        assert!(energy_j >= 0.0, "friction pushed: {energy_j} J");
     }
 }
 

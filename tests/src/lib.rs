@@ -207,6 +207,21 @@ pub fn ctl(socket: &Path, arguments: &[&str]) -> Output {
         .expect("haptic-ctl starts")
 }
 
+/// Runs haptic-ctl for something that needs no daemon, which must succeed.
+///
+/// # Panics
+/// It fails.
+#[must_use]
+pub fn ctl_offline(arguments: &[&str]) -> Output {
+    let output = ctl(Path::new("/nonexistent"), arguments);
+    assert!(
+        output.status.success(),
+        "{arguments:?}: {}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    output
+}
+
 /// A connection that speaks bytes.
 #[derive(Debug)]
 pub struct Raw {

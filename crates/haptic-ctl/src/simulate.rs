@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "EVENTS.csv")]
     events: Option<PathBuf>,
 
-    /// exact, literal as the paper prints it, or literal:N with N steps a tick
+    /// exact, literal as the paper prints it, literal:N with N steps a tick, or implicit
     #[arg(long, value_name = "SCHEME", default_value = "exact")]
     scheme: Scheme,
 
@@ -60,12 +60,13 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
             .to_string_lossy()
             .into_owned();
     }
+    let refused = |error| Failure::Usage(format!("{}: {error}", arguments.scene.display()));
+    scene.validate().map_err(refused)?;
     let motion = motion::read(&arguments.motion).map_err(|error| Failure::Usage(error.to_string()))?;
     let start = simulate::Start {
         position_m: arguments.block_position,
         velocity_mps: arguments.block_velocity,
     };
-    let refused = |error| Failure::Usage(format!("{}: {error}", arguments.scene.display()));
     let run = simulate::simulate(&scene, arguments.scheme, &motion, start).map_err(refused)?;
     write(&arguments.out, |file| simulate::write_rows(&run.rows, file))?;
     if let Some(path) = &arguments.events {

@@ -107,6 +107,105 @@ fn every_other_law_is_true_to_its_tolerance() {
     assert!(failures.is_empty(), "{failures:?}");
 }
 
+#[test]
+fn a_tick_may_hold_a_hundred_and_forty_changes_of_contact() {
+    // 387 rad a millisecond, and next to nothing that takes the swing away; the first tick comes 15 % late.
+    let scene = scene(&[("M", 2e-5), ("K", 3e6), ("B", 0.0), ("Fs", 0.1), ("Fd", 0.1)]);
+    let motion: Vec<DeviceSample> = (0..5)
+        .map(|k| DeviceSample {
+            t_s: f64::from(k) * 1e-3 + if k > 0 { 0.15e-3 } else { 0.0 },
+            position_m: 0.0,
+            velocity_mps: 0.0,
+        })
+        .collect();
+    let start = Start {
+        position_m: None,
+        velocity_mps: 10.0,
+    };
+    let truth = solve(&scene, &motion, start);
+    let run = simulate(&scene, Scheme::Exact, &motion, start).expect("a valid scene");
+    let in_the_first_tick = run.events.iter().filter(|event| event.t_s < 1.15e-3).count();
+    println!("{in_the_first_tick} changes of contact");
+    assert!(in_the_first_tick >= 141);
+    let error = compare(&run, &truth, 3e6);
+    assert!(error.position_m <= 1e-12 && error.relative_force <= 1e-9, "{error:?}");
+    assert!(error.event_time_s.is_some_and(|time| time <= 1e-12), "{error:?}");
+    assert_eq!((run.energy_created_j, run.exhausted_ticks), (0.0, 0));
+}
+
+#[test]
+fn a_stop_that_is_hardly_touched_is_found_or_not_and_matters_not() {
+    // A slide that the hand slows down and then speeds up again: where it keeps enough speed, the block does not stop in between.
+    // With one limit for both, a stop of no time changes nothing.
+    let scene = scene(&[("K", 2000.0), ("B", 5.0), ("Fs", 3.5)]);
+    let run = |least_speed: f64| {
+        let hand: Vec<DeviceSample> = (0..100)
+            .map(|k| {
+                let t = f64::from(k) * 1e-3 - 0.03;
+                DeviceSample {
+                    t_s: f64::from(k) * 1e-3,
+                    position_m: 3.5 / 2000.0 + least_speed * t + 100.0 * t.powi(3),
+                    velocity_mps: least_speed + 300.0 * t.powi(2),
+                }
+            })
+            .collect();
+        let start = Start {
+            position_m: Some(least_speed * -0.03 + 100.0 * (-0.03_f64).powi(3)),
+            velocity_mps: least_speed + 300.0 * 0.0009,
+        };
+        let run = simulate(&scene, Scheme::Exact, &hand, start).expect("a valid scene");
+        (run, solve(&scene, &hand, start))
+    };
+    let stops = |run: &Simulation| run.events.iter().any(|event| event.to.as_number() == 0);
+    let (mut slow, mut fast) = (0.0, 2.0);
+    assert!(stops(&run(slow).0) && !stops(&run(fast).0));
+    for _ in 0..60 {
+        let middle = 0.5 * (slow + fast);
+        if stops(&run(middle).0) {
+            slow = middle;
+        } else {
+            fast = middle;
+        }
+    }
+    // The last digit decides between these two, and the force knows nothing of it.
+    let ((stopped, _), (passed, _)) = (run(slow), run(fast));
+    let error = compare(&stopped, &passed, 2000.0);
+    println!("stops where the hand slows to {slow} m/s, not at {fast} m/s: {error:?}");
+    assert!(error.force_n <= 1e-5, "{error:?}");
+    // And a hair to either side all is as true as ever.
+    for speed in [slow * (1.0 - 1e-6), fast * (1.0 + 1e-6)] {
+        let (run, truth) = run(speed);
+        let error = compare(&run, &truth, 2000.0);
+        assert!(error.position_m <= 1e-12 && error.relative_force <= 1e-9, "{error:?}");
+    }
+}
+
+#[test]
+fn far_from_the_origin_forces_lose_the_digits_of_the_position_and_no_more() {
+    for origin in [1e3, 1e9] {
+        let scene = scene(&[]);
+        let near = ToAndFro {
+            samples: 300,
+            ..ToAndFro::PLAIN
+        }
+        .samples();
+        let far: Vec<DeviceSample> = near
+            .iter()
+            .map(|sample| DeviceSample {
+                position_m: sample.position_m + origin,
+                ..*sample
+            })
+            .collect();
+        let run = simulate(&scene, Scheme::Exact, &far, Start::default()).expect("a valid scene");
+        let truth = solve(&scene, &far, Start::default());
+        let error = compare(&run, &truth, 25_000.0);
+        println!("{origin}: {error:?}");
+        let digit = origin * f64::EPSILON;
+        assert!(error.force_n <= 25_000.0 * 100.0 * digit.max(1e-16), "{error:?}");
+        assert_eq!(run.energy_created_j, 0.0);
+    }
+}
+
 /// A run without the contacts that last no time. A swing that nothing damps, or a force that comes back to exactly its limit, touches zero
 /// and does not cross it: whether that is a stop is for the last digit to say, in the reference as well.
 fn without_touches(mut run: Simulation) -> Simulation {

@@ -81,7 +81,7 @@ fn find_fall(oscillator: &Oscillator, motion: &Motion, level: f64, from: f64, to
         let newton = at - (w - level) / a;
         // Newton's error is then that of rounding; asking for less would chase noise.
         if (newton - at).abs() <= 1e-14 * scale {
-            return newton.clamp(from, to);
+            return newton.max(from).min(to);
         }
         let next = if newton > above && newton < below {
             newton

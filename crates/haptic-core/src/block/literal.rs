@@ -152,6 +152,10 @@ impl<C: YieldingContact> SteppedLaw for Yielding<C> {
     }
 
     fn moved(&mut self, displacement: f64, from: f64, to: f64, step_s: f64) {
+        if !displacement.is_finite() {
+            // The scheme has blown up: the tick starts over.
+            return;
+        }
         let direction = Direction::of(displacement);
         self.0.advance(&Stroke {
             direction,

@@ -272,7 +272,8 @@ impl Oscillator {
         let h3 = if self.fastest * t < 1.0 || self.omega_squared == 0.0 {
             0.25 * t * r.h2
         } else {
-            ((0.5 * t * t - r.h1 - 2.0 * self.sigma * r.h2) / self.omega_squared).clamp(0.25 * t * r.h2, 0.5 * t * r.h2)
+            let h3 = (0.5 * t * t - r.h1 - 2.0 * self.sigma * r.h2) / self.omega_squared;
+            h3.max(0.25 * t * r.h2).min(0.5 * t * r.h2)
         };
         (scale * h3, scale * r.h2)
     }

@@ -429,7 +429,7 @@ fn arrival(oscillator: &Oscillator, motion: &Motion, distance: f64, latest: f64)
         }
         let newton = at - (y - distance) / w;
         if (newton - at).abs() <= 1e-14 * latest {
-            return newton.clamp(0.0, latest);
+            return newton.max(0.0).min(latest);
         }
         let next = if newton > early && newton < late {
             newton

@@ -183,6 +183,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
     }
 
     fn seat(&mut self, force: f64) {
+        let force = if force.is_finite() { force } else { 0.0 };
         let limit = |direction| self.level.at(direction, 0.0);
         self.deflection = force.clamp(-limit(Direction::Negative), limit(Direction::Positive)) / self.stiffness;
     }

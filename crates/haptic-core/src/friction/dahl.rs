@@ -148,6 +148,7 @@ impl YieldingContact for DahlContact {
     }
 
     fn seat(&mut self, force: f64) {
+        let force = if force.is_finite() { force } else { 0.0 };
         self.force = force.clamp(-self.law.dynamic_force.negative, self.law.dynamic_force.positive);
     }
 

@@ -124,7 +124,7 @@ impl Plasticity for ElasticAtFirst {
     }
 
     fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64 {
-        let elastic = (self.fraction * steady - deflection).clamp(0.0, distance);
+        let elastic = (self.fraction * steady - deflection).max(0.0).min(distance);
         let deflection = deflection + elastic;
         let plastic = distance - elastic;
         if plastic <= 0.0 {

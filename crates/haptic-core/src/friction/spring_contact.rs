@@ -157,6 +157,7 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
     }
 
     fn seat(&mut self, force: f64) {
+        let force = if force.is_finite() { force } else { 0.0 };
         self.static_limit.begin(f64::INFINITY);
         self.state = SpringState::Stuck {
             force: force.clamp(-self.limit(Direction::Negative), self.limit(Direction::Positive)),

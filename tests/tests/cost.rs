@@ -1,0 +1,62 @@
+//! A scene pays for what it has: instructions a tick, counted by callgrind in the real program, as `haptic-ctl cost` prints them.
+
+use std::collections::BTreeMap;
+use std::process::Command;
+use system_tests::ctl_offline;
+
+/// Instructions a tick of each scene of the table, in the profile that the tests are built with, and a tenth on top. Raise one only for something that the
+/// scene really needs.
+const BUDGETS: [(&str, f64); 15] = [
+    ("viscous on the device", 33.0),
+    ("Salcudean-Vlaar on the device", 111.0),
+    ("Karnopp on the device", 113.0),
+    ("Dahl on the device", 185.0),
+    ("Hayward-Armstrong on the device", 1170.0),
+    ("LuGre on the device", 626.0),
+    ("viscous behind a block", 274.0),
+    ("Karnopp behind a block", 380.0),
+    ("the same with DV", 380.0),
+    ("the same, asymmetric", 398.0),
+    ("asymmetric with rising Fs", 406.0),
+    ("Karnopp with Stribeck behind a block", 2470.0),
+    ("Dahl behind a block", 3110.0),
+    ("LuGre behind a block", 4480.0),
+    ("elasto-plastic behind a block", 7570.0),
+];
+
+#[test]
+fn a_scene_never_pays_for_what_it_lacks() {
+    if Command::new("valgrind").arg("--version").output().is_err() {
+        println!("SKIPPED: valgrind is missing, which counts the instructions (Debian: apt install valgrind)");
+        return;
+    }
+    let output = ctl_offline(&["cost", "--json"]);
+    let rows: Vec<serde_json::Value> = serde_json::from_slice(&output.stdout).expect("JSON");
+    let counted: BTreeMap<String, f64> = rows
+        .iter()
+        .map(|row| {
+            let name = row["scene"].as_str().expect("a name").to_owned();
+            (name, row["tick_instructions"].as_f64().expect("counted"))
+        })
+        .collect();
+    for (scene, count) in &counted {
+        println!("{scene:40} {count:8.1}");
+    }
+    assert_eq!(counted.len(), BUDGETS.len());
+    for (scene, budget) in BUDGETS {
+        let count = counted[scene];
+        assert!(
+            count <= budget,
+            "{scene}: {count:.0} instructions a tick, and {budget:.0} were agreed on"
+        );
+    }
+    // Each part costs where it is, and not where it is not.
+    let of = |scene: &str| counted[scene];
+    assert!(of("viscous on the device") * 2.0 < of("Karnopp on the device"));
+    assert!(of("Karnopp on the device") < of("Dahl on the device"));
+    assert!(of("Karnopp on the device") * 2.0 < of("Karnopp behind a block"));
+    assert!(of("viscous behind a block") < of("Karnopp behind a block"));
+    // Neither a second direction nor a rising limit is in the way of a steady tick.
+    assert!(of("asymmetric with rising Fs") < 1.2 * of("Karnopp behind a block"));
+    assert!(of("Karnopp behind a block") * 3.0 < of("Dahl behind a block"));
+}
