@@ -7,8 +7,9 @@
 
 use crate::intent::Intent;
 use crate::update::{Answer, Update};
-use haptic_ipc::{Client, ClientError, Receiver, Request, Sender, ServerLine, Topic, WireError};
+use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, Sender, ServerLine, Topic, WireError};
 use std::collections::HashMap;
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc;
@@ -113,6 +114,20 @@ struct Outgoing {
     stop_waits: bool,
     /// A stop was asked for since the last attempt to connect: the next is due at once.
     hurries: bool,
+    advice: Advice,
+}
+
+/// How far the adviser has been asked.
+#[derive(Debug, Default)]
+struct Advice {
+    /// Newest revision of the scene heard of.
+    newest: Option<u64>,
+    /// The newest when the adviser was last asked.
+    asked: Option<u64>,
+    /// It has not answered yet. Asked once at a time, it cannot be swamped by a slider that is dragged.
+    is_unanswered: bool,
+    /// The daemon has none.
+    is_missing: bool,
 }
 
 #[derive(Debug)]
@@ -120,6 +135,7 @@ enum Asked {
     Intent(Intent),
     Describe,
     Subscribe,
+    Advise,
 }
 
 impl Shared {
@@ -136,6 +152,17 @@ impl Outgoing {
         let id = sender.send(request)?;
         self.asked.insert(id, asked);
         Ok(())
+    }
+
+    /// Asks the adviser about a scene that it has not been asked about.
+    fn seek_advice(&mut self) -> Result<(), ClientError> {
+        let advice = &mut self.advice;
+        if advice.is_missing || advice.is_unanswered || advice.newest == advice.asked {
+            return Ok(());
+        }
+        advice.asked = advice.newest;
+        advice.is_unanswered = true;
+        self.send(Request::Advise {}, Asked::Advise)
     }
 }
 
@@ -262,9 +289,23 @@ impl Listener {
 
     fn next(&self, receiver: &mut Receiver) -> Result<Option<Update>, End> {
         match receiver.receive() {
-            Ok(ServerLine::Event(event)) => Ok(Some(Update::Event(event))),
+            Ok(ServerLine::Event(event)) => {
+                if let Event::State(state) = &event {
+                    let mut outgoing = self.shared.outgoing();
+                    outgoing.advice.newest = outgoing.advice.newest.max(Some(state.revision));
+                    outgoing.seek_advice()?;
+                }
+                Ok(Some(Update::Event(event)))
+            }
             Ok(ServerLine::Answer { id, result }) => {
-                let asked = id.and_then(|id| self.shared.outgoing().asked.remove(&id));
+                let mut outgoing = self.shared.outgoing();
+                let asked = id.and_then(|id| outgoing.asked.remove(&id));
+                if matches!(asked, Some(Asked::Advise)) {
+                    outgoing.advice.is_unanswered = false;
+                    outgoing.advice.is_missing = result.as_ref().is_err_and(|error| error.code == ErrorCode::UnknownOp);
+                    outgoing.seek_advice()?;
+                }
+                drop(outgoing);
                 asked.map_or(Ok(None), |asked| answered(asked, result))
             }
             Ok(ServerLine::Hello(_)) => Ok(None),
@@ -290,6 +331,7 @@ impl Listener {
             .any(|asked| matches!(asked, Asked::Intent(Intent::Stop)));
         outgoing.stop_waits |= stop_was_unanswered;
         outgoing.asked.clear();
+        outgoing.advice = Advice::default();
         outgoing.sender.take().is_some()
     }
 
@@ -319,18 +361,26 @@ fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Resul
             let description = serde_json::from_value(description).map_err(ClientError::BadAnswer)?;
             Ok(Some(Update::Described(description)))
         }
+        Asked::Advise => {
+            let read =
+                |value| serde_json::from_value(value).map_err(|error| unreadable("a request for advice", &error));
+            Ok(Some(Update::Advised(result.and_then(read))))
+        }
         Asked::Intent(intent) => {
             let result = result.and_then(|value| {
                 let answer = match intent {
                     Intent::Set { .. } => serde_json::from_value(value).map(Answer::Changed),
                     _ => serde_json::from_value(value).map(Answer::State),
                 };
-                answer.map_err(|error| {
-                    let code = haptic_ipc::ErrorCode::Unknown;
-                    WireError::new(code, format!("the daemon's answer to {intent} cannot be read: {error}"))
-                })
+                answer.map_err(|error| unreadable(&intent, &error))
             });
             Ok(Some(Update::Answered { intent, result }))
         }
     }
+}
+
+/// An answer that cannot be read is as good as a refusal.
+fn unreadable(asked: impl fmt::Display, error: &serde_json::Error) -> WireError {
+    let message = format!("the daemon's answer to {asked} cannot be read: {error}");
+    WireError::new(ErrorCode::Unknown, message)
 }

@@ -9,6 +9,8 @@
 //! daemon -> Connection -> Update -> Model::apply -> ui -> Intent -> Connection -> daemon
 //! ```
 
+mod advice;
+mod advice_lines;
 pub mod connection;
 mod contact_ribbon;
 mod edit;

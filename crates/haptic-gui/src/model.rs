@@ -1,5 +1,6 @@
 //! What the panel knows: a fold over the daemon's news.
 
+use crate::advice::Advised;
 use crate::edit::Edit;
 use crate::history::History;
 use crate::intent::{Intent, Target};
@@ -51,6 +52,9 @@ pub(crate) struct SceneModel {
     pub(crate) revision: Option<u64>,
     /// The tick that applied it, unless it was in force before the panel listened.
     pub(crate) tick: Option<u64>,
+    pub(crate) advised: Advised,
+    /// The user wants to see every check.
+    pub(crate) checks_are_open: bool,
 }
 
 /// One parameter.
@@ -60,6 +64,8 @@ pub(crate) struct ParameterModel {
     pub(crate) about: ParameterDescription,
     /// The user wants a row for each direction.
     pub(crate) split: bool,
+    /// The user wants to read all that the adviser says of it.
+    pub(crate) advice_is_open: bool,
     both: Edit,
     positive: Edit,
     negative: Edit,
@@ -93,6 +99,7 @@ impl ParameterModel {
         Self {
             about,
             split: false,
+            advice_is_open: false,
             both: Edit::default(),
             positive: Edit::default(),
             negative: Edit::default(),
@@ -186,6 +193,7 @@ impl Model {
                 };
             }
             Update::Described(description) => self.take_description(description),
+            Update::Advised(result) => self.scene.advised.take(result, self.scene.revision),
             // A topic that nobody here asked for.
             Update::Event(Event::Unknown) => {}
             Update::Event(Event::State(event)) => self.take_state(event),
@@ -305,6 +313,7 @@ impl Model {
                 self.scene.tick = Some(event.tick);
             }
             self.scene.revision = Some(event.revision);
+            self.scene.advised.overtaken(event.revision);
             self.scene.name = event.scene;
             for (name, value) in &event.params {
                 if let Some(parameter) = self.parameter(name) {
@@ -376,6 +385,7 @@ impl Model {
         }
         self.scene.revision = Some(reply.revision);
         self.scene.tick = Some(reply.tick);
+        self.scene.advised.take_remarks(reply);
         for (key, &value) in &reply.applied {
             let name = key.trim_end_matches(['+', '-']);
             let Some(parameter) = self.parameter(name) else {

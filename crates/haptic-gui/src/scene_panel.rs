@@ -1,5 +1,7 @@
 //! The parameters of the scene: a slider and a field for each.
 
+use crate::advice::Advised;
+use crate::advice_lines;
 use crate::edit::Edit;
 use crate::model::{Model, ParameterModel, SceneModel};
 use crate::theme::Palette;
@@ -25,15 +27,24 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 // Room for the scroll bar, which would lie over the toggles.
                 ui.set_max_width(ui.available_width() - 10.0);
+                let SceneModel {
+                    parameters,
+                    advised,
+                    checks_are_open,
+                    ..
+                } = model.scene_mut();
                 let mut group = String::new();
-                for parameter in &mut model.scene_mut().parameters {
+                for parameter in parameters {
                     if parameter.about.group != group {
                         group.clone_from(&parameter.about.group);
                         ui.label(RichText::new(sentence_case(&group)).small().weak());
                     }
-                    show_parameter(ui, parameter);
+                    ui.push_id(parameter.about.name.clone(), |ui| {
+                        show_parameter(ui, parameter, advised);
+                    });
                     ui.add_space(3.0);
                 }
+                advice_lines::show_all(ui, advised, checks_are_open);
             });
         });
     });
@@ -48,7 +59,7 @@ fn show_revision(ui: &mut Ui, scene: &SceneModel) {
     ui.label(RichText::new(text).small().weak());
 }
 
-fn show_parameter(ui: &mut Ui, parameter: &mut ParameterModel) {
+fn show_parameter(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advised) {
     let name = sentence_case(&parameter.about.name);
     ui.horizontal(|ui| {
         let title = ui.label(RichText::new(name).strong());
@@ -66,6 +77,11 @@ fn show_parameter(ui: &mut Ui, parameter: &mut ParameterModel) {
     for &direction in directions {
         show_value(ui, parameter, direction);
     }
+    if parameter.is_split() {
+        // A value for both, as joining them or the adviser sets it, has no row of its own.
+        show_refusal(ui, parameter.edit(None));
+    }
+    advice_lines::show(ui, parameter, advised);
 }
 
 /// The toggle between one row and a row for each direction.
@@ -109,6 +125,10 @@ fn show_value(ui: &mut Ui, parameter: &mut ParameterModel, direction: Option<Dir
         show_field(ui, &about, edit, in_force, &spoken_name);
         ui.label(&about.unit);
     });
+    show_refusal(ui, edit);
+}
+
+fn show_refusal(ui: &mut Ui, edit: &Edit) {
     if let Some(refusal) = edit.refusal() {
         let color = Palette::of(ui).error_text;
         ui.add(Label::new(RichText::new(refusal).color(color)).wrap());
@@ -180,7 +200,7 @@ fn parse(typed: &str) -> Option<f64> {
 }
 
 /// The exact value in as few digits as tell it apart.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && !(1e-5..1e7).contains(&size) {
         format!("{value:e}")
@@ -211,11 +231,11 @@ fn explanation(about: &ParameterDescription) -> String {
     format!("More of it: {}.\n{range}", about.feel)
 }
 
-fn spoken(name: &str) -> String {
+pub(crate) fn spoken(name: &str) -> String {
     name.replace('_', " ")
 }
 
-fn sentence_case(name: &str) -> String {
+pub(crate) fn sentence_case(name: &str) -> String {
     let name = spoken(name);
     let mut letters = name.chars();
     letters

@@ -92,3 +92,27 @@ pub fn install(ctx: &egui::Context) {
         style.interaction.selectable_labels = false;
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::Visuals;
+
+    /// Relative luminance after WCAG 2.
+    fn luminance(color: Color32) -> f32 {
+        let [r, g, b, _] = egui::Rgba::from(color).to_array();
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    }
+
+    #[test]
+    fn text_that_warns_can_be_read_in_both_themes() {
+        for (palette, visuals) in [(&DARK, Visuals::dark()), (&LIGHT, Visuals::light())] {
+            let ground = luminance(visuals.panel_fill);
+            for text in [palette.error_text, palette.caution_text] {
+                let text = luminance(text);
+                let contrast = (text.max(ground) + 0.05) / (text.min(ground) + 0.05);
+                assert!(contrast >= 4.5, "{contrast} to 1");
+            }
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! What the panel hears from the daemon, and about it.
 
 use crate::intent::Intent;
-use haptic_ipc::{Description, Event, Hello, SetReply, StateReply, WireError};
+use haptic_ipc::{AdviceReply, Description, Event, Hello, SetReply, StateReply, WireError};
 use std::path::PathBuf;
 
 /// One piece of news.
@@ -28,6 +28,8 @@ pub enum Update {
     },
     /// The parameter table.
     Described(Description),
+    /// What the adviser says of a scene. It is asked again whenever the scene changes.
+    Advised(Result<AdviceReply, WireError>),
     /// Something subscribed to.
     Event(Event),
     /// The daemon carried out what the user asked for, or refused.

@@ -3,7 +3,7 @@
 use haptic_core::Scene;
 use haptic_gui::connection::{Connection, Patience};
 use haptic_gui::{Answer, Intent, Update};
-use haptic_ipc::{Envelope, Event, Request, RigState, StateEvent, Topic, params_of};
+use haptic_ipc::{AdviceReply, Envelope, ErrorCode, Event, Request, RigState, StateEvent, Topic, WireError, params_of};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
@@ -43,6 +43,17 @@ impl Daemon {
     /// Answers a request whose kind the test knows.
     fn answer(&mut self, id: u64, ok: &str) {
         self.say(&format!(r#"{{"id":{id},"ok":{ok}}}"#));
+    }
+
+    fn report(&mut self, state: &StateEvent) {
+        self.say(&serde_json::to_string(&Event::State(state.clone())).expect("an event"));
+    }
+
+    /// Takes a request for advice.
+    fn hear_advise(&mut self) -> u64 {
+        let advise = self.hear();
+        assert_eq!(advise.request, Request::Advise {});
+        advise.id
     }
 
     /// Goes through what every panel asks first.
@@ -114,6 +125,24 @@ impl Bench {
     }
 }
 
+fn of_revision(revision: u64) -> StateEvent {
+    StateEvent {
+        state: RigState::Idle,
+        fault: None,
+        tick: 5,
+        revision,
+        scene: "paper".into(),
+        params: params_of(&Scene::paper()),
+    }
+}
+
+fn advised(update: Update) -> Option<Result<AdviceReply, WireError>> {
+    match update {
+        Update::Advised(result) => Some(result),
+        _ => None,
+    }
+}
+
 fn socket(dir: &Path) -> PathBuf {
     dir.join("control.sock")
 }
@@ -138,15 +167,8 @@ fn it_waits_for_a_daemon_and_finds_the_next_one_when_that_goes_away() {
     let mut daemon = Daemon::accept(&listener);
     daemon.introduce();
     bench.until_connected();
-    let state = StateEvent {
-        state: RigState::Idle,
-        fault: None,
-        tick: 5,
-        revision: 1,
-        scene: "paper".into(),
-        params: params_of(&Scene::paper()),
-    };
-    daemon.say(&serde_json::to_string(&Event::State(state.clone())).unwrap());
+    let state = of_revision(1);
+    daemon.report(&state);
     let heard = bench.until(|update| match update {
         Update::Event(Event::State(event)) => Some(event),
         _ => None,
@@ -250,4 +272,61 @@ fn a_daemon_that_falls_silent_is_given_up() {
     bench.until_connected();
     let reason = bench.until_lost();
     assert!(reason.contains("said nothing"), "{reason}");
+}
+
+#[test]
+fn the_adviser_is_asked_about_every_new_scene_but_not_while_it_has_yet_to_answer() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    daemon.report(&of_revision(1));
+    let first = daemon.hear_advise();
+    for revision in [2, 3, 3] {
+        daemon.report(&of_revision(revision));
+    }
+    daemon.answer(first, r#"{"revision":1,"advice":[]}"#);
+    assert_eq!(bench.until(advised).unwrap().revision, 1);
+    let second = daemon.hear_advise();
+    let finding = r#"{"check":"friction","passes":false,"value":null,"bound":1,"unit":"N","margin":0.5,"mending":2}"#;
+    let advice = format!(r#"{{"param":"stiffness","message":"too stiff","finding":{finding}}}"#);
+    daemon.answer(second, &format!(r#"{{"revision":3,"advice":[{advice}]}}"#));
+    let reply = bench.until(advised).unwrap();
+    assert_eq!((reply.revision, reply.advice[0].param.as_str()), (3, "stiffness"));
+    // The scene is the same, so what is heard next is the user.
+    daemon.report(&of_revision(3));
+    bench.connection.send(Intent::Engage);
+    assert_eq!(daemon.hear().request, Request::Engage {});
+}
+
+#[test]
+fn a_daemon_without_an_adviser_is_asked_once() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    daemon.report(&of_revision(1));
+    let advise = daemon.hear_advise();
+    let refusal = r#""error":{"code":"unknown_op","message":"there is no operation `advise`"}"#;
+    daemon.say(&format!(r#"{{"id":{advise},{refusal}}}"#));
+    assert_eq!(bench.until(advised).unwrap_err().code, ErrorCode::UnknownOp);
+    daemon.report(&of_revision(2));
+    bench.until(|update| matches!(update, Update::Event(Event::State(state)) if state.revision == 2).then_some(()));
+    bench.connection.send(Intent::Engage);
+    assert_eq!(daemon.hear().request, Request::Engage {});
+}
+
+#[test]
+fn advice_that_cannot_be_read_does_not_end_the_conversation() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    daemon.report(&of_revision(1));
+    let advise = daemon.hear_advise();
+    daemon.answer(advise, r#"{"advice":"later"}"#);
+    let error = bench.until(advised).unwrap_err();
+    assert!(error.message.contains("cannot be read"), "{error}");
+    daemon.report(&of_revision(2));
+    daemon.hear_advise();
 }

@@ -1,0 +1,286 @@
+//! What the adviser says of the scene in force, sorted to the parameters that it concerns.
+
+use crate::intent::Target;
+use haptic_core::Direction;
+use haptic_ipc::{Advice, AdviceReply, ErrorCode, Finding, ParameterDescription, SetReply, WireError};
+
+/// The newest advice.
+#[derive(Debug, Default)]
+pub(crate) struct Advised {
+    /// Revision of the scene that was looked at.
+    revision: u64,
+    /// Whether the checks that pass are among it. The answer to a change has none of them.
+    is_whole: bool,
+    advice: Vec<Advice>,
+    /// Why there is none.
+    failure: Option<String>,
+}
+
+/// A remark or a broken bound, as the parameter that it concerns sees it.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Warning<'a> {
+    pub(crate) message: &'a str,
+    pub(crate) finding: Option<&'a Finding>,
+    pub(crate) mending: Option<Mending>,
+}
+
+/// A change that would mend a broken bound.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Mending {
+    pub(crate) target: Target,
+    pub(crate) value: f64,
+}
+
+impl Advised {
+    /// Takes the answer to a request for advice while `in_force` is the newest revision known.
+    pub(crate) fn take(&mut self, result: Result<AdviceReply, WireError>, in_force: Option<u64>) {
+        match result {
+            Ok(reply) if reply.revision >= self.revision && in_force.is_none_or(|known| reply.revision >= known) => {
+                *self = Self {
+                    revision: reply.revision,
+                    is_whole: true,
+                    advice: reply.advice,
+                    failure: None,
+                };
+            }
+            Ok(_) => {}
+            // An older daemon; what it says of a change is all that there is.
+            Err(error) if error.code == ErrorCode::UnknownOp => {}
+            // What was said of an earlier scene would be taken for advice on this one.
+            Err(error) => {
+                *self = Self {
+                    failure: Some(error.message),
+                    ..Self::default()
+                }
+            }
+        }
+    }
+
+    /// Takes what comes with the answer to a change, where nothing better is known.
+    pub(crate) fn take_remarks(&mut self, reply: &SetReply) {
+        if !self.is_whole && reply.revision >= self.revision {
+            self.revision = reply.revision;
+            self.advice.clone_from(&reply.advice);
+        }
+    }
+
+    /// The scene has changed. The whole advice is kept until the next is there, lest the rows jump at every change; nothing
+    /// follows remarks.
+    pub(crate) fn overtaken(&mut self, revision: u64) {
+        if !self.is_whole && self.revision < revision {
+            self.advice.clear();
+        }
+    }
+
+    /// Why there is no advice, though the daemon can give it.
+    pub(crate) fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    /// Every check, kept or broken, with what it says; none where only remarks are known.
+    pub(crate) fn checks(&self) -> impl Iterator<Item = (&Finding, &str)> {
+        let whole = self.advice.iter().filter(|_| self.is_whole);
+        whole.filter_map(|advice| Some((advice.finding.as_ref()?, advice.message.as_str())))
+    }
+
+    /// What is to be said beside a parameter, the strictest mending first.
+    pub(crate) fn warnings(&self, about: &ParameterDescription) -> Vec<Warning<'_>> {
+        let mut warnings: Vec<_> = self
+            .advice
+            .iter()
+            .filter(|advice| advice.finding.as_ref().is_none_or(|finding| !finding.passes))
+            .filter_map(|advice| {
+                let direction = match advice.param.strip_prefix(about.name.as_str())? {
+                    "" => None,
+                    "+" => Some(Direction::Positive),
+                    "-" => Some(Direction::Negative),
+                    _ => return None,
+                };
+                let finding = advice.finding.as_ref();
+                let exact = finding.and_then(|finding| finding.mending);
+                let mending = exact.and_then(|value| Mending::new(about, direction, value));
+                let message = advice.message.as_str();
+                Some(Warning {
+                    message,
+                    finding,
+                    mending,
+                })
+            })
+            .collect();
+        // The farther from the value in force, the stricter; then the broken bounds, the worst first; then the remarks.
+        let distance = |warning: &Warning<'_>| {
+            let mending = warning.mending.as_ref();
+            mending.map_or(-1.0, |mending| {
+                (mending.value - in_force(about, mending.target.direction)).abs()
+            })
+        };
+        let margin = |warning: &Warning<'_>| {
+            let finding = warning.finding;
+            finding.map_or(f64::INFINITY, |finding| finding.margin.unwrap_or(0.0))
+        };
+        warnings.sort_by(|a, b| {
+            let stricter = distance(b).total_cmp(&distance(a));
+            stricter.then(margin(a).total_cmp(&margin(b)))
+        });
+        warnings
+    }
+}
+
+impl Mending {
+    /// Rounds to what a person would type, away from the value in force, so that the bound is not missed by a hair. None
+    /// where nothing would change.
+    fn new(about: &ParameterDescription, direction: Option<Direction>, exact: f64) -> Option<Self> {
+        let in_force = in_force(about, direction);
+        let value = if exact < in_force {
+            -four_digits_at_least(-exact)
+        } else {
+            four_digits_at_least(exact)
+        };
+        let name = about.name.clone();
+        let target = Target { name, direction };
+        (value.is_finite() && value != in_force).then_some(Self { target, value })
+    }
+}
+
+fn in_force(about: &ParameterDescription, direction: Option<Direction>) -> f64 {
+    about.value.get(direction.unwrap_or(Direction::Positive))
+}
+
+/// The value in four significant digits, to the nearest.
+pub(crate) fn four_digits(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}
+
+/// The least number of four significant digits that is not below the value.
+fn four_digits_at_least(value: f64) -> f64 {
+    let nearest = four_digits(value);
+    if nearest >= value {
+        return nearest;
+    }
+    // A value that was rounded is not zero.
+    let digit = 10_f64.powf(value.abs().log10().floor() - 3.0);
+    four_digits(nearest + digit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::Scene;
+
+    /// The paper's stiffness, of 25000 N/m.
+    fn stiffness() -> ParameterDescription {
+        let mut rows = ParameterDescription::all_of(&Scene::paper()).into_iter();
+        rows.find(|row| row.name == "stiffness").expect("a parameter")
+    }
+
+    fn broken(mending: Option<f64>, margin: f64) -> Advice {
+        let finding = Finding {
+            check: "friction".into(),
+            passes: false,
+            value: Some(1.0),
+            bound: Some(margin),
+            unit: "N/m".into(),
+            margin: Some(margin),
+            mending,
+        };
+        Advice {
+            param: "stiffness".into(),
+            message: format!("broken to {margin}"),
+            finding: Some(finding),
+        }
+    }
+
+    fn of_revision(revision: u64, advice: Vec<Advice>) -> Result<AdviceReply, WireError> {
+        Ok(AdviceReply { revision, advice })
+    }
+
+    #[test]
+    fn the_strictest_mending_comes_first_and_remarks_last() {
+        let remark = Advice {
+            finding: None,
+            message: "a remark".into(),
+            ..broken(None, 0.0)
+        };
+        let advice = vec![
+            remark,
+            broken(None, 0.1),
+            broken(Some(20_000.0), 0.8),
+            broken(Some(16_000.0), 0.6),
+        ];
+        let mut advised = Advised::default();
+        advised.take(of_revision(1, advice), None);
+        let about = stiffness();
+        let messages: Vec<_> = advised
+            .warnings(&about)
+            .into_iter()
+            .map(|warning| warning.message)
+            .collect();
+        assert_eq!(
+            messages,
+            ["broken to 0.6", "broken to 0.8", "broken to 0.1", "a remark"]
+        );
+    }
+
+    #[test]
+    fn a_mending_is_rounded_away_from_the_value_in_force() {
+        let about = stiffness();
+        for (exact, value) in [
+            (16_000.0, Some(16_000.0)),
+            (6_666.666_666, Some(6_666.0)),
+            (6_667.000_001, Some(6_667.0)),
+            (1e-12 / 3.0, Some(3.333e-13)),
+            (25_000.000_1, Some(25_010.0)),
+            (99_999.9, Some(100_000.0)),
+            (25_000.0, None),
+        ] {
+            let mending = Mending::new(&about, None, exact);
+            assert_eq!(mending.map(|mending| mending.value), value, "{exact}");
+        }
+    }
+
+    #[test]
+    fn advice_names_its_parameter_and_no_other_that_begins_like_it() {
+        let mut advised = Advised::default();
+        let mut advice = vec![broken(None, 0.5), broken(None, 0.5), broken(None, 0.5)];
+        advice[0].param = "stiffness_of_the_contact".into();
+        advice[1].param = "stiffness-".into();
+        advice[2].param = "stiff".into();
+        advised.take(of_revision(1, advice), None);
+        assert_eq!(advised.warnings(&stiffness()).len(), 1);
+    }
+
+    #[test]
+    fn remarks_on_a_change_stand_in_where_there_is_no_advice() {
+        let remarks = |revision, margin| SetReply {
+            revision,
+            tick: 1,
+            applied: [].into(),
+            advice: vec![broken(None, margin)],
+        };
+        let about = stiffness();
+        let mut advised = Advised::default();
+        advised.take(Err(WireError::new(ErrorCode::UnknownOp, "no such operation")), Some(1));
+        assert_eq!(advised.failure(), None);
+        advised.take_remarks(&remarks(2, 0.5));
+        advised.overtaken(2);
+        assert_eq!(advised.warnings(&about).len(), 1);
+        assert_eq!(advised.checks().count(), 0, "the others are not known");
+        advised.overtaken(3);
+        assert_eq!(advised.warnings(&about), []);
+
+        advised.take(of_revision(4, vec![broken(None, 0.25)]), Some(4));
+        advised.take_remarks(&remarks(5, 0.5));
+        advised.overtaken(5);
+        let warnings = advised.warnings(&about);
+        assert!(matches!(warnings.as_slice(), [warning] if warning.message == "broken to 0.25"));
+    }
+
+    #[test]
+    fn advice_that_cannot_be_had_takes_the_old_with_it() {
+        let mut advised = Advised::default();
+        advised.take(of_revision(1, vec![broken(None, 0.5)]), Some(1));
+        advised.take(Err(WireError::new(ErrorCode::Unknown, "later")), Some(2));
+        assert_eq!(advised.failure(), Some("later"));
+        assert_eq!(advised.warnings(&stiffness()), []);
+    }
+}

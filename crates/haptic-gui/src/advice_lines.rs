@@ -1,0 +1,180 @@
+//! The adviser's findings: a line below the parameter that each concerns, and a table of all of them.
+
+use crate::advice::{Advised, Mending, Warning, four_digits};
+use crate::model::ParameterModel;
+use crate::scene_panel::{number, sentence_case, spoken};
+use crate::theme::Palette;
+use egui::{
+    Align2, Atom, AtomExt, Button, Color32, Grid, Label, Rect, RichText, Shape, Sides, TextStyle, Ui, Vec2, vec2,
+};
+use haptic_ipc::Finding;
+use std::f32::consts::FRAC_PI_2;
+
+const ARROW_SIZE: f32 = 8.0;
+
+/// Shows what is to be said of a parameter: one line, which opens to all of it.
+pub(crate) fn show(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advised) {
+    let warnings = advised.warnings(&parameter.about);
+    let Some(first) = warnings.first() else {
+        return;
+    };
+    let unit = &parameter.about.unit;
+    let is_open = &mut parameter.advice_is_open;
+    let hint = first.mending.as_ref().map(|mending| mends(&warnings, mending));
+    let mut wanted = with_mending(ui, first.mending.as_ref(), hint, unit, |ui| {
+        let color = Palette::of(ui).caution_text;
+        show_title(ui, &title(&warnings), color, is_open);
+    });
+    // A single remark is its own title.
+    if *is_open && (warnings.len() > 1 || first.finding.is_some()) {
+        ui.indent("advice", |ui| {
+            for (place, warning) in warnings.iter().enumerate() {
+                // The title has the first one's button.
+                let mending = warning.mending.as_ref().filter(|_| place > 0);
+                let pressed = with_mending(ui, mending, None, unit, |ui| {
+                    ui.add(Label::new(RichText::new(warning.message).small()).wrap());
+                });
+                wanted = wanted.take().or(pressed);
+            }
+        });
+    }
+    if let Some(Mending { target, value }) = wanted {
+        let edit = parameter.edit(target.direction);
+        edit.change(value);
+        edit.typing = None;
+    }
+}
+
+/// A single warning is named, more of them are counted.
+fn title(warnings: &[Warning<'_>]) -> String {
+    if let [warning] = warnings {
+        return warning.finding.map_or_else(
+            || warning.message.to_owned(),
+            |finding| {
+                let Finding { check, unit, .. } = finding;
+                let [value, bound] = [finding.value, finding.bound].map(|value| limited(value, ""));
+                format!("{}: {value}, bound {bound} {unit}", sentence_case(check))
+            },
+        );
+    }
+    let broken = warnings.iter().filter(|warning| warning.finding.is_some()).count();
+    let counts = [(broken, "bound", " broken"), (warnings.len() - broken, "remark", "")];
+    let counts = counts.into_iter().filter(|(count, ..)| *count > 0);
+    let counts = counts.map(|(count, what, state)| {
+        let plural = if count == 1 { "" } else { "s" };
+        format!("{count} {what}{plural}{state}")
+    });
+    counts.collect::<Vec<_>>().join(", ")
+}
+
+/// A value or a bound as it is read at a glance; the wire has none where it is not finite.
+fn limited(value: Option<f64>, unit: &str) -> String {
+    let number = |value| format!("{} {unit}", number(four_digits(value)));
+    value.map_or_else(|| "∞".to_owned(), |value| number(value).trim_end().to_owned())
+}
+
+/// The line that opens and closes the rest. Open, it has room for all of its text.
+fn show_title(ui: &mut Ui, title: &str, color: Color32, is_open: &mut bool) {
+    let turn = if *is_open { 0.0 } else { -FRAC_PI_2 };
+    // Drawn, because the font has no arrow, and beside the first line of the text.
+    let size = vec2(ARROW_SIZE, ui.text_style_height(&TextStyle::Small));
+    let arrow = Atom::paint(size, move |ui, args| {
+        let square = Rect::from_center_size(args.rect.center(), Vec2::splat(ARROW_SIZE));
+        ui.painter().add(Shape::rotated_triangle(square, turn, color));
+    });
+    let text = RichText::new(title).small().color(color);
+    let button = Button::new((arrow.atom_align(Align2::CENTER_TOP), text)).frame_when_inactive(false);
+    let button = if *is_open { button.wrap() } else { button.truncate() };
+    // The arrow stands below the parameter's name.
+    ui.spacing_mut().button_padding.x = 0.0;
+    if ui.add(button).accessible_name(title).clicked() {
+        *is_open = !*is_open;
+    }
+}
+
+/// Draws `left` and, beside it, the button that changes what would mend it; gives the change when it was pressed.
+fn with_mending(
+    ui: &mut Ui,
+    mending: Option<&Mending>,
+    hint: Option<String>,
+    unit: &str,
+    left: impl FnOnce(&mut Ui),
+) -> Option<Mending> {
+    let right = |ui: &mut Ui| {
+        let mending = mending?;
+        let value = format!("{} {unit}", number(mending.value));
+        let name = format!("set {} to {value}", spoken(&mending.target.to_string()));
+        let button = Button::new(RichText::new(format!("Set to {value}")).small()).small();
+        let mut button = ui.add(button).accessible_name(name.trim_end());
+        if let Some(hint) = hint {
+            button = button.on_hover_text(hint);
+        }
+        button.clicked().then(|| mending.clone())
+    };
+    Sides::new().shrink_left().show(ui, left, right).1
+}
+
+/// What a change is good for, by the names of the checks: others may stay broken.
+fn mends(warnings: &[Warning<'_>], mending: &Mending) -> String {
+    let mended = warnings.iter().filter(|warning| {
+        let other = warning.mending.as_ref();
+        other.is_some_and(|other| other.target == mending.target)
+    });
+    let names = mended.filter_map(|warning| Some(spoken(&warning.finding?.check)));
+    format!("Mends: {}", names.collect::<Vec<_>>().join(", "))
+}
+
+/// Shows every check, at the end of the scene.
+pub(crate) fn show_all(ui: &mut Ui, advised: &Advised, is_open: &mut bool) {
+    let caution = Palette::of(ui).caution_text;
+    if let Some(failure) = advised.failure() {
+        let text = RichText::new(format!("No advice: {failure}")).small().color(caution);
+        ui.add(Label::new(text).wrap());
+    }
+    let count = advised.checks().count();
+    if count == 0 {
+        return;
+    }
+    let broken = advised.checks().filter(|(finding, _)| !finding.passes).count();
+    let (title, color) = match (broken, count) {
+        (0, 1) => ("Stability: the bound is kept".to_owned(), ui.visuals().text_color()),
+        (0, _) => (format!("Stability: all {count} bounds kept"), ui.visuals().text_color()),
+        _ => (format!("Stability: {broken} of {count} bounds broken"), caution),
+    };
+    ui.scope(|ui| show_title(ui, &title, color, is_open));
+    if *is_open {
+        show_table(ui, advised);
+    }
+}
+
+fn show_table(ui: &mut Ui, advised: &Advised) {
+    let caution = Palette::of(ui).caution_text;
+    Grid::new("checks")
+        .striped(true)
+        .spacing([10.0, 4.0])
+        .min_row_height(16.0)
+        .show(ui, |ui| {
+            for title in ["Check", "Value", "Bound", "Margin", ""] {
+                ui.label(RichText::new(title).small().weak());
+            }
+            ui.end_row();
+            for (finding, message) in advised.checks() {
+                let check = ui.label(RichText::new(sentence_case(&finding.check)).small());
+                let margin = finding.margin.map(|margin| format!("{margin:.2}"));
+                for text in [
+                    limited(finding.value, &finding.unit),
+                    limited(finding.bound, &finding.unit),
+                    margin.unwrap_or_else(|| "∞".to_owned()),
+                ] {
+                    ui.label(RichText::new(text).small());
+                }
+                let state = if finding.passes {
+                    RichText::new("Kept")
+                } else {
+                    RichText::new("Broken").color(caution)
+                };
+                check.union(ui.label(state.small())).on_hover_text(message);
+                ui.end_row();
+            }
+        });
+}
