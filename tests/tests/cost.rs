@@ -14,14 +14,14 @@ const BUDGETS: [(&str, f64); 15] = [
     ("Hayward-Armstrong on the device", 1170.0),
     ("LuGre on the device", 626.0),
     ("viscous behind a block", 274.0),
-    ("Karnopp behind a block", 380.0),
+    ("Karnopp behind a block", 400.0),
     ("the same with DV", 380.0),
     ("the same, asymmetric", 398.0),
     ("asymmetric with rising Fs", 406.0),
     ("Karnopp with Stribeck behind a block", 2470.0),
-    ("Dahl behind a block", 3110.0),
-    ("LuGre behind a block", 4480.0),
-    ("elasto-plastic behind a block", 7570.0),
+    ("Dahl behind a block", 2080.0),
+    ("LuGre behind a block", 3390.0),
+    ("elasto-plastic behind a block", 6560.0),
 ];
 
 #[test]

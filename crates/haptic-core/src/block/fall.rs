@@ -3,7 +3,7 @@
 //! The velocity's extrema are closed-form; between them it is monotone, so the first one at or below the level brackets the fall, and a safeguarded
 //! Newton iteration finds it.
 
-use super::oscillator::{Motion, Oscillator};
+use super::oscillator::{Motion, Oscillator, Response};
 
 /// How a slide ends, or that it does not.
 pub(super) enum SlideEnd {
@@ -20,6 +20,32 @@ pub(super) enum SlideEnd {
 pub(crate) struct FallLevel {
     pub(super) armed: bool,
     pub(super) threshold: f64,
+}
+
+/// Whether it is sure, without a search, that a forward slide does not fall to its re-stick level in a time whose response is `r`: displacement and speed
+/// at its end are then returned.
+pub(super) fn passes(
+    oscillator: &Oscillator,
+    motion: &Motion,
+    r: &Response,
+    time_s: f64,
+    level: FallLevel,
+) -> Option<(f64, f64)> {
+    let FallLevel { armed, threshold } = level;
+    let (y, w) = oscillator.advance(motion, r);
+    let (a0, beta) = oscillator.acceleration(motion);
+    let a = a0 * r.dh + beta * r.h;
+    let dips = a0 < 0.0 && a > 0.0;
+    let falls_at = if armed { threshold } else { 0.0 };
+    // A peak inside could arm the slide and be fallen from.
+    let may_arm_unseen = threshold > 0.0 && !armed && a0 > 0.0 && a < 0.0;
+    // At exactly zero velocity and acceleration the direction is for the full search to decide.
+    let sure = oscillator.turns_once_at_most(time_s)
+        && w > falls_at
+        && (motion.w0 > 0.0 || a0 > 0.0)
+        && !dips
+        && !may_arm_unseen;
+    sure.then_some((y, w))
 }
 
 /// The first time in `(0, remaining]` at which a forward slide falls to its re-stick level, and the number of

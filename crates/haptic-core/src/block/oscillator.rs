@@ -16,7 +16,7 @@ use core::f64::consts::PI;
 
 /// `h`, `h'` and the two integrals of `h` at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Response {
+pub(crate) struct Response {
     pub(super) h: f64,
     pub(super) dh: f64,
     pub(super) h1: f64,

@@ -1,6 +1,6 @@
 //! A slide in one direction between two events, under a law that makes it an oscillator.
 
-use super::fall::{FallLevel, SlideEnd, first_fall};
+use super::fall::{FallLevel, SlideEnd, first_fall, passes};
 use super::oscillator::{Motion, Oscillator, Response};
 use crate::parameters::Direction;
 use core::fmt::Debug;
@@ -133,19 +133,9 @@ impl Slide for LinearSlide {
     fn set_off(&mut self, _limit: f64) {}
 
     fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {
-        let FallLevel { armed, threshold } = level;
         let r = self.propagator.at(&self.oscillator, elapsed_s);
-        let (y, w) = self.oscillator.advance(motion, &r);
-        let (a0, beta) = self.oscillator.acceleration(motion);
-        let a = a0 * r.dh + beta * r.h;
-        let one_extremum_at_most = self.oscillator.turns_once_at_most(elapsed_s);
-        let dips = a0 < 0.0 && a > 0.0;
-        let falls_at = if armed { threshold } else { 0.0 };
-        // A peak inside could arm the slide and be fallen from.
-        let may_arm_unseen = threshold > 0.0 && !armed && a0 > 0.0 && a < 0.0;
-        // At exactly zero velocity and acceleration the direction is for the full search to decide.
-        let sure = one_extremum_at_most && w > falls_at && (motion.w0 > 0.0 || a0 > 0.0) && !dips && !may_arm_unseen;
-        sure.then_some((y.max(0.0), w))
+        let (y, w) = passes(&self.oscillator, motion, &r, elapsed_s, level)?;
+        Some((y.max(0.0), w))
     }
 
     fn piece(&mut self, motion: &Motion, remaining_s: f64, level: FallLevel, most_extrema: u32) -> (PieceEnd, u32) {

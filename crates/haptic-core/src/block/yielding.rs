@@ -10,7 +10,7 @@
 //! is done in one backward-Euler step.
 
 use super::exact::work_budget;
-use super::fall::{FallLevel, SlideEnd, first_fall};
+use super::fall::{FallLevel, SlideEnd, first_fall, passes};
 use super::load::{Load, rounding};
 use super::oscillator::{Motion, Oscillator};
 use super::{BlockState, Contact, EventSink, Moving, Rendered};
@@ -233,13 +233,17 @@ impl<C: YieldingContact> YieldingBlock<C> {
     ) -> (Piece, C, u32) {
         let (armed, threshold) = self.contact.fall_level();
         let level = FallLevel { armed, threshold };
-        let (end, extrema) = first_fall(oscillator, motion, length, level, u32::MAX);
-        let (mut lasted_s, mut fell) = match end {
-            SlideEnd::Falls { at, .. } => (at, true),
-            SlideEnd::None { .. } | SlideEnd::Exhausted => (length, false),
-        };
-        let mut r = oscillator.response(lasted_s);
-        let (mut y, mut w) = oscillator.advance(motion, &r);
+        let mut r = oscillator.response(length);
+        let (mut lasted_s, mut fell, mut extrema) = (length, false, 0);
+        let (mut y, mut w) = passes(oscillator, motion, &r, length, level).unwrap_or_else(|| {
+            let (end, looked_at) = first_fall(oscillator, motion, length, level, u32::MAX);
+            extrema = looked_at;
+            if let SlideEnd::Falls { at, .. } = end {
+                (lasted_s, fell) = (at, true);
+                r = oscillator.response(at);
+            }
+            oscillator.advance(motion, &r)
+        });
         if y > tangent.kink {
             lasted_s = arrival(oscillator, motion, tangent.kink, lasted_s);
             r = oscillator.response(lasted_s);
