@@ -13,6 +13,7 @@
 //!
 //! * [`scene`] says what the user asked for; [`parameters`] is the one table of names, symbols, units
 //!   and ranges behind the wire, the command line and the panel.
+//! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others, each behind a block or on the device itself.
 //! * [`Renderer`] is what a scene compiles to: one [`tick`](Renderer::tick) per measurement, by the
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before the motor.

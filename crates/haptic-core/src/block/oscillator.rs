@@ -71,6 +71,9 @@ const NEAR_CRITICAL_LIMIT: f64 = 0.25;
 /// Up to this value of `fastest * delta` five terms of the series are exact to 1e-16: the sixth is `z^5 8/720`.
 const NEAR_LIMIT: f64 = 2e-3;
 
+/// Up to this value of `fastest * delta` the first order is exact to 1e-16.
+const FIRST_ORDER_LIMIT: f64 = 1e-8;
+
 /// `1/n`, so that the series divides nothing.
 const RECIPROCAL: [f64; 25] = {
     let mut table = [0.0; 25];
@@ -161,6 +164,17 @@ impl Oscillator {
         if self.fastest * delta.abs() > NEAR_LIMIT {
             return None;
         }
+        let two_sigma = 2.0 * self.sigma;
+        if self.fastest * delta.abs() < FIRST_ORDER_LIMIT {
+            // Not the timer's jitter, but the rounding of a time that was a difference.
+            let Response { h, dh, h1, h2 } = *known;
+            return Some(Response {
+                h: h + delta * dh,
+                dh: dh - delta * (two_sigma * dh + self.omega_squared * h),
+                h1: h1 + delta * h,
+                h2: h2 + delta * h1,
+            });
+        }
         // From h(T), h'(T) the free motion goes on with c and s, which solve the same equation with c(0) = 1, c'(0) = 0 and
         // s(0) = 0, s'(0) = 1: s is h itself and c = h' + 2 sigma h.
         let (a, b) = (-2.0 * self.sigma * delta, -self.omega_squared * delta * delta);
@@ -172,7 +186,6 @@ impl Oscillator {
         let ds = 1.0 + 2.0 * t2 + 3.0 * t3 + 4.0 * t4 + 5.0 * t5;
         let s1 = delta * delta * (1.0 / 2.0 + t2 / 3.0 + t3 / 4.0 + t4 / 5.0 + t5 / 6.0);
         let s2 = delta * delta * delta * (1.0 / 6.0 + t2 / 12.0 + t3 / 20.0 + t4 / 30.0 + t5 / 42.0);
-        let two_sigma = 2.0 * self.sigma;
         let (c, c1, c2) = (ds + two_sigma * s, s + two_sigma * s1, s1 + two_sigma * s2);
         let Response { h, dh, h1, h2 } = *known;
         Some(Response {

@@ -7,12 +7,12 @@ use std::fmt::Write;
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 460.0;
 const LEFT: f64 = 80.0;
-const RIGHT: f64 = 20.0;
+const RIGHT: f64 = 30.0;
 const TOP: f64 = 20.0;
 const BOTTOM: f64 = 50.0;
 
 /// Powers of ten that the axes span: cost in ns, force error in N. What lies outside is drawn on the border.
-const COST: (f64, f64) = (1.0, 4.0);
+const COST: (f64, f64) = (1.0, 5.0);
 const ERROR: (f64, f64) = (-15.0, 3.0);
 
 const STYLE: &str = "\
@@ -32,7 +32,7 @@ pub fn page(measurements: &[Measurement]) -> String {
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Speed against error</title><style>{STYLE}</style></head><body>\n\
          <h1>Speed against error</h1>\n\
-         <p>Each point is one scheme on one scene: what a tick costs on this machine, and the worst force error against the true motion. \
+         <p>Each point is one scheme on one scene and one friction law: what a tick costs on this machine, and the worst force error against the true motion. \
          Down and to the left is better. Made by <code>haptic-ctl accuracy --out DIR</code>.</p>\n"
     );
     plot(&mut page, measurements);
@@ -51,7 +51,13 @@ fn plot(page: &mut String, measurements: &[Measurement]) {
             "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Force error against the cost of a tick\">"
         ),
     );
-    for (exponent, name) in [(1.0, "10 ns"), (2.0, "100 ns"), (3.0, "1 us"), (4.0, "10 us")] {
+    for (exponent, name) in [
+        (1.0, "10 ns"),
+        (2.0, "100 ns"),
+        (3.0, "1 us"),
+        (4.0, "10 us"),
+        (5.0, "100 us"),
+    ] {
         let (x, bottom) = (x(exponent), HEIGHT - BOTTOM);
         line(
             page,
@@ -112,7 +118,8 @@ fn plot(page: &mut String, measurements: &[Measurement]) {
         );
     }
     for (class, scheme) in schemes.iter().enumerate() {
-        let y = TOP + 18.0 + 20.0 * class as f64;
+        // Low on the right, where slow and exact would be, and nothing is.
+        let y = HEIGHT - BOTTOM - 120.0 + 20.0 * class as f64;
         let x = WIDTH - RIGHT - 110.0;
         line(
             page,
