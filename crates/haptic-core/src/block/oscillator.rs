@@ -134,6 +134,11 @@ impl Oscillator {
         t / self.half_turn_s
     }
 
+    /// A time, s, cut to so many half-turns.
+    pub(super) fn within_half_turns(&self, time_s: f64, half_turns: f64) -> f64 {
+        time_s.min(half_turns * self.half_turn_s)
+    }
+
     /// Whether the velocity has one extremum at most in `t` seconds.
     pub(super) fn turns_once_at_most(&self, t: f64) -> bool {
         t < self.half_turn_s

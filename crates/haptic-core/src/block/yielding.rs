@@ -25,6 +25,8 @@ const TOLERANCE: f64 = 1e-6;
 pub(super) const LONGEST: f64 = 0.9;
 /// Pieces that every tick may be cut into, beside those of its half-turns.
 const PIECES: u32 = 160;
+/// Half-turns of the oscillation that a piece may have.
+const HALF_TURNS: f64 = 8.0;
 /// Halvings that bracket a root to its last digit.
 const MOST_HALVINGS: usize = 64;
 
@@ -199,7 +201,8 @@ impl<C: YieldingContact> YieldingBlock<C> {
             f0: if w0 == 0.0 { net.max(0.0) } else { net },
             g1: sign * slope,
         };
-        let mut length = self.try_s.min(remaining_s);
+        // A few half-turns at a time, so that the search for a fall is bounded as well.
+        let mut length = oscillator.within_half_turns(self.try_s.min(remaining_s), HALF_TURNS);
         if self.coupling.damping + tangent.damping < 0.0 {
             length = length.min(LONGEST * oscillator.shortest_time());
         }
@@ -236,7 +239,7 @@ impl<C: YieldingContact> YieldingBlock<C> {
         let mut r = oscillator.response(length);
         let (mut lasted_s, mut fell, mut extrema) = (length, false, 0);
         let (mut y, mut w) = passes(oscillator, motion, &r, length, level).unwrap_or_else(|| {
-            let (end, looked_at) = first_fall(oscillator, motion, length, level, u32::MAX);
+            let (end, looked_at) = first_fall(oscillator, motion, length, level, 2 * HALF_TURNS as u32);
             extrema = looked_at;
             if let SlideEnd::Falls { at, .. } = end {
                 (lasted_s, fell) = (at, true);
