@@ -16,7 +16,8 @@
 //! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others, each behind a block or on the device itself.
 //! * [`Renderer`] is what a scene compiles to: one [`tick`](Renderer::tick) per measurement, by the
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
-//! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before the motor.
+//! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before the motor,
+//!   and [`passivity`] watches the energy that sampling makes.
 //!
 //! # Units and signs
 //! SI units throughout. Positive position, velocity and force point the same way along the device
@@ -36,6 +37,7 @@ pub mod friction;
 pub mod limiter;
 mod math;
 pub mod parameters;
+pub mod passivity;
 mod renderer;
 pub mod scene;
 mod scheme;

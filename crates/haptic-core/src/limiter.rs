@@ -1,11 +1,24 @@
-//! The last gate before the motor: what leaves it is finite and within the rig's force limit.
+//! The last gate before the motor: what leaves it is finite, within the rig's force limit, and no faster in changing than the rig allows. And the speed beyond
+//! which a hand, or an encoder, is out of control.
 
 use thiserror::Error;
+
+/// What a rig allows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Largest force on the hand, N (> 0).
+    pub force_n: f64,
+    /// Fastest change of the force, N/s (> 0). Zero force is never held back.
+    pub slew_n_per_s: f64,
+    /// Largest speed of the device, m/s (> 0).
+    pub speed_mps: f64,
+}
 
 /// Clamps forces and lets nothing through that is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimiter {
-    max_force_n: f64,
+    limits: Limits,
+    last_n: f64,
 }
 
 /// A force that is not a finite number: the rig must fault, at zero force.
@@ -14,22 +27,55 @@ pub struct SafetyLimiter {
 pub struct NonFiniteForce(pub f64);
 
 impl SafetyLimiter {
-    /// `max_force_n` (N, > 0) bounds the magnitude of every force.
+    /// A gate that begins without force.
     #[must_use]
-    pub fn new(max_force_n: f64) -> Self {
-        Self { max_force_n }
+    pub fn new(limits: Limits) -> Self {
+        Self { limits, last_n: 0.0 }
     }
 
-    /// Scales `force` (N) by `gain` in 0..1 and cuts it to the limit.
+    /// Scales `force` (N) by `gain` in 0..1, cuts it to the limit, and lets it go no farther from the last one than `elapsed_s` allows. Towards zero it may go at
+    /// once.
     ///
     /// # Errors
     /// [`NonFiniteForce`] where the product is not a finite number.
-    pub fn limit(&self, force: f64, gain: f64) -> Result<f64, NonFiniteForce> {
+    pub fn limit(&mut self, force: f64, gain: f64, elapsed_s: f64) -> Result<f64, NonFiniteForce> {
         let wanted = force * gain.clamp(0.0, 1.0);
         if !wanted.is_finite() {
+            self.last_n = 0.0;
             return Err(NonFiniteForce(wanted));
         }
-        Ok(wanted.clamp(-self.max_force_n, self.max_force_n))
+        let Limits {
+            force_n, slew_n_per_s, ..
+        } = self.limits;
+        let wanted = wanted.clamp(-force_n, force_n);
+        let step = slew_n_per_s * elapsed_s.max(0.0);
+        // Less force in the same direction is safe at any rate; more, or the other way, is not.
+        let from = if self.last_n * wanted > 0.0 && wanted.abs() < self.last_n.abs() {
+            wanted
+        } else if self.last_n * wanted < 0.0 {
+            0.0
+        } else {
+            self.last_n
+        };
+        self.last_n = from + (wanted - from).max(-step).min(step);
+        Ok(self.last_n)
+    }
+
+    /// A force cut to the limit: what is added to one that has passed the gate.
+    #[must_use]
+    pub fn within(&self, force: f64) -> f64 {
+        force.max(-self.limits.force_n).min(self.limits.force_n)
+    }
+
+    /// The force is zero now, whatever it was.
+    pub fn zero(&mut self) {
+        self.last_n = 0.0;
+    }
+
+    /// Whether a velocity (m/s) is within the limit; one that is no number is not.
+    #[must_use]
+    pub fn allows_speed(&self, velocity: f64) -> bool {
+        velocity.abs() <= self.limits.speed_mps
     }
 }
 
@@ -39,12 +85,43 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
         #[test]
-        fn whatever_comes_in_stays_within_the_limit(force in any::<f64>(), gain in any::<f64>(), limit in 0.1..100.0) {
-            match SafetyLimiter::new(limit).limit(force, gain) {
-                Ok(limited) => prop_assert!(limited.abs() <= limit),
-                Err(NonFiniteForce(value)) => prop_assert!(!value.is_finite()),
+        fn whatever_comes_in_stays_within_the_limits(
+            steps in prop::collection::vec((any::<f64>(), any::<f64>(), -1e-3..0.1f64), 1..40),
+            force_n in 0.1..100.0, slew_n_per_s in 1.0..1e6,
+        ) {
+            let mut limiter = SafetyLimiter::new(Limits { force_n, slew_n_per_s, speed_mps: 1.0 });
+            let mut last = 0.0_f64;
+            for (force, gain, elapsed_s) in steps {
+                match limiter.limit(force, gain, elapsed_s) {
+                    Ok(limited) => {
+                        prop_assert!(limited.abs() <= force_n);
+                        let allowed = slew_n_per_s * elapsed_s.max(0.0) * (1.0 + 1e-12) + 1e-12;
+                        let more = if last * limited > 0.0 { limited.abs() - last.abs() } else { limited.abs() };
+                        prop_assert!(more <= allowed, "from {last} N to {limited} N in {elapsed_s} s");
+                        last = limited;
+                    }
+                    Err(NonFiniteForce(value)) => {
+                        prop_assert!(!value.is_finite());
+                        last = 0.0;
+                    }
+                }
             }
         }
+    }
+
+    #[test]
+    fn force_is_let_in_slowly_and_out_at_once() {
+        let mut limiter = SafetyLimiter::new(Limits {
+            force_n: 20.0,
+            slew_n_per_s: 1000.0,
+            speed_mps: 1.0,
+        });
+        let mut limit = |force| limiter.limit(force, 1.0, 1e-3).expect("a number");
+        assert_eq!([limit(5.0), limit(5.0), limit(5.0)], [1.0, 2.0, 3.0]);
+        assert_eq!(limit(0.5), 0.5, "less is let out at once");
+        assert_eq!(limit(-5.0), -1.0, "through zero at once, and on slowly");
     }
 }

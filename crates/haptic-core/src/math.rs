@@ -23,6 +23,9 @@ mod imp {
     pub(crate) fn powf(x: f64, y: f64) -> f64 {
         x.powf(y)
     }
+    pub(crate) fn copysign(x: f64, y: f64) -> f64 {
+        x.copysign(y)
+    }
 }
 
 #[cfg(not(feature = "std"))]
@@ -48,6 +51,9 @@ mod imp {
     pub(crate) fn powf(x: f64, y: f64) -> f64 {
         libm::pow(x, y)
     }
+    pub(crate) fn copysign(x: f64, y: f64) -> f64 {
+        libm::copysign(x, y)
+    }
 }
 
-pub(crate) use imp::{atan2, exp, exp_m1, ln_1p, powf, sin_cos, sqrt};
+pub(crate) use imp::{atan2, copysign, exp, exp_m1, ln_1p, powf, sin_cos, sqrt};

@@ -16,8 +16,18 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         (
             "force",
             format!(
-                "{:.3} N on the hand, limit {} N",
-                status.command_force_n, status.device.force_limit_n
+                "{:.3} N on the hand, limits {} N, {} N/s, {} m/s",
+                status.command_force_n,
+                status.device.force_limit_n,
+                status.device.slew_limit_n_per_s,
+                status.device.speed_limit_mps
+            ),
+        ),
+        (
+            "energy",
+            format!(
+                "{:.4} mJ made by sampling beyond what the rig takes up",
+                status.energy_excess_j * 1e3
             ),
         ),
         ("position", format!("{:.3} mm", status.device_position_m * 1e3)),
@@ -39,11 +49,12 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         (
             "thread",
             format!(
-                "{}, {}, {}",
-                real_time.fifo_priority.map_or_else(
-                    || "ordinary priority".to_owned(),
-                    |priority| format!("SCHED_FIFO {priority}")
-                ),
+                "{}, {}, {}, {}, spinning for {} us{}",
+                match real_time.fifo_priority {
+                    Some(priority) => format!("SCHED_FIFO {priority}"),
+                    None if real_time.deadline_scheduled => "SCHED_DEADLINE".to_owned(),
+                    None => "ordinary priority".to_owned(),
+                },
                 real_time
                     .cpu
                     .map_or_else(|| "not pinned".to_owned(), |cpu| format!("processor {cpu}")),
@@ -51,6 +62,17 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
                     "memory locked"
                 } else {
                     "memory not locked"
+                },
+                if real_time.cpus_kept_awake {
+                    "processors kept awake"
+                } else {
+                    "processors may sleep"
+                },
+                real_time.spin_us,
+                if real_time.denormals_flushed {
+                    ", denormals flushed"
+                } else {
+                    ""
                 },
             ),
         ),

@@ -509,6 +509,9 @@ pub struct Status {
     /// Force commanded on the hand in the last tick, N.
     #[serde(rename = "command_force_N")]
     pub command_force_n: f64,
+    /// Energy that the sampled loop made and the rig did not take up, J.
+    #[serde(default, rename = "energy_excess_J")]
+    pub energy_excess_j: f64,
     /// Position of the device in the last tick, m.
     pub device_position_m: f64,
     /// Clients connected.
@@ -527,10 +530,16 @@ pub struct DeviceStatus {
     /// Largest force that goes to it, N.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
+    /// Fastest change of that force, N/s.
+    #[serde(default, rename = "slew_limit_N_per_s")]
+    pub slew_limit_n_per_s: f64,
+    /// Speed at which the force is taken away, m/s.
+    #[serde(default)]
+    pub speed_limit_mps: f64,
 }
 
 /// The real-time thread, as `status` shows it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RealTimeStatus {
     /// Its SCHED_FIFO priority, absent when it runs at an ordinary one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -538,8 +547,20 @@ pub struct RealTimeStatus {
     /// The processor that it is pinned to, absent when it is not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cpu: Option<usize>,
+    /// Whether it is scheduled by SCHED_DEADLINE.
+    #[serde(default)]
+    pub deadline_scheduled: bool,
     /// Whether its memory is locked.
     pub memory_locked: bool,
+    /// Whether the processors are kept from sleeping deeply.
+    #[serde(default)]
+    pub cpus_kept_awake: bool,
+    /// How long before its deadline a tick wakes up to spin, us.
+    #[serde(default)]
+    pub spin_us: u64,
+    /// Whether numbers below the normal range count as zero.
+    #[serde(default)]
+    pub denormals_flushed: bool,
     /// What it could not have, and how to get it.
     pub problems: Vec<Problem>,
 }

@@ -1,8 +1,10 @@
 //! What the daemon is told: the command line, a configuration file with the same names, and the defaults.
 
-use crate::rt::privileges::{FIFO_PRIORITIES, available_cpus, default_cpu};
+use crate::rt::lateness::LatePolicy;
+use crate::rt::privileges::{FIFO_PRIORITIES, Policy, available_cpus, default_cpu};
 use clap::{Parser, ValueEnum};
 use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, MotionError, Recording, RigProperties};
+use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, SceneError, Scheme};
 use serde::Deserialize;
@@ -46,9 +48,27 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     cpu: Option<usize>,
 
+    /// How the real-time thread is scheduled: `fifo`, or `deadline`, which guarantees it half of every period but pins it nowhere [default: fifo]
+    #[arg(long, value_name = "POLICY")]
+    policy: Option<PolicyName>,
+
     /// SCHED_FIFO priority of the real-time thread, from 1 to 99 [default: 80]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     priority: Option<i64>,
+
+    /// Wake up this long before each tick and spin until it is due, us, from 0 to 1000; at most half a period [default: 50
+    /// where the thread has a priority and a processor of its own, else 0]
+    #[arg(long, value_name = "US", allow_negative_numbers = true)]
+    spin_us: Option<f64>,
+
+    /// Keep the processors from sleeping so deeply that they wake up late; it costs power [default: true]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    keep_cpus_awake: Option<bool>,
+
+    /// What to do when periods are missed: `warn`, or `fault:N` to take the force away at the Nth within a second
+    /// [default: warn]
+    #[arg(long, value_name = "POLICY")]
+    late_policy: Option<Named<LatePolicy>>,
 
     /// Scene to start with, a TOML file [default: the paper's block, 0.5 kg on 4 N of stiction]
     #[arg(long, value_name = "FILE")]
@@ -67,6 +87,19 @@ pub(crate) struct Options {
     /// Largest force on the hand, N, from 0.1 to 1000; larger ones are cut to it [default: 20]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     force_limit_n: Option<f64>,
+
+    /// Fastest change of the force on the hand, N/s, from 10 to 1000000000; letting go is not held back [default: 50000]
+    #[arg(long, value_name = "N/S", allow_negative_numbers = true)]
+    slew_limit_n_per_s: Option<f64>,
+
+    /// Speed of the device at which the force is taken away, m/s, from 0.01 to 100 [default: 5]
+    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
+    speed_limit_mps: Option<f64>,
+
+    /// Largest force with which energy that the sampled loop makes is taken out again, N, from 0 to 100; 0 only watches it
+    /// [default: 0]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    passivity_control_n: Option<f64>,
 
     /// Time that engaging and releasing take, ms, from 1 to 10000 [default: 200]
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
@@ -128,6 +161,13 @@ pub(crate) struct Options {
 #[serde(rename_all = "kebab-case")]
 enum DeviceKind {
     Fake,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum PolicyName {
+    Fifo,
+    Deadline,
 }
 
 /// Something with a name, on the command line and in the file.
@@ -232,11 +272,15 @@ pub(crate) struct Config {
     pub(crate) period_ns: u64,
     pub(crate) cpu: Option<usize>,
     pub(crate) available_cpus: Vec<usize>,
-    pub(crate) priority: u8,
+    pub(crate) policy: Policy,
+    pub(crate) spin_ns: Option<u64>,
+    pub(crate) keep_cpus_awake: bool,
+    pub(crate) late_policy: LatePolicy,
     pub(crate) scene: Scene,
     pub(crate) scheme: Scheme,
     pub(crate) velocity: Method,
-    pub(crate) force_limit_n: f64,
+    pub(crate) limits: Limits,
+    pub(crate) passivity_control_n: f64,
     pub(crate) ramp_s: f64,
     pub(crate) rig: FakeRig,
 }
@@ -259,7 +303,8 @@ impl Options {
         if let Some(path) = self.config.clone() {
             let file: Self = read_toml(&path)?;
             fall_back!(
-                self, file: device, socket, rate, cpu, priority, scene, scheme, velocity, force_limit_n, ramp_ms, hand,
+                self, file: device, socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scheme,
+                velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, passivity_control_n, ramp_ms, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
                 arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m,
             );
@@ -298,6 +343,20 @@ impl Options {
                 available: available_cpus,
             });
         }
+        let policy = match self.policy {
+            None | Some(PolicyName::Fifo) => Policy::Fifo { priority },
+            Some(PolicyName::Deadline) => Policy::Deadline,
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "from 0 to 1 000 000"
+        )]
+        let spin_ns = self
+            .spin_us
+            .map(|_| within("spin-us", self.spin_us, 0.0, 0.0, 1000.0, "us"))
+            .transpose()?
+            .map(|spin_us| (spin_us * 1e3).round() as u64);
         let scene = self.starting_scene()?;
         #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000")]
         scene
@@ -308,11 +367,26 @@ impl Options {
             period_ns,
             cpu: self.cpu.or_else(|| default_cpu(&available_cpus)),
             available_cpus,
-            priority,
+            policy,
+            spin_ns,
+            keep_cpus_awake: self.keep_cpus_awake.unwrap_or(true),
+            late_policy: self.late_policy.map_or(LatePolicy::Warn, |name| name.0),
             scene,
             scheme: self.scheme.map_or(Scheme::Exact, |name| name.0),
             velocity: self.velocity.map_or(Method::default(), |name| name.0),
-            force_limit_n: within("force-limit-n", self.force_limit_n, 20.0, 0.1, 1000.0, "N")?,
+            limits: Limits {
+                force_n: within("force-limit-n", self.force_limit_n, 20.0, 0.1, 1000.0, "N")?,
+                slew_n_per_s: within(
+                    "slew-limit-n-per-s",
+                    self.slew_limit_n_per_s,
+                    50_000.0,
+                    10.0,
+                    1e9,
+                    "N/s",
+                )?,
+                speed_mps: within("speed-limit-mps", self.speed_limit_mps, 5.0, 0.01, 100.0, "m/s")?,
+            },
+            passivity_control_n: within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?,
             ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
             rig: self.fake_rig()?,
         })
@@ -471,7 +545,7 @@ mod tests {
             .expect("it holds");
         assert_eq!(config.period_ns, 250_000);
         assert_eq!(config.ramp_s, 0.05);
-        assert_eq!(config.force_limit_n, 20.0);
+        assert_eq!(config.limits.force_n, 20.0);
     }
 
     #[test]

@@ -21,14 +21,16 @@ use device_io::Device;
 use device_io::fake::RigProperties;
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::SafetyLimiter;
+use haptic_core::passivity::{PassivityObserver, RigLosses};
 use haptic_core::velocity::Estimator;
 use haptic_core::{Renderer, SceneError};
 use haptic_ipc::RealTimeStatus;
 use rig_state::{Command, Rig};
 use rt::handoff::{CompiledScene, Shared};
+use rt::lateness::Lateness;
 use rt::privileges;
 use rt::thread::{End, RunningLoop, Wishes};
-use rt::tick::Tick;
+use rt::tick::{Parts, Tick};
 use std::io::Write;
 use std::process::ExitCode;
 use std::rc::Rc;
@@ -143,13 +145,12 @@ fn say(line: &str) {
 
 /// Starts the real-time thread; returns it and the control thread's hold on the rig.
 fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
-    let mut status = RealTimeStatus {
-        fifo_priority: None,
-        cpu: None,
-        memory_locked: false,
-        problems: Vec::new(),
-    };
+    let mut status = RealTimeStatus::default();
     privileges::lock_memory(&mut status);
+    let awake = config
+        .keep_cpus_awake
+        .then(|| privileges::keep_cpus_awake(&mut status))
+        .flatten();
     let shared = Arc::new(Shared::new());
     let (producer, consumer) = telemetry::ring::ring();
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
@@ -172,14 +173,25 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
         Arc::clone(&shared),
         producer,
         scene,
-        Rig::new(config.ramp_s, LONGEST_RAMP_STEP_PERIODS * period_s),
-        SafetyLimiter::new(config.force_limit_n),
-        velocity,
+        Parts {
+            rig: Rig::new(config.ramp_s, LONGEST_RAMP_STEP_PERIODS * period_s),
+            limiter: SafetyLimiter::new(config.limits),
+            passivity: PassivityObserver::new(
+                RigLosses {
+                    damping: device_damping,
+                    friction: device_friction,
+                },
+                config.passivity_control_n,
+            ),
+            lateness: Lateness::new(config.late_policy),
+            velocity,
+        },
     );
     let wishes = Wishes {
         period_ns: config.period_ns,
         cpu: config.cpu,
-        priority: config.priority,
+        policy: config.policy,
+        spin_ns: config.spin_ns,
     };
     let (running, status) = rt::thread::start(tick, Arc::clone(&shared), wishes, status)?;
     if let Some(cpu) = config.cpu {
@@ -188,7 +200,8 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     let facts = Facts {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
-        force_limit_n: config.force_limit_n,
+        limits: config.limits,
+        _awake: awake,
         rig: RigFacts {
             period_s,
             // The fake rig renders in the tick that it measures.
@@ -213,10 +226,11 @@ fn introduce(rig: &RigHandle, server: &Server) {
     let real_time = &facts.real_time;
     say(&facts.device);
     say(&format!("control socket {}", server.path().display()));
-    let priority = real_time.fifo_priority.map_or_else(
-        || "ordinary priority".to_owned(),
-        |priority| format!("SCHED_FIFO {priority}"),
-    );
+    let priority = match real_time.fifo_priority {
+        Some(priority) => format!("SCHED_FIFO {priority}"),
+        None if real_time.deadline_scheduled => "SCHED_DEADLINE".to_owned(),
+        None => "ordinary priority".to_owned(),
+    };
     let cpu = real_time
         .cpu
         .map_or_else(|| "not pinned".to_owned(), |cpu| format!("processor {cpu}"));

@@ -25,6 +25,10 @@ pub(crate) enum Fault {
     NonFiniteForce,
     /// The device reported a position that is not a finite number.
     NonFinitePosition,
+    /// The device moved faster than the rig allows.
+    TooFast,
+    /// More periods were missed in a second than the policy allows.
+    TooLate,
 }
 
 impl std::fmt::Display for Fault {
@@ -32,6 +36,8 @@ impl std::fmt::Display for Fault {
         f.write_str(match self {
             Self::NonFiniteForce => "the force computed was not a finite number",
             Self::NonFinitePosition => "the device reported a position that is not a finite number",
+            Self::TooFast => "the device moved faster than its speed limit",
+            Self::TooLate => "more periods were missed in a second than the late policy allows",
         })
     }
 }

@@ -4,6 +4,7 @@ use crate::rig_state::Command;
 use crate::rt::handoff::{CompiledScene, Outcome, Shared};
 use crate::telemetry::feed::Feed;
 use haptic_core::adviser::RigFacts;
+use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::{ErrorCode, RealTimeStatus, RigState, WireError};
@@ -13,11 +14,13 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// What does not change while the daemon runs.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Facts {
     pub(crate) server: String,
     pub(crate) device: String,
-    pub(crate) force_limit_n: f64,
+    pub(crate) limits: Limits,
+    /// Keeps the processors awake as long as it is open.
+    pub(crate) _awake: Option<std::fs::File>,
     pub(crate) rig: RigFacts,
     pub(crate) period_ns: u64,
     pub(crate) scheme: Scheme,

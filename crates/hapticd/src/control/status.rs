@@ -21,11 +21,14 @@ pub(super) fn status(rig: &RigHandle) -> Status {
         revision: rig.revision(),
         scene: rig.scene().name,
         command_force_n: newest.map_or(0.0, |record| record.command_force),
+        energy_excess_j: newest.map_or(0.0, |record| record.energy_excess),
         device_position_m: newest.map_or(0.0, |record| record.device_position),
         clients: rig.clients().get(),
         device: DeviceStatus {
             description: facts.device.clone(),
-            force_limit_n: facts.force_limit_n,
+            force_limit_n: facts.limits.force_n,
+            slew_limit_n_per_s: facts.limits.slew_n_per_s,
+            speed_limit_mps: facts.limits.speed_mps,
         },
         real_time: facts.real_time.clone(),
     }

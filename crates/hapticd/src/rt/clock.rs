@@ -21,6 +21,13 @@ fn sleep_until(deadline_ns: u64) {
     while clock_nanosleep_absolute(ClockId::Monotonic, &request) == Err(rustix::io::Errno::INTR) {}
 }
 
+/// How the last stretch before a deadline is waited for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Waiting {
+    /// Asleep up to this long before the deadline, ns, and spinning from there: waking up takes its time. Zero sleeps to the end.
+    pub(crate) spin_ns: u64,
+}
+
 /// A grid of deadlines. A deadline that has passed is skipped and counted, never made up for: ticks do not come back to back.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
@@ -53,12 +60,17 @@ impl Grid {
         self.missed
     }
 
-    /// Sleeps until the next deadline.
-    pub(crate) fn wait(&self) -> Wake {
-        sleep_until(self.deadline_ns);
+    /// Waits for the next deadline.
+    pub(crate) fn wait(&self, waiting: Waiting) -> Wake {
+        sleep_until(self.deadline_ns.saturating_sub(waiting.spin_ns));
+        let mut began_ns = now_ns();
+        while began_ns < self.deadline_ns {
+            std::hint::spin_loop();
+            began_ns = now_ns();
+        }
         Wake {
             deadline_ns: self.deadline_ns,
-            began_ns: now_ns(),
+            began_ns,
         }
     }
 

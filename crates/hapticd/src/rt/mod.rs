@@ -5,6 +5,7 @@
 
 pub(crate) mod clock;
 pub(crate) mod handoff;
+pub(crate) mod lateness;
 pub(crate) mod privileges;
 pub(crate) mod thread;
 pub(crate) mod tick;

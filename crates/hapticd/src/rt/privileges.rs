@@ -1,8 +1,12 @@
 //! What the real-time thread asks of the system: a core of its own, a real-time priority, and memory that stays in place.
 //!
 //! Whatever cannot be had is reported with the exact way to get it, and the loop runs without.
-#![allow(unsafe_code, reason = "sched_setscheduler has no safe wrapper in rustix")]
+#![allow(
+    unsafe_code,
+    reason = "scheduling and the floating-point control register have no safe wrapper"
+)]
 
+use crate::rt::thread::Wishes;
 use haptic_ipc::{Problem, RealTimeStatus};
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
@@ -59,8 +63,101 @@ pub(crate) fn lock_memory(status: &mut RealTimeStatus) {
     }
 }
 
-/// Pins the calling thread and gives it its priority.
-pub(crate) fn prepare_thread(cpu: Option<usize>, priority: u8, status: &mut RealTimeStatus) {
+/// How the loop is scheduled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Policy {
+    /// SCHED_FIFO at a priority.
+    Fifo { priority: u8 },
+    /// SCHED_DEADLINE: half of every period is guaranteed. It cannot be pinned.
+    Deadline,
+}
+
+/// Keeps the processors from sleeping so deeply that they wake up late. It holds as long as the file is open.
+pub(crate) fn keep_cpus_awake(status: &mut RealTimeStatus) -> Option<std::fs::File> {
+    use std::io::Write;
+    const DEVICE: &str = "/dev/cpu_dma_latency";
+    let held = std::fs::OpenOptions::new()
+        .write(true)
+        .open(DEVICE)
+        .and_then(|mut file| {
+            // Microseconds that a wake-up may take: none.
+            file.write_all(&0_i32.to_ne_bytes())?;
+            Ok(file)
+        });
+    match held {
+        Ok(file) => {
+            status.cpus_kept_awake = true;
+            Some(file)
+        }
+        Err(error) => {
+            let remedy = if error.kind() == std::io::ErrorKind::NotFound {
+                "nothing: this kernel has no such device, as in many containers and virtual machines".to_owned()
+            } else {
+                format!(
+                    "let {} write it: `sudo setfacl -m u:{}:rw {DEVICE}`, or DeviceAllow={DEVICE} rw in a systemd unit",
+                    user_name(),
+                    user_name()
+                )
+            };
+            status.problems.push(Problem {
+                what: format!("the processors may sleep deeply, which delays wake-ups: {DEVICE} says {error}"),
+                remedy,
+            });
+            None
+        }
+    }
+}
+
+/// Bytes of stack that are touched before the loop begins: more than it comes to use.
+const PREFAULTED_BYTES: usize = 128 * 1024;
+
+/// Touches the stack, so that its first use is not a page fault in a tick.
+#[inline(never)]
+fn prefault_stack() {
+    let mut pages = [0_u8; PREFAULTED_BYTES];
+    for page in pages.chunks_mut(4096) {
+        page[0] = 1;
+        std::hint::black_box(page);
+    }
+}
+
+/// Has numbers below the normal range count as zero: each operation on one of them can cost a hundred times the usual.
+fn flush_denormals(status: &mut RealTimeStatus) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        /// Flush results to zero, and take operands as zero.
+        const FLUSH: u32 = 1 << 15 | 1 << 6;
+        let mut control = 0_u32;
+        // SAFETY: reads and writes this thread's own floating-point control register; only the two flush bits are added, which change no
+        // exception or rounding behaviour that Rust relies on beyond the size of tiny results.
+        unsafe {
+            std::arch::asm!("stmxcsr [{0}]", in(reg) &raw mut control, options(nostack));
+            control |= FLUSH;
+            std::arch::asm!("ldmxcsr [{0}]", in(reg) &raw const control, options(nostack));
+        }
+        status.denormals_flushed = true;
+    }
+    #[cfg(target_arch = "aarch64")]
+    {
+        let mut control = 0_u64;
+        // SAFETY: as above; bit 24 of FPCR flushes to zero.
+        unsafe {
+            std::arch::asm!("mrs {0}, fpcr", out(reg) control, options(nostack));
+            std::arch::asm!("msr fpcr, {0}", in(reg) control | 1 << 24, options(nostack));
+        }
+        status.denormals_flushed = true;
+    }
+}
+
+/// Pins the calling thread, gives it its priority, and readies what its first tick would have to wait for.
+pub(crate) fn prepare_thread(wishes: &Wishes, status: &mut RealTimeStatus) {
+    prefault_stack();
+    flush_denormals(status);
+    // Without a priority the kernel may let timers be late by this, to wake up less often. At a real-time priority it has no effect.
+    if rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)).is_err() {
+        // Then timers are as late as they are.
+    }
+    let cpu = wishes.cpu.filter(|_| wishes.policy != Policy::Deadline);
     if let Some(cpu) = cpu {
         let mut set = CpuSet::new();
         set.set(cpu);
@@ -72,9 +169,21 @@ pub(crate) fn prepare_thread(cpu: Option<usize>, priority: u8, status: &mut Real
             }),
         }
     }
-    match set_fifo(priority) {
-        Ok(()) => status.fifo_priority = Some(priority),
-        Err(error) => status.problems.push(Problem {
+    let (scheduled, priority) = match wishes.policy {
+        Policy::Fifo { priority } => (set_fifo(priority), priority),
+        Policy::Deadline => (set_deadline(wishes.period_ns), 99),
+    };
+    match (scheduled, wishes.policy) {
+        (Ok(()), Policy::Fifo { priority }) => status.fifo_priority = Some(priority),
+        (Ok(()), Policy::Deadline) => status.deadline_scheduled = true,
+        (Err(error), Policy::Deadline) => status.problems.push(Problem {
+            what: format!("the loop is not scheduled by deadline: sched_setattr says {error}"),
+            remedy: format!(
+                "`sudo setcap cap_sys_nice,cap_ipc_lock+ep {}`, and no cpuset or affinity on the process; or take --policy fifo",
+                program()
+            ),
+        }),
+        (Err(error), Policy::Fifo { .. }) => status.problems.push(Problem {
             what: format!(
                 "the loop has no real-time priority, other programs can delay it: sched_setscheduler says {error}"
             ),
@@ -96,6 +205,40 @@ pub(crate) fn leave_cpu_alone(cpu: usize, available: &[usize]) {
     }
     if others.count() > 0 && sched_setaffinity(None, &others).is_err() {
         // It stays where the system puts it: the loop's priority keeps it away all the same.
+    }
+}
+
+/// The kernel's `struct sched_attr`, as of its first version.
+#[repr(C)]
+struct SchedAttr {
+    size: u32,
+    policy: u32,
+    flags: u64,
+    nice: i32,
+    priority: u32,
+    runtime_ns: u64,
+    deadline_ns: u64,
+    period_ns: u64,
+}
+
+fn set_deadline(period_ns: u64) -> Result<(), std::io::Error> {
+    const SCHED_DEADLINE: u32 = 6;
+    let attributes = SchedAttr {
+        size: size_of::<SchedAttr>() as u32,
+        policy: SCHED_DEADLINE,
+        flags: 0,
+        nice: 0,
+        priority: 0,
+        runtime_ns: period_ns / 2,
+        deadline_ns: period_ns,
+        period_ns,
+    };
+    // SAFETY: a plain system call on the calling thread (0) with a valid structure that says its own size.
+    let result = unsafe { libc::syscall(libc::SYS_sched_setattr, 0, &raw const attributes, 0) };
+    if result == 0 {
+        Ok(())
+    } else {
+        Err(std::io::Error::last_os_error())
     }
 }
 

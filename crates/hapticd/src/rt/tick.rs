@@ -7,9 +7,11 @@
 use crate::rig_state::{Fault, Rig};
 use crate::rt::clock::{Wake, now_ns};
 use crate::rt::handoff::{CommandWord, CompiledScene, Outcome, Shared};
+use crate::rt::lateness::Lateness;
 use crate::telemetry::ring::{Producer, TickRecord};
 use device_io::{Device, DeviceError, Measurement};
 use haptic_core::limiter::SafetyLimiter;
+use haptic_core::passivity::PassivityObserver;
 use haptic_core::velocity::Estimator;
 use haptic_ipc::RigState;
 use std::sync::Arc;
@@ -19,6 +21,16 @@ const BUMP_FADE_S: f64 = 0.05;
 
 /// How long a device may repeat its last sample before it counts as gone, ns. Until then no time passes for the block.
 const STALE_AFTER_NS: u64 = 50_000_000;
+
+/// What the way of a sample is made of beside the device and the scene.
+#[derive(Clone, Debug)]
+pub(crate) struct Parts {
+    pub(crate) rig: Rig,
+    pub(crate) limiter: SafetyLimiter,
+    pub(crate) passivity: PassivityObserver,
+    pub(crate) lateness: Lateness,
+    pub(crate) velocity: Estimator,
+}
 
 /// The newest sample of the device.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +53,8 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     was_live: bool,
     velocity: Estimator,
     limiter: SafetyLimiter,
+    passivity: PassivityObserver,
+    lateness: Lateness,
     bump: Bump,
     tick: u64,
     stops_seen: u64,
@@ -60,10 +74,15 @@ impl<D: Device + ?Sized> Tick<D> {
         shared: Arc<Shared>,
         telemetry: Producer,
         scene: Box<CompiledScene>,
-        rig: Rig,
-        limiter: SafetyLimiter,
-        velocity: Estimator,
+        parts: Parts,
     ) -> Self {
+        let Parts {
+            rig,
+            limiter,
+            passivity,
+            lateness,
+            velocity,
+        } = parts;
         shared.answers.scene_applied(scene.revision, 0);
         Self {
             shared,
@@ -74,6 +93,8 @@ impl<D: Device + ?Sized> Tick<D> {
             was_live: false,
             velocity,
             limiter,
+            passivity,
+            lateness,
             bump: Bump::none(),
             tick: 0,
             stops_seen: 0,
@@ -94,6 +115,9 @@ impl<D: Device + ?Sized> Tick<D> {
             self.stops_seen = stops;
             self.rig.stop();
             self.stop_pending = Some((stops, self.rig.state()));
+        }
+        if self.rig.is_live() && self.lateness.is_too_late(wake.began_ns, missed_periods) {
+            self.rig.fail(Fault::TooLate);
         }
         let new_scene = self.take_scene();
         let command = self.take_command(stops);
@@ -129,6 +153,7 @@ impl<D: Device + ?Sized> Tick<D> {
             block_velocity: block.velocity,
             coupling_force,
             command_force,
+            energy_excess: self.passivity.excess_j(),
             // Without force there is no surface to touch.
             contact: if self.rig.is_live() {
                 block.contact.as_number()
@@ -218,7 +243,13 @@ impl<D: Device + ?Sized> Tick<D> {
             // and at the very bottom of the ramp.
             renderer.start_at(self.device_position, self.device_velocity);
             self.bump = Bump::none();
+            self.limiter.zero();
+            self.passivity.rest();
             self.was_live = self.rig.is_live();
+            return (0.0, 0.0);
+        }
+        if !self.limiter.allows_speed(self.device_velocity) {
+            self.rig.fail(Fault::TooFast);
             return (0.0, 0.0);
         }
         let gain = self.rig.advance(our_elapsed_s);
@@ -227,8 +258,13 @@ impl<D: Device + ?Sized> Tick<D> {
             .tick(elapsed_s, self.device_position, self.device_velocity)
             .coupling_force;
         let on_hand = -(coupling_force + self.bump.fade(elapsed_s));
-        match self.limiter.limit(on_hand, gain) {
-            Ok(force) => (coupling_force, force),
+        match self.limiter.limit(on_hand, gain, our_elapsed_s) {
+            Ok(force) => {
+                let added = self
+                    .passivity
+                    .observe(elapsed_s, self.device_position, self.device_velocity, force);
+                (coupling_force, self.limiter.within(force + added))
+            }
             Err(_) => {
                 self.rig.fail(Fault::NonFiniteForce);
                 (0.0, 0.0)
@@ -295,7 +331,10 @@ impl Bump {
 mod tests {
     use super::*;
     use crate::rig_state::Command;
+    use crate::rt::lateness::LatePolicy;
     use crate::telemetry::ring;
+    use haptic_core::limiter::Limits;
+    use haptic_core::passivity::RigLosses;
     use haptic_core::velocity::Method;
     use haptic_core::{Renderer, Scene, Scheme};
 
@@ -349,6 +388,17 @@ mod tests {
 
     const MAX_FORCE: f64 = 20.0;
 
+    const LIMITS: Limits = Limits {
+        force_n: MAX_FORCE,
+        slew_n_per_s: 1e6,
+        speed_mps: 5.0,
+    };
+
+    const NO_LOSSES: RigLosses = RigLosses {
+        damping: 0.0,
+        friction: 0.0,
+    };
+
     /// Ticks until the velocity estimate has settled on the ramp.
     const SETTLE: usize = 50;
 
@@ -368,9 +418,13 @@ mod tests {
             Arc::clone(&shared),
             producer,
             Box::new(compiled(&Scene::paper(), 1)),
-            Rig::new(0.02, 0.005),
-            SafetyLimiter::new(MAX_FORCE),
-            Estimator::new(Method::default(), 1e-3, 0.0),
+            Parts {
+                rig: Rig::new(0.02, 0.005),
+                limiter: SafetyLimiter::new(LIMITS),
+                passivity: PassivityObserver::new(NO_LOSSES, 0.0),
+                lateness: Lateness::new(LatePolicy::Fault { most_in_a_second: 5 }),
+                velocity: Estimator::new(Method::default(), 1e-3, 0.0),
+            },
         );
         Bench {
             tick,

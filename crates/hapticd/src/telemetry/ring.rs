@@ -27,6 +27,8 @@ pub(crate) struct TickRecord {
     pub(crate) block_velocity: f64,
     pub(crate) coupling_force: f64,
     pub(crate) command_force: f64,
+    /// Energy that sampling made and the rig did not take up, J.
+    pub(crate) energy_excess: f64,
     pub(crate) contact: i8,
     pub(crate) state: RigState,
     pub(crate) fault: Option<Fault>,
@@ -103,6 +105,7 @@ pub(crate) mod tests {
             block_velocity: 0.0,
             coupling_force: 0.0,
             command_force: 0.0,
+            energy_excess: 0.0,
             contact: 0,
             state: RigState::Idle,
             fault: None,

@@ -1,0 +1,155 @@
+//! Watches the energy that the sampled loop makes, and takes it out again where that is asked for: a passivity observer and controller after Hannaford and Ryu 2002, "Time-domain passivity control of haptic interfaces".
+//!
+//! A force is held from one sample to the next while the hand moves on. The motor does `f_(k-1) dx` on the hand; a surface that went along with the hand would
+//! have done `(f_(k-1) + f_k)/2 dx`. The difference, `(f_(k-1) - f_k)/2 dx`, is made of nothing: it is what sampling, delay and a noisy velocity add, to whatever scene. (Observing
+//! the whole work at the port instead would let the friction of an hour pay for it.) The rig's own friction and damping take energy up in every sample. What is left over
+//! is the excess; it never falls below zero, so that no long rest is credited.
+//!
+//! The controller, where it is wanted, opposes the motion until the excess is gone.
+
+use crate::math::copysign;
+
+/// What the rig itself takes up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigLosses {
+    /// Viscous damping, N s/m.
+    pub damping: f64,
+    /// Coulomb friction, N.
+    pub friction: f64,
+}
+
+/// Keeps the account of one rig.
+#[derive(Clone, Copy, Debug)]
+pub struct PassivityObserver {
+    losses: RigLosses,
+    /// Largest force that the controller may add, N; zero only observes.
+    control_n: f64,
+    excess_j: f64,
+    last: Option<Sample>,
+}
+
+/// What there was at the last sample.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    position: f64,
+    /// The surface's force on the hand, N.
+    force: f64,
+    /// What the controller added to it, N.
+    added: f64,
+}
+
+impl PassivityObserver {
+    /// An empty account. `control_n` (N, >= 0) is the largest force that the controller may add; with 0 it only observes.
+    #[must_use]
+    pub fn new(losses: RigLosses, control_n: f64) -> Self {
+        Self {
+            losses,
+            control_n,
+            excess_j: 0.0,
+            last: None,
+        }
+    }
+
+    /// Takes in a sample and the force on the hand that it leads to (N); returns the force that the controller adds (N), against the motion.
+    ///
+    /// `position` in m, `velocity` in m/s.
+    pub fn observe(&mut self, elapsed_s: f64, position: f64, velocity: f64, force: f64) -> f64 {
+        let added = self.control(elapsed_s, position, velocity, force);
+        self.last = Some(Sample { position, force, added });
+        added
+    }
+
+    fn control(&mut self, elapsed_s: f64, position: f64, velocity: f64, force: f64) -> f64 {
+        let Some(last) = self.last else {
+            return 0.0;
+        };
+        let moved = position - last.position;
+        let made = (0.5 * (last.force - force) + last.added) * moved;
+        let taken_up = self.losses.friction * moved.abs() + self.losses.damping * velocity.abs() * moved.abs();
+        let excess = (self.excess_j + made - taken_up).max(0.0);
+        // An account that is no number is closed: the force itself is checked elsewhere.
+        self.excess_j = if excess.is_finite() { excess } else { 0.0 };
+        let coming = velocity.abs() * elapsed_s;
+        if self.control_n == 0.0 || self.excess_j == 0.0 || coming <= 0.0 {
+            return 0.0;
+        }
+        // Over the way that the hand will go until the next sample it takes out what there is, as far as it may.
+        -copysign((self.excess_j / coming).min(self.control_n), velocity)
+    }
+
+    /// Without force there is nothing to watch: the account begins anew.
+    pub fn rest(&mut self) {
+        self.excess_j = 0.0;
+        self.last = None;
+    }
+
+    /// Energy made and not taken up, J.
+    #[must_use]
+    pub fn excess_j(&self) -> f64 {
+        self.excess_j
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const T: f64 = 1e-3;
+    const MASS: f64 = 0.1;
+
+    /// A mass on a sampled spring and nothing else, which sampling makes swing ever wider: the energy of the swing at the end over that at the beginning, and the
+    /// largest excess, J.
+    fn swing(losses: RigLosses, control_n: f64) -> (f64, f64) {
+        let stiffness = 2000.0;
+        let mut observer = PassivityObserver::new(losses, control_n);
+        let (mut position, mut velocity) = (1e-3, 0.0);
+        let energy = |x: f64, v: f64| 0.5 * (stiffness * x * x + MASS * v * v);
+        let begun = energy(position, velocity);
+        let mut largest = 0.0_f64;
+        for _ in 0..2000 {
+            let spring = -stiffness * position;
+            let force = spring + observer.observe(T, position, velocity, spring);
+            largest = largest.max(observer.excess_j());
+            let pull = force - losses.damping * velocity;
+            position += velocity * T + 0.5 * pull / MASS * T * T;
+            velocity += pull / MASS * T;
+        }
+        (energy(position, velocity) / begun, largest)
+    }
+
+    const NONE: RigLosses = RigLosses {
+        damping: 0.0,
+        friction: 0.0,
+    };
+
+    #[test]
+    fn a_sampled_spring_makes_energy_which_is_seen_and_taken_out() {
+        let (grown, seen) = swing(NONE, 0.0);
+        assert!(grown > 100.0, "sampling drives the swing: {grown}");
+        assert!(seen > 0.05, "{seen} J");
+        let (held, left) = swing(NONE, 5.0);
+        assert!(held < 1.5 && left < 1e-3, "{held}, {left} J");
+    }
+
+    #[test]
+    fn a_rig_that_damps_enough_has_no_excess() {
+        // Colgate's bound: b > K T/2.
+        let damped = RigLosses {
+            damping: 1.5,
+            friction: 0.0,
+        };
+        let (held, seen) = swing(damped, 0.0);
+        assert!(held < 1.0 && seen < 1e-5, "{held}, {seen} J");
+    }
+
+    #[test]
+    fn the_controller_adds_no_more_than_it_may_and_only_against_the_motion() {
+        let mut observer = PassivityObserver::new(NONE, 2.0);
+        assert_eq!(observer.observe(T, 0.0, 0.3, 10.0), 0.0, "nothing is known of what was");
+        let added = observer.observe(T, 0.01, 0.3, -10.0);
+        assert_eq!(added, -2.0);
+        observer.rest();
+        assert_eq!(observer.excess_j(), 0.0);
+        assert_eq!(observer.observe(T, 0.02, 0.3, 10.0), 0.0);
+    }
+}
