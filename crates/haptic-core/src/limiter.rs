@@ -50,7 +50,7 @@ impl SafetyLimiter {
         let wanted = wanted.clamp(-force_n, force_n);
         let step = slew_n_per_s * elapsed_s.max(0.0);
         // Less force in the same direction is safe at any rate; more, or the other way, is not.
-        let from = if self.last_n * wanted > 0.0 && wanted.abs() < self.last_n.abs() {
+        let from = if self.last_n * wanted >= 0.0 && wanted.abs() < self.last_n.abs() {
             wanted
         } else if self.last_n * wanted < 0.0 {
             0.0
@@ -123,5 +123,6 @@ mod tests {
         assert_eq!([limit(5.0), limit(5.0), limit(5.0)], [1.0, 2.0, 3.0]);
         assert_eq!(limit(0.5), 0.5, "less is let out at once");
         assert_eq!(limit(-5.0), -1.0, "through zero at once, and on slowly");
+        assert_eq!(limit(0.0), 0.0, "and to zero at once");
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::{Daemon, output};
-use haptic_ipc::{Percentiles, Request, Timing, TimingWindow};
+use haptic_ipc::{Bucket, Percentiles, Request, Timing, TimingHistogram, TimingWindow};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let timing: Timing = daemon.ask(Request::Timing {}).await?;
@@ -11,7 +11,39 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     }
     let blocks = [("since start", &timing.since_start), ("last 10 s", &timing.last_10_s)];
     let texts: Vec<String> = blocks.into_iter().map(|(name, window)| block(name, window)).collect();
-    output::line(&format!("{:.3} Hz\n\n{}", timing.rate_hz, texts.join("\n\n")))
+    output::line(&format!("{:.3} Hz\n\n{}", timing.rate_hz, texts.join("\n\n")))?;
+    let TimingHistogram {
+        wake_latency_ns,
+        tick_ns,
+    } = &timing.last_10_s.histogram;
+    for (what, buckets) in [("wake-up latency", wake_latency_ns), ("tick", tick_ns)] {
+        if !buckets.is_empty() {
+            output::line(&format!("\n{what}, last 10 s\n{}", histogram(buckets)))?;
+        }
+    }
+    Ok(())
+}
+
+/// A bar for each bucket, as long as the logarithm of its count: the rare ones are those to be seen.
+pub(crate) fn histogram(buckets: &[Bucket]) -> String {
+    const WIDTH: f64 = 40.0;
+    #[expect(clippy::cast_precision_loss, reason = "counts of ticks")]
+    let size = |count: u64| (1.0 + count as f64).log10();
+    let most = buckets.iter().map(|bucket| size(bucket.count)).fold(1e-9, f64::max);
+    let rows: Vec<Vec<String>> = buckets
+        .iter()
+        .skip_while(|bucket| bucket.count == 0)
+        .map(|bucket| {
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 40")]
+            let bar = (WIDTH * size(bucket.count) / most).round() as usize;
+            vec![
+                format!("up to {}", microseconds(bucket.up_to)),
+                bucket.count.to_string(),
+                "#".repeat(bar),
+            ]
+        })
+        .collect();
+    output::table(&rows)
 }
 
 fn block(name: &str, window: &TimingWindow) -> String {

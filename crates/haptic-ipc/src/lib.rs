@@ -84,9 +84,9 @@ pub use client::{Client, ClientError, Receiver, Sender};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent};
 pub use message::{
-    Advice, AdviceReply, BadLine, Changes, Description, DeviceStatus, Envelope, Finding, Hello, ParameterDescription,
-    Percentiles, Problem, RealTimeStatus, Request, RigState, SceneReply, ServerLine, SetReply, StateReply, Status,
-    SubscribeReply, Timing, TimingWindow, Topic, params_of,
+    Advice, AdviceReply, BadLine, Bucket, Changes, Description, DeviceStatus, Envelope, Finding, Hello,
+    ParameterDescription, Percentiles, Problem, RealTimeStatus, Request, RigState, SceneReply, ServerLine, SetReply,
+    StateReply, Status, SubscribeReply, Timing, TimingHistogram, TimingWindow, Topic, params_of,
 };
 pub use sample::{SAMPLE_COLUMNS, Sample};
 

@@ -605,6 +605,27 @@ pub struct TimingWindow {
     pub device_round_trip_ns: Percentiles,
     /// Time from one tick to the next.
     pub period_ns: Percentiles,
+    /// The same durations in buckets, each twice as wide as the one before.
+    #[serde(default)]
+    pub histogram: TimingHistogram,
+}
+
+/// Durations in buckets. The buckets follow one another; the first begins at 0.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimingHistogram {
+    /// How long after its deadline a tick began.
+    pub wake_latency_ns: Vec<Bucket>,
+    /// How long a tick took.
+    pub tick_ns: Vec<Bucket>,
+}
+
+/// A bucket of a histogram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bucket {
+    /// The durations in it are up to this, ns, and above that of the bucket before.
+    pub up_to: u64,
+    /// How many there were.
+    pub count: u64,
 }
 
 /// Percentiles of a duration, ns.

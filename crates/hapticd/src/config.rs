@@ -31,6 +31,12 @@ pub(crate) struct Options {
     #[serde(skip)]
     pub(crate) demo: bool,
 
+    /// Measure how well this machine keeps time, for 20 s: the loop on the fake rig and a bare one that only waits, turn by
+    /// turn on the same processor. No socket, no clients
+    #[arg(long)]
+    #[serde(skip)]
+    pub(crate) self_test: bool,
+
     /// The rig: `fake` is a simulated one in this process
     #[arg(long, value_name = "DEVICE")]
     device: Option<DeviceKind>,
@@ -311,7 +317,7 @@ impl Options {
         }
         match self.device {
             Some(DeviceKind::Fake) => {}
-            None if self.demo => {}
+            None if self.demo || self.self_test => {}
             None => return Err(ConfigError::NoDevice),
         }
         let rate_hz = within("rate", self.rate, 1000.0, 100.0, 20_000.0, "Hz")?;

@@ -11,6 +11,7 @@ mod control;
 mod demo;
 mod rig_state;
 mod rt;
+mod self_test;
 mod telemetry;
 
 use clap::Parser;
@@ -23,8 +24,8 @@ use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::SafetyLimiter;
 use haptic_core::passivity::{PassivityObserver, RigLosses};
 use haptic_core::velocity::Estimator;
-use haptic_core::{Renderer, SceneError};
-use haptic_ipc::RealTimeStatus;
+use haptic_core::{Renderer, Scene, SceneError};
+use haptic_ipc::{Problem, RealTimeStatus};
 use rig_state::{Command, Rig};
 use rt::handoff::{CompiledScene, Shared};
 use rt::lateness::Lateness;
@@ -67,12 +68,15 @@ const PUMP_PERIOD: Duration = Duration::from_millis(5);
 fn main() -> ExitCode {
     rt::thread::mute_panics();
     let options = Options::parse();
-    let demo = options.demo;
-    match options
-        .resolve()
-        .map_err(Failure::from)
-        .and_then(|config| run(config, demo))
-    {
+    let (demo, self_test) = (options.demo, options.self_test);
+    let done = options.resolve().map_err(Failure::from).and_then(|config| {
+        if self_test {
+            run_self_test(config)
+        } else {
+            run(config, demo)
+        }
+    });
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             say(&failure.to_string());
@@ -143,8 +147,19 @@ fn say(line: &str) {
     drop(writeln!(std::io::stderr().lock(), "hapticd: {line}"));
 }
 
-/// Starts the real-time thread; returns it and the control thread's hold on the rig.
-fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
+/// The loop and everything around it, ready to be started.
+struct Prepared {
+    tick: Tick<dyn Device>,
+    wishes: Wishes,
+    status: RealTimeStatus,
+    shared: Arc<Shared>,
+    records: telemetry::ring::Consumer,
+    facts: Facts,
+    scene: Scene,
+    cpus: Vec<usize>,
+}
+
+fn prepare(config: Config) -> Result<Prepared, Failure> {
     let mut status = RealTimeStatus::default();
     privileges::lock_memory(&mut status);
     let awake = config
@@ -152,7 +167,7 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
         .then(|| privileges::keep_cpus_awake(&mut status))
         .flatten();
     let shared = Arc::new(Shared::new());
-    let (producer, consumer) = telemetry::ring::ring();
+    let (producer, records) = telemetry::ring::ring();
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
     let scene = Box::new(CompiledScene {
@@ -168,35 +183,18 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     let device: Box<dyn Device> = Box::new(config.rig);
     let description = device.description();
     let velocity = Estimator::new(config.velocity, period_s, device.resolution_m());
-    let tick = Tick::new(
-        device,
-        Arc::clone(&shared),
-        producer,
-        scene,
-        Parts {
-            rig: Rig::new(config.ramp_s, LONGEST_RAMP_STEP_PERIODS * period_s),
-            limiter: SafetyLimiter::new(config.limits),
-            passivity: PassivityObserver::new(
-                RigLosses {
-                    damping: device_damping,
-                    friction: device_friction,
-                },
-                config.passivity_control_n,
-            ),
-            lateness: Lateness::new(config.late_policy),
-            velocity,
-        },
-    );
-    let wishes = Wishes {
-        period_ns: config.period_ns,
-        cpu: config.cpu,
-        policy: config.policy,
-        spin_ns: config.spin_ns,
+    let losses = RigLosses {
+        damping: device_damping,
+        friction: device_friction,
     };
-    let (running, status) = rt::thread::start(tick, Arc::clone(&shared), wishes, status)?;
-    if let Some(cpu) = config.cpu {
-        privileges::leave_cpu_alone(cpu, &config.available_cpus);
-    }
+    let parts = Parts {
+        rig: Rig::new(config.ramp_s, LONGEST_RAMP_STEP_PERIODS * period_s),
+        limiter: SafetyLimiter::new(config.limits),
+        passivity: PassivityObserver::new(losses, config.passivity_control_n),
+        lateness: Lateness::new(config.late_policy),
+        velocity,
+    };
+    let tick = Tick::new(device, Arc::clone(&shared), producer, scene, parts);
     let facts = Facts {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
@@ -213,11 +211,63 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
         period_ns: config.period_ns,
         scheme: config.scheme,
         velocity: config.velocity,
-        real_time: status,
+        real_time: RealTimeStatus::default(),
     };
-    let feed = Feed::new(consumer, config.period_ns);
-    let rig = RigHandle::new(facts, shared, feed, config.scene, FIRST_REVISION);
+    Ok(Prepared {
+        tick,
+        wishes: Wishes {
+            period_ns: config.period_ns,
+            cpu: config.cpu,
+            policy: config.policy,
+            spin_ns: config.spin_ns,
+        },
+        status,
+        shared,
+        records,
+        facts,
+        scene: config.scene,
+        cpus: config.available_cpus,
+    })
+}
+
+/// Starts the real-time thread; returns it and the control thread's hold on the rig.
+fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
+    let mut prepared = prepare(config)?;
+    let Wishes { period_ns, cpu, .. } = prepared.wishes;
+    let (running, status) = rt::thread::start(
+        prepared.tick,
+        Arc::clone(&prepared.shared),
+        prepared.wishes,
+        prepared.status,
+    )?;
+    if let Some(cpu) = cpu {
+        privileges::leave_cpu_alone(cpu, &prepared.cpus);
+    }
+    prepared.facts.real_time = status;
+    let feed = Feed::new(prepared.records, period_ns);
+    let rig = RigHandle::new(prepared.facts, prepared.shared, feed, prepared.scene, FIRST_REVISION);
     Ok((running, rig))
+}
+
+/// The loop beside a bare one, without anybody to serve.
+fn run_self_test(config: Config) -> Result<(), Failure> {
+    let prepared = prepare(config)?;
+    // With force, as in use.
+    prepared.shared.send(1, Command::Engage, prepared.shared.stops());
+    let (report, status) = rt::thread::self_test(prepared.tick, prepared.wishes, prepared.status)?;
+    for problem in &status.problems {
+        say_problem(problem);
+    }
+    writeln!(std::io::stdout().lock(), "{report}")?;
+    Ok(())
+}
+
+fn say_problem(problem: &Problem) {
+    say(&format!(
+        "{}
+         to mend it: {}",
+        problem.what, problem.remedy
+    ));
 }
 
 /// Says what runs, where, and what it could not have.
@@ -244,11 +294,7 @@ fn introduce(rig: &RigHandle, server: &Server) {
         1.0 / facts.period_s()
     ));
     for problem in &real_time.problems {
-        say(&format!(
-            "{}
-         to mend it: {}",
-            problem.what, problem.remedy
-        ));
+        say_problem(problem);
     }
 }
 

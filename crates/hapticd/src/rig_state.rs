@@ -227,4 +227,65 @@ mod tests {
         rig.advance(2e-3);
         assert_eq!(rig.state(), RigState::Engaged);
     }
+
+    /// Every sequence of six happenings, 262 144 of them: what is said above of any, without leaving it to chance.
+    #[test]
+    fn no_sequence_of_happenings_lets_force_flow_where_it_may_not() {
+        use Happening::{Device, Fail, Pass, Stop};
+        let all = [
+            Happening::Command(Command::Engage),
+            Happening::Command(Command::Release),
+            Happening::Command(Command::Reset),
+            Stop,
+            Fail,
+            Device(false),
+            Device(true),
+            Pass(0.15),
+        ];
+        let mut seen = std::collections::BTreeSet::new();
+        let mut frontier = vec![Rig::new(0.2, 1.0)];
+        for _ in 0..6 {
+            let mut next = Vec::with_capacity(frontier.len() * all.len());
+            for rig in &frontier {
+                for happening in all {
+                    let mut after = *rig;
+                    match happening {
+                        Happening::Command(command) => {
+                            let refused = after.command(command).is_err();
+                            let may = !matches!(
+                                rig.state(),
+                                RigState::Stopped | RigState::Faulted | RigState::Disconnected
+                            );
+                            assert_eq!(refused, !may && command != Command::Reset, "{rig:?} {command:?}");
+                        }
+                        Stop => after.stop(),
+                        Fail => after.fail(Fault::TooFast),
+                        Device(present) => after.device_present(present),
+                        Pass(elapsed) => drop(after.advance(elapsed)),
+                    }
+                    let latched = matches!(rig.state(), RigState::Stopped | RigState::Faulted);
+                    let reset = matches!(happening, Happening::Command(Command::Reset));
+                    assert!(after.is_live() || after.gain == 0.0, "{after:?}");
+                    assert!((0.0..=1.0).contains(&after.gain), "{after:?}");
+                    assert!(!latched || reset || matches!(after.state(), RigState::Stopped | RigState::Faulted));
+                    assert_eq!(after.state() == RigState::Faulted, after.fault().is_some(), "{after:?}");
+                    if after.is_live() && !rig.is_live() {
+                        assert!(
+                            matches!(happening, Happening::Command(Command::Engage)),
+                            "{rig:?} {happening:?}"
+                        );
+                        assert_eq!(after.gain, 0.0, "force begins at the bottom of its ramp");
+                    }
+                    if matches!(happening, Stop | Fail | Device(false)) {
+                        assert_eq!(after.gain, 0.0, "{rig:?} {happening:?}");
+                    }
+                    seen.insert(after.state().to_string());
+                    next.push(after);
+                }
+            }
+            frontier = next;
+        }
+        assert_eq!(frontier.len(), 262_144);
+        assert_eq!(seen.len(), 7, "every state is reached: {seen:?}");
+    }
 }

@@ -4,6 +4,7 @@ use crate::rt::clock::{Grid, Waiting, now_ns};
 use crate::rt::handoff::Shared;
 use crate::rt::privileges::{self, Policy};
 use crate::rt::tick::Tick;
+use crate::self_test;
 use device_io::Device;
 use haptic_ipc::RealTimeStatus;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -127,6 +128,31 @@ pub(crate) fn start(
     };
     let status = is_ready.recv().map_err(std::io::Error::other)?;
     Ok((running, status))
+}
+
+/// Runs the self-test on a thread that is prepared as the loop's is.
+///
+/// # Errors
+/// The system has no thread left, or the test panicked.
+pub(crate) fn self_test(
+    mut tick: Tick<dyn Device>,
+    wishes: Wishes,
+    mut status: RealTimeStatus,
+) -> std::io::Result<(String, RealTimeStatus)> {
+    let thread = std::thread::Builder::new()
+        .name(NAME.to_owned())
+        .stack_size(STACK_BYTES)
+        .spawn(move || {
+            privileges::prepare_thread(&wishes, &mut status);
+            let waiting = Waiting {
+                spin_ns: spin_ns(&wishes, &status),
+            };
+            let comparison = self_test::compare(&mut tick, wishes.period_ns, waiting);
+            (comparison.report(wishes.period_ns, waiting), status)
+        })?;
+    thread
+        .join()
+        .map_err(|_| std::io::Error::other("the self-test panicked"))
 }
 
 /// Wake-ups are mostly shorter than this, ns: on the machines that it was measured on 13 us with the processor kept awake and 26 us without.

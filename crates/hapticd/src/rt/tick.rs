@@ -257,6 +257,12 @@ impl<D: Device + ?Sized> Tick<D> {
         let coupling_force = renderer
             .tick(elapsed_s, self.device_position, self.device_velocity)
             .coupling_force;
+        if !self.was_live {
+            // The ramp has come to its end in this tick.
+            self.limiter.zero();
+            self.passivity.rest();
+            return (coupling_force, 0.0);
+        }
         let on_hand = -(coupling_force + self.bump.fade(elapsed_s));
         match self.limiter.limit(on_hand, gain, our_elapsed_s) {
             Ok(force) => {
@@ -337,6 +343,7 @@ mod tests {
     use haptic_core::passivity::RigLosses;
     use haptic_core::velocity::Method;
     use haptic_core::{Renderer, Scene, Scheme};
+    use proptest::prelude::*;
 
     /// A rig of which the test decides every reading.
     struct Scripted {
@@ -671,6 +678,161 @@ mod tests {
             let step = (after.command_force - before.command_force).abs();
             assert!(step < 1.0, "{changes:?}: {step} N");
             bench.shared.drop_retired();
+        }
+    }
+
+    #[test]
+    fn a_device_that_goes_too_fast_faults_at_zero_force() {
+        // 8 m/s, from rest, while it is engaged.
+        let fast = (0..200).map(|k| Ok(0.2 * 0.1 + 8e-3 * f64::from(k)));
+        let mut bench = bench(ramp().take(100).chain(fast));
+        bench.ticks(SETTLE);
+        bench.command(Command::Engage);
+        bench.ticks(100);
+        assert_eq!(bench.tick.rig.fault(), Some(Fault::TooFast));
+        assert_eq!(bench.last_written(), 0.0);
+    }
+
+    #[test]
+    fn a_loop_that_is_too_late_faults_where_the_policy_says_so() {
+        let mut bench = bench(ramp());
+        bench.ticks(SETTLE);
+        bench.command(Command::Engage);
+        bench.ticks(50);
+        let mut run = |missed: u64| {
+            bench.clock_ns += 1_000_000;
+            let wake = Wake {
+                deadline_ns: bench.clock_ns,
+                began_ns: bench.clock_ns,
+            };
+            bench.tick.run(wake, missed);
+            (bench.tick.rig.fault(), bench.last_written())
+        };
+        assert_eq!(run(4).0, None);
+        assert_eq!(run(5), (Some(Fault::TooLate), 0.0));
+    }
+
+    /// Something that can happen to the loop between two ticks, or in one.
+    #[derive(Clone, Debug)]
+    enum Happening {
+        Command(Command),
+        Stop,
+        Scene(usize),
+        /// A reading, or none; and time that goes by, ns.
+        Tick(Option<f64>, u64),
+        Repeat,
+        RefusedWrite,
+    }
+
+    fn scenes() -> Vec<Scene> {
+        let mut scenes = vec![Scene::paper()];
+        for (name, value) in [("K", 3e5), ("M", 100.0), ("b", 1e4), ("DV", 0.5)] {
+            let key = name.parse().expect("a parameter");
+            scenes.push(Scene::paper().with(&[(key, value)]).expect("a valid scene"));
+        }
+        // On the device itself, with a stiff spring and with drag.
+        for law in [
+            r#"{"law":"karnopp","static_force":40,"dynamic_force":30,"contact_stiffness":10000000}"#,
+            r#"{"law":"viscous","viscous":10000}"#,
+            r#"{"law":"lugre","static_force":40,"dynamic_force":30,"stribeck_velocity":0.001,"contact_stiffness":1000000,"contact_damping":1000}"#,
+        ] {
+            scenes.push(Scene {
+                block: None,
+                coupling: None,
+                friction: serde_json::from_str(law).expect("a law"),
+                ..Scene::paper()
+            });
+        }
+        scenes
+    }
+
+    fn happening() -> impl Strategy<Value = Happening> {
+        let position = prop_oneof![
+            20 => (-0.1..0.1f64).prop_map(Some),
+            1 => Just(None),
+            1 => prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(1e300), Just(-1e9), Just(f64::MIN_POSITIVE)].prop_map(Some),
+        ];
+        let tick = (
+            position,
+            prop_oneof![8 => Just(1_000_000_u64), 1 => 0..2_000_000_u64, 1 => 0..100_000_000_u64],
+        );
+        prop_oneof![
+            2 => Just(Happening::Command(Command::Engage)),
+            1 => Just(Happening::Command(Command::Release)),
+            2 => Just(Happening::Command(Command::Reset)),
+            1 => Just(Happening::Stop),
+            2 => (0..8_usize).prop_map(Happening::Scene),
+            30 => tick.prop_map(|(position, after_ns)| Happening::Tick(position, after_ns)),
+            1 => Just(Happening::Repeat),
+            1 => Just(Happening::RefusedWrite),
+        ]
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever is measured, commanded and changed: the force is a number within the limits, and zero where none may flow.
+        #[test]
+        fn force_stays_within_its_limits_and_where_it_belongs(
+            happenings in prop::collection::vec(happening(), 1..150),
+            steps in prop::collection::vec(-2e-3..2e-3f64, 150),
+        ) {
+            let scenes = scenes();
+            let mut bench = bench([]);
+            let slew_n_per_s = 5000.0;
+            bench.tick.limiter = SafetyLimiter::new(Limits { slew_n_per_s, ..LIMITS });
+            bench.tick.passivity = PassivityObserver::new(NO_LOSSES, 3.0);
+            let (mut position, mut revision, mut last) = (0.0, 1, 0.0_f64);
+            for (happening, step) in happenings.into_iter().zip(steps) {
+                let (mut reading, mut after_ns) = (Some(position), 1_000_000);
+                bench.tick.device.repeats = false;
+                bench.tick.device.refuses_writes = false;
+                match happening {
+                    Happening::Command(command) => {
+                        bench.serial += 1;
+                        bench.shared.send(bench.serial, command, bench.shared.stops());
+                    }
+                    Happening::Stop => {
+                        bench.shared.stop();
+                    }
+                    Happening::Scene(which) => {
+                        revision += 1;
+                        bench.shared.scenes.post(compiled(&scenes[which], revision));
+                    }
+                    // Mostly a hand that goes on, and now and then a leap to anywhere.
+                    Happening::Tick(Some(anywhere), ns) if !anywhere.is_finite() || anywhere.abs() > 0.09 => {
+                        (reading, after_ns) = (Some(anywhere), ns);
+                    }
+                    Happening::Tick(None, ns) => (reading, after_ns) = (None, ns),
+                    Happening::Tick(Some(_), ns) => {
+                        position += step;
+                        (reading, after_ns) = (Some(position), ns);
+                    }
+                    Happening::Repeat => bench.tick.device.repeats = bench.tick.device.next > 0,
+                    Happening::RefusedWrite => bench.tick.device.refuses_writes = true,
+                }
+                if !bench.tick.device.repeats {
+                    bench.tick.device.readings.push(reading.ok_or(DeviceError::Disconnected));
+                }
+                let wrote_before = bench.written.lock().expect("one thread").len();
+                bench.clock_ns += after_ns;
+                let wake = Wake { deadline_ns: bench.clock_ns, began_ns: bench.clock_ns };
+                bench.tick.run(wake, 0);
+                let record = bench.records.pop().expect("a record");
+                bench.shared.drop_retired();
+                let force = record.command_force;
+                prop_assert!(force.is_finite() && force.abs() <= MAX_FORCE, "{record:?}");
+                // The controller's own few newtons come on top of the slew limit.
+                let most = slew_n_per_s * after_ns as f64 * 1e-9 + 2.0 * 3.0 + 1e-9;
+                prop_assert!(force.abs() - last.abs() <= most, "from {last} N to {force} N in {after_ns} ns");
+                let written = bench.written.lock().expect("one thread").clone();
+                if written.len() > wrote_before {
+                    prop_assert_eq!(*written.last().expect("a force"), force);
+                    let live = record.state.is_live() || force == 0.0;
+                    prop_assert!(live, "force without a live rig: {:?}", record);
+                }
+                last = force;
+            }
         }
     }
 }

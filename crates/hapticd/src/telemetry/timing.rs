@@ -3,7 +3,7 @@
 //! The real-time thread only stamps its ticks; the histograms are kept here, on the control thread.
 
 use crate::telemetry::ring::TickRecord;
-use haptic_ipc::{Percentiles, Timing, TimingWindow};
+use haptic_ipc::{Bucket, Percentiles, Timing, TimingHistogram, TimingWindow};
 use hdrhistogram::Histogram;
 use std::collections::VecDeque;
 
@@ -39,6 +39,19 @@ fn percentiles(histogram: &Histogram<u64>) -> Percentiles {
         p999: at(0.999),
         max: histogram.max(),
     }
+}
+
+/// Width of the first bucket, ns; each that follows ends at twice where it does.
+const FIRST_BUCKET_NS: u64 = 64;
+
+fn buckets(histogram: &Histogram<u64>) -> Vec<Bucket> {
+    histogram
+        .iter_log(FIRST_BUCKET_NS, 2.0)
+        .map(|value| Bucket {
+            up_to: value.value_iterated_to(),
+            count: value.count_since_last_iteration(),
+        })
+        .collect()
 }
 
 impl Span {
@@ -80,6 +93,10 @@ impl Span {
             tick_ns: percentiles(&self.tick),
             device_round_trip_ns: percentiles(&self.device_round_trip),
             period_ns: percentiles(&self.period),
+            histogram: TimingHistogram {
+                wake_latency_ns: buckets(&self.wake_latency),
+                tick_ns: buckets(&self.tick),
+            },
         }
     }
 }
@@ -200,6 +217,11 @@ mod tests {
         assert_eq!(report.rate_hz, 1000.0);
         let all = report.since_start;
         assert_eq!((all.ticks, all.overruns, all.missed_periods), (30_000, 1, 2));
+        let counted = |buckets: &[Bucket]| buckets.iter().map(|bucket| bucket.count).sum::<u64>();
+        assert_eq!(counted(&all.histogram.wake_latency_ns), 30_000);
+        assert_eq!(counted(&all.histogram.tick_ns), 30_000);
+        let late = all.histogram.tick_ns.last().expect("a bucket");
+        assert!(late.count == 1 && late.up_to >= 1_990_000, "{late:?}");
         assert_eq!(all.wake_latency_ns.p50, 50);
         assert!((990..=1010).contains(&all.tick_ns.p50), "{all:?}");
         assert!(all.tick_ns.max >= 1_990_000, "{all:?}");
