@@ -77,7 +77,7 @@ pub(crate) struct YieldingSurface<C> {
 
 impl<C: YieldingContact> YieldingSurface<C> {
     pub(crate) fn new(law: C) -> Self {
-        let contact = law.contact(Direction::Positive);
+        let contact = law.contact(0.0);
         Self {
             law,
             position: 0.0,
@@ -99,8 +99,7 @@ impl<C: YieldingContact> Moving for YieldingSurface<C> {
         if elapsed_s > 0.0 {
             let by = position - self.position;
             // Which way it went is for the positions to say: the velocity is an estimate, and late.
-            let moved = (by != 0.0).then(|| Direction::of(by));
-            let direction = moved.unwrap_or(Direction::of(velocity));
+            let direction = Direction::of(if by == 0.0 { velocity } else { by });
             let (before, held) = (self.law.stored_energy(), self.law.force_at_rest());
             self.law.advance(&Stroke {
                 direction,
@@ -109,12 +108,13 @@ impl<C: YieldingContact> Moving for YieldingSurface<C> {
                 to_speed: velocity.abs(),
                 elapsed_s,
             });
-            self.law.sampled(moved, velocity);
+            self.law.sampled(velocity);
             if sink.listens() {
                 let work = 0.5 * (held + self.law.force_at_rest()) * by;
                 sink.dissipated(work - (self.law.stored_energy() - before));
             }
-            let contact = self.law.contact(direction);
+            let speed = velocity.abs();
+            let contact = self.law.contact(direction.sign() * speed);
             if contact != self.contact {
                 events = 1;
                 sink.contact_changed(elapsed_s, self.contact, contact);
@@ -138,11 +138,11 @@ impl<C: YieldingContact> Moving for YieldingSurface<C> {
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
         self.law.seat(0.0);
-        self.contact = self.law.contact(Direction::of(self.velocity));
+        self.contact = self.law.contact(self.velocity);
     }
 
     fn at_rest(&self) -> Contact {
-        self.law.contact(Direction::Positive)
+        self.law.contact(0.0)
     }
 
     fn felt(&self) -> f64 {
@@ -159,6 +159,6 @@ impl<C: YieldingContact> Moving for YieldingSurface<C> {
 
     fn seat(&mut self, force: f64) {
         self.law.seat(force);
-        self.contact = self.law.contact(Direction::of(self.velocity));
+        self.contact = self.law.contact(self.velocity);
     }
 }

@@ -57,7 +57,8 @@ impl SafetyLimiter {
         } else {
             self.last_n
         };
-        self.last_n = from + (wanted - from).max(-step).min(step);
+        // The sum may round to beyond the limit.
+        self.last_n = self.within(from + (wanted - from).max(-step).min(step));
         Ok(self.last_n)
     }
 

@@ -124,6 +124,11 @@ pub enum SceneError {
         /// Those that it has.
         has: Vec<Parameter>,
     },
+    /// What a stuck spring is anchored to, where there is none.
+    #[error(
+        "reseat does not apply here: behind a block the law `karnopp` holds rigidly; it has a stuck spring on the device itself only"
+    )]
+    ReseatBehindBlock,
     /// A block without a coupling.
     #[error("a [block] needs a [coupling] to the device, with stiffness (N/m) and damping (N s/m)")]
     BlockWithoutCoupling,
@@ -146,7 +151,8 @@ pub enum SceneError {
     },
     /// The law goes from the static to the dynamic limit over a velocity, and has none.
     #[error(
-        "stribeck_velocity = {velocity} m/s is too small: the law `{law}` goes from the static to the dynamic force over it, so it must be          {SUDDEN_FALL_MPS} m/s or more, or the two forces equal"
+        "stribeck_velocity = {velocity} m/s is too small: the law `{law}` goes from the static to the dynamic force over it, so it must be \
+         {SUDDEN_FALL_MPS} m/s or more, or the two forces equal"
     )]
     NoStribeckVelocity {
         /// The law.
@@ -156,7 +162,8 @@ pub enum SceneError {
     },
     /// The reset integrator's stiction is out of proportion.
     #[error(
-        "{param} = {static_force} N is more than {MOST_STICTION} times the dynamic force of {dynamic_force} N: the law `reset-integrator` holds the one with a bristle of the length that          the other gives; lower it to {max} N"
+        "{param} = {static_force} N is more than {MOST_STICTION} times the dynamic force of {dynamic_force} N: the law `reset-integrator` holds the one with a bristle of the length that \
+         the other gives; lower it to {max} N"
     )]
     TooMuchStiction {
         /// The static limit, with its direction.
@@ -420,8 +427,11 @@ impl Scene {
         let law = self.friction.law();
         match &self.friction {
             Friction::Karnopp(karnopp) => {
-                if self.block.is_some() && (karnopp.contact_stiffness.is_some() || karnopp.reseat.is_some()) {
+                if self.block.is_some() && karnopp.contact_stiffness.is_some() {
                     return Err(self.not_applicable(Parameter::ContactStiffness.into()));
+                }
+                if self.block.is_some() && karnopp.reseat.is_some() {
+                    return Err(SceneError::ReseatBehindBlock);
                 }
             }
             Friction::ResetIntegrator(reset) => {

@@ -248,6 +248,84 @@ fn the_slides_own_reseating_creates_energy_and_the_continuous_one_does_not() {
 }
 
 #[test]
+fn a_hand_that_turns_within_a_sample_unloads_the_spring_in_it() {
+    for friction in laws() {
+        if !matches!(friction, Friction::Karnopp(_) | Friction::ResetIntegrator(_)) {
+            continue;
+        }
+        let mut surface = renderer(
+            &on_device(friction)
+                .with(&[("b".parse().expect("b"), 0.0)])
+                .expect("valid"),
+        );
+        let mut energy = Energy::default();
+        drag(&mut surface, 0.01, 2.0);
+        let turned = surface.tick_with_events(T, -0.02, -30.0, &mut energy).coupling_force;
+        assert!((turned + 3.0).abs() < 1e-9, "{}: {turned} N", friction.law());
+        assert!(energy.0 > -1e-9, "{}: {} J", friction.law(), energy.0);
+    }
+}
+
+#[test]
+fn a_slide_on_a_curve_with_rising_stiction_ends_without_a_step() {
+    let law = Karnopp {
+        stribeck_velocity: 0.05,
+        rising_rate: 5.0,
+        ..karnopp()
+    };
+    let mut surface = renderer(&on_device(Friction::Karnopp(law)));
+    let mut last = 0.0_f64;
+    for k in 1..4000 {
+        let phase = 0.0126 * f64::from(k);
+        let force = surface
+            .tick(T, -0.03 * phase.cos() + 0.03, 0.378 * phase.sin())
+            .coupling_force;
+        // Kp v T is what a stuck spring may gain in a tick.
+        assert!(
+            (force - last).abs() <= BRISTLE * 0.378 * T + 0.2,
+            "from {last} N to {force} N at {k}"
+        );
+        last = force;
+    }
+}
+
+#[test]
+fn a_limit_of_nothing_is_the_limit_of_little() {
+    for friction in laws() {
+        let unload = |limit: f64| {
+            let mut scene = on_device(friction);
+            for name in ["Fd-", "Fs-"] {
+                if let Ok(changed) = scene.with(&[(name.parse().expect("a parameter"), limit)]) {
+                    scene = changed;
+                }
+            }
+            let mut surface = renderer(&scene);
+            drag(&mut surface, 0.004, 0.01);
+            drag(&mut surface, -3e-4, 0.01)
+        };
+        for (none, little) in unload(0.0).into_iter().zip(unload(1e-9)) {
+            assert!((none - little).abs() < 1e-3, "{}: {none} N, {little} N", friction.law());
+        }
+    }
+}
+
+#[test]
+fn a_fast_slide_counts_as_one_however_far_the_kinetic_force_lies_below_the_static_one() {
+    for friction in laws() {
+        let scene = on_device(friction).with(&[("Fd".parse().expect("a parameter"), 0.5)]);
+        let Ok(scene) = scene else { continue };
+        let mut surface = renderer(&scene);
+        drag(&mut surface, 0.02, 0.2);
+        assert!(
+            matches!(surface.state().contact, Contact::Sliding(_)),
+            "{}: {:?}",
+            friction.law(),
+            surface.state()
+        );
+    }
+}
+
+#[test]
 fn a_noisy_velocity_moves_no_position_based_contact() {
     for friction in laws() {
         let still = match friction {
@@ -537,7 +615,12 @@ proptest! {
         if !is_passive(&scene.friction) { return Ok(()) }
         let mut surface = renderer(&scene);
         surface.set_state(BlockState::new(0.0, speed, 0.0, 0.0));
-        let begun = 0.5 * block.mass * speed * speed;
+        // A slide begins with its spring deflected by the kinetic force, which it gives back in the end.
+        let held = match &scene.friction {
+            Friction::ResetIntegrator(law) => law.dynamic_force.greatest().powi(2) / (2.0 * law.contact_stiffness),
+            _ => 0.0,
+        };
+        let begun = 0.5 * block.mass * speed * speed + held;
         for tick in 0..200 {
             let rendered = surface.tick(T, 0.0, 0.0);
             let now = surface.state();

@@ -62,6 +62,12 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     }
     let refused = |error| Failure::Usage(format!("{}: {error}", arguments.scene.display()));
     scene.validate().map_err(refused)?;
+    if scene.is_on_device() && (arguments.block_position.is_some() || arguments.block_velocity != 0.0) {
+        return Err(Failure::Usage(format!(
+            "{}: --block-position and --block-velocity place a block, and this scene has none",
+            arguments.scene.display()
+        )));
+    }
     let motion = motion::read(&arguments.motion).map_err(|error| Failure::Usage(error.to_string()))?;
     let start = simulate::Start {
         position_m: arguments.block_position,

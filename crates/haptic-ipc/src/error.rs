@@ -155,6 +155,7 @@ impl From<SceneError> for WireError {
             SceneError::NotApplicable { param, .. } => {
                 Self::new(ErrorCode::NotApplicable, message).about(param.to_string())
             }
+            SceneError::ReseatBehindBlock => Self::new(ErrorCode::NotApplicable, message).about("reseat"),
             SceneError::BlockWithoutCoupling => Self::new(ErrorCode::BlockAndCoupling, message).about("coupling"),
             SceneError::CouplingWithoutBlock => Self::new(ErrorCode::BlockAndCoupling, message).about("block"),
             SceneError::StaticBelowDynamic {

@@ -214,16 +214,17 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
                         self.static_limit.rest(remaining);
                         break;
                     }
-                    let held = if delay > 0.0 {
-                        self.limit_after(direction, delay)
+                    let limit = self.limit_after(direction, delay);
+                    // At the limit the pull is the limit; beyond it already, as after a change of parameters, it is what it is.
+                    let pull = if delay > 0.0 {
+                        limit
                     } else {
-                        // Beyond the limit already, as after a change of parameters.
-                        (direction.sign() * at_rest).max(self.limit(direction))
+                        (direction.sign() * at_rest).max(limit)
                     };
                     time += delay;
                     let slide = self.slides.get_mut(direction);
-                    slide.set_off(held);
-                    net_force = Some(held - slide.friction_at(0.0));
+                    slide.set_off(limit);
+                    net_force = Some(pull - slide.friction_at(0.0));
                     self.change_contact(Contact::Sliding(direction), time, sink, rendered);
                 }
                 Contact::Sliding(direction) => {
@@ -316,7 +317,10 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         rendered: &mut Rendered,
     ) -> Option<f64> {
         let at_rest = load.at(time) - self.coupling.stiffness * moved;
-        self.static_limit.begin(0.0);
+        let slide = self.slides.get(direction);
+        // It comes to rest with the friction that it has then, which is more than a fresh contact's where a curve rises towards rest.
+        self.static_limit
+            .begin_at(slide.static_force(), slide.dynamic_force(), slide.friction_at(0.0));
         let limit = self.limit(Direction::of(at_rest));
         if at_rest.abs() <= limit + rounding && !(self.frictionless() && load.slope != 0.0) {
             self.change_contact(Contact::Stuck, time, sink, rendered);

@@ -84,7 +84,12 @@ impl<L: Level, R: StaticLimit> SteppedLaw for Rigid<L, R> {
         if self.stuck {
             self.static_limit.rest(step_s);
         } else {
-            self.static_limit.begin(0.0);
+            let slid = Direction::of(velocity);
+            self.static_limit.begin_at(
+                self.static_force.get(slid),
+                self.level.kinetic(slid),
+                self.level.at(slid, 0.0),
+            );
         }
         let pulled = Direction::of(pull);
         let limit = self
@@ -164,15 +169,15 @@ impl<C: YieldingContact> SteppedLaw for Yielding<C> {
             to_speed: to.abs(),
             elapsed_s: step_s,
         });
-        self.0.sampled((displacement != 0.0).then_some(direction), to);
+        self.0.sampled(to);
     }
 
     fn contact(&self, velocity: f64) -> Contact {
-        self.0.contact(Direction::of(velocity))
+        self.0.contact(velocity)
     }
 
     fn at_rest(&self) -> Contact {
-        self.0.contact(Direction::Positive)
+        self.0.contact(0.0)
     }
 
     fn stored_energy(&self) -> f64 {

@@ -14,7 +14,7 @@ use super::fall::{FallLevel, SlideEnd, first_fall, passes};
 use super::load::{Load, rounding};
 use super::oscillator::{Motion, Oscillator};
 use super::{BlockState, Contact, EventSink, Moving, Rendered};
-use crate::friction::contact::{Stroke, Tangent, YieldingContact};
+use crate::friction::contact::{Advanced, Stroke, Tangent, YieldingContact};
 use crate::math::{powf, sqrt};
 use crate::parameters::Direction;
 use crate::scene::Coupling;
@@ -27,6 +27,8 @@ pub(super) const LONGEST: f64 = 0.9;
 const PIECES: u32 = 160;
 /// Half-turns of the oscillation that a piece may have.
 const HALF_TURNS: f64 = 8.0;
+/// Secants that find the end of an implicit step, to far less than the step is exact.
+const MOST_SECANTS: usize = 24;
 /// Halvings that bracket a root to its last digit.
 const MOST_HALVINGS: usize = 64;
 
@@ -208,7 +210,6 @@ impl<C: YieldingContact> YieldingBlock<C> {
         }
         let mut work = 0;
         loop {
-            work += 1;
             let (piece, contact, looked_at) =
                 self.try_piece(direction, &tangent, &oscillator, &motion, length, listens);
             work += looked_at;
@@ -255,7 +256,7 @@ impl<C: YieldingContact> YieldingBlock<C> {
             fell = false;
         }
         let mut contact = self.contact.clone();
-        let uncertain = contact.advance(&Stroke {
+        let Advanced { uncertain, work } = contact.advance(&Stroke {
             direction,
             distance: y.max(0.0),
             from_speed: motion.w0,
@@ -298,7 +299,7 @@ impl<C: YieldingContact> YieldingBlock<C> {
             error,
             dissipated,
         };
-        (piece, contact, extrema)
+        (piece, contact, work + extrema)
     }
 
     /// What the friction of a piece took: the work of the coupling, less what the block and the contact now hold more of. By Simpson's rule.
@@ -337,7 +338,7 @@ impl<C: YieldingContact> YieldingBlock<C> {
 
     fn change_contact(&mut self, at_s: f64, sink: &mut (impl EventSink + ?Sized), rendered: &mut Rendered) {
         let from = self.state.contact;
-        let to = self.contact.contact(Direction::of(self.state.velocity));
+        let to = self.contact.contact(self.state.velocity);
         if from != to {
             self.state.contact = to;
             rendered.events += 1;
@@ -347,12 +348,12 @@ impl<C: YieldingContact> YieldingBlock<C> {
 
     /// One backward-Euler step to a time at which the load is `at_rest` if the block stands still; returns the displacement.
     ///
-    /// The residual grows with the displacement, so its root is bracketed and found by halving and Newton's method.
+    /// The residual grows with the displacement, so its root is bracketed, and found by secants.
     fn implicit_step(&mut self, step_s: f64, at_rest: f64, sink: &mut (impl EventSink + ?Sized)) -> f64 {
         let inertia = self.mass / (step_s * step_s);
         let push = self.mass * self.state.velocity / step_s + at_rest;
         let turned_to = Direction::of(push - self.contact.force_at_rest());
-        if matches!(self.contact.contact(turned_to), Contact::Sliding(direction) if direction != turned_to) {
+        if matches!(self.contact.contact(turned_to.sign()), Contact::Sliding(direction) if direction != turned_to) {
             // The slide ends in this step, and its friction may not push the block back.
             self.contact.fall(turned_to, 0.0);
         }
@@ -382,23 +383,33 @@ impl<C: YieldingContact> YieldingBlock<C> {
         };
         // Friction helps by what the contact holds at most.
         let (mut near, mut far) = (0.0, (push.abs() + 2.0 * self.holds) / resistance);
-        for _ in 0..MOST_HALVINGS {
-            let middle = 0.5 * (near + far);
-            if middle <= near || middle >= far {
+        let (mut at_near, mut at_far) = (-net.abs(), residual(far));
+        // The Illinois method: a secant that halves the end which does not move, so that both do.
+        for _ in 0..MOST_SECANTS {
+            if far - near <= 1e-10 * far || at_far <= 0.0 {
                 break;
             }
-            if residual(middle) < 0.0 {
-                near = middle;
+            let secant = far - at_far * (far - near) / (at_far - at_near);
+            let middle = if secant > near && secant < far {
+                secant
             } else {
-                far = middle;
+                0.5 * (near + far)
+            };
+            let there = residual(middle);
+            if there < 0.0 {
+                (near, at_near) = (middle, there);
+                at_far *= 0.5;
+            } else {
+                (far, at_far) = (middle, there);
+                at_near *= 0.5;
             }
         }
         let distance = far;
         let before = self.contact.stored_energy();
-        let friction_work = sign * self.contact.force_at_rest() * distance;
         self.contact = after(distance);
+        // The step has the friction of its end all along.
         let friction = sign * self.contact.force_at_rest();
-        sink.dissipated(0.5 * (friction_work + friction * distance) - (self.contact.stored_energy() - before));
+        sink.dissipated(friction * distance - (self.contact.stored_energy() - before));
         self.state.velocity = sign * distance / step_s;
         let (_, threshold) = self.contact.fall_level();
         if self.state.velocity.abs() <= threshold {
@@ -483,13 +494,16 @@ impl<C: YieldingContact> Moving for YieldingBlock<C> {
 
     fn set_state(&mut self, state: BlockState) {
         self.contact.seat(0.0);
+        if state.velocity != 0.0 {
+            self.contact.slide(Direction::of(state.velocity), state.velocity.abs());
+        }
         self.state = state;
-        self.state.contact = self.contact.contact(Direction::of(state.velocity));
+        self.state.contact = self.contact.contact(state.velocity);
         self.try_s = f64::INFINITY;
     }
 
     fn at_rest(&self) -> Contact {
-        self.contact.contact(Direction::Positive)
+        self.contact.contact(0.0)
     }
 
     fn felt(&self) -> f64 {
@@ -502,6 +516,6 @@ impl<C: YieldingContact> Moving for YieldingBlock<C> {
 
     fn seat(&mut self, force: f64) {
         self.contact.seat(force);
-        self.state.contact = self.contact.contact(Direction::of(self.state.velocity));
+        self.state.contact = self.contact.contact(self.state.velocity);
     }
 }

@@ -2,7 +2,7 @@
 //! that are made of one differ in `alpha` and in where `zss` comes from.
 
 use super::Directional;
-use super::contact::{Stroke, Tangent, YieldingContact, by_elastic_share};
+use super::contact::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
 use super::level::Level;
 use crate::block::Contact;
 use crate::math::{exp, exp_m1};
@@ -14,6 +14,9 @@ pub(crate) trait Plasticity: Clone + Copy + Debug + Send + Sync + 'static {
     /// Whether the flow is closed-form.
     const EXACT: bool;
 
+    /// Whether a deflection against the motion is given back whole.
+    const UNLOADS_ELASTICALLY: bool;
+
     /// `alpha`.
     fn alpha(&self, deflection: f64, steady: f64) -> f64;
 
@@ -23,8 +26,8 @@ pub(crate) trait Plasticity: Clone + Copy + Debug + Send + Sync + 'static {
     /// Up to this deflection along the motion there is no plastic flow at all; `None` where there always is.
     fn elastic_up_to(&self, steady: f64) -> Option<f64>;
 
-    /// Moves a deflection on by a distance.
-    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64;
+    /// Moves a deflection on by a distance; also returns the pieces that it took.
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32);
 }
 
 /// Always whole: the flow is closed-form.
@@ -33,6 +36,7 @@ pub(crate) struct AlwaysPlastic;
 
 impl Plasticity for AlwaysPlastic {
     const EXACT: bool = true;
+    const UNLOADS_ELASTICALLY: bool = false;
 
     fn alpha(&self, _deflection: f64, _steady: f64) -> f64 {
         1.0
@@ -46,20 +50,27 @@ impl Plasticity for AlwaysPlastic {
         None
     }
 
-    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64 {
-        steady + (deflection - steady) * exp(-distance / steady)
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32) {
+        (steady + (deflection - steady) * exp(-distance / steady), 1)
     }
 }
 
 /// Pieces into which a displacement is cut at most.
-const MOST_PIECES: f64 = 64.0;
+const MOST_PIECES: f64 = 16.0;
+/// So many pieces are about as much work as all else that a piece of a tick takes.
+const PIECES_A_WORK: u32 = 4;
 /// Elastic share below which the rest of a displacement is one piece.
 const NEARLY_STEADY: f64 = 0.02;
 /// A piece's share of the steady deflection.
 const PIECE: f64 = 1.0 / 16.0;
 
 /// The flow for an `alpha` that varies: by the exponential midpoint rule, which is stable whatever the displacement.
-pub(crate) fn flow_in_pieces(mut deflection: f64, distance: f64, steady: f64, alpha: impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn flow_in_pieces(
+    mut deflection: f64,
+    distance: f64,
+    steady: f64,
+    alpha: impl Fn(f64) -> f64,
+) -> (f64, u32) {
     let step = |from: f64, rate_at: f64, by: f64| {
         let rate = alpha(rate_at) / steady;
         let z = rate * by;
@@ -67,6 +78,7 @@ pub(crate) fn flow_in_pieces(mut deflection: f64, distance: f64, steady: f64, al
         from + (1.0 - rate * from) * by * phi
     };
     let mut left = distance;
+    let mut pieces = 0;
     let shortest = (PIECE * steady).max(distance / MOST_PIECES);
     while left > 0.0 {
         let share = 1.0 - alpha(deflection) / steady * deflection;
@@ -79,8 +91,9 @@ pub(crate) fn flow_in_pieces(mut deflection: f64, distance: f64, steady: f64, al
         let middle = step(deflection, deflection, 0.5 * piece);
         deflection = step(deflection, middle, piece);
         left -= piece;
+        pieces += 1;
     }
-    deflection
+    (deflection, pieces)
 }
 
 /// A deflection that is this near the end of its elastic part, as a share of it, is there: displacements are found to rounding only.
@@ -110,7 +123,12 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
     fn share(&self, direction: Direction, steady: f64) -> f64 {
         let along = direction.sign() * self.deflection;
         if steady <= 0.0 {
-            return 0.0;
+            // Nothing holds this way. What is held the other way goes at once, or as a spring does.
+            return if P::UNLOADS_ELASTICALLY && along < 0.0 {
+                1.0
+            } else {
+                0.0
+            };
         }
         1.0 - self.plasticity.alpha(along, steady) * along / steady
     }
@@ -120,7 +138,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
     fn tangent(&self, direction: Direction, speed: f64) -> Tangent {
         let steady = self.steady(direction, speed);
         // Without a limit this way, whatever the bristle held is gone at once.
-        let along = if steady > 0.0 {
+        let along = if steady > 0.0 || P::UNLOADS_ELASTICALLY {
             direction.sign() * self.deflection
         } else {
             0.0
@@ -147,7 +165,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         }
     }
 
-    fn advance(&mut self, stroke: &Stroke) -> f64 {
+    fn advance(&mut self, stroke: &Stroke) -> Advanced {
         let sign = stroke.direction.sign();
         let (from, to) = (stroke.from_speed, stroke.to_speed);
         let middle = 0.5 * (from + to);
@@ -155,15 +173,17 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
             let steady = self.steady(stroke.direction, speed);
             if steady > 0.0 {
                 self.plasticity.flow(along, distance, steady)
+            } else if P::UNLOADS_ELASTICALLY {
+                ((along + distance).min(0.0), 1)
             } else {
-                0.0
+                (0.0, 1)
             }
         };
         let along = sign * self.deflection;
-        let at_once = flow(along, stroke.distance, middle);
+        let (at_once, once) = flow(along, stroke.distance, middle);
         if P::EXACT && !L::VARIES {
             self.deflection = sign * at_once;
-            return 0.0;
+            return Advanced::EXACTLY;
         }
         // In two halves of the time, the speed growing evenly, and extrapolated from both: what the two differ by is the measure of the error.
         let first = if middle > 0.0 {
@@ -171,11 +191,14 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         } else {
             0.5 * stroke.distance
         };
-        let halfway = flow(along, first, 0.25 * (3.0 * from + to));
-        let in_halves = flow(halfway, stroke.distance - first, 0.25 * (from + 3.0 * to));
+        let (halfway, one_half) = flow(along, first, 0.25 * (3.0 * from + to));
+        let (in_halves, other_half) = flow(halfway, stroke.distance - first, 0.25 * (from + 3.0 * to));
         let missed = (in_halves - at_once) / 3.0;
         self.deflection = sign * (in_halves + missed);
-        self.stiffness * missed.abs()
+        Advanced {
+            uncertain: self.stiffness * missed.abs(),
+            work: 1 + (once + one_half + other_half) / PIECES_A_WORK,
+        }
     }
 
     fn force_at_rest(&self) -> f64 {
@@ -192,7 +215,8 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         0.5 * self.stiffness * self.deflection * self.deflection
     }
 
-    fn contact(&self, direction: Direction) -> Contact {
-        by_elastic_share(self.share(direction, self.steady(direction, 0.0)), direction)
+    fn contact(&self, velocity: f64) -> Contact {
+        let direction = Direction::of(velocity);
+        by_elastic_share(self.share(direction, self.steady(direction, velocity.abs())), direction)
     }
 }

@@ -44,13 +44,30 @@ pub(crate) struct Stroke {
     pub(crate) elapsed_s: f64,
 }
 
+/// What moving on took.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Advanced {
+    /// How much the force of the contact may be off by now, N: 0 where the law is closed-form.
+    pub(crate) uncertain: f64,
+    /// The work that it was, in units of which a tick may do a bounded number.
+    pub(crate) work: u32,
+}
+
+impl Advanced {
+    /// In closed form.
+    pub(crate) const EXACTLY: Self = Self {
+        uncertain: 0.0,
+        work: 1,
+    };
+}
+
 /// The contact of a friction law with a memory of its own.
 pub(crate) trait YieldingContact: Clone + Debug + Send + Sync + 'static {
     /// Friction from here on.
     fn tangent(&self, direction: Direction, speed: f64) -> Tangent;
 
-    /// Moves on. Returns how much, N, the force of the contact may be off by then: 0 where the law is closed-form.
-    fn advance(&mut self, stroke: &Stroke) -> f64;
+    /// Moves on.
+    fn advance(&mut self, stroke: &Stroke) -> Advanced;
 
     /// Friction at rest, N, signed: it balances a load of the same sign and size.
     fn force_at_rest(&self) -> f64;
@@ -68,8 +85,8 @@ pub(crate) trait YieldingContact: Clone + Debug + Send + Sync + 'static {
     /// Energy that the deflection holds, J.
     fn stored_energy(&self) -> f64;
 
-    /// How it counts: stuck where more than half of a motion in the direction would be taken up by deflection.
-    fn contact(&self, direction: Direction) -> Contact;
+    /// How it counts at a velocity: stuck where more than half of the motion is taken up by deflection.
+    fn contact(&self, velocity: f64) -> Contact;
 
     /// The speed to which a slide must fall to end, and whether it has been faster. Laws without a stuck state end at zero.
     fn fall_level(&self) -> (bool, f64) {
@@ -79,8 +96,11 @@ pub(crate) trait YieldingContact: Clone + Debug + Send + Sync + 'static {
     /// The slide has fallen to that speed.
     fn fall(&mut self, _direction: Direction, _speed: f64) {}
 
-    /// A sample of a device that the contact is on: it moved in `direction`, if at all, and has this velocity.
-    fn sampled(&mut self, _direction: Option<Direction>, _velocity: f64) {}
+    /// Begins with a slide, where the law has a sliding state.
+    fn slide(&mut self, _direction: Direction, _speed: f64) {}
+
+    /// A sample of a device that the contact is on, with its velocity.
+    fn sampled(&mut self, _velocity: f64) {}
 }
 
 /// A direction's elastic share of the motion as a contact.

@@ -11,7 +11,7 @@
 //!
 //! It has no stiction, and a load that shakes below the limit makes it creep: see [`ElastoPlastic`](super::ElastoPlastic) for one that does not.
 
-use super::contact::{Stroke, Tangent, YieldingContact, by_elastic_share};
+use super::contact::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
 use super::{Directional, Slot};
 use crate::block::Contact;
 use crate::math::{exp, ln_1p, powf};
@@ -99,6 +99,20 @@ impl YieldingContact for DahlContact {
     fn tangent(&self, direction: Direction, _speed: f64) -> Tangent {
         let rest = self.rest(direction);
         let law = &self.law;
+        if law.exponent == 0.0 {
+            let left = law.dynamic_force.get(direction) - direction.sign() * self.force;
+            return Tangent {
+                force: direction.sign() * self.force,
+                stiffness: if left > 0.0 { law.contact_stiffness } else { 0.0 },
+                damping: law.viscous.get(direction),
+                linear: true,
+                kink: if left > 0.0 {
+                    left / law.contact_stiffness
+                } else {
+                    f64::INFINITY
+                },
+            };
+        }
         Tangent {
             // Without a limit this way, whatever the spring held is gone at once.
             force: if law.dynamic_force.get(direction) > 0.0 {
@@ -108,7 +122,7 @@ impl YieldingContact for DahlContact {
             },
             stiffness: law.contact_stiffness * self.share(rest),
             damping: law.viscous.get(direction),
-            linear: law.exponent == 0.0 || rest == 0.0,
+            linear: rest == 0.0,
             kink: if law.exponent < 1.0 && rest > 0.0 {
                 // Below an exponent of 1 the limit is reached in a finite displacement.
                 let stroke = powf(rest, 1.0 - law.exponent) / (1.0 - law.exponent);
@@ -119,8 +133,14 @@ impl YieldingContact for DahlContact {
         }
     }
 
-    fn advance(&mut self, stroke: &Stroke) -> f64 {
+    fn advance(&mut self, stroke: &Stroke) -> Advanced {
         let limit = self.law.dynamic_force.get(stroke.direction);
+        if self.law.exponent == 0.0 {
+            let along = stroke.direction.sign() * self.force;
+            let after = along + self.law.contact_stiffness * stroke.distance;
+            self.force = stroke.direction.sign() * after.min(limit.max(along));
+            return Advanced::EXACTLY;
+        }
         let rest = self.rest(stroke.direction);
         let left = if limit <= 0.0 || rest == 0.0 {
             0.0
@@ -140,7 +160,7 @@ impl YieldingContact for DahlContact {
             }
         };
         self.force = stroke.direction.sign() * limit * (1.0 - left);
-        0.0
+        Advanced::EXACTLY
     }
 
     fn force_at_rest(&self) -> f64 {
@@ -156,8 +176,15 @@ impl YieldingContact for DahlContact {
         0.5 * self.force * self.force / self.law.contact_stiffness
     }
 
-    fn contact(&self, direction: Direction) -> Contact {
-        by_elastic_share(self.share(self.rest(direction)), direction)
+    fn contact(&self, velocity: f64) -> Contact {
+        let direction = Direction::of(velocity);
+        let holds = self.law.dynamic_force.get(direction) > direction.sign() * self.force;
+        let share = if self.law.exponent == 0.0 {
+            f64::from(u8::from(holds))
+        } else {
+            self.share(self.rest(direction))
+        };
+        by_elastic_share(share, direction)
     }
 }
 

@@ -44,7 +44,7 @@ impl Directional {
     #[must_use]
     #[expect(clippy::float_cmp, reason = "alike means the same number, not a near one")]
     pub fn is_symmetric(self) -> bool {
-        self.positive == self.negative
+        self.positive == self.negative || (self.positive.is_nan() && self.negative.is_nan())
     }
 }
 

@@ -94,6 +94,7 @@ pub(crate) struct ElasticAtFirst {
 
 impl Plasticity for ElasticAtFirst {
     const EXACT: bool = false;
+    const UNLOADS_ELASTICALLY: bool = true;
 
     fn alpha(&self, deflection: f64, steady: f64) -> f64 {
         let ratio = deflection / steady;
@@ -123,12 +124,12 @@ impl Plasticity for ElasticAtFirst {
         Some(self.fraction * steady)
     }
 
-    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64 {
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32) {
         let elastic = (self.fraction * steady - deflection).max(0.0).min(distance);
         let deflection = deflection + elastic;
         let plastic = distance - elastic;
         if plastic <= 0.0 {
-            return deflection;
+            return (deflection, 1);
         }
         flow_in_pieces(deflection, plastic, steady, |z| self.alpha(z, steady))
     }

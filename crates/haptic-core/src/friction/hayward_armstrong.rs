@@ -77,6 +77,7 @@ pub(crate) struct Adhesion {
 
 impl Plasticity for Adhesion {
     const EXACT: bool = false;
+    const UNLOADS_ELASTICALLY: bool = false;
 
     fn alpha(&self, deflection: f64, steady: f64) -> f64 {
         // The same on either side: also a contact that is unloaded flows beyond zs.
@@ -96,7 +97,7 @@ impl Plasticity for Adhesion {
         None
     }
 
-    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64 {
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32) {
         flow_in_pieces(deflection, distance, steady, |z| self.alpha(z, steady))
     }
 }

@@ -1,6 +1,6 @@
 //! A contact that holds by a spring up to its static limit, then slides, and holds anew when it has come to rest.
 
-use super::contact::{Stroke, Tangent, YieldingContact};
+use super::contact::{Advanced, Stroke, Tangent, YieldingContact};
 use super::level::Level;
 use super::static_limit::StaticLimit;
 use super::{Directional, Reseat};
@@ -70,7 +70,11 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
     /// Holds on to where it is, with the force that there was.
     fn stick(&mut self, force: f64) {
         let direction = Direction::of(force);
-        self.static_limit.begin(0.0);
+        self.static_limit.begin_at(
+            self.static_force.get(direction),
+            self.level.kinetic(direction),
+            force.abs(),
+        );
         let force = match self.reseat {
             Reseat::Continuous => force.abs().min(self.limit(direction)),
             Reseat::Slides => self.static_force.get(direction),
@@ -110,8 +114,14 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         }
     }
 
-    fn advance(&mut self, stroke: &Stroke) -> f64 {
+    fn advance(&mut self, stroke: &Stroke) -> Advanced {
         let direction = stroke.direction;
+        if let SpringState::Sliding { direction: slid, .. } = self.state
+            && slid != direction
+        {
+            // It turned round within the stroke: the slide ends, and what follows unloads the spring.
+            self.stick(self.friction(0.0));
+        }
         match &mut self.state {
             SpringState::Stuck { force } => {
                 self.static_limit.rest(stroke.elapsed_s);
@@ -137,7 +147,7 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
             }
             SpringState::Sliding { armed, .. } => *armed |= stroke.to_speed > self.velocity_threshold,
         }
-        0.0
+        Advanced::EXACTLY
     }
 
     fn force_at_rest(&self) -> f64 {
@@ -170,7 +180,7 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         0.5 * force * force / self.stiffness.get(Direction::of(force))
     }
 
-    fn contact(&self, _direction: Direction) -> Contact {
+    fn contact(&self, _velocity: f64) -> Contact {
         match self.state {
             SpringState::Stuck { .. } => Contact::Stuck,
             SpringState::Sliding { direction, .. } => Contact::Sliding(direction),
@@ -190,12 +200,19 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         }
     }
 
-    fn sampled(&mut self, moved: Option<Direction>, velocity: f64) {
+    fn slide(&mut self, direction: Direction, speed: f64) {
+        self.level.set_off(direction, self.static_force.get(direction));
+        self.state = SpringState::Sliding {
+            direction,
+            armed: speed > self.velocity_threshold,
+        };
+    }
+
+    fn sampled(&mut self, velocity: f64) {
         let SpringState::Sliding { direction, .. } = self.state else {
             return;
         };
-        let turned = moved.is_some_and(|moved| moved != direction);
-        if turned || velocity.abs() < self.velocity_threshold {
+        if velocity.abs() < self.velocity_threshold {
             // The friction of the slide that ends, also where the velocity has turned round already.
             let speed = (direction.sign() * velocity).max(0.0);
             self.stick(self.friction(direction.sign() * speed));

@@ -1,6 +1,6 @@
 //! How the limit of a resting contact goes with the time that it rests.
 
-use crate::math::{exp, exp_m1};
+use crate::math::{exp, exp_m1, ln_1p};
 use core::fmt::Debug;
 
 /// The static limit of a contact at rest. Limits are given for one direction: what the contact comes to hold after a long rest, and what it
@@ -23,6 +23,9 @@ pub(crate) trait StaticLimit: Clone + Copy + Debug + Send + Sync + 'static {
     /// The contact begins to rest anew.
     fn begin(&mut self, dwell_s: f64);
 
+    /// The contact begins to rest anew with a limit, or as near to it as it can.
+    fn begin_at(&mut self, rested: f64, fresh: f64, limit: f64);
+
     /// For how long it has rested, s; infinite where that is not kept.
     fn dwell_s(&self) -> f64;
 }
@@ -43,6 +46,8 @@ impl StaticLimit for AtOnce {
     fn rest(&mut self, _elapsed_s: f64) {}
 
     fn begin(&mut self, _dwell_s: f64) {}
+
+    fn begin_at(&mut self, _rested: f64, _fresh: f64, _limit: f64) {}
 
     fn dwell_s(&self) -> f64 {
         f64::INFINITY
@@ -98,6 +103,16 @@ impl StaticLimit for Rising {
 
     fn begin(&mut self, dwell_s: f64) {
         self.dwell_s = dwell_s;
+    }
+
+    fn begin_at(&mut self, rested: f64, fresh: f64, limit: f64) {
+        self.dwell_s = if limit <= fresh {
+            0.0
+        } else if limit >= rested {
+            f64::INFINITY
+        } else {
+            -ln_1p(-(limit - fresh) / (rested - fresh)) / self.rate
+        };
     }
 
     fn dwell_s(&self) -> f64 {

@@ -173,6 +173,14 @@ pub fn laws() -> Vec<(&'static str, Friction)> {
             }),
         ),
         (
+            "karnopp, Stribeck and rising Fs",
+            Friction::Karnopp(Karnopp {
+                stribeck_velocity: 0.02,
+                rising_rate: 20.0,
+                ..Karnopp::new(6.0, 3.0)
+            }),
+        ),
+        (
             "karnopp, rising Fs",
             Friction::Karnopp(Karnopp {
                 rising_rate: 20.0,
@@ -259,7 +267,21 @@ pub fn of_laws() -> Vec<Case> {
         miss_every: 23,
         ..plain
     };
-    let mut cases = Vec::new();
+    let mut cases = vec![Case {
+        name: "karnopp, Stribeck, loaded beyond Fs".to_owned(),
+        scene: Scene {
+            friction: Friction::Karnopp(Karnopp {
+                stribeck_velocity: 0.5,
+                ..Karnopp::new(4.0, 2.0)
+            }),
+            ..Scene::paper()
+        },
+        motion: let_go().0,
+        start: Start {
+            position_m: Some(-0.02),
+            velocity_mps: 0.0,
+        },
+    }];
     for (law, friction) in laws() {
         for (what, mass, hand) in [("", 0.5, plain), (", 10 g", 0.01, plain), (", rough hand", 0.5, rough)] {
             let mut scene = changed(&[("M", mass)]);

@@ -6,7 +6,7 @@
 use crate::motion::DeviceSample;
 use crate::simulate::{ContactChange, Row, Simulation, Start};
 use haptic_core::block::Contact;
-use haptic_core::friction::Friction;
+use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::scene::Coupling;
 use haptic_core::{Direction, Directional};
 
@@ -246,10 +246,11 @@ impl Problem<'_> {
                 self.moving(direction, self.limit(direction, state[2]))
             }
             (Mode::Spring, _) => self.moving(Direction::of(self.spring(state[2])), 0.0),
-            (Mode::Moving { direction, armed, .. }, Friction::Karnopp(_)) => {
+            (Mode::Moving { direction, armed, .. }, Friction::Karnopp(law)) => {
                 let load = self.load(drive, t, state);
-                if load.abs() <= self.limit(Direction::of(load), 0.0) {
-                    (state[1], state[2]) = (0.0, 0.0);
+                let rest_s = Self::rest_of(law, direction, mode);
+                if load.abs() <= self.limit(Direction::of(load), rest_s) {
+                    (state[1], state[2]) = (0.0, rest_s);
                     Mode::Rigid
                 } else if armed && self.threshold() > 0.0 {
                     state[1] = direction.sign() * self.threshold();
@@ -261,7 +262,7 @@ impl Problem<'_> {
                     }
                 } else {
                     state[1] = 0.0;
-                    self.moving(Direction::of(load), self.limit(Direction::of(load), 0.0))
+                    self.moving(Direction::of(load), self.limit(Direction::of(load), rest_s))
                 }
             }
             (Mode::Moving { direction, armed, .. }, Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_)) => {
@@ -302,6 +303,17 @@ impl Problem<'_> {
         }
     }
 
+    /// The rest that a contact has behind it, so to speak, which comes to rest with the friction that its slide began with.
+    fn rest_of(law: &Karnopp, direction: Direction, mode: Mode) -> f64 {
+        let Mode::Moving { peak, .. } = mode else { return 0.0 };
+        let (held, sliding) = (law.static_force.get(direction), law.dynamic_force.get(direction));
+        if law.stribeck_velocity == 0.0 || law.rising_rate == 0.0 || peak <= sliding {
+            return 0.0;
+        }
+        let share = ((peak - sliding) / (held - sliding)).min(1.0);
+        -(1.0 - share).ln() / law.rising_rate
+    }
+
     fn moving(&self, direction: Direction, peak: f64) -> Mode {
         let _ = self;
         Mode::Moving {
@@ -321,14 +333,19 @@ impl Problem<'_> {
                 | Friction::ResetIntegrator(_)
                 | Friction::SalcudeanVlaar(_) => Contact::Sliding(direction),
                 law => {
-                    // The share is that of a very slow motion.
-                    let slow = [state[0], direction.sign() * 1e-12, state[2]];
-                    let (_, rate) = self.friction(&slow, mode);
+                    // At rest the share is that of a very slow motion.
+                    let w = if state[1] == 0.0 {
+                        direction.sign() * 1e-12
+                    } else {
+                        state[1]
+                    };
+                    let moving = [state[0], w, state[2]];
+                    let (_, rate) = self.friction(&moving, mode);
                     let stiffness = match law {
                         Friction::Dahl(law) => law.contact_stiffness,
                         _ => 1.0,
                     };
-                    if rate / slow[1] / stiffness >= 0.5 {
+                    if rate / w / stiffness >= 0.5 {
                         Contact::Stuck
                     } else {
                         Contact::Sliding(direction)
