@@ -27,6 +27,8 @@ pub(super) const LONGEST: f64 = 0.9;
 const PIECES: u32 = 160;
 /// Half-turns of the oscillation that a piece may have.
 const HALF_TURNS: f64 = 8.0;
+/// Extrema that lie in them at most, and some for rounding.
+const MOST_EXTREMA: u32 = 12;
 /// Secants that find the end of an implicit step, to far less than the step is exact.
 const MOST_SECANTS: usize = 24;
 /// Halvings that bracket a root to its last digit.
@@ -240,7 +242,7 @@ impl<C: YieldingContact> YieldingBlock<C> {
         let mut r = oscillator.response(length);
         let (mut lasted_s, mut fell, mut extrema) = (length, false, 0);
         let (mut y, mut w) = passes(oscillator, motion, &r, length, level).unwrap_or_else(|| {
-            let (end, looked_at) = first_fall(oscillator, motion, length, level, 2 * HALF_TURNS as u32);
+            let (end, looked_at) = first_fall(oscillator, motion, length, level, MOST_EXTREMA);
             extrema = looked_at;
             if let SlideEnd::Falls { at, .. } = end {
                 (lasted_s, fell) = (at, true);

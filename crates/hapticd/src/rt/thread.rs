@@ -113,7 +113,7 @@ pub(crate) fn start(
             // Nobody may be waiting any more; the loop runs all the same.
             drop(ready.send(status));
             let ended = catch_unwind(AssertUnwindSafe(|| {
-                run(&mut tick, &loop_shared, wishes.period_ns, waiting)
+                run(&mut tick, &loop_shared, wishes.period_ns, waiting);
             }));
             // The last word to the motor, however the loop ended. It may be the device that panicked.
             let zeroed = catch_unwind(AssertUnwindSafe(|| tick.zero_force().is_ok())).unwrap_or(false);

@@ -23,7 +23,7 @@ const BUMP_FADE_S: f64 = 0.05;
 const STALE_AFTER_NS: u64 = 50_000_000;
 
 /// What the way of a sample is made of beside the device and the scene.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Parts {
     pub(crate) rig: Rig,
     pub(crate) limiter: SafetyLimiter,
