@@ -8,20 +8,20 @@ use system_tests::ctl_offline;
 /// scene really needs.
 const BUDGETS: [(&str, f64); 15] = [
     ("viscous on the device", 33.0),
-    ("Salcudean-Vlaar on the device", 111.0),
-    ("Karnopp on the device", 113.0),
-    ("Dahl on the device", 185.0),
+    ("Salcudean-Vlaar on the device", 137.0),
+    ("Karnopp on the device", 139.0),
+    ("Dahl on the device", 282.0),
     ("Hayward-Armstrong on the device", 1170.0),
     ("LuGre on the device", 626.0),
-    ("viscous behind a block", 274.0),
-    ("Karnopp behind a block", 400.0),
-    ("the same with DV", 380.0),
-    ("the same, asymmetric", 398.0),
-    ("asymmetric with rising Fs", 406.0),
+    ("viscous behind a block", 185.0),
+    ("Karnopp behind a block", 340.0),
+    ("the same with DV", 340.0),
+    ("the same, asymmetric", 357.0),
+    ("asymmetric with rising Fs", 365.0),
     ("Karnopp with Stribeck behind a block", 2470.0),
-    ("Dahl behind a block", 2080.0),
+    ("Dahl behind a block", 2190.0),
     ("LuGre behind a block", 3390.0),
-    ("elasto-plastic behind a block", 6560.0),
+    ("elasto-plastic behind a block", 6620.0),
 ];
 
 #[test]
