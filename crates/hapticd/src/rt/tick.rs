@@ -151,13 +151,7 @@ impl<D: Device + ?Sized> Tick<D> {
     }
 
     fn take_scene(&mut self) -> bool {
-        let posted = self.shared.scenes.posted();
-        // Without room to hand the old scene back the new one waits a tick: nothing is freed on this thread.
-        if posted == self.scenes_seen || !self.shared.can_retire() {
-            return false;
-        }
-        self.scenes_seen = posted;
-        let Some(mut new) = self.shared.scenes.take() else {
+        let Some(mut new) = self.shared.new_scene(&mut self.scenes_seen) else {
             return false;
         };
         let step = new.renderer.take_over(&self.scene.renderer);
