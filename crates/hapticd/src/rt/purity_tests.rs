@@ -6,7 +6,7 @@
 
 use crate::rig_state::{Command, Rig};
 use crate::rt::handoff::{CompiledScene, Shared};
-use crate::rt::thread::{self, End, Wishes};
+use crate::rt::thread::{self, End, RunningLoop, Wishes};
 use crate::rt::tick::Tick;
 use crate::telemetry::ring;
 use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
@@ -19,6 +19,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
+use std::time::Instant;
 
 thread_local! {
     /// Whether this thread's calls are counted.
@@ -205,6 +206,32 @@ fn scenes() -> Vec<Scene> {
     scenes
 }
 
+/// Starts the loop as the daemon does, at an ordinary rate.
+fn start(device: Box<dyn Device>, shared: &Arc<Shared>, scene: &Scene, producer: ring::Producer) -> RunningLoop {
+    let tick = Tick::new(
+        device,
+        Arc::clone(shared),
+        producer,
+        Box::new(compiled(scene, 1)),
+        Rig::new(0.02, 0.005),
+        SafetyLimiter::new(20.0),
+        Estimator::new(Method::default(), 1e-3, 1e-5),
+    );
+    let wishes = Wishes {
+        period_ns: PERIOD_NS,
+        cpu: None,
+        priority: 1,
+    };
+    let status = RealTimeStatus {
+        fifo_priority: None,
+        cpu: None,
+        memory_locked: false,
+        problems: Vec::new(),
+    };
+    let (running, _) = thread::start(tick, Arc::clone(shared), wishes, status).expect("a thread");
+    running
+}
+
 /// How long the loop is watched: a minute, or what the environment says.
 fn watched_s() -> u64 {
     std::env::var("HAPTICD_PURITY_S").map_or(60, |text| text.parse().expect("seconds"))
@@ -228,29 +255,9 @@ fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
         filtered: Arc::clone(&filtered),
     });
     let scenes = scenes();
-    let tick = Tick::new(
-        device,
-        Arc::clone(&shared),
-        producer,
-        Box::new(compiled(&scenes[0], 1)),
-        Rig::new(0.02, 0.005),
-        SafetyLimiter::new(20.0),
-        Estimator::new(Method::default(), 1e-3, 1e-5),
-    );
-    let wishes = Wishes {
-        period_ns: PERIOD_NS,
-        cpu: None,
-        priority: 1,
-    };
-    let status = RealTimeStatus {
-        fifo_priority: None,
-        cpu: None,
-        memory_locked: false,
-        problems: Vec::new(),
-    };
-    let (mut running, _) = thread::start(tick, Arc::clone(&shared), wishes, status).expect("a thread");
+    let mut running = start(device, &shared, &scenes[0], producer);
 
-    let began = std::time::Instant::now();
+    let began = Instant::now();
     // The control side, as busy as it gets: the next scene as soon as one is rendered, and the next command as soon as one is answered.
     let (mut revision, mut serial, mut newest) = (1, 0, None);
     let (mut faults, mut lost, mut live, mut stopped, mut pushed) = (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
@@ -325,4 +332,63 @@ fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
     } else {
         println!("SKIPPED: seccomp is missing, the loop's system calls were not filtered");
     }
+}
+
+/// A rig that panics while force flows.
+struct Panicking {
+    rig: FakeRig,
+    reads: u64,
+    written: Arc<AtomicU64>,
+}
+
+impl Device for Panicking {
+    fn description(&self) -> String {
+        self.rig.description()
+    }
+
+    fn resolution_m(&self) -> f64 {
+        self.rig.resolution_m()
+    }
+
+    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
+        self.reads += 1;
+        let force_n = f64::from_bits(self.written.load(SeqCst));
+        assert!(
+            self.reads < 200 || force_n == 0.0,
+            "planted: it panics with {force_n} N on the hand"
+        );
+        self.rig.read(now_ns)
+    }
+
+    fn write(&mut self, force_n: f64) -> Result<(), DeviceError> {
+        self.written.store(force_n.to_bits(), SeqCst);
+        Ok(())
+    }
+}
+
+#[test]
+fn the_last_word_of_a_loop_that_panics_is_zero_force() {
+    let shared = Arc::new(Shared::new());
+    let written = Arc::new(AtomicU64::new(0));
+    let motion = Motion::Sine {
+        amplitude_m: 0.03,
+        frequency_hz: 1.0,
+    };
+    let device: Box<dyn Device> = Box::new(Panicking {
+        rig: FakeRig::new(RigProperties::default(), Hand::Prescribed(motion)),
+        reads: 0,
+        written: Arc::clone(&written),
+    });
+    shared.send(1, Command::Engage, 0);
+    let mut running = start(device, &shared, &Scene::paper(), ring::ring().0);
+    let began = Instant::now();
+    // It panics in the read after a force was written; what is written after that is the last word.
+    let mut pulled = false;
+    while !pulled || f64::from_bits(written.load(SeqCst)) != 0.0 {
+        pulled |= f64::from_bits(written.load(SeqCst)) != 0.0;
+        assert!(began.elapsed().as_secs() < 30, "no force, or one that stays");
+        std::thread::yield_now();
+    }
+    assert_eq!(running.end(), Some(End::Panicked { zeroed: true }));
+    assert_eq!(f64::from_bits(written.load(SeqCst)), 0.0);
 }

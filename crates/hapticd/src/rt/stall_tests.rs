@@ -152,7 +152,7 @@ fn step_through(round: &impl Fn() -> Round, report: &Report) {
         let mut real_time: &mut dyn FnMut() = &mut *round.real_time;
         // SAFETY: only the lifetime is dropped; the handler uses it while this frame stands.
         REAL_TIME_SIDE.store(
-            unsafe { std::mem::transmute::<*mut &mut dyn FnMut(), _>(&raw mut real_time) },
+            unsafe { std::mem::transmute::<*mut &mut dyn FnMut(), *mut &mut dyn FnMut()>(&raw mut real_time) },
             SeqCst,
         );
         STEP.store(0, SeqCst);

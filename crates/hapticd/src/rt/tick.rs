@@ -119,7 +119,7 @@ impl<D: Device + ?Sized> Tick<D> {
             deadline_ns: wake.deadline_ns,
             began_ns: wake.began_ns,
             ended_ns,
-            device_round_trip_ns: read_ns.saturating_sub(wake.began_ns) + (ended_ns - computed_ns),
+            device_round_trip_ns: read_ns.saturating_sub(wake.began_ns) + ended_ns.saturating_sub(computed_ns),
             missed_periods,
             dropped: 0,
             revision: self.scene.revision,
