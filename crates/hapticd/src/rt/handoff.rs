@@ -4,7 +4,7 @@
 //! | what | how | why it is wait-free for the real-time side |
 //! |---|---|---|
 //! | new scene | an owned pointer in a [`SceneMailbox`] | one load while nothing is new, one swap when something is |
-//! | old scene | a queue with the real-time side as its only producer | it pushes only where it has checked for room, away from any slot in flight |
+//! | old scene | an [`Outbox`] with the real-time side as its only producer | it pushes only where it has checked for room, away from any slot in flight |
 //! | commands, stop, quit | atomic words | one load each |
 //! | answers | atomic words | plain stores |
 //!
@@ -15,12 +15,11 @@
     reason = "the mailbox owns what its pointer points to; see SceneMailbox"
 )]
 
+use super::outbox::Outbox;
+use super::primitives::{Atomic, AtomicBool, AtomicU64, Ordering, Owned, Pointer, unprotected};
 use crate::rig_state::Command;
-use crossbeam::epoch::{self, Atomic, Owned};
-use crossbeam::queue::ArrayQueue;
 use haptic_core::Renderer;
 use haptic_ipc::RigState;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// A scene, compiled, on its way to or from the real-time thread.
 #[derive(Debug)]
@@ -68,10 +67,10 @@ impl SceneMailbox {
         // SAFETY: `unprotected` is sound because no thread ever dereferences a pointer that is in the slot; a swap hands over
         // ownership as a whole, so what came out is this thread's alone.
         unsafe {
-            let guard = epoch::unprotected();
+            let guard = unprotected();
             let old = match new {
                 Some(new) => self.slot.swap(new, Ordering::AcqRel, guard),
-                None => self.slot.swap(epoch::Shared::null(), Ordering::AcqRel, guard),
+                None => self.slot.swap(Pointer::null(), Ordering::AcqRel, guard),
             };
             if old.is_null() { None } else { Some(old.into_owned()) }
         }
@@ -91,7 +90,7 @@ const RETIRED_CAPACITY: usize = 16;
 #[derive(Debug)]
 pub(crate) struct Shared {
     pub(crate) scenes: SceneMailbox,
-    retired: ArrayQueue<Box<CompiledScene>>,
+    retired: Outbox<Box<CompiledScene>>,
     /// Stops asked for so far.
     stops: AtomicU64,
     quit: AtomicBool,
@@ -111,7 +110,7 @@ pub(crate) struct CommandWord {
 const STOPS_MASK: u32 = 0x00ff_ffff;
 
 impl CommandWord {
-    fn pack(self) -> u64 {
+    pub(super) fn pack(self) -> u64 {
         let code = match self.command {
             Command::Engage => 1,
             Command::Release => 2,
@@ -120,7 +119,7 @@ impl CommandWord {
         u64::from(self.serial) << 32 | u64::from(self.stops_known & STOPS_MASK) << 8 | code
     }
 
-    fn unpack(word: u64) -> Option<Self> {
+    pub(super) fn unpack(word: u64) -> Option<Self> {
         let command = match word & 0xff {
             1 => Command::Engage,
             2 => Command::Release,
@@ -145,7 +144,7 @@ impl Shared {
     pub(crate) fn new() -> Self {
         Self {
             scenes: SceneMailbox::new(),
-            retired: ArrayQueue::new(RETIRED_CAPACITY),
+            retired: Outbox::new(RETIRED_CAPACITY),
             stops: AtomicU64::new(0),
             quit: AtomicBool::new(false),
             command: AtomicU64::new(0),
@@ -195,13 +194,18 @@ impl Shared {
         CommandWord::unpack(self.command.load(Ordering::Acquire))
     }
 
-    /// Whether an old scene can be handed back. Asked by the real-time thread before it takes a new one.
-    pub(crate) fn can_retire(&self) -> bool {
-        // Two slots away from full, the queue's producer never meets a slot that its consumer is half-way through.
-        self.retired.len() + 2 <= self.retired.capacity()
+    /// The newest scene, if one was posted after the `seen` first ones. Whoever takes it hands one back with [`retire`](Self::retire): without
+    /// room for that the new scene waits, as nothing is freed on the real-time thread.
+    pub(crate) fn new_scene(&self, seen: &mut u64) -> Option<Box<CompiledScene>> {
+        let posted = self.scenes.posted();
+        if posted == *seen || !self.retired.has_room() {
+            return None;
+        }
+        *seen = posted;
+        self.scenes.take()
     }
 
-    /// Hands back an old scene, after [`can_retire`](Self::can_retire) said yes.
+    /// Hands back the scene that a [new one](Self::new_scene) replaced.
     pub(crate) fn retire(&self, scene: Box<CompiledScene>) {
         if let Err(scene) = self.retired.push(scene) {
             // Cannot happen with a single producer; if it did, a leak is better than freeing here.
@@ -236,7 +240,7 @@ pub(crate) struct Outcome {
     pub(crate) refused: bool,
 }
 
-const STATES: [RigState; 7] = [
+pub(super) const STATES: [RigState; 7] = [
     RigState::Disconnected,
     RigState::Idle,
     RigState::Engaging,
@@ -248,7 +252,7 @@ const STATES: [RigState; 7] = [
 
 const REFUSED: u64 = 0x100;
 
-fn state_from(code: u64) -> RigState {
+pub(super) fn state_from(code: u64) -> RigState {
     STATES
         .into_iter()
         .find(|state| *state as u64 == code & 0xff)
@@ -313,69 +317,5 @@ impl Answers {
                 state_from(self.stop_state.load(Ordering::Relaxed)),
             )
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use haptic_core::{Scene, Scheme};
-    use std::sync::Arc;
-
-    fn compiled(revision: u64) -> CompiledScene {
-        CompiledScene {
-            renderer: Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene"),
-            revision,
-        }
-    }
-
-    #[test]
-    fn the_newest_scene_arrives_and_none_is_lost_or_freed_twice() {
-        let shared = Arc::new(Shared::new());
-        let last = if cfg!(miri) { 50 } else { 20_000 };
-        let poster = {
-            let shared = Arc::clone(&shared);
-            std::thread::spawn(move || {
-                for revision in 1..=last {
-                    shared.scenes.post(compiled(revision));
-                    shared.drop_retired();
-                }
-            })
-        };
-        let mut current = Box::new(compiled(0));
-        while current.revision < last {
-            if shared.can_retire()
-                && let Some(new) = shared.scenes.take()
-            {
-                assert!(new.revision > current.revision, "never an older scene");
-                shared.retire(std::mem::replace(&mut current, new));
-            }
-            std::thread::yield_now();
-            shared.drop_retired();
-        }
-        poster.join().expect("it ends");
-        assert!(shared.scenes.take().is_none());
-    }
-
-    #[test]
-    fn command_words_keep_their_parts() {
-        for command in [Command::Engage, Command::Release, Command::Reset] {
-            let word = CommandWord {
-                serial: 0xdead_beef,
-                stops_known: 0x00ab_cdef,
-                command,
-            };
-            assert_eq!(CommandWord::unpack(word.pack()), Some(word));
-            assert!(!word.overtaken_by(0x5_00ab_cdef));
-            assert!(word.overtaken_by(0x00ab_cdf0));
-        }
-        assert_eq!(CommandWord::unpack(0), None);
-    }
-
-    #[test]
-    fn states_survive_the_way_through_a_word() {
-        for state in STATES {
-            assert_eq!(state_from(state as u64), state);
-        }
     }
 }

@@ -5,7 +5,17 @@
 
 pub(crate) mod clock;
 pub(crate) mod handoff;
+#[cfg(test)]
+mod handoff_tests;
 pub(crate) mod lateness;
+#[cfg(all(test, not(miri)))]
+mod model;
+pub(crate) mod outbox;
+pub(crate) mod primitives;
 pub(crate) mod privileges;
+#[cfg(all(test, target_os = "linux", not(miri)))]
+mod purity_tests;
+#[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
+mod stall_tests;
 pub(crate) mod thread;
 pub(crate) mod tick;

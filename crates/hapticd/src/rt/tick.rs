@@ -32,6 +32,33 @@ pub(crate) struct Parts {
     pub(crate) velocity: Estimator,
 }
 
+#[cfg(test)]
+impl Parts {
+    /// What the tests run with: everything is at work.
+    pub(crate) fn of_a_test(ramp_s: f64) -> Self {
+        use crate::rt::lateness::LatePolicy;
+        use haptic_core::limiter::Limits;
+        use haptic_core::passivity::RigLosses;
+        use haptic_core::velocity::Method;
+        let limits = Limits {
+            force_n: 20.0,
+            slew_n_per_s: 50_000.0,
+            speed_mps: 5.0,
+        };
+        let losses = RigLosses {
+            damping: 0.0,
+            friction: 0.8,
+        };
+        Self {
+            rig: Rig::new(ramp_s, 0.005),
+            limiter: SafetyLimiter::new(limits),
+            passivity: PassivityObserver::new(losses, 1.0),
+            lateness: Lateness::new(LatePolicy::Warn),
+            velocity: Estimator::new(Method::default(), 1e-3, 1e-5),
+        }
+    }
+}
+
 /// The newest sample of the device.
 #[derive(Clone, Copy, Debug)]
 struct Newest {
@@ -143,7 +170,7 @@ impl<D: Device + ?Sized> Tick<D> {
             deadline_ns: wake.deadline_ns,
             began_ns: wake.began_ns,
             ended_ns,
-            device_round_trip_ns: read_ns.saturating_sub(wake.began_ns) + (ended_ns - computed_ns),
+            device_round_trip_ns: read_ns.saturating_sub(wake.began_ns) + ended_ns.saturating_sub(computed_ns),
             missed_periods,
             dropped: 0,
             revision: self.scene.revision,
@@ -176,13 +203,7 @@ impl<D: Device + ?Sized> Tick<D> {
     }
 
     fn take_scene(&mut self) -> bool {
-        let posted = self.shared.scenes.posted();
-        // Without room to hand the old scene back the new one waits a tick: nothing is freed on this thread.
-        if posted == self.scenes_seen || !self.shared.can_retire() {
-            return false;
-        }
-        self.scenes_seen = posted;
-        let Some(mut new) = self.shared.scenes.take() else {
+        let Some(mut new) = self.shared.new_scene(&mut self.scenes_seen) else {
             return false;
         };
         let step = new.renderer.take_over(&self.scene.renderer);

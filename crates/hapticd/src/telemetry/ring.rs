@@ -5,7 +5,7 @@
 //! the next one. Records pushed plus records dropped are the ticks.
 
 use crate::rig_state::Fault;
-use crossbeam::queue::ArrayQueue;
+use crate::rt::outbox::Outbox;
 use haptic_ipc::RigState;
 use std::sync::Arc;
 
@@ -43,14 +43,14 @@ const CAPACITY: usize = 8192;
 /// The real-time end.
 #[derive(Debug)]
 pub(crate) struct Producer {
-    ring: Arc<ArrayQueue<TickRecord>>,
+    ring: Arc<Outbox<TickRecord>>,
     dropped: u64,
 }
 
 /// The control end.
 #[derive(Debug)]
 pub(crate) struct Consumer {
-    ring: Arc<ArrayQueue<TickRecord>>,
+    ring: Arc<Outbox<TickRecord>>,
 }
 
 /// A ring with its two ends.
@@ -58,8 +58,8 @@ pub(crate) fn ring() -> (Producer, Consumer) {
     with_capacity(CAPACITY)
 }
 
-fn with_capacity(capacity: usize) -> (Producer, Consumer) {
-    let ring = Arc::new(ArrayQueue::new(capacity));
+pub(crate) fn with_capacity(capacity: usize) -> (Producer, Consumer) {
+    let ring = Arc::new(Outbox::new(capacity));
     let producer = Producer {
         ring: Arc::clone(&ring),
         dropped: 0,
@@ -71,8 +71,7 @@ impl Producer {
     /// Leaves a record, with the count of those dropped before it, or drops and counts it.
     pub(crate) fn push(&mut self, mut record: TickRecord) {
         record.dropped = self.dropped;
-        let room = self.ring.len() + 2 <= self.ring.capacity();
-        if !room || self.ring.push(record).is_err() {
+        if self.ring.push(record).is_err() {
             self.dropped += 1;
         }
     }

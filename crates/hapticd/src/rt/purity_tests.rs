@@ -1,0 +1,387 @@
+//! The real loop, on its own thread as the daemon starts it, does nothing that it must not: it allocates and frees nothing, and makes no system call
+//! but its sleep. Meanwhile scenes change, people stop, reset, engage and release, and the device fails in every way it can.
+//!
+//! All of it is counted, not timed, so that a busy machine cannot disturb it.
+#![allow(unsafe_code, reason = "a counting allocator, a seccomp filter and a signal handler")]
+
+use crate::rig_state::Command;
+use crate::rt::handoff::{CompiledScene, Shared};
+use crate::rt::privileges::Policy;
+use crate::rt::thread::{self, End, RunningLoop, Wishes};
+use crate::rt::tick::{Parts, Tick};
+use crate::telemetry::ring;
+use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
+use device_io::{Device, DeviceError, Measurement};
+use haptic_core::{Renderer, Scene, Scheme};
+use haptic_ipc::{RealTimeStatus, RigState};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
+use std::time::Instant;
+
+thread_local! {
+    /// Whether this thread's calls are counted.
+    static WATCHED: Cell<bool> = const { Cell::new(false) };
+}
+
+static ALLOCATED: AtomicU64 = AtomicU64::new(0);
+static FREED: AtomicU64 = AtomicU64::new(0);
+static TRAPPED: AtomicU64 = AtomicU64::new(0);
+/// The number of the last system call that was trapped.
+static TRAPPED_CALL: AtomicU64 = AtomicU64::new(u64::MAX);
+
+/// The system's allocator, which counts for the thread that is watched.
+struct Counting;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn count(counter: &AtomicU64) {
+    if WATCHED.get() {
+        counter.fetch_add(1, SeqCst);
+    }
+}
+
+// SAFETY: every call goes to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count(&ALLOCATED);
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count(&FREED);
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count(&ALLOCATED);
+        // SAFETY: as the caller promises.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+extern "C" fn on_forbidden_call(_: libc::c_int, info: *mut libc::siginfo_t, _: *mut libc::c_void) {
+    if WATCHED.get() {
+        TRAPPED.fetch_add(1, SeqCst);
+        // SAFETY: in the information of a SIGSYS the call's number follows the address of the call, which follows three words and their padding.
+        let call = unsafe { info.byte_add(24).cast::<i32>().read() };
+        TRAPPED_CALL.store(u64::from(call.unsigned_abs()), SeqCst);
+    }
+}
+
+/// What the loop may call, and what its thread needs to end: returning from the handler and giving back its stack.
+const ALLOWED: [libc::c_long; 9] = [
+    libc::SYS_clock_nanosleep,
+    libc::SYS_clock_gettime,
+    libc::SYS_rt_sigreturn,
+    libc::SYS_exit,
+    libc::SYS_rt_sigprocmask,
+    libc::SYS_sigaltstack,
+    libc::SYS_munmap,
+    libc::SYS_madvise,
+    libc::SYS_exit_group,
+];
+
+/// Lets the calling thread make no other call from now on: the others are not made but trapped.
+fn forbid_system_calls() -> Result<(), std::io::Error> {
+    // The statements of linux/filter.h: the call's number is the first word of what a filter sees.
+    let statement = |code: u32, k: u32, jt: u8| libc::sock_filter {
+        code: u16::try_from(code).unwrap_or(0),
+        jt,
+        jf: 0,
+        k,
+    };
+    let number = |call: libc::c_long| u32::try_from(call).unwrap_or(u32::MAX);
+    let mut filter = vec![statement(libc::BPF_LD | libc::BPF_W | libc::BPF_ABS, 0, 0)];
+    for (index, call) in ALLOWED.into_iter().enumerate() {
+        // To the last statement, over those in between.
+        let over = u8::try_from(ALLOWED.len() - index).unwrap_or(0);
+        filter.push(statement(
+            libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K,
+            number(call),
+            over,
+        ));
+    }
+    filter.push(statement(libc::BPF_RET | libc::BPF_K, libc::SECCOMP_RET_TRAP, 0));
+    filter.push(statement(libc::BPF_RET | libc::BPF_K, libc::SECCOMP_RET_ALLOW, 0));
+    let program = libc::sock_fprog {
+        len: u16::try_from(filter.len()).unwrap_or(0),
+        filter: filter.as_mut_ptr(),
+    };
+    // SAFETY: plain system calls on this thread, with a valid action and a valid program, which the kernel copies.
+    let done = unsafe {
+        let mut action: libc::sigaction = std::mem::zeroed();
+        action.sa_sigaction = on_forbidden_call as *const () as usize;
+        action.sa_flags = libc::SA_SIGINFO;
+        libc::sigaction(libc::SIGSYS, &raw const action, std::ptr::null_mut()) == 0
+            && libc::prctl(libc::PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0
+            && libc::syscall(libc::SYS_seccomp, libc::SECCOMP_SET_MODE_FILTER, 0, &raw const program) == 0
+    };
+    // What was built here is freed before anybody counts.
+    drop(filter);
+    if done {
+        Ok(())
+    } else {
+        Err(std::io::Error::last_os_error())
+    }
+}
+
+/// Tick at which the watch begins: by then the stack and the device are warm.
+const WATCH_FROM: u64 = 100;
+
+/// The fake rig, which fails now and then, and sets the watch over the thread that reads it.
+struct Failing {
+    rig: FakeRig,
+    reads: u64,
+    seconds_ticks: u64,
+    watch_until: u64,
+    filtered: Arc<AtomicU64>,
+}
+
+impl Device for Failing {
+    fn description(&self) -> String {
+        self.rig.description()
+    }
+
+    fn resolution_m(&self) -> f64 {
+        self.rig.resolution_m()
+    }
+
+    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
+        self.reads += 1;
+        if self.reads == WATCH_FROM {
+            self.filtered
+                .store(if forbid_system_calls().is_ok() { 1 } else { 2 }, SeqCst);
+            WATCHED.set(true);
+        }
+        if self.reads == self.watch_until {
+            WATCHED.set(false);
+        }
+        let mut sample = self.rig.read(now_ns)?;
+        match self.reads % self.seconds_ticks {
+            // Unreadable for a while, then no number, then the same sample for longer than is borne.
+            300..310 => return Err(DeviceError::Disconnected),
+            500 => sample.position_m = f64::NAN,
+            700..780 => sample.sequence = 0,
+            _ => {}
+        }
+        Ok(sample)
+    }
+
+    fn write(&mut self, force_n: f64) -> Result<(), DeviceError> {
+        if (900..905).contains(&(self.reads % self.seconds_ticks)) {
+            return Err(DeviceError::Disconnected);
+        }
+        self.rig.write(force_n)
+    }
+}
+
+const PERIOD_NS: u64 = 1_000_000;
+
+fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
+    CompiledScene {
+        renderer: Renderer::new(scene, Scheme::Exact, 1e-3).expect("a valid scene"),
+        revision,
+    }
+}
+
+/// Every law that the repository has a scene for.
+fn scenes() -> Vec<Scene> {
+    let mut scenes: Vec<Scene> = [
+        include_str!("../../../../scenes/asymmetric-with-memory.toml"),
+        include_str!("../../../../scenes/lugre.toml"),
+        include_str!("../../../../scenes/simulated-friction.toml"),
+        include_str!("../../../../scenes/stuck-spring-on-the-device.toml"),
+        include_str!("../../../../scenes/viscous-drag.toml"),
+    ]
+    .into_iter()
+    .map(|text| toml::from_str(text).expect("a scene"))
+    .collect();
+    scenes.push(Scene::paper());
+    scenes
+}
+
+/// Starts the loop as the daemon does, at an ordinary rate.
+fn start(device: Box<dyn Device>, shared: &Arc<Shared>, scene: &Scene, producer: ring::Producer) -> RunningLoop {
+    let tick = Tick::new(
+        device,
+        Arc::clone(shared),
+        producer,
+        Box::new(compiled(scene, 1)),
+        Parts::of_a_test(0.02),
+    );
+    let wishes = Wishes {
+        period_ns: PERIOD_NS,
+        cpu: None,
+        policy: Policy::Fifo { priority: 1 },
+        spin_ns: None,
+    };
+    let status = RealTimeStatus::default();
+    let (running, _) = thread::start(tick, Arc::clone(shared), wishes, status).expect("a thread");
+    running
+}
+
+/// How long the loop is watched: a minute, or what the environment says.
+fn watched_s() -> u64 {
+    std::env::var("HAPTICD_PURITY_S").map_or(60, |text| text.parse().expect("seconds"))
+}
+
+#[test]
+fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
+    let shared = Arc::new(Shared::new());
+    let (producer, mut records) = ring::ring();
+    let filtered = Arc::new(AtomicU64::new(0));
+    let motion = Motion::Sine {
+        amplitude_m: 0.03,
+        frequency_hz: 1.0,
+    };
+    let watch_until = WATCH_FROM + watched_s() * 1000;
+    let device: Box<dyn Device> = Box::new(Failing {
+        rig: FakeRig::new(RigProperties::default(), Hand::Prescribed(motion)),
+        reads: 0,
+        seconds_ticks: 1000,
+        watch_until,
+        filtered: Arc::clone(&filtered),
+    });
+    let scenes = scenes();
+    let mut running = start(device, &shared, &scenes[0], producer);
+
+    let began = Instant::now();
+    // The control side, as busy as it gets: the next scene as soon as one is rendered, and the next command as soon as one is answered.
+    let (mut revision, mut serial, mut newest) = (1, 0, None);
+    let (mut faults, mut lost, mut live, mut stopped, mut pushed) = (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
+    let commands = [Command::Reset, Command::Engage, Command::Engage, Command::Release];
+    while newest.is_none_or(|record: ring::TickRecord| record.tick < watch_until + 10) {
+        if shared.answers.applied(revision).is_some() {
+            revision += 1;
+            let index = usize::try_from(revision).expect("few scenes") % scenes.len();
+            shared.scenes.post(compiled(&scenes[index], revision));
+            // Now and then one that is replaced before it is taken, and one stop for every few scenes.
+            if revision % 7 == 0 {
+                revision += 1;
+                shared.scenes.post(compiled(&scenes[0], revision));
+            }
+            if revision % 101 == 0 {
+                shared.stop();
+            }
+        }
+        // A command every few ticks, so that force flows in between.
+        let due = newest.is_some_and(|record| record.tick / 16 > u64::from(serial));
+        if due && (serial == 0 || shared.answers.command(serial).is_some()) {
+            serial += 1;
+            let command = commands[usize::try_from(serial).expect("few commands") % commands.len()];
+            shared.send(serial, command, shared.stops());
+        }
+        shared.drop_retired();
+        while let Some(record) = records.pop() {
+            pushed += 1;
+            faults += u64::from(record.state == RigState::Faulted);
+            lost += u64::from(record.state == RigState::Disconnected);
+            stopped += u64::from(record.state == RigState::Stopped);
+            live += u64::from(record.state.is_live());
+            assert_eq!(
+                pushed + record.dropped,
+                record.tick + 1,
+                "pushed and dropped are the ticks"
+            );
+            newest = Some(record);
+        }
+        let elapsed_s = began.elapsed().as_secs();
+        assert!(
+            elapsed_s < 2 * watched_s() + 30,
+            "the loop ended by itself, or is stuck: {newest:?}"
+        );
+        std::thread::yield_now();
+    }
+    assert_eq!(running.end(), Some(End::Quit));
+
+    println!(
+        "{pushed} records, {revision} scenes, {serial} commands; ticks: {live} live, {stopped} stopped, {faults} faulted, {lost} lost"
+    );
+    for (what, ticks) in [
+        ("live", live),
+        ("stopped", stopped),
+        ("faulted", faults),
+        ("lost", lost),
+    ] {
+        assert!(ticks > 0, "no tick was {what}");
+    }
+    assert_eq!(
+        (ALLOCATED.load(SeqCst), FREED.load(SeqCst)),
+        (0, 0),
+        "allocated and freed"
+    );
+    if filtered.load(SeqCst) == 1 {
+        assert_eq!(
+            TRAPPED.load(SeqCst),
+            0,
+            "it made system call {}",
+            TRAPPED_CALL.load(SeqCst)
+        );
+    } else {
+        println!("SKIPPED: seccomp is missing, the loop's system calls were not filtered");
+    }
+}
+
+/// A rig that panics while force flows.
+struct Panicking {
+    rig: FakeRig,
+    reads: u64,
+    written: Arc<AtomicU64>,
+    panicked_at: Arc<AtomicU64>,
+}
+
+impl Device for Panicking {
+    fn description(&self) -> String {
+        self.rig.description()
+    }
+
+    fn resolution_m(&self) -> f64 {
+        self.rig.resolution_m()
+    }
+
+    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
+        self.reads += 1;
+        let force_n = f64::from_bits(self.written.load(SeqCst));
+        if self.reads > 50 && force_n != 0.0 {
+            self.panicked_at.store(self.reads, SeqCst);
+            panic!("planted, with {force_n} N on the hand");
+        }
+        self.rig.read(now_ns)
+    }
+
+    fn write(&mut self, force_n: f64) -> Result<(), DeviceError> {
+        self.written.store(force_n.to_bits(), SeqCst);
+        Ok(())
+    }
+}
+
+#[test]
+fn the_last_word_of_a_loop_that_panics_is_zero_force() {
+    let shared = Arc::new(Shared::new());
+    let (written, panicked_at) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
+    let motion = Motion::Sine {
+        amplitude_m: 0.03,
+        frequency_hz: 1.0,
+    };
+    let device: Box<dyn Device> = Box::new(Panicking {
+        rig: FakeRig::new(RigProperties::default(), Hand::Prescribed(motion)),
+        reads: 0,
+        written: Arc::clone(&written),
+        panicked_at: Arc::clone(&panicked_at),
+    });
+    shared.send(1, Command::Engage, 0);
+    let mut running = start(device, &shared, &Scene::paper(), ring::ring().0);
+    let began = Instant::now();
+    // What is written after the panic is the last word.
+    while panicked_at.load(SeqCst) == 0 {
+        assert!(began.elapsed().as_secs() < 30, "there was no force");
+        std::thread::yield_now();
+    }
+    assert_eq!(running.end(), Some(End::Panicked { zeroed: true }));
+    assert_eq!(f64::from_bits(written.load(SeqCst)), 0.0);
+}
