@@ -3,6 +3,11 @@
 //! Nothing here sleeps for a state to come about: a daemon is ready when it has named its socket, an answer is there when it is read, and a
 //! condition is waited for by asking the daemon.
 
+mod held;
+pub mod pid1;
+
+pub use held::{HeldThread, real_time_thread};
+
 use haptic_ipc::{Client, Request, RigState, Status};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;

@@ -12,6 +12,7 @@ mod demo;
 mod rig_state;
 mod rt;
 mod self_test;
+mod service;
 mod telemetry;
 
 use clap::Parser;
@@ -32,6 +33,7 @@ use rt::lateness::Lateness;
 use rt::privileges;
 use rt::thread::{End, RunningLoop, Wishes};
 use rt::tick::{Parts, Tick};
+use service::ServiceManager;
 use std::io::Write;
 use std::process::ExitCode;
 use std::rc::Rc;
@@ -96,6 +98,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         let ramp = Duration::from_secs_f64(config.ramp_s);
         let (mut running, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
+        let manager = ServiceManager::of_process()?;
         introduce(&rig, &server);
         if demo {
             // At the first tick nothing can forbid it; whatever else it says is in the status line.
@@ -104,10 +107,12 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         tokio::select! {
             () = server.serve(Rc::clone(&rig)) => {}
             () = pump(&rig) => {}
+            () = manager.watch(&rig) => {}
             () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
             () = stop_signals.wait() => {}
         }
+        manager.stopping();
         // The socket is served to the end: until the force is gone, somebody may want to stop it.
         rig.close();
         tokio::select! {

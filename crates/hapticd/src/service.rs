@@ -1,0 +1,120 @@
+//! What the service manager hears: that the daemon is ready, how it is, that it ends, and that its loop goes on.
+//!
+//! The watchdog is fed from the control thread, and only when the loop has ticked since the last time: whichever of the two threads hangs, the
+//! manager restarts the daemon. The real-time thread does nothing for it, since its newest tick comes with the telemetry.
+
+use crate::control::RigHandle;
+use sd_notify::NotifyState;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::time::Duration;
+use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
+
+/// Feedings within the time after which the watchdog bites: with four, one that comes late does no harm.
+const FEEDINGS: u32 = 4;
+
+/// How often the status is looked at where there is no watchdog.
+const STATUS_PERIOD: Duration = Duration::from_millis(500);
+
+/// Messages that may wait for a manager that does not read them; more are dropped.
+const BACKLOG: usize = 8;
+
+/// The service manager, where there is one.
+#[derive(Debug)]
+pub(crate) struct ServiceManager {
+    messages: Option<SyncSender<String>>,
+    /// How often its watchdog is fed.
+    feeding: Option<Duration>,
+}
+
+impl ServiceManager {
+    /// The one that this process was started by, if it wants to hear anything.
+    ///
+    /// # Errors
+    /// The system has no thread left.
+    pub(crate) fn of_process() -> std::io::Result<Self> {
+        if std::env::var_os("NOTIFY_SOCKET").is_none() {
+            return Ok(Self {
+                messages: None,
+                feeding: None,
+            });
+        }
+        // On a thread of its own, because sending blocks while the manager does not read, and a stop must never wait for that.
+        let (messages, to_send) = sync_channel::<String>(BACKLOG);
+        std::thread::Builder::new()
+            .name("notify".to_owned())
+            .stack_size(64 * 1024)
+            .spawn(move || {
+                let mut heard = true;
+                for message in to_send {
+                    let sent = sd_notify::notify(&[NotifyState::Custom(&message)]);
+                    if let Err(error) = &sent
+                        && heard
+                    {
+                        crate::say(&format!("the service manager does not hear: {error}"));
+                    }
+                    heard = sent.is_ok();
+                }
+            })?;
+        Ok(Self {
+            messages: Some(messages),
+            feeding: sd_notify::watchdog_enabled().map(|bites_after| bites_after / FEEDINGS),
+        })
+    }
+
+    /// Says that the daemon is ready once its loop ticks, and from then on how it is. For ever.
+    pub(crate) async fn watch(&self, rig: &RigHandle) {
+        if self.messages.is_none() {
+            return std::future::pending().await;
+        }
+        while rig.feed().newest().is_none() {
+            sleep(Duration::from_millis(1)).await;
+        }
+        let mut pause = interval(self.feeding.unwrap_or(STATUS_PERIOD).max(Duration::from_millis(1)));
+        pause.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let (mut last_tick, mut ticked_at, mut said, mut ready) = (None, Instant::now(), String::new(), false);
+        loop {
+            pause.tick().await;
+            let Some(newest) = rig.feed().newest().copied() else {
+                continue;
+            };
+            let mut news = Vec::new();
+            if !ready {
+                news.push(NotifyState::Ready);
+            }
+            let mut status = newest.state.to_string();
+            if let Some(fault) = newest.fault {
+                status.push_str(&format!(": {fault}"));
+            }
+            if last_tick.replace(newest.tick) == Some(newest.tick) {
+                status = format!("the real-time thread hangs, for {} ms", ticked_at.elapsed().as_millis());
+            } else {
+                ticked_at = Instant::now();
+                if self.feeding.is_some() {
+                    news.push(NotifyState::Watchdog);
+                }
+            }
+            if status != said {
+                news.push(NotifyState::Status(&status));
+            }
+            if self.tell(&news) {
+                ready = true;
+                said = status;
+            }
+        }
+    }
+
+    /// Says that the daemon ends. What follows is bounded by itself, so the watchdog is fed no more.
+    pub(crate) fn stopping(&self) {
+        self.tell(&[NotifyState::Stopping, NotifyState::Status("ending")]);
+    }
+
+    /// Whether there was room for it.
+    fn tell(&self, news: &[NotifyState<'_>]) -> bool {
+        let lines: Vec<String> = news.iter().map(ToString::to_string).collect();
+        lines.is_empty()
+            || self
+                .messages
+                .as_ref()
+                .is_some_and(|messages| messages.try_send(lines.join("\n")).is_ok())
+    }
+}

@@ -1,0 +1,339 @@
+//! A machine of its own for the service: this machine's systemd as PID 1 of new namespaces, with the package laid over its files.
+
+use crate::{PATIENCE, binary};
+use haptic_ipc::Client;
+use rustix::process::geteuid;
+use std::fmt::Write as _;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Instant;
+
+/// The repository.
+const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// Where an installation puts what `packaging/` holds.
+const PACKAGE: [(&str, &str); 4] = [
+    ("hapticd.service", "usr/lib/systemd/system/hapticd.service"),
+    ("hapticd.sysusers.conf", "usr/lib/sysusers.d/hapticd.conf"),
+    ("hapticd.tmpfiles.conf", "usr/lib/tmpfiles.d/hapticd.conf"),
+    ("hapticd.toml", "etc/hapticd/hapticd.toml"),
+];
+
+/// What a unit needs instead of its limits where PID 1 itself may not raise any.
+const WITHOUT_LIMITS: &str = "[Service]
+AmbientCapabilities=CAP_SYS_NICE CAP_IPC_LOCK
+CapabilityBoundingSet=CAP_SYS_NICE CAP_IPC_LOCK
+";
+
+/// Number of the capability to raise limits.
+const CAP_SYS_RESOURCE: u32 = 24;
+
+/// The machine. It is gone, with all that runs on it, when this is dropped.
+#[derive(Debug)]
+pub struct Machine {
+    unshare: Child,
+    init: u32,
+    cgroup: PathBuf,
+    raises_limits: bool,
+    _directory: tempfile::TempDir,
+}
+
+impl Machine {
+    /// Boots a machine and installs the package on it, with more lines in its configuration. Returns nothing, and says why, where that cannot be.
+    ///
+    /// # Panics
+    /// It ought to boot, and does not.
+    #[must_use]
+    pub fn boot(configuration: &str) -> Option<Self> {
+        let hierarchy = match missing() {
+            Ok(hierarchy) => hierarchy,
+            Err(what) => {
+                println!("SKIPPED: {what}");
+                return None;
+            }
+        };
+        let directory = tempfile::tempdir().expect("a directory");
+        let stage = directory.path();
+        // Its own user goes through here.
+        fs::set_permissions(stage, fs::Permissions::from_mode(0o755)).expect("it is ours");
+        let put = |path: &str, content: &[u8]| {
+            let path = stage.join(path);
+            fs::create_dir_all(path.parent().expect("it lies in the stage")).expect("a directory");
+            fs::write(path, content).expect("written");
+        };
+        for (name, place) in PACKAGE {
+            let packaged = Path::new(REPOSITORY).join("packaging").join(name);
+            put(place, &fs::read(packaged).expect("it is packaged"));
+        }
+        let shipped = fs::read_to_string(stage.join("etc/hapticd/hapticd.toml")).expect("it was put there");
+        put(
+            "etc/hapticd/hapticd.toml",
+            format!("{shipped}\n{configuration}\n").as_bytes(),
+        );
+        // With an identity it is no first boot, which would enable whatever this machine has.
+        put("etc/machine-id", b"6a70dc4a1f0e4c1c9d5d6f2f6b7a8c90\n");
+        put("usr/bin/hapticd", b"");
+        fs::copy(binary("hapticd"), stage.join("usr/bin/hapticd")).expect("it is built");
+        let raises_limits = capabilities() & 1 << CAP_SYS_RESOURCE != 0;
+        if !raises_limits {
+            put(
+                "etc/systemd/system/hapticd.service.d/capabilities.conf",
+                WITHOUT_LIMITS.as_bytes(),
+            );
+            println!("NOTE: root lacks CAP_SYS_RESOURCE here, so capabilities stand in for the limits of the unit");
+        }
+
+        let cgroup = hierarchy.join(stage.file_name().expect("it has a name"));
+        fs::create_dir(&cgroup).expect("root makes cgroups");
+        let said = fs::File::create(stage.join("said")).expect("a file");
+        let mut unshare = Command::new("sh")
+            .arg(Path::new(REPOSITORY).join("tests/systemd/pid1.sh"))
+            .args([stage, &cgroup])
+            .stdin(Stdio::null())
+            .stdout(said.try_clone().expect("a second handle"))
+            .stderr(said)
+            .spawn()
+            .expect("there is a shell");
+        let began = Instant::now();
+        let init = loop {
+            if let Some(init) = only_child(unshare.id()).filter(|&init| is_systemd(init)) {
+                break init;
+            }
+            let ended = unshare.try_wait().expect("it is ours");
+            assert!(
+                ended.is_none() && began.elapsed() < PATIENCE,
+                "systemd did not come up: {}",
+                fs::read_to_string(stage.join("said")).unwrap_or_default()
+            );
+            std::thread::yield_now();
+        };
+        let machine = Self {
+            unshare,
+            init,
+            cgroup,
+            raises_limits,
+            _directory: directory,
+        };
+        machine.eventually("the end of the boot", || {
+            let state = machine.run(&["systemctl", "is-system-running"]);
+            // "degraded" is as good: what else this machine has is not of interest.
+            ["running", "degraded"]
+                .contains(&text(&state.stdout).trim())
+                .then_some(())
+        });
+        // As an installation does.
+        for command in [
+            &["systemd-sysusers", "hapticd.conf"][..],
+            &["systemd-tmpfiles", "--create", "hapticd.conf"],
+        ] {
+            machine.run_ok(command);
+        }
+        Some(machine)
+    }
+
+    /// Whether the unit's limits are in force; where they cannot be, capabilities stand in for them.
+    #[must_use]
+    pub fn raises_limits(&self) -> bool {
+        self.raises_limits
+    }
+
+    /// A path on it, as seen from here.
+    #[must_use]
+    pub fn path(&self, path: &str) -> PathBuf {
+        Path::new("/proc")
+            .join(self.init.to_string())
+            .join("root")
+            .join(path.trim_start_matches('/'))
+    }
+
+    /// Runs a command on it, as root.
+    ///
+    /// # Panics
+    /// It cannot be started.
+    #[must_use]
+    pub fn run(&self, command: &[&str]) -> Output {
+        self.command(command).output().expect("it starts")
+    }
+
+    /// Runs a command on it, which must succeed, and returns what it printed.
+    ///
+    /// # Panics
+    /// It fails.
+    pub fn run_ok(&self, command: &[&str]) -> String {
+        let output = self.run(command);
+        let (out, err) = (text(&output.stdout), text(&output.stderr));
+        assert!(output.status.success(), "{command:?}: {out}{err}{}", self.journal());
+        out
+    }
+
+    /// A command on it that is yet to be started.
+    #[must_use]
+    pub fn command(&self, command: &[&str]) -> Command {
+        let mut nsenter = Command::new("nsenter");
+        nsenter
+            .args(["--target", &self.init.to_string(), "--wd=/"])
+            .args(["--mount", "--pid", "--net", "--ipc", "--uts", "--cgroup", "--root"])
+            .args(command)
+            .stdin(Stdio::null());
+        nsenter
+    }
+
+    /// A property of the unit.
+    ///
+    /// # Panics
+    /// PID 1 does not answer.
+    #[must_use]
+    pub fn property(&self, name: &str) -> String {
+        let shown = self.run_ok(&["systemctl", "show", "--property", name, "--value", "hapticd"]);
+        shown.trim().to_owned()
+    }
+
+    /// What the unit and PID 1 said about it.
+    #[must_use]
+    pub fn journal(&self) -> String {
+        let output = self.run(&["journalctl", "--sync"]);
+        let mut said = text(&output.stderr);
+        let output = self.run(&["journalctl", "--no-pager", "--output=cat", "--unit=hapticd"]);
+        // Formatting into a string cannot fail.
+        write!(said, "{}", text(&output.stdout)).expect("a string takes all");
+        said
+    }
+
+    /// The daemon's process, as numbered here.
+    ///
+    /// # Panics
+    /// There is none, or more than one.
+    #[must_use]
+    pub fn daemon(&self) -> u32 {
+        let listed =
+            fs::read_to_string(self.cgroup.join("system.slice/hapticd.service/cgroup.procs")).expect("it runs");
+        listed
+            .trim()
+            .parse()
+            .unwrap_or_else(|_| panic!("not one process: {listed}"))
+    }
+
+    /// A client of the daemon.
+    ///
+    /// # Panics
+    /// It is not served.
+    #[must_use]
+    pub fn client(&self) -> Client {
+        Client::connect(&self.path("/run/hapticd/control.sock")).expect("the daemon serves")
+    }
+
+    /// Waits until the unit has been restarted so many times and is up again.
+    ///
+    /// # Panics
+    /// It does not come to that.
+    pub fn wait_for_restart(&self, times: u32) {
+        self.eventually(&format!("restart number {times}"), || {
+            (self.property("NRestarts") == times.to_string() && self.property("ActiveState") == "active").then_some(())
+        });
+    }
+
+    /// Looks until there is something to be seen.
+    ///
+    /// # Panics
+    /// There never is.
+    pub fn eventually<T>(&self, what: &str, look: impl Fn() -> Option<T>) -> T {
+        let began = Instant::now();
+        loop {
+            if let Some(seen) = look() {
+                return seen;
+            }
+            assert!(
+                began.elapsed() < PATIENCE,
+                "waited in vain for {what}: {}",
+                self.journal()
+            );
+            std::thread::yield_now();
+        }
+    }
+}
+
+impl Drop for Machine {
+    fn drop(&mut self) {
+        // With it goes PID 1, and with that all the others.
+        drop(self.unshare.kill());
+        drop(self.unshare.wait());
+        let began = Instant::now();
+        while remove_cgroups(&self.cgroup).is_err() && began.elapsed() < PATIENCE {
+            std::thread::yield_now();
+        }
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The cgroup (v2) under which this process may make others; or what this machine lacks.
+fn missing() -> Result<PathBuf, String> {
+    if !geteuid().is_root() {
+        return Err("only root can boot systemd in namespaces of its own".to_owned());
+    }
+    for (program, package) in [
+        ("/usr/lib/systemd/systemd", "systemd"),
+        ("/usr/bin/systemctl", "systemd"),
+        ("/usr/bin/unshare", "util-linux"),
+        ("/usr/bin/nsenter", "util-linux"),
+        ("/usr/bin/setpriv", "util-linux"),
+    ] {
+        if !Path::new(program).exists() {
+            return Err(format!("{program} is missing (Debian: apt install {package})"));
+        }
+    }
+    let works = Command::new("unshare")
+        .args(["--mount", "--pid", "--fork", "true"])
+        .stderr(Stdio::null())
+        .status();
+    if !works.is_ok_and(|status| status.success()) {
+        return Err("root may not make namespaces here".to_owned());
+    }
+    let mounts = fs::read_to_string("/proc/self/mounts").unwrap_or_default();
+    let own = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
+    let mounted = mounts.lines().find_map(|line| {
+        let mut fields = line.split(' ');
+        let (place, kind) = (fields.nth(1)?, fields.next()?);
+        (kind == "cgroup2").then_some(place)
+    });
+    let own = own.lines().find_map(|line| line.strip_prefix("0::/"));
+    let (Some(mounted), Some(own)) = (mounted, own) else {
+        return Err("no cgroup v2 hierarchy is mounted".to_owned());
+    };
+    Ok(Path::new(mounted).join(own))
+}
+
+/// The capabilities that a child of this process can have.
+fn capabilities() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").expect("proc is mounted");
+    let set = status.lines().find_map(|line| line.strip_prefix("CapBnd:"));
+    set.and_then(|set| u64::from_str_radix(set.trim(), 16).ok())
+        .expect("a set")
+}
+
+fn only_child(pid: u32) -> Option<u32> {
+    fs::read_to_string(format!("/proc/{pid}/task/{pid}/children"))
+        .ok()?
+        .trim()
+        .parse()
+        .ok()
+}
+
+fn is_systemd(pid: u32) -> bool {
+    fs::read_to_string(format!("/proc/{pid}/comm")).is_ok_and(|name| name.trim() == "systemd")
+}
+
+/// Removes a cgroup and all below it; they must be empty of processes.
+fn remove_cgroups(cgroup: &Path) -> std::io::Result<()> {
+    for entry in fs::read_dir(cgroup)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            remove_cgroups(&entry.path())?;
+        }
+    }
+    fs::remove_dir(cgroup)
+}

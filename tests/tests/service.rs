@@ -1,0 +1,127 @@
+//! What hapticd tells a service manager; here the tests are the manager.
+
+use haptic_ipc::{Request, StateReply, Status};
+use rustix::process::Signal;
+use std::os::unix::net::UnixDatagram;
+use std::process::Command;
+use std::time::{Duration, Instant};
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, status};
+
+/// A manager with the daemon that it started.
+struct Manager {
+    socket: UnixDatagram,
+    daemon: Daemon,
+    _directory: tempfile::TempDir,
+}
+
+impl Manager {
+    fn start(watchdog: Duration) -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("notify");
+        let socket = UnixDatagram::bind(&path).expect("a socket");
+        socket.set_read_timeout(Some(PATIENCE)).expect("a time-out can be set");
+        let mut command = Command::new(binary("hapticd"));
+        command
+            .args(["--device", "fake"])
+            .env("NOTIFY_SOCKET", &path)
+            .env("WATCHDOG_USEC", watchdog.as_micros().to_string());
+        let daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));
+        Self {
+            socket,
+            daemon,
+            _directory: directory,
+        }
+    }
+
+    fn hear(&self) -> Vec<String> {
+        let mut bytes = [0; 4096];
+        let length = self.socket.recv(&mut bytes).expect("the daemon says something");
+        let message = std::str::from_utf8(&bytes[..length]).expect("text");
+        message.lines().map(str::to_owned).collect()
+    }
+
+    fn hear_until(&self, line: &str) {
+        let began = Instant::now();
+        loop {
+            let message = self.hear();
+            if message.iter().any(|said| said.starts_with(line)) {
+                return;
+            }
+            assert!(began.elapsed() < PATIENCE, "waited in vain for {line}: {message:?}");
+        }
+    }
+}
+
+const FED: &str = "WATCHDOG=1";
+
+#[test]
+fn it_says_that_it_is_ready_that_it_goes_on_and_that_it_ends() {
+    let watchdog = Duration::from_millis(400);
+    let manager = Manager::start(watchdog);
+    assert_eq!(manager.hear(), ["READY=1", FED, "STATUS=idle"]);
+    let mut client = manager.daemon.client();
+    assert!(status(&mut client).tick > 0, "ready means that the loop ticks");
+
+    let mut fed = Vec::new();
+    while fed.len() < 21 {
+        if manager.hear().iter().any(|line| line == FED) {
+            fed.push(Instant::now());
+        }
+    }
+    let mut gaps: Vec<Duration> = fed.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    gaps.sort_unstable();
+    // The median, since a busy machine may delay any one of them.
+    assert!(gaps[10] <= watchdog / 2, "{gaps:?}");
+
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    manager.hear_until("STATUS=engaged");
+    let Manager { socket, daemon, .. } = manager;
+    let (ended, said) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{said}");
+    let last = std::iter::from_fn(|| {
+        let mut bytes = [0; 4096];
+        socket.set_nonblocking(true).expect("it can");
+        let length = socket.recv(&mut bytes).ok()?;
+        Some(String::from_utf8_lossy(&bytes[..length]).into_owned())
+    });
+    assert!(last.into_iter().any(|message| message.contains("STOPPING=1")));
+}
+
+#[test]
+fn the_watchdog_is_not_fed_while_the_real_time_thread_hangs() {
+    let manager = Manager::start(Duration::from_millis(400));
+    let mut client = manager.daemon.client();
+    manager.hear_until(FED);
+    let held = HeldThread::real_time(manager.daemon.pid());
+    manager.hear_until("STATUS=the real-time thread hangs");
+    let stood = status(&mut client);
+    for _ in 0..20 {
+        // How long it hangs is said as often as the watchdog would be fed.
+        let message = manager.hear();
+        assert!(message[0].contains("hangs"), "{message:?}");
+        assert!(!message.iter().any(|line| line == FED), "{message:?}");
+    }
+    assert_eq!(status(&mut client).tick, stood.tick, "the control thread goes on alone");
+    drop(held);
+    manager.hear_until("STATUS=idle");
+    manager.hear_until(FED);
+}
+
+#[test]
+fn a_manager_that_does_not_listen_keeps_nobody_waiting() {
+    // A message a millisecond: more than any socket holds.
+    let manager = Manager::start(Duration::from_millis(4));
+    let began = Instant::now();
+    // Through haptic-ctl, which waits for no answer for ever.
+    while serde_json::from_str::<Status>(&manager.daemon.ctl_ok(&["status", "--json"]))
+        .expect("a status")
+        .tick
+        < 3000
+    {
+        assert!(began.elapsed() < PATIENCE, "its loop is slow");
+    }
+    let stopped = manager.daemon.ctl(&["stop"]);
+    assert!(stopped.status.success(), "{stopped:?}");
+    let (ended, said) = manager.daemon.end(Signal::TERM);
+    assert!(ended.success(), "{said}");
+}

@@ -1,0 +1,200 @@
+//! The packaged unit under a real systemd as PID 1.
+
+use haptic_ipc::{Event, Request, RigState, Sample, StateReply, SubscribeReply, Topic};
+use rustix::process::{Pid, Signal, kill_process};
+use std::collections::HashMap;
+use std::fs;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use system_tests::pid1::Machine;
+use system_tests::{HeldThread, real_time_thread, status, wait_for, wait_for_state};
+
+/// A machine on which the unit is up.
+fn machine_with_unit(configuration: &str) -> Option<Machine> {
+    let machine = Machine::boot(configuration)?;
+    // Returns once the unit has said that it is ready.
+    machine.run_ok(&["systemctl", "start", "hapticd"]);
+    assert_eq!(machine.property("ActiveState"), "active");
+    Some(machine)
+}
+
+/// Engages the rig and waits until it pulls.
+fn pull(machine: &Machine) {
+    let mut client = machine.client();
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, RigState::Engaged);
+    wait_for(&mut client, "a force", |status| status.command_force_n.abs() > 3.0);
+}
+
+/// It is up again, idle, and does not pull.
+fn is_back_without_force(machine: &Machine, restarts: u32) {
+    machine.wait_for_restart(restarts);
+    let mut client = machine.client();
+    let began = wait_for(&mut client, "ticks", |status| status.tick > 0);
+    let later = wait_for(&mut client, "300 more", |status| status.tick > began.tick + 300);
+    for status in [began, later] {
+        assert_eq!((status.state, status.command_force_n), (RigState::Idle, 0.0));
+    }
+}
+
+fn send(daemon: u32, signal: Signal) {
+    let pid = Pid::from_raw(i32::try_from(daemon).expect("a process")).expect("not zero");
+    kill_process(pid, signal).expect("it runs");
+}
+
+#[test]
+fn the_unit_grants_what_the_loop_needs_and_no_more() {
+    let Some(machine) = machine_with_unit("") else { return };
+    let daemon = machine.daemon();
+    let of_process = fs::read_to_string(format!("/proc/{daemon}/status")).expect("it runs");
+    let of_process: HashMap<&str, &str> = of_process
+        .lines()
+        .filter_map(|line| line.split_once(':'))
+        .map(|(name, value)| (name, value.trim()))
+        .collect();
+
+    // The thread: its policy and priority are the 41st and 40th field, counted after the name in parentheses.
+    let thread = real_time_thread(daemon);
+    let stat = fs::read_to_string(format!("/proc/{daemon}/task/{thread}/stat")).expect("it runs");
+    let (_, fields) = stat.rsplit_once(')').expect("a name");
+    let fields: Vec<&str> = fields.split_whitespace().collect();
+    const SCHED_FIFO: &str = "1";
+    assert_eq!((fields[38], fields[37]), (SCHED_FIFO, "80"));
+    let locked: u64 = of_process["VmLck"].trim_end_matches(" kB").parse().expect("a size");
+    assert!(locked > 1000, "{locked} kB are locked");
+    let client_sees = status(&mut machine.client()).real_time;
+    if machine.path("/dev/cpu_dma_latency").exists() {
+        assert!(client_sees.cpus_kept_awake, "{client_sees:?}");
+        assert!(client_sees.problems.is_empty(), "{client_sees:?}");
+    }
+
+    // Where capabilities stand in for the limits, at least PID 1 has understood them.
+    assert_eq!(machine.property("LimitRTPRIO"), "80");
+    assert_eq!(machine.property("LimitMEMLOCK"), "infinity");
+
+    // The user: a plain one, with nothing beyond what the limits give.
+    let user = machine.run_ok(&["id", "-u", "hapticd"]);
+    let uids: Vec<&str> = of_process["Uid"].split_whitespace().collect();
+    assert_eq!(uids, [user.trim(); 4]);
+    assert_ne!(user.trim(), "0");
+    if machine.raises_limits() {
+        assert_eq!(of_process["CapPrm"], "0000000000000000");
+    }
+    assert_eq!((of_process["NoNewPrivs"], of_process["Seccomp"]), ("1", "2"));
+
+    let directory = fs::metadata(machine.path("/run/hapticd")).expect("it is made");
+    assert_eq!(directory.permissions().mode() & 0o777, 0o750);
+    assert_eq!(directory.uid().to_string(), user.trim());
+
+    // What systemd does not understand it skips, with a word on standard error, and still calls the unit good.
+    let unit = "/usr/lib/systemd/system/hapticd.service";
+    let verified = machine.run(&["systemd-analyze", "verify", "--recursive-errors=no", unit]);
+    let complaints = String::from_utf8_lossy(&verified.stderr).into_owned();
+    assert!(
+        !complaints.contains("hapticd") && verified.status.success(),
+        "{complaints}"
+    );
+    // Exposure in tenths, of a hundred. It was 10 when this was written.
+    let exposure = machine.run_ok(&[
+        "systemd-analyze",
+        "security",
+        "--offline=yes",
+        "--threshold=12",
+        "--no-pager",
+        unit,
+    ]);
+    println!("{}", exposure.lines().last().unwrap_or_default());
+}
+
+#[test]
+fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
+    const RAMP_S: f64 = 1.0;
+    let Some(machine) = machine_with_unit("ramp-ms = 1000") else {
+        return;
+    };
+    let mut subscriber = machine.client();
+    let all = Request::Subscribe {
+        topics: vec![Topic::Samples],
+        rate_hz: None,
+        batch_ms: None,
+    };
+    let _: SubscribeReply = subscriber.request(all).expect("a subscription");
+    pull(&machine);
+    let mut stop = machine
+        .command(&["systemctl", "stop", "hapticd"])
+        .spawn()
+        .expect("it starts");
+    let mut last: Vec<Sample> = Vec::new();
+    while let Ok(event) = subscriber.next_event() {
+        let Event::Samples(batch) = event else {
+            panic!("{event:?}")
+        };
+        assert_eq!(batch.dropped, 0);
+        let releasing = |row: &Sample| row.state == RigState::Releasing || !last.is_empty();
+        let from = batch.rows.iter().position(releasing).unwrap_or(batch.rows.len());
+        last.extend(&batch.rows[from..]);
+    }
+    assert!(stop.wait().expect("it ends").success());
+    let (first, end) = (last.first().expect("a ramp"), last.last().expect("a ramp"));
+    assert!(first.command_force_n.abs() > 2.0, "{first:?}");
+    assert_eq!((end.state, end.command_force_n), (RigState::Idle, 0.0));
+    let idle = last
+        .iter()
+        .find(|row| row.state == RigState::Idle)
+        .expect("it came to rest");
+    assert!(idle.t_s - first.t_s > 0.9 * RAMP_S, "{} s", idle.t_s - first.t_s);
+    // Not all at once: what is left when it ends is next to nothing, also where a busy machine comes late to a few ticks.
+    let left = last.iter().rfind(|row| row.command_force_n != 0.0).expect("a force");
+    assert!(left.command_force_n.abs() < 0.3, "{left:?}");
+
+    for (property, value) in [
+        ("ActiveState", "inactive"),
+        ("Result", "success"),
+        ("ExecMainStatus", "0"),
+        ("NRestarts", "0"),
+    ] {
+        assert_eq!(machine.property(property), value, "{property}: {}", machine.journal());
+    }
+}
+
+#[test]
+fn killed_it_comes_back_idle_and_without_force() {
+    let Some(machine) = machine_with_unit("") else { return };
+    pull(&machine);
+    let killed = machine.daemon();
+    send(killed, Signal::KILL);
+    is_back_without_force(&machine, 1);
+    assert_ne!(machine.daemon(), killed);
+    assert!(machine.journal().contains("status=9/KILL"), "{}", machine.journal());
+}
+
+#[test]
+fn a_real_time_thread_that_hangs_is_restarted_by_the_watchdog() {
+    let Some(machine) = machine_with_unit("") else { return };
+    pull(&machine);
+    let mut client = machine.client();
+    let held = HeldThread::real_time(machine.daemon());
+    let stood = status(&mut client).tick;
+    assert_eq!(status(&mut client).tick, stood, "only the control thread goes on");
+    machine.eventually("the watchdog", || held.is_killed().then_some(()));
+    is_back_without_force(&machine, 1);
+    let bitten = || machine.journal().matches("Watchdog timeout").count();
+    assert_eq!(bitten(), 1, "{}", machine.journal());
+
+    // And so when the whole process stands still.
+    pull(&machine);
+    send(machine.daemon(), Signal::STOP);
+    is_back_without_force(&machine, 2);
+    assert_eq!(bitten(), 2, "{}", machine.journal());
+}
+
+#[test]
+fn a_wrong_configuration_is_not_tried_again() {
+    let Some(machine) = Machine::boot("rate = 1") else {
+        return;
+    };
+    assert!(!machine.run(&["systemctl", "start", "hapticd"]).status.success());
+    for (property, value) in [("ActiveState", "failed"), ("ExecMainStatus", "2"), ("NRestarts", "0")] {
+        assert_eq!(machine.property(property), value, "{property}: {}", machine.journal());
+    }
+    assert!(machine.journal().contains("rate = 1 Hz"), "{}", machine.journal());
+}
