@@ -26,18 +26,25 @@ pub const PATIENCE: Duration = Duration::from_secs(30);
 #[must_use]
 pub fn binary(name: &str) -> PathBuf {
     static BUILT: OnceLock<()> = OnceLock::new();
+    // The test itself is target/PROFILE/deps/NAME-HASH.
+    let test = std::env::current_exe().expect("a test has a path");
+    let directory = test.ancestors().nth(2).expect("it lies in target/PROFILE/deps");
     BUILT.get_or_init(|| {
-        let built = Command::new(env!("CARGO"))
+        let what: &[&str] = if directory.ends_with("release") {
+            // A benchmark measures what users run.
+            &["--release", "--bins"]
+        } else {
             // With all targets, so that the features are those of the whole test run and nothing is compiled twice.
-            .args(["build", "--quiet", "--workspace", "--all-targets"])
+            &["--workspace", "--all-targets"]
+        };
+        let built = Command::new(env!("CARGO"))
+            .args(["build", "--quiet"])
+            .args(what)
             .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
             .status()
             .expect("cargo runs");
         assert!(built.success(), "the binaries are built");
     });
-    // The test itself is target/PROFILE/deps/NAME-HASH.
-    let test = std::env::current_exe().expect("a test has a path");
-    let directory = test.ancestors().nth(2).expect("it lies in target/PROFILE/deps");
     directory.join(name)
 }
 
@@ -294,6 +301,18 @@ pub fn wait_for(client: &mut Client, what: &str, wanted: impl Fn(&Status) -> boo
 /// It does not come to that.
 pub fn wait_for_state(client: &mut Client, state: RigState) -> Status {
     wait_for(client, &state.to_string(), |status| status.state == state)
+}
+
+/// The processors that this process may run on.
+///
+/// # Panics
+/// The system does not say.
+#[must_use]
+pub fn processors() -> Vec<usize> {
+    let set = rustix::thread::sched_getaffinity(None).expect("every process has them");
+    (0..rustix::thread::CpuSet::MAX_CPU)
+        .filter(|cpu| set.is_set(*cpu))
+        .collect()
 }
 
 /// The real machine's record, where it is there; it is never part of the repository.

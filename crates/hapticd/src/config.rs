@@ -31,11 +31,18 @@ pub(crate) struct Options {
     #[serde(skip)]
     pub(crate) demo: bool,
 
-    /// Measure how well this machine keeps time, for 20 s: the loop on the fake rig and a bare one that only waits, turn by
-    /// turn on the same processor. No socket, no clients
-    #[arg(long)]
+    /// Measure how well this machine keeps time: the loop on the fake rig and a bare one that only waits, turn by turn on the
+    /// same processor, five turns of 2 s each, or of so many. No socket, no clients
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "2",
+        value_parser = clap::value_parser!(u64).range(1..=3600)
+    )]
     #[serde(skip)]
-    pub(crate) self_test: bool,
+    pub(crate) self_test: Option<u64>,
 
     /// The rig: `fake` is a simulated one in this process
     #[arg(long, value_name = "DEVICE")]
@@ -62,7 +69,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     priority: Option<i64>,
 
-    /// Wake up this long before each tick and spin until it is due, us, from 0 to 1000; at most half a period [default: 50
+    /// Wake up this long before each tick and spin until it is due, us, from 0 to 1000; at most half a period [default: 100
     /// where the thread has a priority and a processor of its own, else 0]
     #[arg(long, value_name = "US", allow_negative_numbers = true)]
     spin_us: Option<f64>,
@@ -317,7 +324,7 @@ impl Options {
         }
         match self.device {
             Some(DeviceKind::Fake) => {}
-            None if self.demo || self.self_test => {}
+            None if self.demo || self.self_test.is_some() => {}
             None => return Err(ConfigError::NoDevice),
         }
         let rate_hz = within("rate", self.rate, 1000.0, 100.0, 20_000.0, "Hz")?;

@@ -9,6 +9,7 @@
 mod config;
 mod control;
 mod demo;
+mod late_log;
 mod rig_state;
 mod rt;
 mod self_test;
@@ -71,13 +72,13 @@ fn main() -> ExitCode {
     rt::thread::mute_panics();
     let options = Options::parse();
     let (demo, self_test) = (options.demo, options.self_test);
-    let done = options.resolve().map_err(Failure::from).and_then(|config| {
-        if self_test {
-            run_self_test(config)
-        } else {
-            run(config, demo)
-        }
-    });
+    let done = options
+        .resolve()
+        .map_err(Failure::from)
+        .and_then(|config| match self_test {
+            Some(turn_s) => run_self_test(config, turn_s),
+            None => run(config, demo),
+        });
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
@@ -110,6 +111,8 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
             () = manager.watch(&rig) => {}
             () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
+            // The demo's status line says it already.
+            () = late_log::watch(&rig), if !demo => {}
             () = stop_signals.wait() => {}
         }
         manager.stopping();
@@ -255,11 +258,20 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
 }
 
 /// The loop beside a bare one, without anybody to serve.
-fn run_self_test(config: Config) -> Result<(), Failure> {
+fn run_self_test(config: Config, turn_s: u64) -> Result<(), Failure> {
     let prepared = prepare(config)?;
     // With force, as in use.
     prepared.shared.send(1, Command::Engage, prepared.shared.stops());
-    let (report, status) = rt::thread::self_test(prepared.tick, prepared.wishes, prepared.status)?;
+    let (report, status) = rt::thread::self_test(
+        prepared.tick,
+        self_test::ControlSide {
+            shared: prepared.shared,
+            records: prepared.records,
+        },
+        turn_s,
+        prepared.wishes,
+        prepared.status,
+    )?;
     for problem in &status.problems {
         say_problem(problem);
     }

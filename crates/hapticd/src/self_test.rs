@@ -1,141 +1,232 @@
 //! `--self-test`: what the machine can do, and what hapticd adds to it. The loop and a bare one that only waits take turns on the same processor at the
 //! same priority, so that the machine's moods are shared; what they saw stands side by side.
 
-use crate::rt::clock::{Grid, Waiting, now_ns};
+use crate::rt::clock::{Grid, Waiting, Wake, now_ns};
+use crate::rt::handoff::{CompiledScene, Shared};
 use crate::rt::tick::Tick;
-use device_io::Device;
+use crate::telemetry::ring::Consumer;
+use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};
+use device_io::{Device, DeviceError, Measurement};
+use hdrhistogram::Histogram;
 use std::fmt::Write;
+use std::sync::Arc;
 
-/// How long each takes its turn, s.
-const TURN_S: u64 = 2;
-/// Turns of each.
+/// Turns of each loop.
 const TURNS: usize = 5;
 
-/// What one of the two loops saw.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Seen {
+/// What a loop saw in one turn.
+#[derive(Clone, Debug)]
+struct Turn {
     /// How long after its deadline each tick began, ns.
-    wake_latency_ns: Vec<u64>,
+    wake_latency: Histogram<u64>,
     /// How long each tick took, ns.
-    tick_ns: Vec<u64>,
+    tick: Histogram<u64>,
     missed_periods: u64,
 }
 
-impl Seen {
-    /// Room for everything, so that nothing is allocated while it runs.
-    fn with_room(ticks: usize) -> Self {
+impl Turn {
+    fn new() -> Self {
         Self {
-            wake_latency_ns: Vec::with_capacity(ticks),
-            tick_ns: Vec::with_capacity(ticks),
+            wake_latency: histogram(COARSE_DIGITS),
+            tick: histogram(COARSE_DIGITS),
             missed_periods: 0,
         }
+    }
+
+    fn run(&mut self, ticks: u64, period_ns: u64, waiting: Waiting, mut work: impl FnMut(Wake, u64) -> u64) {
+        let mut grid = Grid::new(period_ns, now_ns());
+        for _ in 0..ticks {
+            let wake = grid.wait(waiting);
+            let ended_ns = work(wake, grid.missed());
+            grid.advance(ended_ns);
+            self.wake_latency
+                .saturating_record(wake.began_ns.saturating_sub(wake.deadline_ns));
+            self.tick.saturating_record(ended_ns.saturating_sub(wake.began_ns));
+        }
+        self.missed_periods = grid.missed();
     }
 }
 
 /// What both loops saw.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Comparison {
-    bare: Seen,
-    hapticd: Seen,
+    turn_s: u64,
+    ticks_a_turn: u64,
+    bare: Vec<Turn>,
+    hapticd: Vec<Turn>,
+    /// Ticks back to back, on a link that costs nothing, ns.
+    alone: Histogram<u64>,
 }
 
-/// Runs both loops, turn by turn, on the calling thread, which is prepared already.
-pub(crate) fn compare(tick: &mut Tick<dyn Device>, period_ns: u64, waiting: Waiting) -> Comparison {
-    let ticks_a_turn = usize::try_from(TURN_S * 1_000_000_000 / period_ns).unwrap_or(usize::MAX);
-    let room = (ticks_a_turn + 1) * TURNS;
+/// The other ends of what the loop is handed and leaves behind.
+#[derive(Debug)]
+pub(crate) struct ControlSide {
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) records: Consumer,
+}
+
+/// Runs both loops, turn by turn of so many seconds, on the calling thread, which is prepared already.
+pub(crate) fn compare(
+    tick: &mut Tick<dyn Device>,
+    control: &mut ControlSide,
+    turn_s: u64,
+    period_ns: u64,
+    waiting: Waiting,
+) -> Comparison {
+    let ticks_a_turn = turn_s * 1_000_000_000 / period_ns;
+    // All of it beforehand, so that nothing is allocated while the loops run.
     let mut comparison = Comparison {
-        bare: Seen::with_room(room),
-        hapticd: Seen::with_room(room),
+        turn_s,
+        ticks_a_turn,
+        bare: vec![Turn::new(); TURNS],
+        hapticd: vec![Turn::new(); TURNS],
+        alone: histogram(COARSE_DIGITS),
     };
-    for _ in 0..TURNS {
-        turn(&mut comparison.bare, ticks_a_turn, period_ns, waiting, |_, _| now_ns());
-        turn(
-            &mut comparison.hapticd,
-            ticks_a_turn,
-            period_ns,
-            waiting,
-            |wake, missed| tick.run(wake, missed),
-        );
+    for (bare, hapticd) in comparison.bare.iter_mut().zip(&mut comparison.hapticd) {
+        bare.run(ticks_a_turn, period_ns, waiting, |_, _| now_ns());
+        hapticd.run(ticks_a_turn, period_ns, waiting, |wake, missed| tick.run(wake, missed));
     }
+    tick.replace_device(Box::new(NoLink::new(period_ns)));
+    // What the turns have left, nobody has read.
+    while control.records.pop().is_some() {}
+    back_to_back(&mut comparison.alone, tick, control, period_ns);
     comparison
 }
 
-fn turn(
-    seen: &mut Seen,
-    ticks: usize,
+/// A hand that moves to and fro, at the other end of no link at all.
+#[derive(Debug)]
+pub(crate) struct NoLink {
+    next: u32,
     period_ns: u64,
-    waiting: Waiting,
-    mut work: impl FnMut(crate::rt::clock::Wake, u64) -> u64,
-) {
-    let mut grid = Grid::new(period_ns, now_ns());
-    for _ in 0..ticks {
-        let wake = grid.wait(waiting);
-        let ended_ns = work(wake, grid.missed());
-        grid.advance(ended_ns);
-        seen.wake_latency_ns
-            .push(wake.began_ns.saturating_sub(wake.deadline_ns));
-        seen.tick_ns.push(ended_ns.saturating_sub(wake.began_ns));
-    }
-    seen.missed_periods += grid.missed();
 }
 
-fn quantile(sorted: &[u64], share: f64) -> f64 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "an index, and nanoseconds below 2^53"
-    )]
-    let at = |index: f64| sorted.get(index as usize).map_or(0.0, |ns| *ns as f64 * 1e-3);
-    #[expect(clippy::cast_precision_loss, reason = "a few hundred thousand ticks")]
-    let last = sorted.len().saturating_sub(1) as f64;
-    at((last * share).round())
+impl NoLink {
+    /// One with samples at a period.
+    pub(crate) fn new(period_ns: u64) -> Self {
+        Self { next: 0, period_ns }
+    }
+}
+
+/// Samples after which the hand turns round.
+const HALF_STROKE: u32 = 1000;
+/// Between two samples the hand moves so far, m: 0.06 m/s at 1 kHz.
+const STEP_M: f64 = 60e-6;
+
+impl Device for NoLink {
+    fn description(&self) -> String {
+        "no link".to_owned()
+    }
+
+    fn resolution_m(&self) -> f64 {
+        0.0
+    }
+
+    fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {
+        let within = self.next % (2 * HALF_STROKE);
+        let sample = Measurement {
+            sequence: self.next,
+            time_ns: u64::from(self.next) * self.period_ns,
+            position_m: f64::from(within.min(2 * HALF_STROKE - within)) * STEP_M,
+        };
+        self.next = self.next.wrapping_add(1);
+        Ok(sample)
+    }
+
+    fn write(&mut self, _force_n: f64) -> Result<(), DeviceError> {
+        Ok(())
+    }
+}
+
+/// Ticks that are timed back to back.
+const TICKS_BACK_TO_BACK: u64 = 1_000_000;
+/// Ticks between two changes of the scene.
+const TICKS_A_SCENE: u64 = 20;
+
+/// Times whole ticks without a link, with a new scene every so often; what a control thread does in between is not timed.
+#[inline(never)]
+fn back_to_back(seen: &mut Histogram<u64>, tick: &mut Tick<dyn Device>, control: &mut ControlSide, period_ns: u64) {
+    let renderer = tick.scene().renderer.clone();
+    let mut clock_ns = now_ns();
+    for count in 0..TICKS_BACK_TO_BACK {
+        if count.is_multiple_of(TICKS_A_SCENE) {
+            control.shared.scenes.post(CompiledScene {
+                renderer: renderer.clone(),
+                revision: count,
+            });
+            control.shared.drop_retired();
+        }
+        clock_ns += period_ns;
+        let wake = Wake {
+            deadline_ns: clock_ns,
+            began_ns: clock_ns,
+        };
+        let began_ns = now_ns();
+        tick.run(wake, 0);
+        let took_ns = now_ns().saturating_sub(began_ns);
+        let rendered = control.records.pop().is_some_and(|record| record.state.is_live());
+        assert!(rendered, "every tick renders and is recorded");
+        seen.saturating_record(took_ns);
+    }
+}
+
+/// The middle one of a number of each turn: a turn in which the host took the processor away does not decide.
+fn median(turns: &[Turn], number: impl Fn(&Turn) -> u64) -> u64 {
+    let mut numbers: Vec<u64> = turns.iter().map(number).collect();
+    numbers.sort_unstable();
+    numbers[numbers.len() / 2]
+}
+
+#[expect(clippy::cast_precision_loss, reason = "nanoseconds of a turn are below 2^53")]
+fn us(ns: u64) -> String {
+    format!("{:.2}", ns as f64 * 1e-3)
 }
 
 impl Comparison {
     /// The two side by side, as people read them.
-    pub(crate) fn report(mut self, period_ns: u64, waiting: Waiting) -> String {
-        for durations in [
-            &mut self.bare.wake_latency_ns,
-            &mut self.hapticd.wake_latency_ns,
-            &mut self.hapticd.tick_ns,
-        ] {
-            durations.sort_unstable();
-        }
+    pub(crate) fn report(&self, period_ns: u64, waiting: Waiting) -> String {
         let mut text = format!(
-            "{TURNS} turns of {TURN_S} s each, every {} us, spinning for the last {} us of each wait\n\n{:24}{:>12}{:>12}\n",
-            period_ns / 1000,
+            "{TURNS} turns of {} s each, every {} us, spinning for the last {} us of each wait; medians of the turns\n\n\
+             {:24}{:>12}{:>12}\n",
+            self.turn_s,
+            us(period_ns).trim_end_matches('0').trim_end_matches('.'),
             waiting.spin_ns / 1000,
             "wake-up latency, us",
             "bare loop",
             "hapticd"
         );
-        let (bare, ours) = (&self.bare.wake_latency_ns, &self.hapticd.wake_latency_ns);
-        let mut row = |name: &str, bare: String, ours: String| {
+        let mut row = |name: &str, number: &dyn Fn(&Turn) -> u64, shown: fn(u64) -> String| {
+            let [bare, ours] = [&self.bare, &self.hapticd].map(|turns| shown(median(turns, number)));
             // A string takes whatever is written to it.
             writeln!(text, "{name:24}{bare:>12}{ours:>12}").unwrap_or(());
         };
-        for (name, share) in [("  p50", 0.5), ("  p99", 0.99), ("  p99.9", 0.999), ("  max", 1.0)] {
-            row(
-                name,
-                format!("{:.2}", quantile(bare, share)),
-                format!("{:.2}", quantile(ours, share)),
-            );
-        }
-        row(
-            "periods missed",
-            self.bare.missed_periods.to_string(),
-            self.hapticd.missed_periods.to_string(),
-        );
-        row("ticks", bare.len().to_string(), ours.len().to_string());
-        let ticks = &self.hapticd.tick_ns;
+        row("  p50", &|turn| percentiles(&turn.wake_latency).p50, us);
+        row("  p99", &|turn| percentiles(&turn.wake_latency).p99, us);
+        row("  p99.9", &|turn| percentiles(&turn.wake_latency).p999, us);
+        row("  max", &|turn| percentiles(&turn.wake_latency).max, us);
+        row("periods missed", &|turn| turn.missed_periods, |count| count.to_string());
+        row("of", &|turn| self.ticks_a_turn + turn.missed_periods, |count| {
+            count.to_string()
+        });
+        let of_ticks = |number: fn(haptic_ipc::Percentiles) -> u64| {
+            us(median(&self.hapticd, |turn| number(percentiles(&turn.tick))))
+        };
         writeln!(
             text,
-            "\nwhole tick, fake rig included: p50 {:.2} us, p99 {:.2} us, p99.9 {:.2} us, max {:.2} us",
-            quantile(ticks, 0.5),
-            quantile(ticks, 0.99),
-            quantile(ticks, 0.999),
-            quantile(ticks, 1.0)
+            "\nwhole tick, fake rig included: p50 {} us, p99 {} us, p99.9 {} us, max {} us",
+            of_ticks(|tick| tick.p50),
+            of_ticks(|tick| tick.p99),
+            of_ticks(|tick| tick.p999),
+            of_ticks(|tick| tick.max)
+        )
+        .unwrap_or(());
+        let alone = percentiles(&self.alone);
+        writeln!(
+            text,
+            "whole tick without a link, {TICKS_BACK_TO_BACK} of them back to back, a new scene every {TICKS_A_SCENE}: \
+             p50 {} us, p99 {} us, p99.9 {} us",
+            us(alone.p50),
+            us(alone.p99),
+            us(alone.p999)
         )
         .unwrap_or(());
         text

@@ -10,8 +10,10 @@ use crate::rig_state::Command;
 use crate::rt::clock::Wake;
 use crate::rt::handoff::{CompiledScene, Shared};
 use crate::rt::tick::{Parts, Tick};
+use crate::self_test::NoLink;
 use crate::telemetry::ring;
 use crossbeam::queue::ArrayQueue;
+use device_io::Device;
 use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
 use haptic_core::{Renderer, Scene, Scheme};
 use std::arch::asm;
@@ -102,6 +104,11 @@ struct Round {
 
 /// Stops the control side after each of its instructions in turn and lets the real-time side run there.
 fn at_every_step(round: impl Fn() -> Round) -> &'static Report {
+    in_a_child(|report| step_through(&round, report))
+}
+
+/// Runs what needs the trap flag in a process of its own, with one thread.
+fn in_a_child(run: impl FnOnce(&'static Report)) -> &'static Report {
     // SAFETY: fresh anonymous memory, shared with the child, never unmapped.
     let page = unsafe {
         libc::mmap(
@@ -120,7 +127,8 @@ fn at_every_step(round: impl Fn() -> Round) -> &'static Report {
     let child = unsafe { libc::fork() };
     if child == 0 {
         REPORT.store(page.cast(), SeqCst);
-        let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| step_through(&round, report)));
+        take_traps();
+        let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(report)));
         // SAFETY: ends the child without the parent's exit handlers.
         unsafe { libc::_exit(if done.is_ok() { 0 } else { 1 }) };
     }
@@ -133,7 +141,7 @@ fn at_every_step(round: impl Fn() -> Round) -> &'static Report {
     report
 }
 
-fn step_through(round: &impl Fn() -> Round, report: &Report) {
+fn take_traps() {
     // SAFETY: a zeroed action is a valid one, and the handler has the signature that SA_SIGINFO asks for.
     unsafe {
         let mut action: libc::sigaction = std::mem::zeroed();
@@ -145,6 +153,20 @@ fn step_through(round: &impl Fn() -> Round, report: &Report) {
             0
         );
     }
+}
+
+/// Instructions that something takes.
+fn instructions_of(work: impl FnOnce()) -> u64 {
+    COUNT.store(0, SeqCst);
+    PHASE.store(REAL_TIME, SeqCst);
+    set_trap_flag();
+    work();
+    clear_trap_flag();
+    PHASE.store(IDLE, SeqCst);
+    COUNT.load(SeqCst)
+}
+
+fn step_through(round: &impl Fn() -> Round, report: &Report) {
     for target in 1..=MOST_STEPS {
         let mut round = round();
         let mut real_time: &mut dyn FnMut() = &mut *round.real_time;
@@ -177,7 +199,7 @@ fn compiled(renderer: &Renderer, revision: u64) -> CompiledScene {
 
 /// An engaged loop on the fake rig, between two ticks.
 struct Bench {
-    tick: Tick<FakeRig>,
+    tick: Tick<dyn Device>,
     shared: Arc<Shared>,
     records: ring::Consumer,
     clock_ns: u64,
@@ -186,14 +208,19 @@ struct Bench {
 
 impl Bench {
     fn new(renderer: &Renderer) -> Self {
-        let shared = Arc::new(Shared::new());
-        let (producer, records) = ring::with_capacity(8);
         let motion = Motion::Sine {
             amplitude_m: 0.03,
             frequency_hz: 2.0,
         };
+        let rig = FakeRig::new(RigProperties::default(), Hand::Prescribed(motion));
+        Self::on(Box::new(rig), renderer)
+    }
+
+    fn on(device: Box<dyn Device>, renderer: &Renderer) -> Self {
+        let shared = Arc::new(Shared::new());
+        let (producer, records) = ring::with_capacity(8);
         let tick = Tick::new(
-            Box::new(FakeRig::new(RigProperties::default(), Hand::Prescribed(motion))),
+            device,
             Arc::clone(&shared),
             producer,
             Box::new(compiled(renderer, 1)),
@@ -343,4 +370,34 @@ fn a_queue_towards_the_real_time_side_would_stall_it_and_this_is_seen() {
         }
     });
     assert_ne!(report.stuck_at.load(SeqCst), 0, "{report:?}");
+}
+
+/// Instructions of a whole tick on the paper's scene, without the device's own: its median, and its most, which has a change of contact in it. In the profile that the tests
+/// are built with, and a tenth on top; an optimised build (`cargo test --release`) has its own. Raise them only for something that every tick really needs.
+const TICK_BUDGET: (u64, u64) = if cfg!(debug_assertions) {
+    (1320, 6800)
+} else {
+    (1130, 6800)
+};
+
+#[test]
+fn a_whole_tick_on_the_papers_scene_costs_no_more_than_was_agreed_on() {
+    let report = in_a_child(|report| {
+        let mut bench = Bench::on(Box::new(NoLink::new(1_000_000)), &renderer());
+        // Every eighth tick of two strokes: a trap costs microseconds.
+        let mut counts: Vec<u64> = (0..500)
+            .map(|_| {
+                bench.ticks(7);
+                while bench.records.pop().is_some() {}
+                instructions_of(|| bench.ticks(1))
+            })
+            .collect();
+        counts.sort_unstable();
+        report.steps.store(counts[counts.len() / 2], SeqCst);
+        report.worst.store(counts[counts.len() - 1], SeqCst);
+    });
+    let (median, most) = (report.steps.load(SeqCst), report.worst.load(SeqCst));
+    println!("{median} instructions a tick (median), {most} at most");
+    assert!(median > 200, "nothing was rendered");
+    assert!(median <= TICK_BUDGET.0 && most <= TICK_BUDGET.1, "{median}, {most}");
 }

@@ -197,6 +197,18 @@ impl<D: Device + ?Sized> Tick<D> {
         ended_ns
     }
 
+    /// Goes on with another device, as if it had been unplugged and another plugged in.
+    pub(crate) fn replace_device(&mut self, device: Box<D>) {
+        self.device = device;
+        self.newest = None;
+        self.velocity.reset();
+    }
+
+    /// The scene that it renders.
+    pub(crate) fn scene(&self) -> &CompiledScene {
+        &self.scene
+    }
+
     /// Zero force, whatever happens after.
     pub(crate) fn zero_force(&mut self) -> Result<(), DeviceError> {
         self.device.write(0.0)

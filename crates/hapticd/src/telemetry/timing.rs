@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 /// Durations up to this are kept; longer ones count as this long.
 const LONGEST_NS: u64 = 60_000_000_000;
 /// Durations that can be anything are kept to one percent.
-const COARSE_DIGITS: u8 = 2;
+pub(crate) const COARSE_DIGITS: u8 = 2;
 /// Periods differ by little, so they are kept to one part in a thousand.
 const FINE_DIGITS: u8 = 3;
 const WINDOW_S: usize = 10;
@@ -27,11 +27,13 @@ struct Span {
     period: Histogram<u64>,
 }
 
-fn histogram(digits: u8) -> Histogram<u64> {
+/// A histogram of durations, ns.
+pub(crate) fn histogram(digits: u8) -> Histogram<u64> {
     Histogram::new_with_bounds(1, LONGEST_NS, digits).expect("the bounds are constants that fit")
 }
 
-fn percentiles(histogram: &Histogram<u64>) -> Percentiles {
+/// What people ask of a histogram.
+pub(crate) fn percentiles(histogram: &Histogram<u64>) -> Percentiles {
     let at = |quantile| histogram.value_at_quantile(quantile);
     Percentiles {
         p50: at(0.5),
@@ -101,6 +103,14 @@ impl Span {
     }
 }
 
+/// What tells of a late loop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Counted {
+    pub(crate) missed_periods: u64,
+    /// Ticks that took longer than a period.
+    pub(crate) overruns: u64,
+}
+
 /// Counts and histograms of the loop's timing.
 #[derive(Debug)]
 pub(crate) struct TimingRecorder {
@@ -164,6 +174,14 @@ impl TimingRecorder {
             }
         }
         self.last = Some(*record);
+    }
+
+    /// How often the loop was late since it began.
+    pub(crate) fn counted(&self) -> Counted {
+        Counted {
+            missed_periods: self.total.missed_periods,
+            overruns: self.total.overruns,
+        }
     }
 
     pub(crate) fn report(&self) -> Timing {

@@ -1,0 +1,80 @@
+//! What the log says of missed periods: the first at once, and then no more than a line every ten seconds, with everything since the line before.
+
+use crate::control::RigHandle;
+use crate::telemetry::timing::Counted;
+use std::time::Duration;
+use tokio::time::{Instant, MissedTickBehavior, interval};
+
+/// How often the counters are looked at.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// Between two lines.
+const PAUSE: Duration = Duration::from_secs(10);
+
+/// Says when periods are missed. For ever.
+pub(crate) async fn watch(rig: &RigHandle) {
+    let mut looking = interval(LOOK);
+    looking.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut log = LateLog::default();
+    loop {
+        let now = looking.tick().await;
+        let counted = rig.feed().timing().counted();
+        if let Some(line) = log.line(now, counted) {
+            crate::say(&line);
+        }
+    }
+}
+
+#[derive(Debug, Default)]
+struct LateLog {
+    told: Counted,
+    told_at: Option<Instant>,
+}
+
+impl LateLog {
+    /// What is to be said now, if anything.
+    fn line(&mut self, now: Instant, counted: Counted) -> Option<String> {
+        let missed = counted.missed_periods - self.told.missed_periods;
+        let overruns = counted.overruns - self.told.overruns;
+        if missed == 0 || self.told_at.is_some_and(|told_at| now < told_at + PAUSE) {
+            return None;
+        }
+        let since = self.told_at.map_or_else(
+            || "so far".to_owned(),
+            |told_at| format!("in {:.0} s", (now - told_at).as_secs_f64()),
+        );
+        (self.told, self.told_at) = (counted, Some(now));
+        Some(format!(
+            "late: {missed} missed periods and {overruns} overruns {since}; `haptic-ctl timing` tells more"
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_is_said_at_once_and_the_others_together() {
+        let began = Instant::now();
+        let after = |seconds| began + Duration::from_secs(seconds);
+        let counted = |missed_periods, overruns| Counted {
+            missed_periods,
+            overruns,
+        };
+        let mut log = LateLog::default();
+        assert_eq!(log.line(after(0), counted(0, 0)), None);
+        let first = log.line(after(1), counted(2, 1)).expect("said");
+        assert!(
+            first.starts_with("late: 2 missed periods and 1 overruns so far"),
+            "{first}"
+        );
+        assert_eq!(log.line(after(5), counted(7, 1)), None);
+        let second = log.line(after(11), counted(9, 4)).expect("said");
+        assert!(
+            second.starts_with("late: 7 missed periods and 3 overruns in 10 s"),
+            "{second}"
+        );
+        assert_eq!(log.line(after(60), counted(9, 4)), None, "nothing new");
+    }
+}

@@ -1,0 +1,389 @@
+//! How well the real-time thread keeps time: against cyclictest, against a bare loop, and against itself while clients do what they can.
+//!
+//! ```sh
+//! cargo bench -p system-tests --bench realtime            # all but the hour, some ten minutes
+//! cargo bench -p system-tests --bench realtime -- wake    # a part: wake, tick, rates, clients, set, memory=MINUTES
+//! ```
+//!
+//! What is compared runs in turns on the same processor at the same priority, five turns of ten seconds each, and the medians of the turns stand side by
+//! side: a turn in which the host took the processor away does not decide. The rest of the machine should be quiet.
+
+use haptic_ipc::{Changes, Client, Event, Request, SetReply, SubscribeReply, Timing, TimingWindow, Topic};
+use std::fs;
+use std::io::Read;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+use system_tests::{Daemon, binary, processors, wait_for};
+
+const TURNS: usize = 5;
+const TURN_S: u64 = 10;
+/// Turns against cyclictest: here the machine's mood changes faster than the turns.
+const WAKE_TURNS: usize = 9;
+
+fn main() {
+    // Cargo adds `--bench`.
+    let named: Vec<String> = std::env::args().skip(1).filter(|name| name != "--bench").collect();
+    let wanted = |part: &str| named.is_empty() || named.iter().any(|name| name == part);
+    let parts: [(&str, fn()); 5] = [
+        ("wake", wake),
+        ("tick", tick),
+        ("rates", rates),
+        ("clients", clients),
+        ("set", set),
+    ];
+    for (name, run) in parts {
+        if wanted(name) {
+            run();
+        }
+    }
+    for minutes in named.iter().filter_map(|name| name.strip_prefix("memory=")) {
+        memory(minutes.parse().expect("minutes"));
+    }
+}
+
+/// The last processor, which hapticd takes by default, for cyclictest as well.
+fn processor() -> usize {
+    *processors().last().expect("at least one")
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[expect(clippy::cast_precision_loss, reason = "nanoseconds below 2^53")]
+fn us(ns: u64) -> f64 {
+    ns as f64 * 1e-3
+}
+
+/// A column of the table: a name, and p50, p99, p99.9 and the longest of each turn, us.
+type Column<'a> = (&'a str, Vec<[f64; 4]>);
+
+fn table(title: &str, columns: &[Column<'_>]) {
+    println!("\n## {title}\n");
+    print!("| us, medians of {} turns |", columns[0].1.len());
+    for (name, _) in columns {
+        print!(" {name} |");
+    }
+    println!("\n|---|{}", "---|".repeat(columns.len()));
+    for (row, name) in ["p50", "p99", "p99.9", "max"].into_iter().enumerate() {
+        print!("| {name} |");
+        for (_, turns) in columns {
+            print!(" {:.2} |", median(turns.iter().map(|turn| turn[row]).collect()));
+        }
+        println!();
+    }
+}
+
+fn ratio(what: &str, ours: &[[f64; 4]], theirs: &[[f64; 4]]) {
+    let of = |turns: &[[f64; 4]], row: usize| median(turns.iter().map(|turn| turn[row]).collect());
+    println!(
+        "{what}: p50 x {:.3}, p99 x {:.3}",
+        of(ours, 0) / of(theirs, 0),
+        of(ours, 1) / of(theirs, 1)
+    );
+}
+
+fn row(percentiles: haptic_ipc::Percentiles) -> [f64; 4] {
+    [percentiles.p50, percentiles.p99, percentiles.p999, percentiles.max].map(us)
+}
+
+fn timing(client: &mut Client) -> Timing {
+    client.request(Request::Timing {}).expect("the timing")
+}
+
+/// The daemon's own account of a turn.
+fn turn_of(client: &mut Client) -> TimingWindow {
+    std::thread::sleep(Duration::from_secs(TURN_S));
+    timing(client).last_10_s
+}
+
+/// A turn of a daemon that nobody asks for anything.
+fn turn_of_daemon(arguments: &[&str]) -> TimingWindow {
+    let daemon = Daemon::start(arguments);
+    turn_of(&mut daemon.client())
+}
+
+/// A turn of cyclictest: wake-up latencies, us.
+fn turn_of_cyclictest() -> [f64; 4] {
+    let directory = tempfile::tempdir().expect("a directory");
+    let json = directory.path().join("cyclictest.json");
+    let done = Command::new("cyclictest")
+        .args(["-m", "-q", "-N", "-p", "80", "-i", "1000", "-h", "900000"])
+        .args([
+            "-a",
+            &processor().to_string(),
+            "-D",
+            &TURN_S.to_string(),
+            &format!("--json={}", json.display()),
+        ])
+        .stdout(Stdio::null())
+        .status()
+        .expect("cyclictest starts");
+    assert!(done.success());
+    let told: serde_json::Value =
+        serde_json::from_slice(&fs::read(json).expect("it writes its histogram")).expect("JSON");
+    let thread = &told["thread"]["0"];
+    let mut histogram: Vec<(u64, u64)> = thread["histogram"]
+        .as_object()
+        .expect("a histogram")
+        .iter()
+        .map(|(ns, count)| (ns.parse().expect("ns"), count.as_u64().expect("a count")))
+        .collect();
+    histogram.sort_unstable();
+    let cycles = thread["cycles"].as_u64().expect("a count");
+    let longest = thread["max"].as_u64().expect("ns");
+    let at = |share: f64| {
+        #[expect(
+            clippy::cast_precision_loss,
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count"
+        )]
+        let wanted = (cycles as f64 * share).ceil() as u64;
+        let mut seen = 0;
+        histogram
+            .iter()
+            .find_map(|(ns, count)| {
+                seen += count;
+                (seen >= wanted).then_some(*ns)
+            })
+            // What is longer than the histogram reaches is not in it.
+            .unwrap_or(longest)
+    };
+    [at(0.5), at(0.99), at(0.999), longest].map(us)
+}
+
+/// Wake-up latency against cyclictest, with and without the spin tail.
+fn wake() {
+    if Command::new("cyclictest")
+        .arg("--help")
+        .stderr(Stdio::null())
+        .output()
+        .is_err()
+    {
+        println!("SKIPPED: wake: cyclictest is missing (Debian: apt install rt-tests)");
+        return;
+    }
+    let (mut theirs, mut plain, mut spinning) = (vec![], vec![], vec![]);
+    for _ in 0..WAKE_TURNS {
+        theirs.push(turn_of_cyclictest());
+        plain.push(row(turn_of_daemon(&["--spin-us", "0"]).wake_latency_ns));
+        spinning.push(row(turn_of_daemon(&[]).wake_latency_ns));
+    }
+    ratio("hapticd without spin tail against cyclictest", &plain, &theirs);
+    table(
+        "Wake-up latency at 1 kHz",
+        &[
+            ("cyclictest", theirs),
+            ("hapticd, --spin-us 0", plain),
+            ("hapticd, spin tail", spinning),
+        ],
+    );
+}
+
+/// Changes the scene until it is told to end; returns how often.
+fn change_scene(daemon: &Daemon, over: &AtomicBool, pause: Duration) -> u64 {
+    let mut client = daemon.client();
+    let began = Instant::now();
+    let mut sets = 0;
+    while !over.load(Ordering::SeqCst) {
+        let mass = if sets % 2 == 0 { 0.5 } else { 0.6 };
+        let params: Changes = [("M", mass)].into_iter().collect();
+        let _: SetReply = client.request(Request::Set { params }).expect("a valid change");
+        sets += 1;
+        // By the clock, so that answers that take long do not make for fewer changes.
+        let due = began + pause * u32::try_from(sets).expect("few");
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+    }
+    sets
+}
+
+/// What a tick takes without the device, while it renders and its scene changes 50 times a second.
+fn tick() {
+    let mut turns = vec![];
+    for _ in 0..TURNS {
+        let daemon = Daemon::start(&[]);
+        engage(&daemon);
+        let over = AtomicBool::new(false);
+        let mut took: Vec<u64> = vec![];
+        std::thread::scope(|scope| {
+            scope.spawn(|| change_scene(&daemon, &over, Duration::from_millis(20)));
+            let mut client = daemon.client();
+            let _: SubscribeReply = client.request(subscription()).expect("a subscription");
+            let end = Instant::now() + Duration::from_secs(TURN_S);
+            while Instant::now() < end {
+                if let Event::Samples(samples) = client.next_event().expect("the daemon serves") {
+                    took.extend(
+                        samples
+                            .rows
+                            .iter()
+                            .map(|row| row.tick_ns.saturating_sub(row.device_round_trip_ns)),
+                    );
+                }
+            }
+            over.store(true, Ordering::SeqCst);
+        });
+        took.sort_unstable();
+        let at = |per_mille: usize| us(took[(took.len() - 1) * per_mille / 1000]);
+        turns.push([at(500), at(990), at(999), at(1000)]);
+    }
+    table(
+        "Whole tick without the link, in the running loop, on the paper's scene with 50 changes of it a second",
+        &[("tick", turns)],
+    );
+}
+
+/// Missed periods beside a bare loop's.
+fn rates() {
+    for rate in ["1000", "4000", "10000", "20000"] {
+        println!("\n## {rate} Hz\n");
+        let told = Command::new(binary("hapticd"))
+            .args([&format!("--self-test={TURN_S}"), "--rate", rate])
+            .output()
+            .expect("hapticd starts");
+        assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+        println!("```text\n{}```", String::from_utf8_lossy(&told.stdout));
+    }
+}
+
+fn subscription() -> Request {
+    Request::Subscribe {
+        topics: vec![Topic::State, Topic::Timing, Topic::Samples],
+        rate_hz: None,
+        batch_ms: None,
+    }
+}
+
+fn engage(daemon: &Daemon) {
+    let mut client = daemon.client();
+    let _: haptic_ipc::StateReply = client.request(Request::Engage {}).expect("an idle rig");
+    wait_for(&mut client, "force", |status| {
+        status.state == haptic_ipc::RigState::Engaged
+    });
+}
+
+const CLIENTS: usize = 32;
+
+/// What 31 subscribers of every tick and one client that makes 100 changes a second do to the loop, against the same daemon left alone.
+fn clients() {
+    let daemon = Daemon::start(&[]);
+    engage(&daemon);
+    let (mut idle, mut busy) = (vec![], vec![]);
+    let (mut sets, mut heard) = (0, 0);
+    for _ in 0..TURNS {
+        idle.push(turn_of(&mut daemon.client()));
+        let (over, bytes) = (AtomicBool::new(false), AtomicU64::new(0));
+        std::thread::scope(|scope| {
+            for _ in 0..CLIENTS - 2 {
+                scope.spawn(|| bytes.fetch_add(swallow(daemon.socket(), &over), Ordering::SeqCst));
+            }
+            let setting = scope.spawn(|| change_scene(&daemon, &over, Duration::from_millis(10)));
+            // The 32nd: it listens as well as asks for the timing.
+            let mut client = daemon.client();
+            let _: SubscribeReply = client.request(subscription()).expect("a subscription");
+            busy.push(turn_of(&mut client));
+            over.store(true, Ordering::SeqCst);
+            sets += setting.join().expect("it sets");
+        });
+        heard += bytes.into_inner();
+    }
+    println!(
+        "\n{CLIENTS} clients: {sets} changes in {} s, {} MB heard",
+        TURNS as u64 * TURN_S,
+        heard / 1_000_000
+    );
+    for (what, of) in [
+        (
+            "Wake-up latency",
+            (|turn| row(turn.wake_latency_ns)) as fn(&TimingWindow) -> [f64; 4],
+        ),
+        ("Tick, fake rig included", |turn| row(turn.tick_ns)),
+    ] {
+        let columns = [&idle, &busy].map(|turns| turns.iter().map(of).collect::<Vec<_>>());
+        table(
+            &format!("{what}, {CLIENTS} clients at work"),
+            &[("left alone", columns[0].clone()), ("with clients", columns[1].clone())],
+        );
+        println!();
+        ratio("with clients against left alone", &columns[1], &columns[0]);
+    }
+    let missed = |turns: &[TimingWindow]| turns.iter().map(|turn| turn.missed_periods).sum::<u64>();
+    println!(
+        "periods missed: {} left alone, {} with clients",
+        missed(&idle),
+        missed(&busy)
+    );
+}
+
+/// Reads whatever a subscriber is sent; returns how many bytes.
+fn swallow(socket: &Path, over: &AtomicBool) -> u64 {
+    let mut stream = std::os::unix::net::UnixStream::connect(socket).expect("the daemon serves");
+    let line = serde_json::json!({ "id": 1, "op": "subscribe", "topics": ["state", "timing", "samples"] });
+    std::io::Write::write_all(&mut stream, format!("{line}\n").as_bytes()).expect("the daemon reads");
+    let (mut buffer, mut bytes) = (vec![0; 1 << 16], 0);
+    while !over.load(Ordering::SeqCst) {
+        bytes += stream.read(&mut buffer).expect("the daemon writes") as u64;
+    }
+    bytes
+}
+
+/// Ticks from the change being sent to its being in force, and time to its answer.
+fn set() {
+    let daemon = Daemon::start(&[]);
+    engage(&daemon);
+    let mut client = daemon.client();
+    let mut answered: Vec<u64> = vec![];
+    let mut ticks: Vec<u64> = vec![];
+    for turn in 0..2000 {
+        let before = system_tests::status(&mut client).tick;
+        let asked = Instant::now();
+        let mass = if turn % 2 == 0 { 0.5 } else { 0.6 };
+        let params: Changes = [("M", mass)].into_iter().collect();
+        let reply: SetReply = client.request(Request::Set { params }).expect("a valid change");
+        answered.push(u64::try_from(asked.elapsed().as_nanos()).expect("short"));
+        ticks.push(reply.tick - before);
+    }
+    answered.sort_unstable();
+    ticks.sort_unstable();
+    let at = |of: &[u64], per_mille: usize| of[(of.len() - 1) * per_mille / 1000];
+    println!(
+        "\n## Changes of the scene: {} of them, one after the other\n",
+        answered.len()
+    );
+    println!(
+        "from the newest tick known before the change to the tick that renders it: {} (p50), {} (p99), {} (most) ticks",
+        at(&ticks, 500),
+        at(&ticks, 990),
+        at(&ticks, 1000)
+    );
+    println!(
+        "to its answer: {:.0} us (p50), {:.0} us (p99)",
+        us(at(&answered, 500)),
+        us(at(&answered, 990))
+    );
+}
+
+/// Resident memory over many minutes, with a subscriber of every tick and ten changes a second.
+fn memory(minutes: u64) {
+    let daemon = Daemon::start(&[]);
+    engage(&daemon);
+    let over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| change_scene(&daemon, &over, Duration::from_millis(100)));
+        scope.spawn(|| swallow(daemon.socket(), &over));
+        println!("\n## Resident memory, with a subscriber of every tick and ten changes a second\n");
+        for minute in 0..=minutes {
+            let status = fs::read_to_string(format!("/proc/{}/status", daemon.pid())).expect("it runs");
+            let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+            println!("{minute:4} min {}", resident.expect("it has memory").trim());
+            if minute < minutes {
+                // What is measured is the passing of time.
+                std::thread::sleep(Duration::from_secs(60));
+            }
+        }
+        over.store(true, Ordering::SeqCst);
+    });
+}
