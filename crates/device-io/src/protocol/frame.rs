@@ -1,0 +1,139 @@
+//! Messages in a byte stream: a message and its CRC-32, stuffed (COBS) so that a zero appears nowhere but between frames. Whoever begins to listen in
+//! the middle, or loses bytes, is in step again at the next zero.
+//!
+//! COBS: Cheshire and Baker, "Consistent overhead byte stuffing", IEEE/ACM Trans. Networking 7(2), 1999. CRC: CRC-32/ISO-HDLC, as in Ethernet and zip.
+
+use super::view::LONGEST;
+use crc::{CRC_32_ISO_HDLC, Crc};
+use thiserror::Error;
+
+static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+const CRC_BYTES: usize = 4;
+/// Longest frame, bytes: a message, its CRC, one byte of stuffing (below 254 bytes there is no more) and the zero that ends it.
+pub const LONGEST_FRAME: usize = LONGEST + CRC_BYTES + 2;
+
+/// Bytes between two zeros that are no frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum FrameError {
+    /// Longer than the longest frame.
+    #[error("a frame longer than {LONGEST_FRAME} bytes")]
+    TooLong,
+    /// Too short to hold a CRC, or stuffed as no sender does it.
+    #[error("a frame that is broken off or badly stuffed")]
+    Broken,
+    /// The CRC is wrong.
+    #[error("a frame with a wrong CRC")]
+    Crc,
+}
+
+/// A frame, ready to be sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    bytes: [u8; LONGEST_FRAME],
+    length: usize,
+}
+
+impl Frame {
+    /// The frame of a message of at most [`LONGEST`] bytes; what is longer is cut, and no receiver will take it.
+    #[must_use]
+    pub fn of(message: &[u8]) -> Self {
+        let message = &message[..message.len().min(LONGEST)];
+        let crc = CRC.checksum(message).to_le_bytes();
+        let mut bytes = [0; LONGEST_FRAME];
+        // Where the distance to the next zero goes, and how far it is by now.
+        let (mut code_at, mut next) = (0, 1);
+        for &byte in message.iter().chain(&crc) {
+            if byte == 0 {
+                bytes[code_at] = distance(next - code_at);
+                code_at = next;
+            } else {
+                bytes[next] = byte;
+            }
+            next += 1;
+        }
+        bytes[code_at] = distance(next - code_at);
+        Self {
+            bytes,
+            length: next + 1,
+        }
+    }
+
+    /// Its bytes, the ending zero included.
+    #[must_use]
+    pub fn as_slice(&self) -> &[u8] {
+        &self.bytes[..self.length]
+    }
+}
+
+fn distance(bytes: usize) -> u8 {
+    // A frame is far shorter than 255 bytes.
+    u8::try_from(bytes).unwrap_or(u8::MAX)
+}
+
+/// Cuts a byte stream into messages.
+#[derive(Clone, Debug)]
+pub struct Decoder {
+    bytes: [u8; LONGEST_FRAME],
+    length: usize,
+    too_long: bool,
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self {
+            bytes: [0; LONGEST_FRAME],
+            length: 0,
+            too_long: false,
+        }
+    }
+}
+
+impl Decoder {
+    /// Takes the next byte of the stream. At the end of a frame returns its message, without the CRC, or why it is none. Zeros in a row are nothing.
+    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
+        if byte != 0 {
+            match self.bytes.get_mut(self.length) {
+                Some(place) => {
+                    *place = byte;
+                    self.length += 1;
+                }
+                None => self.too_long = true,
+            }
+            return None;
+        }
+        let length = std::mem::take(&mut self.length);
+        if std::mem::take(&mut self.too_long) {
+            return Some(Err(FrameError::TooLong));
+        }
+        if length == 0 {
+            return None;
+        }
+        Some(open(&mut self.bytes[..length]))
+    }
+
+    /// Forgets what has come of a frame so far.
+    pub fn reset(&mut self) {
+        self.length = 0;
+        self.too_long = false;
+    }
+}
+
+/// Takes the stuffing out, in place, and the CRC off.
+fn open(stuffed: &mut [u8]) -> Result<&[u8], FrameError> {
+    let mut zero_at = 0;
+    while let Some(&code) = stuffed.get(zero_at) {
+        // No byte between two zeros is zero, so this moves on.
+        stuffed[zero_at] = 0;
+        zero_at += usize::from(code);
+    }
+    // The last distance leads to the ending zero; one that leads beyond it was damaged, and what remains has no end.
+    if zero_at != stuffed.len() {
+        return Err(FrameError::Broken);
+    }
+    let (message, crc) = stuffed[1..].split_last_chunk::<CRC_BYTES>().ok_or(FrameError::Broken)?;
+    if CRC.checksum(message).to_le_bytes() != *crc {
+        return Err(FrameError::Crc);
+    }
+    Ok(message)
+}

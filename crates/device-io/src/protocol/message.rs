@@ -1,0 +1,342 @@
+//! Messages as values, apart from their bytes.
+
+use super::view::{Bytes, Kind, View, ViewError};
+use thiserror::Error;
+
+/// What a device can do, and how it counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceHello {
+    /// The number that the host asked with: an answer to an older question is none to this one.
+    pub nonce: u32,
+    /// Counts of the encoder to a metre of the handle.
+    pub counts_per_metre: f32,
+    /// Largest force that the motor gives, mN.
+    pub force_limit_mn: u32,
+    /// Samples a second, Hz.
+    pub sample_rate_hz: u32,
+    /// The motor is off after so long without a command, ms.
+    pub watchdog_ms: u16,
+    /// Buttons that there are, one bit each.
+    pub buttons: u8,
+    /// Whether its measurements carry force and acceleration.
+    pub wide: bool,
+    /// Name and version of the firmware, in ASCII, padded with zeros.
+    pub firmware: [u8; 24],
+}
+
+impl DeviceHello {
+    /// Name of the firmware, as far as it is text.
+    #[must_use]
+    pub fn firmware_name(&self) -> String {
+        self.firmware
+            .iter()
+            .take_while(|byte| **byte != 0)
+            .map(|byte| {
+                if byte.is_ascii_graphic() || *byte == b' ' {
+                    char::from(*byte)
+                } else {
+                    '?'
+                }
+            })
+            .collect()
+    }
+
+    /// A firmware's name as it goes into a hello: what is not ASCII becomes a question mark, what is too long is cut.
+    #[must_use]
+    pub fn firmware_of(name: &str) -> [u8; 24] {
+        let mut firmware = [0; 24];
+        for (to, from) in firmware.iter_mut().zip(name.chars()) {
+            *to = u8::try_from(from).ok().filter(u8::is_ascii).unwrap_or(b'?');
+        }
+        firmware
+    }
+}
+
+/// A sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeviceSample {
+    /// Counts the samples since the hello; it wraps around.
+    pub sequence: u32,
+    /// When it was taken, us; it wraps around after 71 minutes.
+    pub time_us: u32,
+    /// The encoder; it wraps around.
+    pub count: i32,
+    /// Sequence of the newest command that the device has taken.
+    pub command: u32,
+    /// Whether the motor may be driven.
+    pub enabled: bool,
+    /// Whether the motor was switched off by the device's own watchdog, until the next enable.
+    pub watchdog: bool,
+    /// Buttons that are pressed, one bit each.
+    pub buttons: u8,
+    /// The channels that only some devices have.
+    pub wide: Option<WideChannels>,
+}
+
+/// Channels of a device with more sensors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WideChannels {
+    /// Force between hand and handle, mN.
+    pub force_mn: i32,
+    /// Acceleration of the handle, mm/s^2.
+    pub acceleration_mm_per_s2: i32,
+}
+
+/// What is wrong with a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ErrorCode {
+    /// A message whose kind, version or length it does not know.
+    BadMessage = 1,
+    /// The position sensor fails.
+    Sensor = 2,
+    /// The motor or its amplifier fails: too hot, too much current.
+    Motor = 3,
+    /// Anything else.
+    Other = 255,
+}
+
+impl ErrorCode {
+    fn from_byte(byte: u8) -> Self {
+        match byte {
+            1 => Self::BadMessage,
+            2 => Self::Sensor,
+            3 => Self::Motor,
+            _ => Self::Other,
+        }
+    }
+}
+
+impl std::fmt::Display for ErrorCode {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::BadMessage => "it was sent a message that it does not know",
+            Self::Sensor => "its position sensor fails",
+            Self::Motor => "its motor or amplifier fails",
+            Self::Other => "it reports an error of its own",
+        })
+    }
+}
+
+/// What a device says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FromDevice {
+    /// Who it is.
+    Hello(DeviceHello),
+    /// A sample.
+    Sample(DeviceSample),
+    /// An enable has been carried out, or not.
+    Acknowledge {
+        /// Sequence of the enable.
+        sequence: u32,
+        /// Whether it was carried out.
+        done: bool,
+    },
+    /// Something is wrong, and the motor is off.
+    Error {
+        /// What.
+        code: ErrorCode,
+        /// What the firmware wants its maker to know.
+        detail: u32,
+    },
+}
+
+/// What a host says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FromHost {
+    /// Who are you? The device switches its motor off and begins anew.
+    Hello {
+        /// Comes back in the answer.
+        nonce: u32,
+    },
+    /// The force from now on.
+    Command {
+        /// Counts commands and enables since the hello; it wraps around.
+        sequence: u32,
+        /// Force on the hand, mN.
+        force_mn: i32,
+        /// Whether the motor may be driven. Without, it is switched off until the next enable.
+        enabled: bool,
+    },
+    /// The motor may be driven, or no longer.
+    Enable {
+        /// Counts commands and enables since the hello; it wraps around.
+        sequence: u32,
+        /// Which of the two.
+        enabled: bool,
+    },
+}
+
+/// Why bytes are not what the other side may say.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum MessageError {
+    /// They are no message.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// It goes the other way.
+    #[error("a {0:?} does not come from this side")]
+    WrongWay(Kind),
+    /// A value that no device can have.
+    #[error("a device with {field} = {value} cannot be")]
+    Value {
+        /// Which.
+        field: &'static str,
+        /// What.
+        value: f64,
+    },
+}
+
+const ENABLED: u8 = 1;
+const WATCHDOG: u8 = 1 << 1;
+
+/// Counts to a metre that are plausible: from a potentiometer's to a laser's.
+const COUNTS_PER_METRE: std::ops::RangeInclusive<f32> = 1.0..=1e10;
+/// Samples a second that are plausible.
+const SAMPLE_RATE_HZ: std::ops::RangeInclusive<u32> = 10..=100_000;
+
+impl FromDevice {
+    /// Reads a message.
+    ///
+    /// # Errors
+    /// It is none that a device may send.
+    pub fn read(view: View<'_>) -> Result<Self, MessageError> {
+        Ok(match view.kind() {
+            Kind::DeviceHello => {
+                let hello = DeviceHello {
+                    wide: view.u8(2) & 1 != 0,
+                    buttons: view.u8(3),
+                    nonce: view.u32(4),
+                    counts_per_metre: view.f32(8),
+                    force_limit_mn: view.u32(12),
+                    sample_rate_hz: view.u32(16),
+                    watchdog_ms: view.u16(20),
+                    firmware: view.bytes(24),
+                };
+                if !COUNTS_PER_METRE.contains(&hello.counts_per_metre) {
+                    return Err(MessageError::Value {
+                        field: "counts_per_metre",
+                        value: hello.counts_per_metre.into(),
+                    });
+                }
+                if !SAMPLE_RATE_HZ.contains(&hello.sample_rate_hz) {
+                    return Err(MessageError::Value {
+                        field: "sample_rate_hz",
+                        value: hello.sample_rate_hz.into(),
+                    });
+                }
+                Self::Hello(hello)
+            }
+            kind @ (Kind::Measurement | Kind::WideMeasurement) => Self::Sample(DeviceSample {
+                enabled: view.u8(2) & ENABLED != 0,
+                watchdog: view.u8(2) & WATCHDOG != 0,
+                buttons: view.u8(3),
+                sequence: view.u32(4),
+                time_us: view.u32(8),
+                count: view.i32(12),
+                command: view.u32(16),
+                wide: (kind == Kind::WideMeasurement).then(|| WideChannels {
+                    force_mn: view.i32(20),
+                    acceleration_mm_per_s2: view.i32(24),
+                }),
+            }),
+            Kind::Acknowledge => Self::Acknowledge {
+                done: view.u8(2) == 0,
+                sequence: view.u32(4),
+            },
+            Kind::Error => Self::Error {
+                code: ErrorCode::from_byte(view.u8(2)),
+                detail: view.u32(4),
+            },
+            kind @ (Kind::HostHello | Kind::Command | Kind::Enable) => return Err(MessageError::WrongWay(kind)),
+        })
+    }
+
+    /// Its bytes.
+    #[must_use]
+    pub fn bytes(&self) -> Bytes {
+        match self {
+            Self::Hello(hello) => Bytes::new(Kind::DeviceHello)
+                .with(2, [u8::from(hello.wide), hello.buttons])
+                .with(4, hello.nonce.to_le_bytes())
+                .with(8, hello.counts_per_metre.to_le_bytes())
+                .with(12, hello.force_limit_mn.to_le_bytes())
+                .with(16, hello.sample_rate_hz.to_le_bytes())
+                .with(20, hello.watchdog_ms.to_le_bytes())
+                .with(24, hello.firmware),
+            Self::Sample(sample) => {
+                let kind = match sample.wide {
+                    Some(_) => Kind::WideMeasurement,
+                    None => Kind::Measurement,
+                };
+                let flags = u8::from(sample.enabled) * ENABLED | u8::from(sample.watchdog) * WATCHDOG;
+                let bytes = Bytes::new(kind)
+                    .with(2, [flags, sample.buttons])
+                    .with(4, sample.sequence.to_le_bytes())
+                    .with(8, sample.time_us.to_le_bytes())
+                    .with(12, sample.count.to_le_bytes())
+                    .with(16, sample.command.to_le_bytes());
+                match sample.wide {
+                    Some(wide) => bytes
+                        .with(20, wide.force_mn.to_le_bytes())
+                        .with(24, wide.acceleration_mm_per_s2.to_le_bytes()),
+                    None => bytes,
+                }
+            }
+            Self::Acknowledge { sequence, done } => Bytes::new(Kind::Acknowledge)
+                .with(2, [u8::from(!done)])
+                .with(4, sequence.to_le_bytes()),
+            Self::Error { code, detail } => Bytes::new(Kind::Error)
+                .with(2, [*code as u8])
+                .with(4, detail.to_le_bytes()),
+        }
+    }
+}
+
+impl FromHost {
+    /// Reads a message.
+    ///
+    /// # Errors
+    /// It is none that a host may send.
+    pub fn read(view: View<'_>) -> Result<Self, MessageError> {
+        let enabled = view.u8(2) & ENABLED != 0;
+        Ok(match view.kind() {
+            Kind::HostHello => Self::Hello { nonce: view.u32(4) },
+            Kind::Command => Self::Command {
+                enabled,
+                sequence: view.u32(4),
+                force_mn: view.i32(8),
+            },
+            Kind::Enable => Self::Enable {
+                enabled,
+                sequence: view.u32(4),
+            },
+            kind => return Err(MessageError::WrongWay(kind)),
+        })
+    }
+
+    /// Its bytes.
+    #[must_use]
+    pub fn bytes(&self) -> Bytes {
+        match *self {
+            Self::Hello { nonce } => Bytes::new(Kind::HostHello).with(4, nonce.to_le_bytes()),
+            Self::Command {
+                sequence,
+                force_mn,
+                enabled,
+            } => Bytes::new(Kind::Command)
+                .with(2, [u8::from(enabled)])
+                .with(4, sequence.to_le_bytes())
+                .with(8, force_mn.to_le_bytes()),
+            Self::Enable { sequence, enabled } => Bytes::new(Kind::Enable)
+                .with(2, [u8::from(enabled)])
+                .with(4, sequence.to_le_bytes()),
+        }
+    }
+}
+
+/// Whether `newer` comes after `than` in a count that wraps around.
+#[must_use]
+pub fn is_newer(newer: u32, than: u32) -> bool {
+    let ahead = newer.wrapping_sub(than);
+    ahead != 0 && ahead < 1 << 31
+}
