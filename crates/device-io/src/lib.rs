@@ -7,9 +7,11 @@
 //!
 //! [`link`] talks to real rigs in the words of [`protocol`], over a serial line or HID.
 
+pub mod address;
 mod device;
 pub mod fake;
 pub mod link;
 pub mod protocol;
 
+pub use address::Address;
 pub use device::{Device, DeviceError, Measurement};

@@ -87,6 +87,16 @@ fn decoded(bytes: &[u8]) -> Vec<Result<Vec<u8>, FrameError>> {
         .collect()
 }
 
+/// Reads bytes as either side would.
+fn read(view: Result<View<'_>, ViewError>) {
+    if let Ok(view) = view {
+        assert!(
+            FromDevice::read(view).is_err() || FromHost::read(view).is_err(),
+            "it goes one way only"
+        );
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -149,9 +159,9 @@ proptest! {
     #[test]
     fn nothing_that_comes_is_too_much(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
         for frame in decoded(&bytes).into_iter().flatten() {
-            drop(View::whole(&frame).map(|view| (FromDevice::read(view).is_ok(), FromHost::read(view).is_ok())));
+            read(View::whole(&frame));
         }
-        drop(View::padded(&bytes).map(|view| (FromDevice::read(view).is_ok(), FromHost::read(view).is_ok())));
+        read(View::padded(&bytes));
     }
 }
 
