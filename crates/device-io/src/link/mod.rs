@@ -14,13 +14,19 @@
 mod clock;
 mod device_clock;
 mod health;
+pub(crate) mod hid;
 mod keeper;
 mod low_latency;
+mod mailbox;
 mod nodes;
+mod reports;
 mod serial;
 mod session;
+mod wire;
+mod writer;
 
 pub use health::{LinkCounters, UNKNOWN_DRIFT};
+pub use hid::{HidConnector, HidId};
 pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub use serial::SerialConnector;
 
