@@ -10,7 +10,7 @@
 //!   is ever sent with an older sequence than a command already sent. With the loads the other way round, a pair posted between them would give a command without its enable, and the enable would
 //!   come too late, next time.
 //! - An enable may be newer than the command, when it was posted between the two loads. It is sent alone: what the command asked for is overtaken, and the enable itself begins at zero force.
-//!   Its own command has been posted by the time the poster wakes the taker, which then looks again.
+//!   Its own command has been posted by the time the poster wakes the taker, which then looks again. Should it look earlier, it may still find a command before the enable, which is not sent either.
 //! - A command that switches off and is newer than the enable makes that needless: the motor is not switched on for nobody.
 //! - Of several commands posted between two looks only the newest is seen, whole. Of several enables too; each of the older ones had a command that switched off between it and the next, which the next enable
 //!   implies, since the device sets its motor to zero force at every enable.
@@ -110,6 +110,8 @@ impl Taker {
         let (enable, command) = match (fresh_enable, fresh_command) {
             (Some(enable), Some(command)) if is_newer(sequence(enable), sequence(command)) => (Some(enable), None),
             (Some(_), Some(command)) if command & ENABLED == 0 => (None, Some(command)),
+            // The enable that overtook it was sent at the last look.
+            (None, Some(command)) if !is_newer(sequence(command), self.newest) => (None, None),
             both => both,
         };
         let newest =
