@@ -1,6 +1,6 @@
-//! How a rig is named: `fake`, `serial:/dev/ttyACM0?baud=1000000`.
+//! How a rig is named: `fake`, `serial:/dev/ttyACM0?baud=1000000`, `hid:1209:0001:SERIAL`.
 
-use crate::link::{Connector, SerialConnector};
+use crate::link::{Connector, HidConnector, HidId, SerialConnector};
 use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -18,6 +18,8 @@ pub enum Address {
         /// Its rate, baud.
         baud: u32,
     },
+    /// A rig that speaks the link protocol on USB HID.
+    Hid(HidId),
 }
 
 /// What a line runs at where nothing is said, baud.
@@ -25,7 +27,7 @@ pub const DEFAULT_BAUD: u32 = 1_000_000;
 
 /// A name that names no rig.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("`{address}` names no device: {why}; write fake or serial:/dev/ttyACM0[?baud=1000000]")]
+#[error("`{address}` names no device: {why}; write fake, serial:/dev/ttyACM0[?baud=1000000] or hid:VID:PID[:SERIAL]")]
 pub struct AddressError {
     address: String,
     why: String,
@@ -45,6 +47,9 @@ impl FromStr for Address {
         let (kind, rest) = text
             .split_once(':')
             .ok_or_else(|| wrong("it has no kind before a colon".to_owned()))?;
+        if kind == "hid" {
+            return hid(rest).map(Self::Hid).map_err(wrong);
+        }
         let (place, options) = rest
             .split_once('?')
             .map_or((rest, None), |(place, options)| (place, Some(options)));
@@ -78,11 +83,37 @@ impl FromStr for Address {
     }
 }
 
+/// What follows `hid:`. A serial number may hold anything, colons too.
+fn hid(text: &str) -> Result<HidId, String> {
+    let mut parts = text.splitn(3, ':');
+    let mut number = |what: &str| {
+        let digits = parts.next().unwrap_or_default();
+        if digits.len() == 4 && digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+            u16::from_str_radix(digits, 16).map_err(|error| error.to_string())
+        } else {
+            Err(format!(
+                "its {what} `{digits}` is not of four hexadecimal digits, as lsusb shows them"
+            ))
+        }
+    };
+    let (vendor, product) = (number("vendor")?, number("product")?);
+    let serial = parts.next().map(str::to_owned);
+    if serial.as_deref() == Some("") {
+        return Err("nothing follows the colon after its product".to_owned());
+    }
+    Ok(HidId {
+        vendor,
+        product,
+        serial,
+    })
+}
+
 impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Fake => f.write_str("fake"),
             Self::Serial { path, baud } => write!(f, "serial:{}?baud={baud}", path.display()),
+            Self::Hid(id) => write!(f, "hid:{id}"),
         }
     }
 }
@@ -94,6 +125,7 @@ impl Address {
         match self {
             Self::Fake => None,
             Self::Serial { path, baud } => Some(Box::new(SerialConnector::new(path.clone(), *baud))),
+            Self::Hid(id) => Some(Box::new(HidConnector::new(id.clone()))),
         }
     }
 }
@@ -108,11 +140,21 @@ mod tests {
             path: path.into(),
             baud,
         };
+        let hid = |vendor, product, serial: Option<&str>| {
+            Address::Hid(HidId {
+                vendor,
+                product,
+                serial: serial.map(str::to_owned),
+            })
+        };
         for (text, address) in [
             ("fake", Address::Fake),
             ("serial:/dev/ttyACM0", serial("/dev/ttyACM0", 1_000_000)),
             ("serial:/dev/ttyUSB0?baud=500000", serial("/dev/ttyUSB0", 500_000)),
             ("serial:rig", serial("rig", 1_000_000)),
+            ("hid:1209:000a", hid(0x1209, 0x000A, None)),
+            ("hid:1209:ABCD:17", hid(0x1209, 0xABCD, Some("17"))),
+            ("hid:0000:ffff:a:b?c d", hid(0, 0xFFFF, Some("a:b?c d"))),
         ] {
             assert_eq!(text.parse(), Ok(address.clone()));
             assert_eq!(address.to_string().parse(), Ok(address));
@@ -124,9 +166,19 @@ mod tests {
             ("serial:", "nothing follows"),
             ("serial:/dev/x?baud=9", "from 1200"),
             ("serial:/dev/x?speed=9600", "`speed=9600`"),
+            ("hid:", "its vendor ``"),
+            ("hid:1209", "its product ``"),
+            ("hid:129:0001", "its vendor `129`"),
+            ("hid:1209:+001", "its product `+001`"),
+            ("hid:0x1209:0001", "its vendor `0x1209`"),
+            ("hid:1209:0001:", "nothing follows"),
+            ("hid:/dev/hidraw0", "`/dev/hidraw0` is not of four"),
         ] {
             let error = text.parse::<Address>().expect_err(text).to_string();
-            assert!(error.contains(why) && error.contains("serial:/dev/ttyACM0"), "{error}");
+            assert!(
+                error.contains(why) && error.contains("serial:/dev/ttyACM0") && error.contains("hid:VID:PID"),
+                "{error}"
+            );
         }
     }
 }

@@ -29,6 +29,7 @@ pub use health::{LinkCounters, UNKNOWN_DRIFT};
 pub use hid::{HidConnector, HidId};
 pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub use serial::SerialConnector;
+pub(crate) use serial::permission_remedy as serial_permission_remedy;
 
 use crate::device::{Device, DeviceError, Measurement};
 use rtrb::{Consumer, Producer};

@@ -69,12 +69,9 @@ impl Line {
                 serialport::ErrorKind::Io(std::io::ErrorKind::NotFound) => ConnectError::Absent {
                     what: path.display().to_string(),
                 },
-                serialport::ErrorKind::Io(std::io::ErrorKind::PermissionDenied) => refused(
-                    error.to_string(),
-                    format!(
-                        "add the user to the group of {name} (`sudo usermod -aG dialout $USER`, then log in again)"
-                    ),
-                ),
+                serialport::ErrorKind::Io(std::io::ErrorKind::PermissionDenied) => {
+                    refused(error.to_string(), permission_remedy(&target))
+                }
                 _ if is_busy(&error) => refused(
                     error.to_string(),
                     format!("another program has it open: `fuser -v {name}` names it"),
@@ -182,6 +179,14 @@ impl Line {
         }
         Ok(Sent::NoRoom)
     }
+}
+
+/// How to be allowed to open a line.
+pub(crate) fn permission_remedy(line: &Path) -> String {
+    format!(
+        "add the user to the group of {} (`sudo usermod -aG dialout $USER`, then log in again)",
+        line.display()
+    )
 }
 
 fn is_busy(error: &serialport::Error) -> bool {
