@@ -12,15 +12,12 @@ use crate::telemetry::ring::{Producer, TickRecord};
 use device_io::{Device, DeviceError, Measurement};
 use haptic_core::limiter::SafetyLimiter;
 use haptic_core::passivity::PassivityObserver;
-use haptic_core::velocity::Estimator;
+use haptic_core::velocity::{Estimator, Method};
 use haptic_ipc::RigState;
 use std::sync::Arc;
 
 /// What a force that a change of scene would make jump fades away in, s.
 const BUMP_FADE_S: f64 = 0.05;
-
-/// How long a device may repeat its last sample before it counts as gone, ns. Until then no time passes for the block.
-const STALE_AFTER_NS: u64 = 50_000_000;
 
 /// What the way of a sample is made of beside the device and the scene.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +26,22 @@ pub(crate) struct Parts {
     pub(crate) limiter: SafetyLimiter,
     pub(crate) passivity: PassivityObserver,
     pub(crate) lateness: Lateness,
-    pub(crate) velocity: Estimator,
+    pub(crate) velocity: Velocity,
+    /// How long a device may repeat its last sample before it counts as stale, ns. Until then no time passes for the block.
+    pub(crate) stale_ns: u64,
+}
+
+/// How velocity is estimated: anew for each device, as one may count more finely than another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Velocity {
+    pub(crate) method: Method,
+    pub(crate) period_s: f64,
+}
+
+impl Velocity {
+    fn estimator(self, resolution_m: f64) -> Estimator {
+        Estimator::new(self.method, self.period_s, resolution_m)
+    }
 }
 
 #[cfg(test)]
@@ -39,7 +51,6 @@ impl Parts {
         use crate::rt::lateness::LatePolicy;
         use haptic_core::limiter::Limits;
         use haptic_core::passivity::RigLosses;
-        use haptic_core::velocity::Method;
         let limits = Limits {
             force_n: 20.0,
             slew_n_per_s: 50_000.0,
@@ -54,7 +65,11 @@ impl Parts {
             limiter: SafetyLimiter::new(limits),
             passivity: PassivityObserver::new(losses, 1.0),
             lateness: Lateness::new(LatePolicy::Warn),
-            velocity: Estimator::new(Method::default(), 1e-3, 1e-5),
+            velocity: Velocity {
+                method: Method::default(),
+                period_s: 1e-3,
+            },
+            stale_ns: 50_000_000,
         }
     }
 }
@@ -79,6 +94,8 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     /// Whether force flowed in the tick before.
     was_live: bool,
     velocity: Estimator,
+    velocity_of: Velocity,
+    stale_ns: u64,
     limiter: SafetyLimiter,
     passivity: PassivityObserver,
     lateness: Lateness,
@@ -109,6 +126,7 @@ impl<D: Device + ?Sized> Tick<D> {
             passivity,
             lateness,
             velocity,
+            stale_ns,
         } = parts;
         shared.answers.scene_applied(scene.revision, 0);
         Self {
@@ -118,7 +136,9 @@ impl<D: Device + ?Sized> Tick<D> {
             scenes_seen: 0,
             rig,
             was_live: false,
-            velocity,
+            velocity: velocity.estimator(device.resolution_m()),
+            velocity_of: velocity,
+            stale_ns,
             limiter,
             passivity,
             lateness,
@@ -201,7 +221,6 @@ impl<D: Device + ?Sized> Tick<D> {
     pub(crate) fn replace_device(&mut self, device: Box<D>) {
         self.device = device;
         self.newest = None;
-        self.velocity.reset();
     }
 
     /// The scene that it renders.
@@ -238,14 +257,24 @@ impl<D: Device + ?Sized> Tick<D> {
 
     /// Takes in a measurement; returns the time since the one before, s. A failed or stale read is never rendered as a position.
     fn sense(&mut self, measured: Result<Measurement, DeviceError>, now_ns: u64) -> f64 {
-        let Ok(sample) = measured else {
-            self.rig.device_present(false);
-            self.newest = None;
-            self.velocity.reset();
-            return 0.0;
+        let sample = match measured {
+            Ok(sample) => sample,
+            Err(error) => {
+                match error {
+                    DeviceError::MotorOff { watchdog } => self.rig.fail(Fault::MotorOff { watchdog }),
+                    DeviceError::Failed(code) => self.rig.fail(Fault::Device(code)),
+                    _ => self.rig.device_present(false),
+                }
+                self.newest = None;
+                self.velocity.reset();
+                return 0.0;
+            }
         };
         if let Some(newest) = self.newest.filter(|newest| newest.sequence == sample.sequence) {
-            if now_ns.saturating_sub(newest.read_ns) > STALE_AFTER_NS {
+            if now_ns.saturating_sub(newest.read_ns) > self.stale_ns {
+                if self.rig.is_live() {
+                    self.rig.fail(Fault::Stale);
+                }
                 self.rig.device_present(false);
                 self.velocity.reset();
             }
@@ -255,6 +284,10 @@ impl<D: Device + ?Sized> Tick<D> {
         if !sample.position_m.is_finite() {
             self.rig.fail(Fault::NonFinitePosition);
             return 0.0;
+        }
+        if self.newest.is_none() {
+            // It may be another device than the last one.
+            self.velocity = self.velocity_of.estimator(self.device.resolution_m());
         }
         let last = self.newest.replace(Newest {
             sequence: sample.sequence,
@@ -372,6 +405,7 @@ mod tests {
     use crate::rig_state::Command;
     use crate::rt::lateness::LatePolicy;
     use crate::telemetry::ring;
+    use device_io::protocol::message::ErrorCode;
     use haptic_core::limiter::Limits;
     use haptic_core::passivity::RigLosses;
     use haptic_core::velocity::Method;
@@ -463,7 +497,11 @@ mod tests {
                 limiter: SafetyLimiter::new(LIMITS),
                 passivity: PassivityObserver::new(NO_LOSSES, 0.0),
                 lateness: Lateness::new(LatePolicy::Fault { most_in_a_second: 5 }),
-                velocity: Estimator::new(Method::default(), 1e-3, 0.0),
+                velocity: Velocity {
+                    method: Method::default(),
+                    period_s: 1e-3,
+                },
+                stale_ns: 50_000_000,
             },
         );
         Bench {
@@ -609,7 +647,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_that_repeats_itself_is_given_up_and_comes_back_idle() {
+    fn a_device_that_repeats_itself_faults_and_comes_back_idle_after_a_reset() {
         let mut bench = bench(ramp());
         bench.ticks(SETTLE);
         bench.command(Command::Engage);
@@ -622,10 +660,39 @@ mod tests {
         );
         bench.ticks(50);
         let lost = bench.tick();
-        assert_eq!((lost.state, lost.command_force), (RigState::Disconnected, 0.0));
+        assert_eq!((lost.state, lost.command_force), (RigState::Faulted, 0.0));
+        assert_eq!(lost.fault, Some(Fault::Stale));
+        bench.command(Command::Reset);
+        bench.ticks(2);
+        assert_eq!(bench.tick().state, RigState::Disconnected, "there is still nothing new");
         bench.tick.device.repeats = false;
         bench.ticks(10);
         assert_eq!(bench.tick().state, RigState::Idle);
+    }
+
+    #[test]
+    fn a_device_that_has_its_motor_off_faults_and_is_told_apart_from_one_that_is_gone() {
+        for (error, state, fault) in [
+            (
+                DeviceError::MotorOff { watchdog: true },
+                RigState::Faulted,
+                Some(Fault::MotorOff { watchdog: true }),
+            ),
+            (
+                DeviceError::Failed(ErrorCode::Sensor),
+                RigState::Faulted,
+                Some(Fault::Device(ErrorCode::Sensor)),
+            ),
+            (DeviceError::Disconnected, RigState::Disconnected, None),
+        ] {
+            let mut bench = bench(ramp().take(100).chain([Err(error)]).chain(ramp()));
+            bench.tick();
+            bench.command(Command::Engage);
+            bench.ticks(98);
+            let told = bench.tick();
+            assert_eq!((told.state, told.fault, told.command_force), (state, fault, 0.0));
+            assert_eq!(bench.last_written(), 0.0);
+        }
     }
 
     #[test]
