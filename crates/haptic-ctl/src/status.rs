@@ -16,11 +16,12 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         (
             "force",
             format!(
-                "{:.3} N on the hand, limits {} N, {} N/s, {} m/s",
+                "{:.3} N on the hand, limits {} N, {} N/s, {} m/s, {} m/s^2",
                 status.command_force_n,
                 status.device.force_limit_n,
                 status.device.slew_limit_n_per_s,
-                status.device.speed_limit_mps
+                status.device.speed_limit_mps,
+                status.device.acceleration_limit_mps2
             ),
         ),
         (

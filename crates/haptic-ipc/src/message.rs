@@ -536,6 +536,9 @@ pub struct DeviceStatus {
     /// Speed at which the force is taken away, m/s.
     #[serde(default)]
     pub speed_limit_mps: f64,
+    /// Acceleration beyond which its position has jumped, and the force is taken away, m/s^2.
+    #[serde(default)]
+    pub acceleration_limit_mps2: f64,
     /// The link to it; absent where the rig is in the daemon itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,

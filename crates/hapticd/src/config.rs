@@ -113,6 +113,11 @@ pub(crate) struct Options {
     #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
     speed_limit_mps: Option<f64>,
 
+    /// Acceleration of the device beyond which its encoder must have jumped, and the force is taken away, m/s^2, from 10 to
+    /// 1000000 [default: 2000]
+    #[arg(long, value_name = "M/S^2", allow_negative_numbers = true)]
+    acceleration_limit_mps2: Option<f64>,
+
     /// Largest force with which energy that the sampled loop makes is taken out again, N, from 0 to 100; 0 only watches it
     /// [default: 0]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -334,7 +339,7 @@ impl Options {
             let file: Self = read_toml(&path)?;
             fall_back!(
                 self, file: device, socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scheme,
-                velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, passivity_control_n, ramp_ms, stale_ms, hand,
+                velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2, passivity_control_n, ramp_ms, stale_ms, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
                 arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m,
             );
@@ -418,6 +423,14 @@ impl Options {
                     "N/s",
                 )?,
                 speed_mps: within("speed-limit-mps", self.speed_limit_mps, 5.0, 0.01, 100.0, "m/s")?,
+                acceleration_mps2: within(
+                    "acceleration-limit-mps2",
+                    self.acceleration_limit_mps2,
+                    2000.0,
+                    10.0,
+                    1e6,
+                    "m/s^2",
+                )?,
             },
             passivity_control_n: within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?,
             ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,

@@ -32,6 +32,8 @@ pub(crate) enum Fault {
     TooLate,
     /// The device sent no new sample for too long.
     Stale,
+    /// The position changed as no rig can move.
+    Jump,
     /// The device has its motor off, though it was enabled.
     MotorOff {
         /// Its own watchdog has done that.
@@ -44,6 +46,7 @@ pub(crate) enum Fault {
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
+            Self::Jump => "the position jumped: it changed faster than the acceleration limit allows",
             Self::Stale => "the device sent no new sample for too long",
             Self::MotorOff { watchdog: false } => "the device has switched its motor off",
             Self::MotorOff { watchdog: true } => {

@@ -31,6 +31,7 @@ pub(super) fn status(rig: &RigHandle) -> Status {
             force_limit_n: facts.limits.force_n,
             slew_limit_n_per_s: facts.limits.slew_n_per_s,
             speed_limit_mps: facts.limits.speed_mps,
+            acceleration_limit_mps2: facts.limits.acceleration_mps2,
             link: facts.link.as_ref().map(link),
         },
         real_time: facts.real_time.clone(),

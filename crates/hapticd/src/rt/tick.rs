@@ -55,6 +55,7 @@ impl Parts {
             force_n: 20.0,
             slew_n_per_s: 50_000.0,
             speed_mps: 5.0,
+            acceleration_mps2: 2000.0,
         };
         let losses = RigLosses {
             damping: 0.0,
@@ -296,6 +297,17 @@ impl<D: Device + ?Sized> Tick<D> {
         });
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two samples")]
         let elapsed_s = last.map_or(0.0, |last| sample.time_ns.saturating_sub(last.device_ns) as f64 * 1e-9);
+        let moved = sample.position_m - self.device_position;
+        // Only with force on the hand is it of any concern: without, the block goes wherever the device says.
+        if self.rig.is_live()
+            && self.was_live
+            && last.is_some()
+            && !self
+                .limiter
+                .allows_step(moved, self.device_velocity, elapsed_s, self.device.resolution_m())
+        {
+            self.rig.fail(Fault::Jump);
+        }
         self.device_position = sample.position_m;
         self.device_velocity = self.velocity.update(elapsed_s, sample.position_m);
         elapsed_s
@@ -466,6 +478,8 @@ mod tests {
         force_n: MAX_FORCE,
         slew_n_per_s: 1e6,
         speed_mps: 5.0,
+        // The tests' hands move roughly; the one test of this limit sets it.
+        acceleration_mps2: 1e6,
     };
 
     const NO_LOSSES: RigLosses = RigLosses {
@@ -741,6 +755,28 @@ mod tests {
         );
         assert_eq!(record.command_force, 0.0);
         assert_eq!(bench.tick().command_force, 0.0, "until a reset");
+    }
+
+    #[test]
+    fn a_jump_of_the_encoder_faults_before_it_is_rendered() {
+        // 2 mm within a millisecond, from a hand at 0.1 m/s: slower than the speed limit, and no motion.
+        let jumped = (0..50).map(|k| Ok(0.01 + 2e-3 + 1e-4 * f64::from(k)));
+        let mut bench = bench(ramp().take(100).chain(jumped));
+        bench.tick.limiter = SafetyLimiter::new(Limits {
+            acceleration_mps2: 2000.0,
+            ..LIMITS
+        });
+        bench.ticks(SETTLE);
+        bench.command(Command::Engage);
+        let mut before = bench.tick();
+        while before.state.is_live() {
+            let record = bench.tick();
+            let step = record.command_force - before.command_force;
+            assert!(record.command_force == 0.0 || step.abs() < 1.0, "{before:?} {record:?}");
+            before = record;
+        }
+        assert_eq!(bench.tick.rig.fault(), Some(Fault::Jump));
+        assert_eq!(bench.last_written(), 0.0);
     }
 
     #[test]
