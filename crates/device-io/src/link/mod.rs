@@ -19,6 +19,8 @@ mod keeper;
 mod low_latency;
 mod mailbox;
 mod nodes;
+#[cfg(test)]
+mod quality_tests;
 mod reports;
 mod serial;
 mod session;
