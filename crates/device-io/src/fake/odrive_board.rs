@@ -39,7 +39,7 @@ impl Default for ODriveProperties {
         Self {
             firmware: [0, 5, 6],
             radius_m: 5e-3,
-            torque_limit_nm: 1.0,
+            torque_limit_nm: f64::INFINITY,
             calibrated: true,
         }
     }
@@ -257,6 +257,9 @@ impl ODriveBoard {
             "axis0.controller.config.control_mode" => self.control_mode.to_string(),
             "axis0.controller.config.input_mode" => self.input_mode.to_string(),
             "axis0.controller.input_torque" => format!("{:.6}", self.torque_nm),
+            "axis0.motor.config.torque_lim" if old => format!("{:.6}", self.properties.torque_limit_nm),
+            "axis0.config.torque_soft_max" if !old => format!("{:.6}", self.properties.torque_limit_nm),
+            "axis0.config.torque_soft_min" if !old => format!("{:.6}", -self.properties.torque_limit_nm),
             "axis0.encoder.config.cpr" if old => format!("{:.0}", self.pulley.counts_per_turn().unwrap_or(8192.0)),
             _ => return None,
         })
@@ -284,6 +287,13 @@ impl ODriveBoard {
             ("axis0.config.enable_watchdog", Some(on), _) => self.watchdog_on = on != 0,
             ("axis0.controller.config.control_mode", Some(mode), _) => self.control_mode = f64::from(mode),
             ("axis0.controller.config.input_mode", Some(mode), _) => self.input_mode = f64::from(mode),
+            ("axis0.motor.config.torque_lim" | "axis0.config.torque_soft_max", _, Some(limit_nm))
+                if self.property(name).is_some() =>
+            {
+                self.properties.torque_limit_nm = limit_nm;
+            }
+            // The same limit the other way.
+            ("axis0.config.torque_soft_min", _, Some(_)) if self.property(name).is_some() => {}
             (name, ..) if self.property(name).is_some() => return failed(),
             _ => return Some("invalid property".to_owned()),
         }
@@ -377,7 +387,7 @@ mod tests {
     fn it_answers_as_the_documentation_says() {
         let mut board = ODriveBoard::new(RigProperties::default(), Hand::Free, ODriveProperties::default());
         for (line, answer) in [
-            ("r vbus_voltage *93\n", "24.087744*16\r\n"),
+            ("r vbus_voltage *93\n", "24.087744*32\r\n"),
             ("r vbus_voltage *94\n", ""),
             ("r vbus_voltage ; a comment\n", "24.087744\r\n"),
             ("f 0\n", "0.000000 0.000000\r\n"),

@@ -1,4 +1,7 @@
 //! Positions that are asked for and answered in order, by a controller that neither stamps nor numbers them.
+//!
+//! A position's time is when it was asked for. When its answer was read would be the worse choice: answers are read once a tick, so one that comes a little later than the others
+//! would seem a whole tick late, and a velocity would be made of that.
 
 use super::super::health::{LinkCounters, UNKNOWN_DRIFT, add};
 use crate::device::{DeviceError, Measurement};
@@ -89,11 +92,12 @@ impl Feedback {
             add(&self.counters.out_of_sequence, 1);
             return;
         }
-        let round_trip_ns = now_ns.saturating_sub(self.asked_at_ns[0]);
+        let asked_at_ns = self.asked_at_ns[0];
+        let round_trip_ns = now_ns.saturating_sub(asked_at_ns);
         self.answered();
         let position_m = (units - self.origin) * self.metres_per_unit;
         #[expect(clippy::cast_precision_loss, reason = "half a second at most")]
-        let elapsed_s = (now_ns.saturating_sub(self.newest.time_ns) + self.period_ns) as f64 * 1e-9;
+        let elapsed_s = (asked_at_ns.saturating_sub(self.newest.time_ns) + self.period_ns) as f64 * 1e-9;
         if (position_m - self.newest.position_m).abs() > FASTEST_MPS * elapsed_s + SLACK_M {
             add(&self.counters.malformed, 1);
             return;
@@ -109,7 +113,7 @@ impl Feedback {
         }
         self.newest = Measurement {
             sequence: self.newest.sequence.wrapping_add(1),
-            time_ns: now_ns,
+            time_ns: asked_at_ns,
             position_m,
         };
     }
@@ -173,7 +177,7 @@ mod tests {
             feedback.ask(u64::from(k) * MS);
             feedback.take(100.0 + 0.1 * f64::from(k), u64::from(k) * MS + MS / 2);
             let sample = feedback.measurement(u64::from(k + 1) * MS).expect("it is there");
-            assert_eq!((sample.sequence, sample.time_ns), (k, u64::from(k) * MS + MS / 2));
+            assert_eq!((sample.sequence, sample.time_ns), (k, u64::from(k) * MS));
             assert!((sample.position_m - 1e-3 * f64::from(k)).abs() < 1e-12, "{sample:?}");
         }
     }

@@ -1,6 +1,6 @@
 //! Adapters for motor controllers that people own: they speak their makers' published text protocols, not the link protocol, so something is lost against our own firmware.
 //!
-//! - No controller stamps or numbers its samples. A sample's time is when we read it, and we number the answers.
+//! - No controller stamps or numbers its samples. A sample's time is when we asked for it, and we number the answers.
 //! - An answer to this tick's question is read in the next tick, or later: the position is a tick old, and the force later by as much.
 //! - Questions that are not answered yet are limited ([`feedback::WINDOW`]), so that a slow line fills no buffer with old forces.
 //!

@@ -93,6 +93,12 @@ impl<C: Conversation, B: Board> VirtualLine<C, B> {
         last.expect("a sample")
     }
 
+    /// A tick that lets go, whatever has failed, and so many that must be well.
+    pub(super) fn let_go(&mut self, count: u32) {
+        self.tick(0.0, false).ok();
+        self.ticks(count, 0.0, false);
+    }
+
     /// Ticks until one fails, so many at most; which one, and how.
     pub(super) fn ticks_until_failure(&mut self, most: u32, force_n: f64, enabled: bool) -> Option<(u32, DeviceError)> {
         (1..=most).find_map(|k| self.tick(force_n, enabled).err().map(|error| (k, error)))

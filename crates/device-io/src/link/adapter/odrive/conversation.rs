@@ -51,6 +51,14 @@ impl Generation {
         }
     }
 
+    /// Where it limits torque, and with which sign.
+    pub(super) fn torque_limits(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Self::Half => &[("motor.config.torque_lim", 1.0)],
+            Self::Six => &[("config.torque_soft_max", 1.0), ("config.torque_soft_min", -1.0)],
+        }
+    }
+
     /// The bits of the watchdog and of the encoder.
     fn bits(self) -> (u32, u32) {
         match self {
@@ -101,11 +109,16 @@ pub(super) struct ODriveConversation {
 }
 
 impl ODriveConversation {
-    /// Begins at a first position, turns, with so many counts to a turn where they are known.
+    /// Begins at a first position, turns, with so many counts to a turn where they are known and a largest torque, Nm.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is of another kind, and it is called once"
+    )]
     pub(super) fn new(
         options: &ODriveOptions,
         generation: Generation,
         counts_per_turn: Option<f64>,
+        torque_limit_nm: f64,
         first_turns: f64,
         period_ns: u64,
         now_ns: u64,
@@ -119,7 +132,7 @@ impl ODriveConversation {
             // The answer has six decimals.
             resolution_m: metres_per_turn.abs() * counts_per_turn.map_or(1e-6, |counts| 1.0 / counts),
             newtons_per_nm: options.motor.newtons_per_nm(),
-            torque_limit_nm: options.motor.torque_limit_nm,
+            torque_limit_nm,
             motor: Motor::Off {
                 told_at_ns: None,
                 settled: false,

@@ -25,6 +25,8 @@ pub struct ODriveConnector {
 /// What a property is, or that there is none.
 enum Property {
     Number(f64),
+    /// Text that is no finite number, as `inf`.
+    Other,
     Refused,
 }
 
@@ -41,7 +43,7 @@ impl ODriveConnector {
         words::write(&mut text, format_args!("r {name}"));
         greeting.say(text.as_bytes())?;
         greeting.hear(|line| match words::read(line) {
-            Ok(Answer::Value(value)) => number(value).map(Property::Number),
+            Ok(Answer::Value(value)) => Some(number(value).map_or(Property::Other, Property::Number)),
             Ok(Answer::Refused) => Some(Property::Refused),
             _ => None,
         })
@@ -52,6 +54,7 @@ impl ODriveConnector {
         match Self::property(greeting, name)? {
             Some(Property::Number(value)) => Ok(value),
             Some(Property::Refused) => Err(greeting.protocol(format!("this ODrive has no property {name}"))),
+            Some(Property::Other) => Err(greeting.protocol(format!("its {name} is no number"))),
             None => Err(greeting.protocol(format!("no answer to the question after {name}"))),
         }
     }
@@ -75,6 +78,33 @@ impl ODriveConnector {
             ),
         };
         Err(greeting.protocol(heard))
+    }
+
+    /// Makes the board itself cut torque at our limit, or takes over a lower one of its own; the largest torque, Nm. A damaged command may lose its checksum on its way, and
+    /// without one an ODrive believes it. Not saved: switched off and on, the board has its own limit again.
+    fn limit_torque(&self, greeting: &mut Greeting, generation: Generation) -> Result<f64, ConnectError> {
+        let ours = self.options.motor.torque_limit_nm;
+        let mut limit = ours;
+        for (property, _) in generation.torque_limits() {
+            let name = format!("axis{}.{property}", self.options.axis);
+            if let Some(Property::Number(board)) = Self::property(greeting, &name)? {
+                limit = limit.min(board.abs());
+            }
+        }
+        for (property, sign) in generation.torque_limits() {
+            let name = format!("axis{}.{property}", self.options.axis);
+            let mut text = Text::default();
+            words::write(&mut text, format_args!("w {name} {:.5}", sign * limit));
+            greeting.say(text.as_bytes())?;
+            let limited = Self::number(greeting, &name)?;
+            if limited.abs() > limit + 2e-5 {
+                return Err(greeting.refused(
+                    &format!("its {name} stays at {limited} Nm"),
+                    &format!("set it to {limit} Nm or less with odrivetool"),
+                ));
+            }
+        }
+        Ok(limit)
     }
 
     /// Where the shaft is, turns.
@@ -139,6 +169,7 @@ impl Connector for ODriveConnector {
             Some(Property::Number(counts)) if counts >= 1.0 => Some(counts),
             _ => None,
         };
+        let torque_limit_nm = self.limit_torque(&mut greeting, generation)?;
         let turns = self.turns(&mut greeting)?;
         #[expect(clippy::cast_precision_loss, reason = "a period of milliseconds")]
         let sample_rate_hz = 1e9 / period_ns as f64;
@@ -146,6 +177,7 @@ impl Connector for ODriveConnector {
             &self.options,
             generation,
             counts,
+            torque_limit_nm,
             turns,
             period_ns,
             clock::now_ns(),
@@ -153,7 +185,7 @@ impl Connector for ODriveConnector {
         );
         Ok(Greeted {
             firmware: name,
-            force_limit_n: motor.force_limit_n(),
+            force_limit_n: torque_limit_nm * motor.newtons_per_nm().abs(),
             sample_rate_hz,
             connection: Box::new(TextConnection {
                 line: greeting.line,

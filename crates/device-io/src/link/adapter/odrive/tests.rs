@@ -19,6 +19,7 @@ fn line_with(options: &str, hand: Hand, properties: ODriveProperties) -> Line {
         &options,
         generation,
         Some(3142.0),
+        options.motor.torque_limit_nm,
         first,
         MS,
         now_ns,
@@ -94,7 +95,7 @@ fn a_host_that_dies_leaves_no_force() {
     line.host_is_dead = true;
     let began_ns = line.now_ns;
     while line.board.force_n() != 0.0 {
-        drop(line.tick(5.0, true));
+        line.tick(5.0, true).ok();
         assert!(line.now_ns - began_ns <= 52 * MS, "its watchdog must bite");
     }
     assert!(line.now_ns - began_ns > 45 * MS);
@@ -112,13 +113,13 @@ fn a_watchdog_that_has_bitten_is_told_and_the_next_enabling_clears_it() {
     line.ticks(100, 2.0, true);
     line.host_is_dead = true;
     for _ in 0..60 {
-        drop(line.tick(2.0, true));
+        line.tick(2.0, true).ok();
     }
     line.host_is_dead = false;
     let (ticks, error) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
     assert_eq!(error, DeviceError::MotorOff { watchdog: true });
     assert!(ticks < 80, "{ticks}");
-    line.ticks(30, 2.0, false);
+    line.let_go(30);
     line.ticks(100, 2.0, true);
     assert!(line.board.is_on() && line.board.force_n() > 1.9);
 }
@@ -181,7 +182,11 @@ fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
     let mut line = line_with(
         "radius_mm=5&torque_limit_nm=0.1",
         Hand::Prescribed(motion.clone()),
-        ODriveProperties::default(),
+        // As the greeting leaves it: a command that loses its checksum is believed, and the board must cut it.
+        ODriveProperties {
+            torque_limit_nm: 0.1,
+            ..ODriveProperties::default()
+        },
     );
     line.ticks(50, 1.0, true);
     line.quality.corrupt = 0.05;
@@ -190,7 +195,7 @@ fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
     for _ in 0..5000 {
         let Ok(Some(sample)) = line.tick(1.0, true) else {
             // A late answer may have been taken for a failure, which is told: safe, and begun anew.
-            line.ticks(50, 0.0, false);
+            line.let_go(50);
             continue;
         };
         if was != Some(sample.sequence) {
@@ -218,7 +223,7 @@ fn a_slow_line_sets_the_pace_and_fills_no_buffer() {
     let after = line.ticks(800, 1.0, true);
     // Four questions in eight milliseconds and two ticks.
     let share = f64::from(after.sequence - before.sequence) / 800.0;
-    assert!((0.35..0.5).contains(&share), "{share}");
+    assert!((0.4..=0.5).contains(&share), "{share}");
     assert!(line.said.len() - said < 800 * 25, "{}", line.said.len() - said);
     assert!(line.count(|counters| &counters.not_sent) > 300);
     assert!(line.count(|counters| &counters.late) > 300);

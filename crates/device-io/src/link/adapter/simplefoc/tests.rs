@@ -72,7 +72,7 @@ fn without_a_time_out_in_the_firmware_force_stays_and_with_one_it_ends() {
         assert!((line.board.force_n() - 5.0).abs() < 1e-3);
         line.host_is_dead = true;
         for _ in 0..100 {
-            drop(line.tick(5.0, true));
+            line.tick(5.0, true).ok();
         }
         // The limit that docs/adapters.md states.
         assert!(
@@ -91,7 +91,7 @@ fn a_motor_that_is_disabled_behind_our_back_is_told() {
     let (ticks, error) = line.ticks_until_failure(100, 2.0, true).expect("it is told");
     assert_eq!(error, DeviceError::MotorOff { watchdog: false });
     assert!(ticks <= 20, "{ticks}");
-    line.ticks(20, 2.0, false);
+    line.let_go(20);
     line.ticks(50, 2.0, true);
     assert!(line.board.is_on() && line.board.force_n() > 1.9);
 }
@@ -130,9 +130,7 @@ fn a_bad_line_loses_samples_and_a_jump_that_no_hand_makes_is_none() {
                 assert!((sample.position_m - was).abs() < 0.25, "{sample:?} after {was}");
                 was = sample.position_m;
             }
-            _ => {
-                line.ticks(30, 0.0, false);
-            }
+            _ => line.let_go(30),
         }
     }
     assert!(line.count(|counters| &counters.malformed) > 50);
