@@ -119,14 +119,13 @@ const KINDS: [Kind; 3] = [
     },
 ];
 
-fn daemon(kind: &Kind, link: &Path) -> Daemon {
-    // A machine shared with other tests lets no stale sample be a matter of milliseconds.
-    Daemon::start(&[
-        "--device",
-        &format!("{}:{}?{}", kind.name, link.display(), kind.options),
-        "--stale-ms",
-        "200",
-    ])
+/// A daemon on the fake at `board` in this directory.
+fn daemon(kind: &Kind, directory: &Path) -> Daemon {
+    let device = format!("{}:{}?{}", kind.name, directory.join("board").display(), kind.options);
+    let mut command = Command::new(binary("hapticd"));
+    // On a machine shared with other tests a sample may be late by more than on a rig.
+    command.args(["--device", &device, "--stale-ms", "200"]);
+    Daemon::spawn(command, &directory.join("run/control.sock"))
 }
 
 fn connected(client: &mut Client) -> Status {
@@ -150,7 +149,7 @@ fn the_paper_s_scene_is_felt_on_every_board() {
         let directory = tempfile::tempdir().expect("a directory");
         let link = directory.path().join("board");
         let mut board = Board::start(kind.name, &link, kind.board);
-        let daemon = daemon(kind, &link);
+        let daemon = daemon(kind, directory.path());
         let mut client = daemon.client();
         let met = connected(&mut client);
         let device = met
@@ -187,7 +186,7 @@ fn a_daemon_that_is_killed_leaves_no_force() {
         let directory = tempfile::tempdir().expect("a directory");
         let link = directory.path().join("board");
         let mut board = Board::start(kind.name, &link, kind.board);
-        let daemon = daemon(kind, &link);
+        let daemon = daemon(kind, directory.path());
         let mut client = daemon.client();
         connected(&mut client);
         engage(&daemon, &mut client);
@@ -196,7 +195,7 @@ fn a_daemon_that_is_killed_leaves_no_force() {
         let force = board.wait_for("its own watchdog", |force| force.now_n == 0.0 && !force.on);
         assert!(force.watchdog, "{}: {force:?}", kind.firmware);
         // The next daemon finds it as it must be, and can use it.
-        let daemon = self::daemon(kind, &link);
+        let daemon = self::daemon(kind, directory.path());
         let mut client = daemon.client();
         connected(&mut client);
         engage(&daemon, &mut client);
@@ -210,7 +209,7 @@ fn a_board_that_is_unplugged_is_disconnected_and_comes_back_idle() {
         let directory = tempfile::tempdir().expect("a directory");
         let link = directory.path().join("board");
         let mut board = Board::start(kind.name, &link, kind.board);
-        let daemon = daemon(kind, &link);
+        let daemon = daemon(kind, directory.path());
         let mut client = daemon.client();
         connected(&mut client);
         engage(&daemon, &mut client);
@@ -233,7 +232,7 @@ fn a_line_that_damages_and_loses_gives_no_wrong_force() {
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("board");
     let mut board = Board::start("odrive", &link, &[]);
-    let daemon = daemon(&KINDS[0], &link);
+    let daemon = daemon(&KINDS[0], directory.path());
     let mut client = daemon.client();
     connected(&mut client);
     engage(&daemon, &mut client);
@@ -252,7 +251,7 @@ fn a_board_that_cannot_be_used_says_why() {
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("board");
     let mut board = Board::start("odrive", &link, &["--uncalibrated"]);
-    let daemon = daemon(&KINDS[0], &link);
+    let daemon = daemon(&KINDS[0], directory.path());
     let mut client = daemon.client();
     connected(&mut client);
     assert!(daemon.ctl(&["engage"]).status.code().is_some());
