@@ -1,20 +1,17 @@
 //! The fake rig behind a pseudo-terminal: the same plant as in the daemon, with a firmware that speaks the link protocol, and a link that can be made to fail.
 
 use clap::{Parser, ValueEnum};
-use device_io::fake::{Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Quality, RigProperties, TimedFault};
+use device_io::fake::{
+    Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Quality, RigProperties, Terminal, TimedFault, requests,
+    scripted,
+};
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
 use device_io::protocol::view::View;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fd::OwnedFd;
-use rustix::fs::{OFlags, fcntl_setfl};
-use rustix::io::Errno;
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use rustix::time::{ClockId, clock_gettime};
 use std::collections::VecDeque;
-use std::io::{self, BufRead, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::mpsc;
 use std::time::Duration;
@@ -87,7 +84,7 @@ fn main() -> ExitCode {
     if !options.ordinary_priority {
         take_priority();
     }
-    let done = faults(&options).and_then(|faults| {
+    let done = scripted(&options.fault, options.script.as_deref()).and_then(|faults| {
         let mut rig = Rig::new(&options, faults).map_err(|error| format!("{}: {error}", options.pty.display()))?;
         rig.run().map_err(|error| error.to_string())
     });
@@ -98,25 +95,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// Those of the command line and of the script, the earliest first.
-fn faults(options: &Options) -> Result<VecDeque<TimedFault>, String> {
-    let mut faults = options.fault.clone();
-    if let Some(path) = &options.script {
-        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        for (index, line) in text.lines().enumerate() {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            if !line.is_empty() {
-                let fault = line
-                    .parse()
-                    .map_err(|error| format!("{}: line {}: {error}", path.display(), index + 1))?;
-                faults.push(fault);
-            }
-        }
-    }
-    faults.sort_by(|a, b| a.at_s.unwrap_or(0.0).total_cmp(&b.at_s.unwrap_or(0.0)));
-    Ok(faults.into())
 }
 
 /// Below that of hapticd's thread.
@@ -134,47 +112,6 @@ fn take_priority() {
 fn now_ns() -> u64 {
     let time = clock_gettime(ClockId::Monotonic);
     u64::try_from(time.tv_sec).unwrap_or(0) * 1_000_000_000 + u64::try_from(time.tv_nsec).unwrap_or(0)
-}
-
-/// The controlling end of a pseudo-terminal, and the link that points at the other.
-struct Terminal {
-    master: OwnedFd,
-    link: PathBuf,
-}
-
-impl Terminal {
-    fn plug_in(link: &Path) -> io::Result<Self> {
-        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
-        grantpt(&master)?;
-        unlockpt(&master)?;
-        // Until its user sets it up, the terminal would echo what we say.
-        let mut settings = tcgetattr(&master)?;
-        settings.make_raw();
-        tcsetattr(&master, OptionalActions::Now, &settings)?;
-        fcntl_setfl(&master, OFlags::NONBLOCK)?;
-        let name = ptsname(&master, Vec::new())?;
-        let name = PathBuf::from(name.to_string_lossy().into_owned());
-        // In one step, so that nobody finds half a link.
-        let mut fresh = link.as_os_str().to_owned();
-        fresh.push(".new");
-        let fresh = PathBuf::from(fresh);
-        if fresh.symlink_metadata().is_ok() {
-            std::fs::remove_file(&fresh)?;
-        }
-        std::os::unix::fs::symlink(name, &fresh)?;
-        std::fs::rename(&fresh, link)?;
-        Ok(Self {
-            master,
-            link: link.to_owned(),
-        })
-    }
-}
-
-impl Drop for Terminal {
-    fn drop(&mut self) {
-        // Gone already, or not ours to take away: there is nobody to tell.
-        drop(std::fs::remove_file(&self.link));
-    }
 }
 
 struct Rig {
@@ -326,25 +263,24 @@ impl Rig {
     }
 
     fn read_terminal(&mut self, now: u64) -> io::Result<()> {
-        let Some(terminal) = &self.terminal else {
+        let Self {
+            terminal: Some(terminal),
+            raw,
+            down,
+            quality,
+            ..
+        } = self
+        else {
             return Ok(());
         };
-        let mut buffer = [0; 1024];
-        loop {
-            match rustix::io::read(&terminal.master, &mut buffer) {
-                Ok(0) | Err(Errno::AGAIN | Errno::IO) => return Ok(()),
-                Ok(count) => {
-                    for &byte in &buffer[..count] {
-                        self.raw.push(byte);
-                        if byte == 0 {
-                            self.down.send(std::mem::take(&mut self.raw), &self.quality, now);
-                        }
-                    }
+        terminal.read(|bytes| {
+            for &byte in bytes {
+                raw.push(byte);
+                if byte == 0 {
+                    down.send(std::mem::take(raw), quality, now);
                 }
-                Err(Errno::INTR) => {}
-                Err(error) => return Err(error.into()),
             }
-        }
+        })
     }
 
     fn hear(&mut self, frame: &[u8], now: u64) {
@@ -376,11 +312,8 @@ impl Rig {
 
     fn write_terminal(&mut self, now: u64) -> io::Result<()> {
         while let Some(frame) = self.up.receive(now) {
-            let Some(terminal) = &self.terminal else { continue };
-            match rustix::io::write(&terminal.master, &frame) {
-                // What does not fit is lost, as on a line that nobody reads.
-                Ok(_) | Err(Errno::AGAIN | Errno::IO | Errno::INTR) => {}
-                Err(error) => return Err(error.into()),
+            if let Some(terminal) = &self.terminal {
+                terminal.write(&frame)?;
             }
         }
         Ok(())
@@ -392,34 +325,9 @@ impl Rig {
             .into_iter()
             .flatten()
             .fold(self.next_sample_ns, u64::min);
-        let timeout = Timespec::try_from(Duration::from_nanos(due_ns.saturating_sub(now_ns()))).ok();
-        let nobody = {
-            let mut polled: Vec<PollFd<'_>> = self
-                .terminal
-                .iter()
-                .map(|terminal| PollFd::new(&terminal.master, PollFlags::IN))
-                .collect();
-            if poll(&mut polled, timeout.as_ref()).is_err() {
-                // Interrupted: the loop looks again.
-            }
-            polled.iter().any(|polled| polled.revents().contains(PollFlags::HUP))
-        };
-        if nobody {
-            // Nobody has the other end open, which a poll does not wait for.
-            std::thread::sleep(Duration::from_nanos(due_ns.saturating_sub(now_ns())));
-        }
+        Terminal::wait(
+            self.terminal.as_ref(),
+            Duration::from_nanos(due_ns.saturating_sub(now_ns())),
+        );
     }
-}
-
-/// Lines of standard input, as they come.
-fn requests() -> mpsc::Receiver<String> {
-    let (asks, asked) = mpsc::channel();
-    std::thread::spawn(move || {
-        for line in io::stdin().lock().lines().map_while(Result::ok) {
-            if asks.send(line.trim().to_owned()).is_err() {
-                return;
-            }
-        }
-    });
-    asked
 }

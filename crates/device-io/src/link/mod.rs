@@ -11,6 +11,7 @@
 //! Everything that waits, allocates or asks the system for a file is done by the keeper, at an ordinary priority. A connection goes to the real-time thread and back
 //! through two rings of one producer and one consumer each (rtrb), wait-free on both ends.
 
+mod adapter;
 mod clock;
 mod device_clock;
 mod health;
@@ -22,6 +23,7 @@ mod quality_tests;
 mod serial;
 mod session;
 
+pub use adapter::{MotorOptions, ODriveConnector, ODriveOptions, SimpleFocConnector, SimpleFocOptions};
 pub use health::{LinkCounters, UNKNOWN_DRIFT};
 pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub use serial::SerialConnector;
