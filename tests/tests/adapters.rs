@@ -139,7 +139,7 @@ fn samples(status: &Status) -> u64 {
 }
 
 fn engage(daemon: &Daemon, client: &mut Client) {
-    daemon.ctl_ok(&["engage"]);
+    drop(daemon.ctl_ok(&["engage"]));
     wait_for_state(client, RigState::Engaged);
 }
 

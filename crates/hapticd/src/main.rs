@@ -204,6 +204,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
     let facts = Facts {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
+        address: config.device,
         limits: config.limits,
         _awake: awake,
         keeper: None,
