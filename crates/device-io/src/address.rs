@@ -1,8 +1,11 @@
 //! How a rig is named: `fake`, `serial:/dev/ttyACM0?baud=1000000`, `hid:1209:0001:SERIAL`.
 
-use crate::link::{Connector, HidConnector, HidId, SerialConnector};
+use crate::link::{
+    Connector, HidConnector, HidId, ODriveConnector, ODriveOptions, SerialConnector, SimpleFocConnector,
+    SimpleFocOptions,
+};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -18,6 +21,10 @@ pub enum Address {
         /// Its rate, baud.
         baud: u32,
     },
+    /// An ODrive by its ASCII protocol. Never tried on a real one.
+    ODrive(ODriveOptions),
+    /// A board with SimpleFOC's Commander. Never tried on a real one.
+    SimpleFoc(SimpleFocOptions),
     /// A rig that speaks the link protocol on USB HID.
     Hid(HidId),
 }
@@ -27,7 +34,9 @@ pub const DEFAULT_BAUD: u32 = 1_000_000;
 
 /// A name that names no rig.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("`{address}` names no device: {why}; write fake, serial:/dev/ttyACM0[?baud=1000000] or hid:VID:PID[:SERIAL]")]
+#[error(
+    "`{address}` names no device: {why}; write fake, serial:/dev/ttyACM0[?baud=1000000], hid:VID:PID[:SERIAL], odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1[&axis=0] or simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05[&motor=M], these two with [&direction=-1][&baud=115200]"
+)]
 pub struct AddressError {
     address: String,
     why: String,
@@ -78,6 +87,10 @@ impl FromStr for Address {
                     baud,
                 })
             }
+            "odrive" => ODriveOptions::parse(place, options).map(Self::ODrive).map_err(wrong),
+            "simplefoc" => SimpleFocOptions::parse(place, options)
+                .map(Self::SimpleFoc)
+                .map_err(wrong),
             _ => Err(wrong(format!("there is no kind `{kind}`"))),
         }
     }
@@ -112,6 +125,8 @@ impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Fake => f.write_str("fake"),
+            Self::ODrive(options) => write!(f, "{options}"),
+            Self::SimpleFoc(options) => write!(f, "{options}"),
             Self::Serial { path, baud } => write!(f, "serial:{}?baud={baud}", path.display()),
             Self::Hid(id) => write!(f, "hid:{id}"),
         }
@@ -119,11 +134,24 @@ impl fmt::Display for Address {
 }
 
 impl Address {
+    /// The node that it names, for those on a serial line.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Serial { path, .. } => Some(path),
+            Self::ODrive(options) => Some(&options.motor.path),
+            Self::SimpleFoc(options) => Some(&options.motor.path),
+            Self::Fake | Self::Hid(_) => None,
+        }
+    }
+
     /// What connects to the rig; nothing for the one in this process.
     #[must_use]
     pub fn connector(&self) -> Option<Box<dyn Connector>> {
         match self {
             Self::Fake => None,
+            Self::ODrive(options) => Some(Box::new(ODriveConnector::new(options.clone()))),
+            Self::SimpleFoc(options) => Some(Box::new(SimpleFocConnector::new(options.clone()))),
             Self::Serial { path, baud } => Some(Box::new(SerialConnector::new(path.clone(), *baud))),
             Self::Hid(id) => Some(Box::new(HidConnector::new(id.clone()))),
         }
@@ -133,6 +161,21 @@ impl Address {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_controller_is_named_with_its_mechanism() {
+        for text in [
+            "odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.5",
+            "odrive:/dev/ttyACM0?axis=1&torque_limit_nm=0.5&radius_mm=4.7625&direction=-1&baud=921600",
+            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
+            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&motor=A",
+        ] {
+            let address: Address = text.parse().expect(text);
+            assert_eq!(address.to_string().parse(), Ok(address));
+        }
+        let error = "odrive:/dev/x?radius_mm=5".parse::<Address>().expect_err("no limit");
+        assert!(error.to_string().contains("torque_limit_nm"), "{error}");
+    }
 
     #[test]
     fn an_address_names_a_rig_or_says_why_it_does_not() {

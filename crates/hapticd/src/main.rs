@@ -204,6 +204,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
     let facts = Facts {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
+        address: config.device,
         limits: config.limits,
         _awake: awake,
         keeper: None,
@@ -283,7 +284,7 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     // After that, so that it keeps off the loop's processor as well.
     prepared.facts.keeper = prepared.keeper.map(Keeper::start).transpose()?;
     prepared.facts.real_time = status;
-    let feed = Feed::new(prepared.records, period_ns);
+    let feed = Feed::new(prepared.records, period_ns, prepared.facts.link.clone());
     let rig = RigHandle::new(prepared.facts, prepared.shared, feed, prepared.scene, FIRST_REVISION);
     Ok((running, rig))
 }

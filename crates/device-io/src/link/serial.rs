@@ -29,12 +29,15 @@ const MOST_READS: usize = 8;
 /// A line that takes nothing for so long is not read by anybody, ns.
 const STUCK_NS: u64 = 100_000_000;
 
+/// Bytes that may be sent at once: two frames, or a tick's lines of text.
+pub(crate) const MOST_AT_ONCE: usize = 256;
+
 /// A serial line, opened.
 #[derive(Debug)]
 pub(crate) struct Line {
     fd: OwnedFd,
     /// Of a frame that the line took only in part: what is left.
-    rest: [u8; 2 * LONGEST_FRAME],
+    rest: [u8; MOST_AT_ONCE],
     rest_length: usize,
     stuck_since_ns: Option<u64>,
 }
@@ -86,7 +89,7 @@ impl Line {
         let fd = unsafe { OwnedFd::from_raw_fd(port.into_raw_fd()) };
         let line = Self {
             fd,
-            rest: [0; 2 * LONGEST_FRAME],
+            rest: [0; MOST_AT_ONCE],
             rest_length: 0,
             stuck_since_ns: None,
         };
@@ -157,7 +160,7 @@ impl Line {
         };
         self.stuck_since_ns = None;
         let rest = bytes.get(written..).unwrap_or_default();
-        // Two frames are the most that is ever sent at once.
+        // No more is ever sent at once.
         let length = rest.len().min(self.rest.len());
         self.rest[..length].copy_from_slice(&rest[..length]);
         self.rest_length = length;

@@ -3,13 +3,15 @@
 mod port;
 
 use clap::{Parser, ValueEnum};
-use device_io::fake::{Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Quality, RigProperties, TimedFault};
+use device_io::fake::{
+    Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Quality, RigProperties, TimedFault, requests, scripted,
+};
 use device_io::protocol::message::FromDevice;
 use port::{Gone, Place, Port};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::time::{ClockId, clock_gettime};
 use std::collections::VecDeque;
-use std::io::{self, BufRead, Write};
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::mpsc;
@@ -114,7 +116,7 @@ fn main() -> ExitCode {
     if !options.ordinary_priority {
         take_priority();
     }
-    let done = faults(&options).and_then(|faults| {
+    let done = scripted(&options.fault, options.script.as_deref()).and_then(|faults| {
         let mut rig = Rig::new(&options, faults)
             .map_err(|error| format!("{}: {error}", options.place.place().path().display()))?;
         rig.run().map_err(|error| error.to_string())
@@ -126,25 +128,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// Those of the command line and of the script, the earliest first.
-fn faults(options: &Options) -> Result<VecDeque<TimedFault>, String> {
-    let mut faults = options.fault.clone();
-    if let Some(path) = &options.script {
-        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        for (index, line) in text.lines().enumerate() {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            if !line.is_empty() {
-                let fault = line
-                    .parse()
-                    .map_err(|error| format!("{}: line {}: {error}", path.display(), index + 1))?;
-                faults.push(fault);
-            }
-        }
-    }
-    faults.sort_by(|a, b| a.at_s.unwrap_or(0.0).total_cmp(&b.at_s.unwrap_or(0.0)));
-    Ok(faults.into())
 }
 
 /// Below that of hapticd's thread.
@@ -396,17 +379,4 @@ impl Rig {
             std::thread::sleep(Duration::from_nanos(due_ns.saturating_sub(now_ns())));
         }
     }
-}
-
-/// Lines of standard input, as they come.
-fn requests() -> mpsc::Receiver<String> {
-    let (asks, asked) = mpsc::channel();
-    std::thread::spawn(move || {
-        for line in io::stdin().lock().lines().map_while(Result::ok) {
-            if asks.send(line.trim().to_owned()).is_err() {
-                return;
-            }
-        }
-    });
-    asked
 }

@@ -1,13 +1,13 @@
 //! Where the fake rig speaks, and in which frames.
 
+use device_io::fake::plug_in;
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::FromHost;
 use device_io::protocol::view::View;
 use rustix::event::PollFlags;
 use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
-use rustix::fs::{Mode, OFlags, fcntl_setfl, fstat, open, stat};
+use rustix::fs::{Mode, OFlags, fstat, open, stat};
 use rustix::io::Errno;
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use std::collections::VecDeque;
 use std::io;
@@ -179,28 +179,6 @@ impl Drop for Port {
             drop(std::fs::remove_file(link));
         }
     }
-}
-
-/// The controlling end of a new pseudo-terminal; a link is made to point at the other.
-fn plug_in(link: &Path) -> io::Result<OwnedFd> {
-    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
-    grantpt(&master)?;
-    unlockpt(&master)?;
-    // Until its user sets it up, the terminal would echo what we say.
-    make_raw(&master)?;
-    fcntl_setfl(&master, OFlags::NONBLOCK)?;
-    let name = ptsname(&master, Vec::new())?;
-    let name = PathBuf::from(name.to_string_lossy().into_owned());
-    // In one step, so that nobody finds half a link.
-    let mut fresh = link.as_os_str().to_owned();
-    fresh.push(".new");
-    let fresh = PathBuf::from(fresh);
-    if fresh.symlink_metadata().is_ok() {
-        std::fs::remove_file(&fresh)?;
-    }
-    std::os::unix::fs::symlink(name, &fresh)?;
-    std::fs::rename(&fresh, link)?;
-    Ok(master)
 }
 
 /// Has a terminal pass bytes on as they are. What is no terminal does that by itself.
