@@ -106,6 +106,8 @@ pub(super) struct ODriveConversation {
     ask_after_ns: u64,
     ask_error_next: bool,
     encoder_failed: bool,
+    /// What its error was when it was last asked for.
+    error_bits: u32,
 }
 
 impl ODriveConversation {
@@ -141,6 +143,7 @@ impl ODriveConversation {
             ask_after_ns: 0,
             ask_error_next: false,
             encoder_failed: false,
+            error_bits: 0,
         }
     }
 
@@ -149,10 +152,11 @@ impl ODriveConversation {
     }
 
     fn take_value(&mut self, value: &[u8], now_ns: u64) {
-        let Some((question, _)) = self.asked.take() else {
+        let Some((question, asked_at_ns)) = self.asked.take() else {
             add(&self.counters().out_of_sequence, 1);
             return;
         };
+        self.feedback.answered_until(asked_at_ns);
         let truth = value.eq_ignore_ascii_case(b"true").then_some(1.0);
         match (question, number(value).or(truth)) {
             (Question::State, Some(state)) => self.take_state(state, now_ns),
@@ -194,9 +198,10 @@ impl ODriveConversation {
         )]
         let bits = bits as u32;
         let (watchdog, encoder) = self.generation.bits();
-        if bits != 0 {
+        if bits != 0 && bits != self.error_bits {
             add(&self.counters().device_errors, 1);
         }
+        self.error_bits = bits;
         self.encoder_failed = bits & encoder != 0;
         let failed = match bits {
             0 => DeviceError::MotorOff { watchdog: false },
