@@ -12,7 +12,10 @@ use std::sync::atomic::Ordering::Relaxed;
 pub(super) const WINDOW: usize = 4;
 
 /// After so long questions have been lost, or their answers, ns, where no other answer has told before ([`Feedback::answered_until`]).
-const LOST_AFTER_NS: u64 = 100_000_000;
+const LOST_AFTER_NS: u64 = 50_000_000;
+
+/// After so long without an answer another question is asked, whose answer tells, ns.
+const OVERDUE_AFTER_NS: u64 = 10_000_000;
 
 /// After so long without a position the controller is to be greeted anew, ns.
 const SILENCE_NS: u64 = 500_000_000;
@@ -76,6 +79,11 @@ impl Feedback {
             self.under_way = 0;
         }
         self.under_way < WINDOW
+    }
+
+    /// Whether there is no room, and has not been for so long that answers are likely to be lost.
+    pub(super) fn is_overdue(&self, now_ns: u64) -> bool {
+        self.under_way == WINDOW && now_ns.saturating_sub(self.asked_at_ns[0]) > OVERDUE_AFTER_NS
     }
 
     /// A question goes out.

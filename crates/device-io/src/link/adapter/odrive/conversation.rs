@@ -31,7 +31,7 @@ const ASK_ON_NS: u64 = 16_000_000;
 const ASK_OFF_NS: u64 = 50_000_000;
 
 /// For an answer to one of those, ns. Answers have no names: after a lost one nothing is asked for as long, so that a late one is not taken for another.
-const ANSWER_NS: u64 = 50_000_000;
+const ANSWER_NS: u64 = 20_000_000;
 
 /// Firmware that says the same in different words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,8 +102,10 @@ pub(super) struct ODriveConversation {
     torque_limit_nm: f64,
     motor: Motor,
     asked: Option<(Question, u64)>,
-    /// Nothing is asked before, ns.
+    /// Nothing needs to be asked before, ns.
     ask_after_ns: u64,
+    /// Nothing may be asked before, ns: an answer may still be under way.
+    quiet_until_ns: u64,
     ask_error_next: bool,
     encoder_failed: bool,
     /// What its error was when it was last asked for.
@@ -141,6 +143,7 @@ impl ODriveConversation {
             },
             asked: None,
             ask_after_ns: 0,
+            quiet_until_ns: 0,
             ask_error_next: false,
             encoder_failed: false,
             error_bits: 0,
@@ -224,9 +227,9 @@ impl ODriveConversation {
             }
             add(&self.feedback.counters().lost, 1);
             self.asked = None;
-            self.ask_after_ns = now_ns + ANSWER_NS;
+            self.quiet_until_ns = now_ns + ANSWER_NS;
         }
-        if now_ns < self.ask_after_ns {
+        if now_ns < self.ask_after_ns.max(self.quiet_until_ns) {
             return;
         }
         let axis = self.axis;
@@ -380,6 +383,9 @@ impl Conversation for ODriveConversation {
         let room = self.feedback.may_ask(now_ns);
         if !room && enabled {
             add(&self.counters().not_sent, 1);
+        }
+        if self.feedback.is_overdue(now_ns) {
+            self.ask_after_ns = 0;
         }
         match self.motor {
             Motor::On { doubted_at_ns } => {

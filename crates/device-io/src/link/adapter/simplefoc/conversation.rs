@@ -15,6 +15,8 @@ use std::sync::Arc;
 /// Between two questions whether the motor is enabled, while it should be and while it should not, ns.
 const ASK_ON_NS: u64 = 16_000_000;
 const ASK_OFF_NS: u64 = 50_000_000;
+/// And while answers are overdue, ns.
+const ASK_OVERDUE_NS: u64 = 2_000_000;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Motor {
@@ -192,6 +194,9 @@ impl Conversation for SimpleFocConversation {
         let room = self.feedback.may_ask(now_ns);
         if !room && enabled {
             add(&self.counters().not_sent, 1);
+        }
+        if self.feedback.is_overdue(now_ns) {
+            self.ask_after_ns = self.ask_after_ns.min(now_ns + ASK_OVERDUE_NS);
         }
         match self.motor {
             Motor::On => {
