@@ -653,6 +653,9 @@ pub struct Timing {
     pub since_start: TimingWindow,
     /// The same over the last ten seconds.
     pub last_10_s: TimingWindow,
+    /// The link to the rig; absent where the rig is in the daemon itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link: Option<LinkStatus>,
 }
 
 /// How well the loop kept time over a while.

@@ -19,7 +19,7 @@ pub use motion::{AfterEnd, Motion, MotionError, RETURN_S, Recording};
 pub use odrive_board::{ODriveBoard, ODriveProperties};
 pub use plant::{Plant, SUB_STEP_S};
 pub use simplefoc_board::{SimpleFocBoard, SimpleFocProperties};
-pub use terminal::{Terminal, requests, scripted};
+pub use terminal::{Terminal, plug_in, requests, scripted};
 
 use crate::device::{Device, DeviceError, Measurement};
 

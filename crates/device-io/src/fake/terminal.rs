@@ -26,25 +26,7 @@ impl Terminal {
     /// # Errors
     /// The system has no terminal left, or the link cannot be made.
     pub fn plug_in(link: &Path) -> io::Result<Self> {
-        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
-        grantpt(&master)?;
-        unlockpt(&master)?;
-        // Until its user sets it up, the terminal would echo what we say.
-        let mut settings = tcgetattr(&master)?;
-        settings.make_raw();
-        tcsetattr(&master, OptionalActions::Now, &settings)?;
-        fcntl_setfl(&master, OFlags::NONBLOCK)?;
-        let name = ptsname(&master, Vec::new())?;
-        let name = PathBuf::from(name.to_string_lossy().into_owned());
-        // In one step, so that nobody finds half a link.
-        let mut fresh = link.as_os_str().to_owned();
-        fresh.push(".new");
-        let fresh = PathBuf::from(fresh);
-        if fresh.symlink_metadata().is_ok() {
-            std::fs::remove_file(&fresh)?;
-        }
-        std::os::unix::fs::symlink(name, &fresh)?;
-        std::fs::rename(&fresh, link)?;
+        let master = plug_in(link)?;
         Ok(Self {
             master,
             link: link.to_owned(),
@@ -93,6 +75,33 @@ impl Terminal {
             std::thread::sleep(timeout);
         }
     }
+}
+
+/// The controlling end of a new pseudo-terminal, which never blocks; a path is made to point at the other.
+///
+/// # Errors
+/// The system has no terminal left, or the link cannot be made.
+pub fn plug_in(link: &Path) -> io::Result<OwnedFd> {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+    grantpt(&master)?;
+    unlockpt(&master)?;
+    // Until its user sets it up, the terminal would echo what we say.
+    let mut settings = tcgetattr(&master)?;
+    settings.make_raw();
+    tcsetattr(&master, OptionalActions::Now, &settings)?;
+    fcntl_setfl(&master, OFlags::NONBLOCK)?;
+    let name = ptsname(&master, Vec::new())?;
+    let name = PathBuf::from(name.to_string_lossy().into_owned());
+    // In one step, so that nobody finds half a link.
+    let mut fresh = link.as_os_str().to_owned();
+    fresh.push(".new");
+    let fresh = PathBuf::from(fresh);
+    if fresh.symlink_metadata().is_ok() {
+        std::fs::remove_file(&fresh)?;
+    }
+    std::os::unix::fs::symlink(name, &fresh)?;
+    std::fs::rename(&fresh, link)?;
+    Ok(master)
 }
 
 impl Drop for Terminal {

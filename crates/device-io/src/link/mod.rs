@@ -15,16 +15,25 @@ mod adapter;
 mod clock;
 mod device_clock;
 mod health;
+pub(crate) mod hid;
 mod keeper;
 mod low_latency;
+mod mailbox;
 mod nodes;
+#[cfg(test)]
+mod quality_tests;
+mod reports;
 mod serial;
 mod session;
+mod wire;
+mod writer;
 
 pub use adapter::{MotorOptions, ODriveConnector, ODriveOptions, SimpleFocConnector, SimpleFocOptions};
 pub use health::{LinkCounters, UNKNOWN_DRIFT};
+pub use hid::{HidConnector, HidId};
 pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub use serial::SerialConnector;
+pub(crate) use serial::permission_remedy as serial_permission_remedy;
 
 use crate::device::{Device, DeviceError, Measurement};
 use rtrb::{Consumer, Producer};

@@ -12,6 +12,7 @@ use super::options::ODriveOptions;
 use super::text::{Lines, Text, number};
 use super::{TextConnection, clock};
 use conversation::{Generation, ODriveConversation};
+use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use words::Answer;
@@ -145,6 +146,10 @@ impl Connector for ODriveConnector {
 
     fn folder(&self) -> PathBuf {
         folder_of(&self.options.motor.path)
+    }
+
+    fn concerns(&self, node: &OsStr) -> bool {
+        self.options.motor.path.file_name() == Some(node)
     }
 
     fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError> {

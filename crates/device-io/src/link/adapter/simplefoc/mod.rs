@@ -14,6 +14,7 @@ use super::options::SimpleFocOptions;
 use super::text::Lines;
 use super::{TextConnection, clock};
 use conversation::SimpleFocConversation;
+use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use words::Answer;
@@ -84,6 +85,10 @@ impl Connector for SimpleFocConnector {
 
     fn folder(&self) -> PathBuf {
         folder_of(&self.options.motor.path)
+    }
+
+    fn concerns(&self, node: &OsStr) -> bool {
+        self.options.motor.path.file_name() == Some(node)
     }
 
     fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError> {
