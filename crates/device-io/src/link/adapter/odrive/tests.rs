@@ -139,14 +139,19 @@ fn an_axis_that_fails_is_told_as_what_it_is() {
             firmware,
             ..ODriveProperties::default()
         };
-        let mut line = line_with("radius_mm=5&torque_limit_nm=0.1", Hand::Free, properties);
-        line.ticks(100, 2.0, true);
-        assert!(line.board.is_on());
-        line.board.fail(bits);
-        let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
-        assert_eq!(told, error, "{firmware:?} {bits:#x}");
-        assert!(ticks <= 45, "{ticks}");
-        assert_eq!(line.board.force_n(), 0.0);
+        // Whatever was asked last when it fails.
+        for phase in (0..40).step_by(3) {
+            let mut line = line_with("radius_mm=5&torque_limit_nm=0.1", Hand::Free, properties);
+            line.ticks(100 + phase, 2.0, true);
+            assert!(line.board.is_on());
+            line.board.fail(bits);
+            let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
+            assert_eq!(told, error, "{firmware:?} {bits:#x}");
+            // An error at the next question; nothing but a state at the one after that.
+            let most = if bits == 0 { 36 } else { 20 };
+            assert!(ticks <= most, "{firmware:?} {bits:#x}: {ticks}");
+            assert_eq!(line.board.force_n(), 0.0);
+        }
     }
 }
 
@@ -214,6 +219,19 @@ fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
     assert!(line.count(|counters| &counters.bad_crc) > 10);
     assert!(line.count(|counters| &counters.lost) > 10);
     assert!(line.count(|counters| &counters.late) > 10);
+}
+
+#[test]
+fn after_lost_answers_the_next_are_matched_to_their_questions_again() {
+    let mut line = line();
+    line.ticks(100, 1.0, true);
+    line.quality.loss = 1.0;
+    line.ticks(3, 1.0, true);
+    line.quality.loss = 0.0;
+    let after = line.ticks(60, 1.0, true);
+    assert_eq!(line.count(|counters| &counters.lost), 3);
+    assert_eq!(line.count(|counters| &counters.round_trip_ns), MS);
+    assert_eq!(after.time_ns, line.now_ns - 2 * MS);
 }
 
 #[test]
