@@ -5,7 +5,7 @@ use crate::link::{
     SimpleFocOptions,
 };
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -134,6 +134,17 @@ impl fmt::Display for Address {
 }
 
 impl Address {
+    /// The node that it names, for those on a serial line.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Serial { path, .. } => Some(path),
+            Self::ODrive(options) => Some(&options.motor.path),
+            Self::SimpleFoc(options) => Some(&options.motor.path),
+            Self::Fake | Self::Hid(_) => None,
+        }
+    }
+
     /// What connects to the rig; nothing for the one in this process.
     #[must_use]
     pub fn connector(&self) -> Option<Box<dyn Connector>> {

@@ -308,6 +308,7 @@ pub(crate) struct Config {
     pub(crate) ramp_s: f64,
     /// A device without a new sample for so long is stale, ns.
     pub(crate) stale_ns: u64,
+    pub(crate) device: Address,
     pub(crate) rig: RigChoice,
 }
 
@@ -453,6 +454,7 @@ impl Options {
                     losses: self.losses(0.0)?,
                 },
             },
+            device,
         })
     }
 
