@@ -1,0 +1,330 @@
+#include "board.h"
+
+#include <simavr/avr_adc.h>
+#include <simavr/avr_ioport.h>
+#include <simavr/avr_uart.h>
+#include <simavr/sim_avr.h>
+#include <simavr/sim_elf.h>
+#include <simavr/sim_interrupts.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define QUEUE_BYTES 4096
+#define DDRD 0x2a
+#define PWM_PIN 5
+/* What the UART of an AVR holds: two bytes, and one that is being shifted in. */
+#define UART_HOLDS 3
+
+static avr_t *avr;
+static avr_uart_t *uart;
+static struct board_stats stats;
+
+static struct interrupt interrupts[] = {
+    { .name = "sample clock", .vector = 11 }, { .name = "uart received", .vector = 18 }, { .name = "uart empty", .vector = 19 },
+    { .name = "analogue", .vector = 21 },     { .name = "encoder A", .vector = 1 },      { .name = "encoder B", .vector = 2 },
+};
+#define INTERRUPTS (sizeof interrupts / sizeof *interrupts)
+
+static struct {
+    uint8_t bytes[QUEUE_BYTES];
+    size_t length;
+} to_board, from_board;
+
+static struct {
+    bool level;
+    uint64_t since, high, measured_from, last_high;
+} pwm;
+static bool direction;
+static uint64_t last_frame, woken_at;
+static bool is_awake = true;
+
+static uint8_t pulls_mask[3], pulls_value[3]; /* of ports B, C and D */
+
+static void (*reset_of_core)(avr_t *);
+static uint8_t unpatched[4];
+static avr_flashaddr_t patched_at;
+static bool is_patched;
+
+static void fail(const char *what)
+{
+    fprintf(stderr, "simulator: %s\n", what);
+    exit(1);
+}
+
+static bool is_driven(void)
+{
+    return pwm.level && (avr->data[DDRD] & 1 << PWM_PIN);
+}
+
+static void account_pwm(void)
+{
+    if (is_driven()) {
+        pwm.high += avr->cycle - pwm.since;
+        pwm.last_high = avr->cycle;
+    }
+    pwm.since = avr->cycle;
+}
+
+static void on_pwm(avr_irq_t *irq, uint32_t value, void *param)
+{
+    (void)irq, (void)param;
+    account_pwm();
+    pwm.level = value & 1;
+}
+
+static void on_direction(avr_irq_t *irq, uint32_t value, void *param)
+{
+    (void)irq, (void)param;
+    direction = value & 1;
+}
+
+static void on_sent(avr_irq_t *irq, uint32_t value, void *param)
+{
+    (void)irq, (void)param;
+    stats.bytes_out++;
+    if (from_board.length < QUEUE_BYTES)
+        from_board.bytes[from_board.length++] = value;
+}
+
+static avr_cycle_count_t on_byte_time(avr_t *core, avr_cycle_count_t when, void *param)
+{
+    (void)core, (void)param;
+    if (to_board.length == 0)
+        return 0;
+    uint8_t byte = to_board.bytes[0];
+    memmove(to_board.bytes, to_board.bytes + 1, --to_board.length);
+    stats.bytes_in++;
+    unsigned waiting = (unsigned)(uart->input.write - uart->input.read) & (uart_fifo_fifo_size - 1);
+    if (waiting >= UART_HOLDS)
+        stats.overruns++;
+    else
+        avr_raise_irq(uart->io.irq + UART_IRQ_INPUT, byte);
+    if (byte == 0)
+        last_frame = avr->cycle;
+    return when + uart->cycles_per_byte;
+}
+
+static void on_interrupt_raised(avr_irq_t *irq, uint32_t value, void *param)
+{
+    (void)irq;
+    struct interrupt *interrupt = param;
+    if (value)
+        interrupt->raised_at = avr->cycle;
+}
+
+static void on_interrupt_running(avr_irq_t *irq, uint32_t value, void *param)
+{
+    (void)irq;
+    struct interrupt *interrupt = param;
+    if (value) {
+        interrupt->count++;
+        interrupt->began_at = avr->cycle;
+        uint64_t wait = avr->cycle - interrupt->raised_at;
+        if (wait > interrupt->longest_wait)
+            interrupt->longest_wait = wait;
+    } else {
+        uint64_t took = avr->cycle - interrupt->began_at;
+        if (took > interrupt->longest)
+            interrupt->longest = took;
+    }
+}
+
+/* Time goes on by the pace of the caller, not by the simulator's own. */
+static void on_sleep(avr_t *core, avr_cycle_count_t cycles)
+{
+    (void)cycles;
+    if (is_awake) {
+        uint64_t busy = core->cycle - woken_at;
+        stats.busy_cycles += busy;
+        if (busy > stats.longest_busy)
+            stats.longest_busy = busy;
+        is_awake = false;
+    }
+}
+
+static void on_reset(avr_t *core)
+{
+    stats.resets++;
+    account_pwm();
+    pwm.level = false;
+    is_awake = true;
+    woken_at = core->cycle;
+    if (is_patched) {
+        memcpy(core->flash + patched_at, unpatched, sizeof unpatched);
+        is_patched = false;
+    }
+    reset_of_core(core);
+}
+
+static void find_uart(void)
+{
+    for (avr_io_t *io = avr->io_port; io; io = io->next)
+        if (strcmp(io->kind, "uart") == 0)
+            uart = (avr_uart_t *)io;
+    if (!uart)
+        fail("this core has no UART");
+}
+
+void board_start(const char *elf)
+{
+    elf_firmware_t firmware = { 0 };
+    if (elf_read_firmware(elf, &firmware) != 0)
+        fail("the firmware cannot be read");
+    avr = avr_make_mcu_by_name("atmega328p");
+    if (!avr)
+        fail("libsimavr does not know the ATmega328P");
+    avr_init(avr);
+    firmware.frequency = BOARD_HZ;
+    firmware.vcc = firmware.avcc = firmware.aref = 5000;
+    avr_load_firmware(avr, &firmware);
+    avr->sleep = on_sleep;
+    reset_of_core = avr->reset;
+    avr->reset = on_reset;
+
+    find_uart();
+    uint32_t flags = 0; /* neither text on the console, nor a pause where the firmware polls */
+    avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
+    avr_irq_register_notify(uart->io.irq + UART_IRQ_OUTPUT, on_sent, NULL);
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('D'), PWM_PIN), on_pwm, NULL);
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), 0), on_direction, NULL);
+    for (size_t i = 0; i < INTERRUPTS; i++) {
+        avr_irq_t *irq = avr_get_interrupt_irq(avr, interrupts[i].vector);
+        if (!irq)
+            fail("this core lacks an interrupt");
+        avr_irq_register_notify(irq + AVR_INT_IRQ_PENDING, on_interrupt_raised, &interrupts[i]);
+        avr_irq_register_notify(irq + AVR_INT_IRQ_RUNNING, on_interrupt_running, &interrupts[i]);
+    }
+    /* The buttons are not pressed. */
+    board_set_pin('D', 4, true);
+    board_set_pin('B', 1, true);
+}
+
+bool board_run(uint64_t cycle)
+{
+    if (to_board.length != 0 && avr_cycle_timer_status(avr, on_byte_time, NULL) == 0)
+        avr_cycle_timer_register(avr, uart->cycles_per_byte, on_byte_time, NULL);
+    while (avr->cycle < cycle) {
+        avr->run_cycle_limit = cycle - avr->cycle;
+        if (avr->run_cycle_count > avr->run_cycle_limit)
+            avr->run_cycle_count = avr->run_cycle_limit;
+        int state = avr_run(avr);
+        if (state == cpu_Done || state == cpu_Crashed)
+            return false;
+        if (!is_awake && state == cpu_Running) {
+            is_awake = true;
+            woken_at = avr->cycle;
+        }
+    }
+    return true;
+}
+
+uint64_t board_cycle(void)
+{
+    return avr->cycle;
+}
+
+size_t board_send(const uint8_t *bytes, size_t length)
+{
+    size_t room = QUEUE_BYTES - to_board.length;
+    if (length > room)
+        length = room;
+    memcpy(to_board.bytes + to_board.length, bytes, length);
+    to_board.length += length;
+    return length;
+}
+
+size_t board_receive(uint8_t *bytes, size_t room)
+{
+    size_t length = from_board.length < room ? from_board.length : room;
+    memcpy(bytes, from_board.bytes, length);
+    memmove(from_board.bytes, from_board.bytes + length, from_board.length - length);
+    from_board.length -= length;
+    return length;
+}
+
+double board_duty(void)
+{
+    account_pwm();
+    uint64_t elapsed = avr->cycle - pwm.measured_from;
+    double duty = elapsed ? (double)pwm.high / (double)elapsed : 0;
+    pwm.high = 0;
+    pwm.measured_from = avr->cycle;
+    return duty;
+}
+
+bool board_direction(void)
+{
+    return direction;
+}
+
+uint64_t board_last_high(void)
+{
+    account_pwm();
+    return pwm.last_high;
+}
+
+uint64_t board_last_frame(void)
+{
+    return last_frame;
+}
+
+void board_set_analogue(int channel, double volts)
+{
+    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, channel), (uint32_t)(1000 * volts + 0.5));
+}
+
+void board_set_pin(char port, int pin, bool level)
+{
+    /* What the outside drives is also what the port falls back to when the firmware writes to another pin of it. */
+    uint8_t *mask = &pulls_mask[port - 'B'], *value = &pulls_value[port - 'B'];
+    *mask |= 1 << pin;
+    *value = level ? *value | 1 << pin : *value & ~(1 << pin);
+    avr_ioport_external_t external = { .name = port, .mask = *mask, .value = *value };
+    avr_ioctl(avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(port), &external);
+    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port), pin), level);
+}
+
+bool board_hang(const char *how)
+{
+    static const struct {
+        const char *name;
+        uint8_t code[4];
+    } ways[] = {
+        { "loop", { 0xff, 0xcf, 0xff, 0xcf } }, /* rjmp .-2 */
+        { "deaf", { 0xf8, 0x94, 0xff, 0xcf } }, /* cli; rjmp .-2 */
+        { "kicking", { 0xa8, 0x95, 0xfe, 0xcf } }, /* wdr; rjmp .-4 */
+    };
+    for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
+        if (strcmp(how, ways[i].name) != 0 || is_patched)
+            continue;
+        /* In the main loop, between two instructions, and not in an interrupt. */
+        while (avr->interrupts.running_ptr != 0 || !avr->sreg[S_I])
+            if (!board_run(avr->cycle + 1))
+                return false;
+        patched_at = avr->pc;
+        memcpy(unpatched, avr->flash + patched_at, sizeof unpatched);
+        memcpy(avr->flash + patched_at, ways[i].code, sizeof unpatched);
+        is_patched = true;
+        return true;
+    }
+    return false;
+}
+
+const struct board_stats *board_stats(void)
+{
+    return &stats;
+}
+
+const struct interrupt *board_interrupts(size_t *count)
+{
+    *count = INTERRUPTS;
+    return interrupts;
+}
+
+void board_clear_stats(void)
+{
+    stats = (struct board_stats){ 0 };
+    for (size_t i = 0; i < INTERRUPTS; i++)
+        interrupts[i].count = interrupts[i].longest = interrupts[i].longest_wait = 0;
+}

@@ -1,0 +1,56 @@
+/* The ATmega328P on its board, as libsimavr runs it, seen from its pins. */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define BOARD_HZ 16000000
+
+struct interrupt {
+    const char *name;
+    uint8_t vector;
+    uint64_t raised_at, began_at;
+    uint64_t count, longest, longest_wait; /* cycles; the wait is from what raises it to its first instruction */
+};
+
+struct board_stats {
+    uint64_t bytes_in, bytes_out, overruns; /* of the UART; an overrun is a byte that came while three were waiting */
+    uint64_t resets;
+    uint64_t busy_cycles, longest_busy; /* from waking up to going to sleep again, with all interrupts in between */
+};
+
+/* Loads the firmware; exits where it cannot. */
+void board_start(const char *elf);
+
+/* Runs up to a cycle, counted from power-on. False where the processor has crashed. */
+bool board_run(uint64_t cycle);
+
+uint64_t board_cycle(void);
+
+/* Bytes on their way to the UART, at the speed of the line. Returns how many were taken. */
+size_t board_send(const uint8_t *bytes, size_t length);
+
+/* Takes what the UART has sent. */
+size_t board_receive(uint8_t *bytes, size_t room);
+
+/* The part of the time since the last call that D5 was high, and the direction on D8. */
+double board_duty(void);
+bool board_direction(void);
+
+/* When D5 was last high, and when the end of the last frame (a zero) was received, cycles. */
+uint64_t board_last_high(void);
+uint64_t board_last_frame(void);
+
+void board_set_analogue(int channel, double volts);
+void board_set_pin(char port, int pin, bool level);
+
+/* Ways for the main loop to hang, as a broken firmware would: with interrupts, without, or kicking the hardware watchdog all the time. */
+bool board_hang(const char *how);
+
+const struct board_stats *board_stats(void);
+const struct interrupt *board_interrupts(size_t *count);
+void board_clear_stats(void);
+
+#endif
