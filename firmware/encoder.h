@@ -13,7 +13,7 @@ extern const float encoder_counts_per_metre;
 
 void encoder_init(void);
 
-/* In the interrupt of the sample clock; tick_us is the time of the tick. */
+/* First in the interrupt of the sample clock; tick_us is the time of the tick. */
 void encoder_tick(uint32_t tick_us);
 
 /* A sample has been taken. is_lost says that the position is not to be trusted since the last one: a wire is off, or it moved too fast to be followed. */

@@ -49,8 +49,11 @@ void encoder_tick(uint32_t tick_us)
     static int32_t count;
     uint32_t time_us = tick_us + clock_since_tick_us();
     uint16_t now = edges;
+    bool was_lost = is_lost;
+    is_lost = false;
+    /* The rest of this interrupt does not concern the edges, which at speed are closer together than it is long. */
+    sei();
     count += (int16_t)(now - last_edges);
     last_edges = now;
-    sample_take(time_us, count, is_lost);
-    is_lost = false;
+    sample_take(time_us, count, was_lost);
 }

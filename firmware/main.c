@@ -32,7 +32,8 @@ int main(void)
         device_watch_position();
         if (sample_get(&sample))
             device_send(&sample);
-        while (uart_get(&byte)) {
+        /* Whatever the host sends, a sample is never late. */
+        while (!sample_is_there() && uart_get(&byte)) {
             uint8_t length = link_take(byte, &message);
             if (length != 0)
                 device_receive(message, length);

@@ -46,6 +46,14 @@ static uint8_t unpatched[4];
 static avr_flashaddr_t patched_at;
 static bool is_patched;
 
+/* Standard output is the caller's. */
+static void on_log(avr_t *core, const int level, const char *format, va_list arguments)
+{
+    (void)core;
+    if (level <= LOG_WARNING)
+        vfprintf(stderr, format, arguments);
+}
+
 static void fail(const char *what)
 {
     fprintf(stderr, "simulator: %s\n", what);
@@ -168,6 +176,7 @@ static void find_uart(void)
 
 void board_start(const char *elf)
 {
+    avr_global_logger_set(on_log);
     elf_firmware_t firmware = { 0 };
     if (elf_read_firmware(elf, &firmware) != 0)
         fail("the firmware cannot be read");
@@ -224,14 +233,15 @@ uint64_t board_cycle(void)
     return avr->cycle;
 }
 
-size_t board_send(const uint8_t *bytes, size_t length)
+size_t board_room(void)
 {
-    size_t room = QUEUE_BYTES - to_board.length;
-    if (length > room)
-        length = room;
+    return QUEUE_BYTES - to_board.length;
+}
+
+void board_send(const uint8_t *bytes, size_t length)
+{
     memcpy(to_board.bytes + to_board.length, bytes, length);
     to_board.length += length;
-    return length;
 }
 
 size_t board_receive(uint8_t *bytes, size_t room)
@@ -243,13 +253,14 @@ size_t board_receive(uint8_t *bytes, size_t room)
     return length;
 }
 
-double board_duty(void)
+double board_duty(uint64_t cycle)
 {
     account_pwm();
-    uint64_t elapsed = avr->cycle - pwm.measured_from;
-    double duty = elapsed ? (double)pwm.high / (double)elapsed : 0;
-    pwm.high = 0;
-    pwm.measured_from = avr->cycle;
+    /* The processor sleeps through up to the next event of a timer, and D5 stays as it is until then. */
+    uint64_t beyond = is_driven() ? avr->cycle - cycle : 0;
+    double duty = (double)(pwm.high - beyond) / (double)(cycle - pwm.measured_from);
+    pwm.high = beyond;
+    pwm.measured_from = cycle;
     return duty;
 }
 

@@ -29,14 +29,15 @@ bool board_run(uint64_t cycle);
 
 uint64_t board_cycle(void);
 
-/* Bytes on their way to the UART, at the speed of the line. Returns how many were taken. */
-size_t board_send(const uint8_t *bytes, size_t length);
+/* Bytes on their way to the UART, at the speed of the line: no more than there is room for. */
+void board_send(const uint8_t *bytes, size_t length);
+size_t board_room(void);
 
 /* Takes what the UART has sent. */
 size_t board_receive(uint8_t *bytes, size_t room);
 
-/* The part of the time since the last call that D5 was high, and the direction on D8. */
-double board_duty(void);
+/* The part of the time since the last call and up to a cycle, to which the board has been run, that D5 was high; and the direction on D8. */
+double board_duty(uint64_t cycle);
 bool board_direction(void);
 
 /* When D5 was last high, and when the end of the last frame (a zero) was received, cycles. */

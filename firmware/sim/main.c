@@ -82,7 +82,8 @@ static int open_line(void)
 static void exchange(int line)
 {
     uint8_t bytes[1024];
-    ssize_t got = read(line, bytes, sizeof bytes);
+    size_t room = board_room() < sizeof bytes ? board_room() : sizeof bytes;
+    ssize_t got = room > 0 ? read(line, bytes, room) : 0;
     if (got > 0)
         board_send(bytes, (size_t)got);
     size_t length = board_receive(bytes, sizeof bytes);
@@ -103,7 +104,7 @@ static bool step(void)
     cycle += STEP_CYCLES;
     if (!sensor_run(cycle, plant.position_m))
         return false;
-    motor_force_n = force_of(board_duty(), board_direction());
+    motor_force_n = force_of(board_duty(cycle), board_direction());
     plant_step(&plant, STEP_S, motor_force_n);
     double size = fabs(motor_force_n);
     largest_force_n = fmax(largest_force_n, size);
