@@ -1,5 +1,6 @@
 //! What every rig can do.
 
+use crate::protocol::message::ErrorCode;
 use thiserror::Error;
 
 /// One sample of a rig.
@@ -20,16 +21,25 @@ pub enum DeviceError {
     /// The rig is no longer there.
     #[error("the device is disconnected")]
     Disconnected,
+    /// The rig is there, and its motor is off though it was enabled.
+    #[error("the device has its motor off{}", if *.watchdog { ": its watchdog heard no command for too long" } else { "" })]
+    MotorOff {
+        /// Whether its own watchdog has done that.
+        watchdog: bool,
+    },
+    /// The rig is there and says that something is wrong with it.
+    #[error("{0}")]
+    Failed(ErrorCode),
 }
 
 /// A one-axis rig, as the real-time loop uses it.
 ///
-/// Neither method may allocate, lock or wait longer than the link needs. Dropping a device leaves it at zero force.
+/// No method but [`Self::description`] may allocate, lock or wait longer than the link needs. Dropping a device leaves it at zero force.
 pub trait Device: Send {
     /// What the rig is, for people.
     fn description(&self) -> String;
 
-    /// Distance between two positions that the rig can tell apart, m; 0 where it is perfect.
+    /// Distance between two positions that the rig can tell apart, m; 0 where it is perfect. It may be another after the rig was disconnected.
     fn resolution_m(&self) -> f64;
 
     /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its own needs it only to
@@ -39,9 +49,10 @@ pub trait Device: Send {
     /// The rig could not be read. The caller must not render an older position in its place.
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError>;
 
-    /// Commands the force on the hand, N, until the next command.
+    /// Commands the force on the hand, N, until the next command. Where the motor is not `enabled` it must not be driven, and a rig that can
+    /// switches it off.
     ///
     /// # Errors
     /// The rig could not be written.
-    fn write(&mut self, force_n: f64) -> Result<(), DeviceError>;
+    fn write(&mut self, force_n: f64, enabled: bool) -> Result<(), DeviceError>;
 }

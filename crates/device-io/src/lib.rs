@@ -4,9 +4,14 @@
 //! the same tick. [`fake::FakeRig`] is one without hardware: a carriage with mass and friction, an encoder, and a hand.
 //!
 //! Positive position, velocity and force point the same way; the force written is the one that the device applies to the hand.
-#![forbid(unsafe_code)]
+//!
+//! [`link`] talks to real rigs in the words of [`protocol`], over a serial line or HID.
 
+pub mod address;
 mod device;
 pub mod fake;
+pub mod link;
+pub mod protocol;
 
+pub use address::Address;
 pub use device::{Device, DeviceError, Measurement};

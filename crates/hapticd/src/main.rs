@@ -69,7 +69,6 @@ const LONGEST_RAMP_STEP_PERIODS: f64 = 5.0;
 const PUMP_PERIOD: Duration = Duration::from_millis(5);
 
 fn main() -> ExitCode {
-    rt::thread::mute_panics();
     let options = Options::parse();
     let (demo, self_test) = (options.demo, options.self_test);
     let done = options
@@ -90,6 +89,7 @@ fn main() -> ExitCode {
 }
 
 fn run(config: Config, demo: bool) -> Result<(), Failure> {
+    rt::thread::mute_panics();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let local = tokio::task::LocalSet::new();
     local.block_on(&runtime, async move {

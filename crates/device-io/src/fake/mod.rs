@@ -1,9 +1,13 @@
 //! A rig without hardware: a carriage with mass and friction, an encoder, and a hand that moves it.
 
+mod fault;
+mod firmware;
 mod hand;
 mod motion;
 mod plant;
 
+pub use fault::{Channel, Fault, Quality, TimedFault};
+pub use firmware::{Firmware, FirmwareProperties};
 pub use hand::Hand;
 pub use motion::{AfterEnd, Motion, MotionError, RETURN_S, Recording};
 pub use plant::{Plant, SUB_STEP_S};
@@ -67,6 +71,21 @@ impl FakeRig {
         &self.properties
     }
 
+    /// Lives through the time until `now_ns`, ns. The first time is when it begins.
+    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
+    pub(crate) fn live_until(&mut self, now_ns: u64) {
+        let started = *self.started_ns.get_or_insert(now_ns);
+        let now_ns = now_ns.saturating_sub(started);
+        let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
+        self.last_ns = self.last_ns.max(now_ns);
+        self.plant.advance(elapsed_s, now_ns as f64 * 1e-9, self.force_n);
+    }
+
+    /// The motor gives this force, N, until it is told otherwise.
+    pub(crate) fn drive(&mut self, force_n: f64) {
+        self.force_n = force_n;
+    }
+
     /// The true state of the carriage, which the encoder only counts.
     #[must_use]
     pub fn plant(&self) -> &Plant {
@@ -90,19 +109,14 @@ impl Device for FakeRig {
         self.properties.resolution_m
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
-        let started = *self.started_ns.get_or_insert(now_ns);
-        let now_ns = now_ns.saturating_sub(started);
-        let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
-        self.last_ns = now_ns;
-        self.plant.advance(elapsed_s, now_ns as f64 * 1e-9, self.force_n);
+        self.live_until(now_ns);
         self.sequence = self.sequence.wrapping_add(1);
         let resolution = self.properties.resolution_m;
         let position = self.plant.position_m();
         Ok(Measurement {
             sequence: self.sequence,
-            time_ns: now_ns,
+            time_ns: self.last_ns,
             position_m: if resolution > 0.0 {
                 (position / resolution).round() * resolution
             } else {
@@ -111,8 +125,8 @@ impl Device for FakeRig {
         })
     }
 
-    fn write(&mut self, force_n: f64) -> Result<(), DeviceError> {
-        self.force_n = force_n;
+    fn write(&mut self, force_n: f64, enabled: bool) -> Result<(), DeviceError> {
+        self.drive(if enabled { force_n } else { 0.0 });
         Ok(())
     }
 }
@@ -153,7 +167,7 @@ mod tests {
             let mut rig = FakeRig::new(RigProperties::default(), hand);
             for k in 0..2000_u64 {
                 let sample = rig.read(k * 1_000_000 + (k * 7919) % 300_000).expect("it is there");
-                rig.write(-300.0 * sample.position_m).expect("it is there");
+                rig.write(-300.0 * sample.position_m, true).expect("it is there");
             }
             rig.plant().position_m()
         };

@@ -268,7 +268,7 @@ impl FromDevice {
                     Some(_) => Kind::WideMeasurement,
                     None => Kind::Measurement,
                 };
-                let flags = u8::from(sample.enabled) * ENABLED | u8::from(sample.watchdog) * WATCHDOG;
+                let flags = (u8::from(sample.enabled) * ENABLED) | (u8::from(sample.watchdog) * WATCHDOG);
                 let bytes = Bytes::new(kind)
                     .with(2, [flags, sample.buttons])
                     .with(4, sample.sequence.to_le_bytes())

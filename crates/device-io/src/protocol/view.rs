@@ -119,10 +119,9 @@ impl<'a> View<'a> {
             return Err(ViewError::Version(version));
         }
         let kind = Kind::from_byte(first).ok_or(ViewError::Kind(first))?;
-        let bytes = bytes.get(..kind.length()).ok_or(ViewError::Length {
-            kind,
-            got: bytes.len(),
-        })?;
+        let bytes = bytes
+            .get(..kind.length())
+            .ok_or(ViewError::Length { kind, got: bytes.len() })?;
         Ok(Self { kind, bytes })
     }
 

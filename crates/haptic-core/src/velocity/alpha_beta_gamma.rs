@@ -45,6 +45,9 @@ pub const DEFAULT_MEMORY: f64 = 0.6;
 /// A sample that comes off its time by less than this share of the period is on time.
 const ON_TIME: f64 = 0.05;
 
+/// Where less than this share of the past is left, there is no past: after 45 periods without a sample, with the default memory.
+const FORGOTTEN: f64 = 1e-10;
+
 /// Below this speed, m/s, a filter at rest is at rest: its tail must not decay through the denormals.
 const AT_REST_MPS: f64 = 1e-15;
 
@@ -91,7 +94,15 @@ impl AlphaBetaGamma {
         let Gains { alpha, beta, gamma } = if (periods - 1.0).abs() < ON_TIME {
             self.usual
         } else {
-            Gains::new(powf(self.memory, periods))
+            let left = powf(self.memory, periods);
+            if left < FORGOTTEN {
+                // What the past foretells over such a time has nothing to do with what came.
+                self.velocity = (position - self.position) / elapsed_s;
+                self.acceleration = 0.0;
+                self.position = position;
+                return self.velocity;
+            }
+            Gains::new(left)
         };
         let predicted = self.position + elapsed_s * (self.velocity + 0.5 * elapsed_s * self.acceleration);
         let residual = position - predicted;
@@ -110,6 +121,18 @@ impl AlphaBetaGamma {
 mod tests {
     use super::*;
     use core::f64::consts::TAU;
+
+    #[test]
+    fn after_a_long_gap_it_tells_the_mean_velocity_and_not_what_the_past_foretold() {
+        let mut filter = AlphaBetaGamma::new(1e-3);
+        // To and fro at 0.5 Hz, and then nothing for ten seconds: five turns later the hand is where it was.
+        let at = |t: f64| 0.03 * (std::f64::consts::PI * t).sin();
+        for k in 0..1300 {
+            filter.update(1e-3, at(f64::from(k) * 1e-3));
+        }
+        let velocity = filter.update(10.0, at(11.3));
+        assert!(velocity.abs() < 0.01, "{velocity} m/s");
+    }
 
     #[test]
     fn it_follows_a_constant_acceleration_without_lag() {

@@ -172,11 +172,11 @@ impl Device for Failing {
         Ok(sample)
     }
 
-    fn write(&mut self, force_n: f64) -> Result<(), DeviceError> {
+    fn write(&mut self, force_n: f64, enabled: bool) -> Result<(), DeviceError> {
         if (900..905).contains(&(self.reads % self.seconds_ticks)) {
             return Err(DeviceError::Disconnected);
         }
-        self.rig.write(force_n)
+        self.rig.write(force_n, enabled)
     }
 }
 
@@ -354,7 +354,7 @@ impl Device for Panicking {
         self.rig.read(now_ns)
     }
 
-    fn write(&mut self, force_n: f64) -> Result<(), DeviceError> {
+    fn write(&mut self, force_n: f64, _enabled: bool) -> Result<(), DeviceError> {
         self.written.store(force_n.to_bits(), SeqCst);
         Ok(())
     }

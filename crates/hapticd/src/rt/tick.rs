@@ -158,7 +158,7 @@ impl<D: Device + ?Sized> Tick<D> {
         self.last_began_ns = wake.began_ns;
         let (coupling_force, command_force) = self.render(elapsed_s, our_elapsed_s);
         let computed_ns = now_ns();
-        let written = self.device.write(command_force).is_ok();
+        let written = self.device.write(command_force, self.rig.is_live()).is_ok();
         if !written {
             self.rig.device_present(false);
         }
@@ -211,7 +211,7 @@ impl<D: Device + ?Sized> Tick<D> {
 
     /// Zero force, whatever happens after.
     pub(crate) fn zero_force(&mut self) -> Result<(), DeviceError> {
-        self.device.write(0.0)
+        self.device.write(0.0, false)
     }
 
     fn take_scene(&mut self) -> bool {
@@ -408,7 +408,7 @@ mod tests {
             })
         }
 
-        fn write(&mut self, force_n: f64) -> Result<(), DeviceError> {
+        fn write(&mut self, force_n: f64, _enabled: bool) -> Result<(), DeviceError> {
             if self.refuses_writes {
                 return Err(DeviceError::Disconnected);
             }

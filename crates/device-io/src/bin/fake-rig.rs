@@ -1,0 +1,406 @@
+//! The fake rig behind a pseudo-terminal: the same plant as in the daemon, with a firmware that speaks the link protocol, and a link that can be made to fail.
+
+use clap::{Parser, ValueEnum};
+use device_io::fake::{Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Quality, RigProperties, TimedFault};
+use device_io::protocol::frame::{Decoder, Frame};
+use device_io::protocol::message::{FromDevice, FromHost};
+use device_io::protocol::view::View;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fd::OwnedFd;
+use rustix::fs::{OFlags, fcntl_setfl};
+use rustix::io::Errno;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use rustix::time::{ClockId, clock_gettime};
+use std::collections::VecDeque;
+use std::io::{self, BufRead, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::mpsc;
+use std::time::Duration;
+
+/// A fake rig behind a pseudo-terminal, for `hapticd --device serial:LINK`.
+///
+/// It speaks the link protocol as a microcontroller does. Faults are lines such as `loss 0.05` or `at 2.5 hang-up 0.3`,
+/// from --fault, from a script, or on standard input while it runs.
+#[derive(Debug, Parser)]
+#[command(name = "fake-rig", version, max_term_width = 110)]
+struct Options {
+    /// Make this path point at the terminal, and take it away at the end
+    #[arg(long, value_name = "LINK")]
+    pty: PathBuf,
+
+    /// Samples a second, Hz, from 10 to 20000
+    #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=20_000))]
+    sample_rate_hz: u32,
+
+    /// Largest force of the motor, N
+    #[arg(long, value_name = "N", default_value_t = 20.0)]
+    force_limit_n: f64,
+
+    /// How much faster than the true one the device's clock runs, parts in a million
+    #[arg(long, value_name = "PPM", default_value_t = 0.0, allow_negative_numbers = true)]
+    clock_ppm: f64,
+
+    /// Who moves the handle
+    #[arg(long, value_name = "HAND", default_value = "sine")]
+    hand: HandKind,
+
+    /// Half the stroke of the hand, m
+    #[arg(long, value_name = "M", default_value_t = 0.03)]
+    hand_amplitude_m: f64,
+
+    /// Turns a second of the hand, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 0.5)]
+    hand_frequency_hz: f64,
+
+    /// A fault, now or `at` a time in seconds; may be given again
+    #[arg(long, value_name = "FAULT", long_help = concat!("A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, ",
+        "reorder SHARE, stall S, hang-up S, version N, jump COUNTS, wrap S"))]
+    fault: Vec<TimedFault>,
+
+    /// A file of faults, one a line; what follows a `#` is a comment
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+
+    /// What is random is the same again with the same number
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum HandKind {
+    /// Goes to and fro, whatever the force
+    Sine,
+    /// Pulls to and fro through a spring (500 N/m) and a damper (5 N s/m)
+    Arm,
+    /// Nobody
+    Free,
+}
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    let done = faults(&options).and_then(|faults| {
+        let mut rig = Rig::new(&options, faults).map_err(|error| format!("{}: {error}", options.pty.display()))?;
+        rig.run().map_err(|error| error.to_string())
+    });
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("fake-rig: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Those of the command line and of the script, the earliest first.
+fn faults(options: &Options) -> Result<VecDeque<TimedFault>, String> {
+    let mut faults = options.fault.clone();
+    if let Some(path) = &options.script {
+        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+        for (index, line) in text.lines().enumerate() {
+            let line = line.split('#').next().unwrap_or_default().trim();
+            if !line.is_empty() {
+                let fault = line
+                    .parse()
+                    .map_err(|error| format!("{}: line {}: {error}", path.display(), index + 1))?;
+                faults.push(fault);
+            }
+        }
+    }
+    faults.sort_by(|a, b| a.at_s.unwrap_or(0.0).total_cmp(&b.at_s.unwrap_or(0.0)));
+    Ok(faults.into())
+}
+
+fn now_ns() -> u64 {
+    let time = clock_gettime(ClockId::Monotonic);
+    u64::try_from(time.tv_sec).unwrap_or(0) * 1_000_000_000 + u64::try_from(time.tv_nsec).unwrap_or(0)
+}
+
+/// The controlling end of a pseudo-terminal, and the link that points at the other.
+struct Terminal {
+    master: OwnedFd,
+    link: PathBuf,
+}
+
+impl Terminal {
+    fn plug_in(link: &Path) -> io::Result<Self> {
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+        grantpt(&master)?;
+        unlockpt(&master)?;
+        // Until its user sets it up, the terminal would echo what we say.
+        let mut settings = tcgetattr(&master)?;
+        settings.make_raw();
+        tcsetattr(&master, OptionalActions::Now, &settings)?;
+        fcntl_setfl(&master, OFlags::NONBLOCK)?;
+        let name = ptsname(&master, Vec::new())?;
+        let name = PathBuf::from(name.to_string_lossy().into_owned());
+        // In one step, so that nobody finds half a link.
+        let mut fresh = link.as_os_str().to_owned();
+        fresh.push(".new");
+        let fresh = PathBuf::from(fresh);
+        if fresh.symlink_metadata().is_ok() {
+            std::fs::remove_file(&fresh)?;
+        }
+        std::os::unix::fs::symlink(name, &fresh)?;
+        std::fs::rename(&fresh, link)?;
+        Ok(Self {
+            master,
+            link: link.to_owned(),
+        })
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        // Gone already, or not ours to take away: there is nobody to tell.
+        drop(std::fs::remove_file(&self.link));
+    }
+}
+
+struct Rig {
+    link: PathBuf,
+    terminal: Option<Terminal>,
+    plug_in_at_ns: u64,
+    stalled_until_ns: u64,
+    firmware: Firmware,
+    quality: Quality,
+    version: Option<u8>,
+    up: Channel,
+    down: Channel,
+    from_host: Decoder,
+    /// Bytes of a frame of the host's, as they come.
+    raw: Vec<u8>,
+    faults: VecDeque<TimedFault>,
+    asked: mpsc::Receiver<String>,
+    began_ns: u64,
+    period_ns: u64,
+    next_sample_ns: u64,
+}
+
+impl Rig {
+    fn new(options: &Options, faults: VecDeque<TimedFault>) -> io::Result<Self> {
+        let motion = Motion::Sine {
+            amplitude_m: options.hand_amplitude_m,
+            frequency_hz: options.hand_frequency_hz,
+        };
+        let hand = match options.hand {
+            HandKind::Sine => Hand::Prescribed(motion),
+            HandKind::Arm => Hand::Arm {
+                stiffness_n_per_m: 500.0,
+                damping_ns_per_m: 5.0,
+                motion,
+            },
+            HandKind::Free => Hand::Free,
+        };
+        let properties = FirmwareProperties {
+            sample_rate_hz: options.sample_rate_hz,
+            force_limit_n: options.force_limit_n,
+            clock_ppm: options.clock_ppm,
+        };
+        let began_ns = now_ns();
+        Ok(Self {
+            link: options.pty.clone(),
+            terminal: Some(Terminal::plug_in(&options.pty)?),
+            plug_in_at_ns: 0,
+            stalled_until_ns: 0,
+            firmware: Firmware::new(RigProperties::default(), hand, properties),
+            quality: Quality::default(),
+            version: None,
+            up: Channel::new(options.seed),
+            down: Channel::new(options.seed.wrapping_add(1)),
+            from_host: Decoder::default(),
+            raw: Vec::new(),
+            faults,
+            asked: requests(),
+            began_ns,
+            period_ns: 1_000_000_000 / u64::from(options.sample_rate_hz),
+            next_sample_ns: began_ns,
+        })
+    }
+
+    /// Until standard input says `quit`, or for ever.
+    fn run(&mut self) -> io::Result<()> {
+        println!("fake-rig: {}", self.link.display());
+        io::stdout().flush()?;
+        loop {
+            let now = now_ns();
+            if self.take_requests(now) {
+                return Ok(());
+            }
+            if self.terminal.is_none() && now >= self.plug_in_at_ns {
+                self.terminal = Some(Terminal::plug_in(&self.link)?);
+            }
+            let stalled = now < self.stalled_until_ns;
+            self.read_terminal(now)?;
+            while !stalled && let Some(frame) = self.down.receive(now) {
+                self.hear(&frame, now);
+            }
+            if now >= self.next_sample_ns {
+                // A sample that was missed is not made up for.
+                self.next_sample_ns += (1 + (now - self.next_sample_ns) / self.period_ns) * self.period_ns;
+                if !stalled && let Some(sample) = self.firmware.sample(now) {
+                    self.say(&sample, now);
+                }
+            }
+            self.write_terminal(now)?;
+            self.wait();
+        }
+    }
+
+    /// Carries out what is due of the script and of what was asked for; whether that was to end.
+    fn take_requests(&mut self, now: u64) -> bool {
+        while let Some(fault) = self
+            .faults
+            .pop_front_if(|fault| Duration::from_nanos(now - self.began_ns).as_secs_f64() >= fault.at_s.unwrap_or(0.0))
+        {
+            self.fail(fault.fault, now);
+        }
+        while let Ok(line) = self.asked.try_recv() {
+            match line.as_str() {
+                "quit" => return true,
+                "force" => println!(
+                    "force {} largest {} watchdog {}",
+                    self.firmware.force_n(),
+                    self.firmware.take_largest_force_n(),
+                    u8::from(self.firmware.watchdog_has_bitten())
+                ),
+                _ => match line.parse::<TimedFault>() {
+                    Ok(TimedFault { at_s: None, fault }) => {
+                        self.fail(fault, now);
+                        println!("done {line}");
+                    }
+                    Ok(later) => {
+                        let after = |other: &TimedFault| other.at_s > later.at_s;
+                        let at = self.faults.iter().position(after).unwrap_or(self.faults.len());
+                        self.faults.insert(at, later);
+                        println!("done {line}");
+                    }
+                    Err(why) => println!("error {why}"),
+                },
+            }
+        }
+        false
+    }
+
+    fn fail(&mut self, fault: Fault, now: u64) {
+        let after =
+            |seconds: f64| now + u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX / 2);
+        match self.quality.take(fault) {
+            Ok(()) => {}
+            Err(Fault::Stall(seconds)) => self.stalled_until_ns = after(seconds),
+            Err(Fault::HangUp(seconds)) => {
+                self.terminal = None;
+                self.plug_in_at_ns = after(seconds);
+                self.up.clear();
+                self.down.clear();
+                self.from_host.reset();
+            }
+            Err(Fault::Version(version)) => self.version = Some(version),
+            Err(Fault::Jump(counts)) => self.firmware.jump(counts),
+            Err(Fault::Wrap(seconds)) => {
+                let in_us = u32::try_from(Duration::from_secs_f64(seconds).as_micros()).unwrap_or(u32::MAX);
+                self.firmware.wrap_in(in_us, now);
+            }
+            Err(_) => {}
+        }
+    }
+
+    fn read_terminal(&mut self, now: u64) -> io::Result<()> {
+        let Some(terminal) = &self.terminal else {
+            return Ok(());
+        };
+        let mut buffer = [0; 1024];
+        loop {
+            match rustix::io::read(&terminal.master, &mut buffer) {
+                Ok(0) | Err(Errno::AGAIN | Errno::IO) => return Ok(()),
+                Ok(count) => {
+                    for &byte in &buffer[..count] {
+                        self.raw.push(byte);
+                        if byte == 0 {
+                            self.down.send(std::mem::take(&mut self.raw), &self.quality, now);
+                        }
+                    }
+                }
+                Err(Errno::INTR) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    fn hear(&mut self, frame: &[u8], now: u64) {
+        let mut answers = Vec::new();
+        for &byte in frame {
+            let Some(Ok(message)) = self.from_host.push(byte) else {
+                continue;
+            };
+            if let Ok(message) = View::whole(message)
+                .map_err(drop)
+                .and_then(|view| FromHost::read(view).map_err(drop))
+            {
+                answers.extend(self.firmware.receive(message, now));
+            }
+        }
+        for answer in answers {
+            self.say(&answer, now);
+        }
+    }
+
+    fn say(&mut self, message: &FromDevice, now: u64) {
+        let bytes = message.bytes();
+        let mut bytes = bytes.as_slice().to_vec();
+        if let Some(version) = self.version {
+            bytes[1] = version;
+        }
+        self.up.send(Frame::of(&bytes).as_slice().to_vec(), &self.quality, now);
+    }
+
+    fn write_terminal(&mut self, now: u64) -> io::Result<()> {
+        while let Some(frame) = self.up.receive(now) {
+            let Some(terminal) = &self.terminal else { continue };
+            match rustix::io::write(&terminal.master, &frame) {
+                // What does not fit is lost, as on a line that nobody reads.
+                Ok(_) | Err(Errno::AGAIN | Errno::IO | Errno::INTR) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(())
+    }
+
+    /// Until something is due or comes.
+    fn wait(&self) {
+        let due_ns = [self.up.next_due_ns(), self.down.next_due_ns()]
+            .into_iter()
+            .flatten()
+            .fold(self.next_sample_ns, u64::min);
+        let timeout = Timespec::try_from(Duration::from_nanos(due_ns.saturating_sub(now_ns()))).ok();
+        let nobody = {
+            let mut polled: Vec<PollFd<'_>> = self
+                .terminal
+                .iter()
+                .map(|terminal| PollFd::new(&terminal.master, PollFlags::IN))
+                .collect();
+            if poll(&mut polled, timeout.as_ref()).is_err() {
+                // Interrupted: the loop looks again.
+            }
+            polled.iter().any(|polled| polled.revents().contains(PollFlags::HUP))
+        };
+        if nobody {
+            // Nobody has the other end open, which a poll does not wait for.
+            std::thread::sleep(Duration::from_nanos(due_ns.saturating_sub(now_ns())));
+        }
+    }
+}
+
+/// Lines of standard input, as they come.
+fn requests() -> mpsc::Receiver<String> {
+    let (asks, asked) = mpsc::channel();
+    std::thread::spawn(move || {
+        for line in io::stdin().lock().lines().map_while(Result::ok) {
+            if asks.send(line.trim().to_owned()).is_err() {
+                return;
+            }
+        }
+    });
+    asked
+}

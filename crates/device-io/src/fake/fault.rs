@@ -1,0 +1,300 @@
+//! What can go wrong on a link, on purpose.
+//!
+//! A fault is a line of text, from the command line, a script or standard input: its name and a number, and where it is to happen later, `at` and a time in seconds before it.
+//!
+//! ```text
+//! loss 0.05          from now on one frame in twenty is lost, each way
+//! at 2.5 hang-up 0.3 at 2.5 s the line is hung up for 0.3 s
+//! ```
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::str::FromStr;
+
+/// One thing that goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// Every frame takes so much longer, ms.
+    Delay(f64),
+    /// Every frame takes up to so much longer, ms, each another time; none overtakes another.
+    Jitter(f64),
+    /// Share of frames that are lost.
+    Loss(f64),
+    /// Share of frames that come twice.
+    Double(f64),
+    /// Share of frames of which a few bits are turned.
+    Corrupt(f64),
+    /// Share of frames that are overtaken by the next.
+    Reorder(f64),
+    /// The firmware does nothing at all for so long, s; its watchdog does.
+    Stall(f64),
+    /// The line is hung up for so long, s.
+    HangUp(f64),
+    /// The firmware says that it speaks this version.
+    Version(u8),
+    /// The encoder jumps, counts.
+    Jump(i32),
+    /// The clock wraps around so much later, s.
+    Wrap(f64),
+}
+
+impl Fault {
+    /// The lines that there are, for a help text.
+    pub const HELP: &'static str = "delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, reorder SHARE, stall S, hang-up S, version N, jump COUNTS, wrap S";
+}
+
+/// A fault and when it happens, s since the start; now where nothing is said.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimedFault {
+    /// When, s.
+    pub at_s: Option<f64>,
+    /// What.
+    pub fault: Fault,
+}
+
+impl FromStr for TimedFault {
+    type Err = String;
+
+    fn from_str(line: &str) -> Result<Self, String> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let number = |text: &str| -> Result<f64, String> {
+            text.parse::<f64>()
+                .ok()
+                .filter(|value| value.is_finite())
+                .ok_or_else(|| format!("`{text}` is no number"))
+        };
+        let (at_s, name, value) = match words[..] {
+            ["at", at, name, value] => (Some(number(at)?), name, value),
+            [name, value] => (None, name, value),
+            _ => return Err(format!("`{line}` is no fault; there are {}", Fault::HELP)),
+        };
+        let within = |least: f64, most: f64| -> Result<f64, String> {
+            let value = number(value)?;
+            if (least..=most).contains(&value) {
+                Ok(value)
+            } else {
+                Err(format!(
+                    "{name} = {value} is out of range: it must be from {least} to {most}"
+                ))
+            }
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "checked to lie within"
+        )]
+        let fault = match name {
+            "delay" => Fault::Delay(within(0.0, 10_000.0)?),
+            "jitter" => Fault::Jitter(within(0.0, 10_000.0)?),
+            "loss" => Fault::Loss(within(0.0, 1.0)?),
+            "double" => Fault::Double(within(0.0, 1.0)?),
+            "corrupt" => Fault::Corrupt(within(0.0, 1.0)?),
+            "reorder" => Fault::Reorder(within(0.0, 1.0)?),
+            "stall" => Fault::Stall(within(0.0, 3600.0)?),
+            "hang-up" => Fault::HangUp(within(0.0, 3600.0)?),
+            "version" => Fault::Version(within(0.0, 255.0)? as u8),
+            "jump" => Fault::Jump(within(-2e9, 2e9)? as i32),
+            "wrap" => Fault::Wrap(within(0.0, 4294.0)?),
+            _ => return Err(format!("there is no fault `{name}`; there are {}", Fault::HELP)),
+        };
+        Ok(Self { at_s, fault })
+    }
+}
+
+/// How bad a link is. Shares are of frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quality {
+    /// What every frame takes, ms.
+    pub delay_ms: f64,
+    /// What a frame may take beyond that, ms.
+    pub jitter_ms: f64,
+    /// Lost.
+    pub loss: f64,
+    /// Sent twice.
+    pub double: f64,
+    /// Damaged.
+    pub corrupt: f64,
+    /// Overtaken by the next.
+    pub reorder: f64,
+}
+
+impl Quality {
+    /// Takes a fault on; one that is not of the link itself is given back.
+    ///
+    /// # Errors
+    /// The fault, where it is for somebody else.
+    pub fn take(&mut self, fault: Fault) -> Result<(), Fault> {
+        match fault {
+            Fault::Delay(ms) => self.delay_ms = ms,
+            Fault::Jitter(ms) => self.jitter_ms = ms,
+            Fault::Loss(share) => self.loss = share,
+            Fault::Double(share) => self.double = share,
+            Fault::Corrupt(share) => self.corrupt = share,
+            Fault::Reorder(share) => self.reorder = share,
+            other => return Err(other),
+        }
+        Ok(())
+    }
+}
+
+/// One direction of a link that does what its quality says to the frames on it.
+#[derive(Debug)]
+pub struct Channel {
+    random: fastrand::Rng,
+    under_way: BinaryHeap<Reverse<(u64, u64, Vec<u8>)>>,
+    sent: u64,
+    last_due_ns: u64,
+    /// A frame that waits to be overtaken.
+    held: Option<Vec<u8>>,
+}
+
+impl Channel {
+    /// A direction without anything on it. The same seed does the same again.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        Self {
+            random: fastrand::Rng::with_seed(seed),
+            under_way: BinaryHeap::new(),
+            sent: 0,
+            last_due_ns: 0,
+            held: None,
+        }
+    }
+
+    /// Puts a frame on it at a time, ns.
+    pub fn send(&mut self, mut frame: Vec<u8>, quality: &Quality, now_ns: u64) {
+        if self.random.f64() < quality.loss {
+            return;
+        }
+        if self.random.f64() < quality.corrupt && !frame.is_empty() {
+            for _ in 0..self.random.usize(1..=8) {
+                let at = self.random.usize(..frame.len());
+                frame[at] ^= 1 << self.random.u8(..8);
+            }
+        }
+        if self.held.is_none() && self.random.f64() < quality.reorder {
+            self.held = Some(frame);
+            return;
+        }
+        let double = self.random.f64() < quality.double;
+        let overtaken = self.held.take();
+        let frames = [Some(frame.clone()), double.then_some(frame), overtaken];
+        for frame in frames.into_iter().flatten() {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a delay, positive and short"
+            )]
+            let delay_ns = ((quality.delay_ms + quality.jitter_ms * self.random.f64()) * 1e6) as u64;
+            // A line keeps the order of what is on it.
+            self.last_due_ns = self.last_due_ns.max(now_ns + delay_ns);
+            self.sent += 1;
+            self.under_way.push(Reverse((self.last_due_ns, self.sent, frame)));
+        }
+    }
+
+    /// When the next frame comes out, ns.
+    #[must_use]
+    pub fn next_due_ns(&self) -> Option<u64> {
+        self.under_way.peek().map(|Reverse((due_ns, _, _))| *due_ns)
+    }
+
+    /// The next frame that has come out by a time, ns.
+    pub fn receive(&mut self, now_ns: u64) -> Option<Vec<u8>> {
+        if self.next_due_ns()? > now_ns {
+            return None;
+        }
+        self.under_way.pop().map(|Reverse((_, _, frame))| frame)
+    }
+
+    /// Everything on it is lost.
+    pub fn clear(&mut self) {
+        self.under_way.clear();
+        self.held = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_say_what_goes_wrong_and_when() {
+        let read = |line: &str| line.parse::<TimedFault>();
+        assert_eq!(
+            read("loss 0.05"),
+            Ok(TimedFault {
+                at_s: None,
+                fault: Fault::Loss(0.05)
+            })
+        );
+        assert_eq!(
+            read("at 2.5 hang-up 0.3"),
+            Ok(TimedFault {
+                at_s: Some(2.5),
+                fault: Fault::HangUp(0.3)
+            })
+        );
+        for wrong in [
+            "",
+            "loss",
+            "loss 2",
+            "loss nan",
+            "lose 0.1",
+            "at x loss 0.1",
+            "version 256",
+            "at 1 loss 0.1 2",
+        ] {
+            let error = read(wrong).expect_err(wrong);
+            assert!(error.len() > 10, "{wrong}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_channel_does_what_its_quality_says() {
+        let count = |quality: Quality| {
+            let mut channel = Channel::new(7);
+            let mut came = Vec::new();
+            for k in 0..10_000_u64 {
+                channel.send(k.to_le_bytes().to_vec(), &quality, k * 1_000_000);
+                while let Some(frame) = channel.receive(k * 1_000_000) {
+                    came.push((k, frame));
+                }
+            }
+            came
+        };
+        let perfect = count(Quality::default());
+        assert!(perfect.len() == 10_000 && perfect.iter().all(|(k, frame)| k.to_le_bytes() == frame[..]));
+        let lossy = count(Quality {
+            loss: 0.1,
+            ..Quality::default()
+        });
+        assert!((8800..9200).contains(&lossy.len()), "{}", lossy.len());
+        let doubled = count(Quality {
+            double: 0.1,
+            ..Quality::default()
+        });
+        assert!((10_800..11_200).contains(&doubled.len()), "{}", doubled.len());
+        let of = |frame: &[u8]| frame.first_chunk().map(|bytes| u64::from_le_bytes(*bytes));
+        let reordered = count(Quality {
+            reorder: 0.1,
+            ..Quality::default()
+        });
+        let back = reordered
+            .windows(2)
+            .filter(|pair| of(&pair[1].1) < of(&pair[0].1))
+            .count();
+        assert!((700..1000).contains(&back), "{back}");
+        let jittery = count(Quality {
+            delay_ms: 2.0,
+            jitter_ms: 5.0,
+            ..Quality::default()
+        });
+        let late: Vec<u64> = jittery.iter().filter_map(|(k, frame)| Some(k - of(frame)?)).collect();
+        assert!(late.iter().all(|late| (2..=8).contains(late)) && late.contains(&3) && late.contains(&7));
+        assert!(
+            jittery.windows(2).all(|pair| of(&pair[0].1) < of(&pair[1].1)),
+            "a line keeps its order"
+        );
+    }
+}

@@ -1,0 +1,145 @@
+//! The device's clock as seen from ours: its 32-bit stamps made endless, how old a sample is, and how fast the one clock runs away from the other.
+
+/// Over so long the quickest sample is looked for, ns.
+const WINDOW_NS: u64 = 1_000_000_000;
+/// Windows that the drift is taken over.
+const WINDOWS: usize = 16;
+/// Windows that there must be before anything is said of the drift.
+const FEWEST_WINDOWS: usize = 4;
+
+/// How the clocks stood to each other in one window: at its quickest sample.
+#[derive(Clone, Copy, Debug, Default)]
+struct Quickest {
+    host_ns: u64,
+    /// Our time less the device's, ns. It holds the quickest way from the device to us, which nobody can know apart.
+    offset_ns: i64,
+}
+
+/// The device's clock.
+#[derive(Clone, Debug)]
+pub(crate) struct DeviceClock {
+    last_us: Option<u32>,
+    device_ns: u64,
+    window_began_ns: u64,
+    current: Option<Quickest>,
+    windows: [Quickest; WINDOWS],
+    /// Windows that have ended; the ring holds the last of them.
+    ended: usize,
+}
+
+fn signed(ns: u64) -> i64 {
+    i64::try_from(ns).unwrap_or(i64::MAX)
+}
+
+impl DeviceClock {
+    pub(crate) fn new() -> Self {
+        Self {
+            last_us: None,
+            device_ns: 0,
+            window_began_ns: 0,
+            current: None,
+            windows: [Quickest::default(); WINDOWS],
+            ended: 0,
+        }
+    }
+
+    /// Takes in the stamp of a newer sample, read at a time of ours; returns the device's time since the first one, ns.
+    pub(crate) fn stamp(&mut self, time_us: u32, host_ns: u64) -> u64 {
+        let elapsed_us = self
+            .last_us
+            .replace(time_us)
+            .map_or(0, |last| time_us.wrapping_sub(last));
+        self.device_ns += u64::from(elapsed_us) * 1000;
+        let seen = Quickest {
+            host_ns,
+            offset_ns: signed(host_ns) - signed(self.device_ns),
+        };
+        if self.current.is_none() {
+            self.window_began_ns = host_ns;
+        } else if host_ns.saturating_sub(self.window_began_ns) >= WINDOW_NS {
+            self.window_began_ns = host_ns;
+            if let Some(quickest) = self.current.take() {
+                self.windows[self.ended % WINDOWS] = quickest;
+                self.ended += 1;
+            }
+        }
+        if self.current.is_none_or(|quickest| seen.offset_ns < quickest.offset_ns) {
+            self.current = Some(seen);
+        }
+        self.device_ns
+    }
+
+    /// Our time less the device's at the quickest sample of late, ns.
+    fn offset_ns(&self) -> Option<i64> {
+        let current = self.current.map(|quickest| quickest.offset_ns);
+        let before = self
+            .ended
+            .checked_sub(1)
+            .map(|last| self.windows[last % WINDOWS].offset_ns);
+        match (current, before) {
+            (Some(current), Some(before)) => Some(current.min(before)),
+            (current, before) => current.or(before),
+        }
+    }
+
+    /// How old a sample of the device's time is at a time of ours, beyond what the quickest ones take to come, ns.
+    pub(crate) fn age_ns(&self, device_ns: u64, host_ns: u64) -> u64 {
+        let Some(offset_ns) = self.offset_ns() else {
+            return 0;
+        };
+        u64::try_from(signed(host_ns) - signed(device_ns) - offset_ns).unwrap_or(0)
+    }
+
+    /// How much faster the device's clock runs than ours, parts in 1e9; nothing before there is enough to tell.
+    pub(crate) fn drift_ppb(&self) -> Option<i64> {
+        let newest = self.ended.checked_sub(1)?;
+        let oldest = self.ended.saturating_sub(WINDOWS);
+        if newest - oldest + 1 < FEWEST_WINDOWS {
+            return None;
+        }
+        let (from, to) = (self.windows[oldest % WINDOWS], self.windows[newest % WINDOWS]);
+        let elapsed_ns = signed(to.host_ns.checked_sub(from.host_ns)?);
+        // The faster its clock, the less ours is ahead.
+        let gained_ns = i128::from(from.offset_ns - to.offset_ns);
+        i64::try_from(gained_ns * 1_000_000_000 / i128::from(elapsed_ns.max(1))).ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stamp_wraps_around_and_time_goes_on() {
+        let mut clock = DeviceClock::new();
+        assert_eq!(clock.stamp(u32::MAX - 499, 1_000_000), 0);
+        assert_eq!(clock.stamp(500, 2_000_000), 1_000_000);
+        assert_eq!(clock.stamp(1500, 3_000_000), 2_000_000);
+    }
+
+    #[test]
+    fn drift_and_age_show_through_jitter() {
+        let mut clock = DeviceClock::new();
+        let mut noise = 12345_u32;
+        for k in 0..20_000_u64 {
+            noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            // One sample in a hundred comes at once, the others up to 0.9 ms late. Its clock is 50 ppm fast.
+            let late_ns = if k % 100 == 7 {
+                0
+            } else {
+                u64::from(noise >> 8) % 900_000
+            };
+            let device_us = k * 1000 + k / 20;
+            let sent_ns = 7_000_000_000 + k * 1_000_000;
+            let stamp = clock.stamp(u32::try_from(device_us).expect("less than an hour"), sent_ns + late_ns);
+            if k > 1000 {
+                let age = clock.age_ns(stamp, sent_ns + late_ns);
+                let error = i64::try_from(age).expect("short") - i64::try_from(late_ns).expect("short");
+                assert!((-10_000..120_000).contains(&error), "{k}: {age} ns for {late_ns} ns");
+            }
+        }
+        let drift = clock.drift_ppb().expect("20 s are enough");
+        assert!((49_000..51_000).contains(&drift), "{drift}");
+        assert_eq!(DeviceClock::new().drift_ppb(), None);
+    }
+}

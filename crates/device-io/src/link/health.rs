@@ -1,0 +1,46 @@
+//! How a link is: counters that the real-time thread writes and anybody reads, without ever waiting for each other.
+
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed};
+
+/// Written by the real-time thread alone. Each stands for itself, so no order between them is needed.
+#[derive(Debug, Default)]
+pub struct LinkCounters {
+    /// Samples taken.
+    pub samples: AtomicU64,
+    /// Samples that the device numbered and that never came, or came after a newer one.
+    pub lost: AtomicU64,
+    /// Frames with a wrong CRC, or broken off.
+    pub bad_crc: AtomicU64,
+    /// Messages of another version, kind or length, or with impossible values.
+    pub malformed: AtomicU64,
+    /// Samples that were not newer than the newest: doubled or overtaken on their way.
+    pub out_of_sequence: AtomicU64,
+    /// Samples that came more than a period later than they should.
+    pub late: AtomicU64,
+    /// Commands that the link had no room for.
+    pub not_sent: AtomicU64,
+    /// Commands cut to the device's own force limit.
+    pub clipped: AtomicU64,
+    /// From a command's sending to the arrival of the first sample that knows it, newest, ns.
+    pub round_trip_ns: AtomicU64,
+    /// The longest of those, ns.
+    pub round_trip_max_ns: AtomicU64,
+    /// How old the newest sample was when it was last used, beyond what the quickest ones take to come, ns.
+    pub age_ns: AtomicU64,
+    /// How much faster the device's clock runs than ours, parts in 1e9; `i64::MIN` where that is not known yet.
+    pub drift_ppb: AtomicI64,
+    /// Connections made.
+    pub connections: AtomicU64,
+    /// Errors that the device reported.
+    pub device_errors: AtomicU64,
+    /// Buttons pressed, one bit each.
+    pub buttons: AtomicU64,
+}
+
+/// What `drift_ppb` holds where the drift is not known.
+pub const UNKNOWN_DRIFT: i64 = i64::MIN;
+
+/// Adds to a counter whose only writer is the caller: no read-modify-write, which some processors make of a loop.
+pub(crate) fn add(counter: &AtomicU64, count: u64) {
+    counter.store(counter.load(Relaxed).wrapping_add(count), Relaxed);
+}

@@ -1,0 +1,111 @@
+//! Links to real rigs: who finds and greets a device, and who talks to it.
+//!
+//! ```text
+//!  keeper thread                         real-time thread
+//!  looks, opens, greets ── connection ──► LinkDevice: reads and writes, never waits
+//!        ▲                                     │
+//!        └──────────── connection, when ───────┘
+//!                      it has failed
+//! ```
+//!
+//! Everything that waits, allocates or asks the system for a file is done by the keeper, at an ordinary priority. A connection goes to the real-time thread and back
+//! through two rings of one producer and one consumer each (rtrb), wait-free on both ends.
+
+mod clock;
+mod device_clock;
+mod health;
+mod keeper;
+mod low_latency;
+mod nodes;
+mod serial;
+mod session;
+
+pub use health::{LinkCounters, UNKNOWN_DRIFT};
+pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkState, RunningKeeper};
+pub use serial::SerialConnector;
+
+use crate::device::{Device, DeviceError, Measurement};
+use rtrb::{Consumer, Producer};
+
+/// A device that has been greeted.
+///
+/// Neither method waits, allocates or locks. [`DeviceError::Disconnected`] ends the connection.
+pub trait Connection: Send {
+    /// The newest sample; nothing before the first.
+    ///
+    /// # Errors
+    /// As [`Device::read`].
+    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError>;
+
+    /// Commands a force on the hand, N.
+    ///
+    /// # Errors
+    /// As [`Device::write`].
+    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<(), DeviceError>;
+
+    /// Distance between two counts, m.
+    fn resolution_m(&self) -> f64;
+}
+
+/// The real-time end of a link.
+pub struct LinkDevice {
+    address: String,
+    connection: Option<Box<dyn Connection>>,
+    greeted: Consumer<Box<dyn Connection>>,
+    failed: Producer<Box<dyn Connection>>,
+    resolution_m: f64,
+    now_ns: u64,
+}
+
+impl std::fmt::Debug for LinkDevice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("LinkDevice")
+            .field("address", &self.address)
+            .finish_non_exhaustive()
+    }
+}
+
+impl LinkDevice {
+    /// Does something with the connection; one that has failed goes back to the keeper.
+    fn with<T>(&mut self, act: impl FnOnce(&mut dyn Connection) -> Result<T, DeviceError>) -> Result<T, DeviceError> {
+        let Some(connection) = self.connection.as_deref_mut() else {
+            return Err(DeviceError::Disconnected);
+        };
+        let done = act(connection);
+        if matches!(done, Err(DeviceError::Disconnected))
+            && let Some(failed) = self.connection.take()
+            && let Err(rtrb::PushError::Full(failed)) = self.failed.push(failed)
+        {
+            // There is room for as many as the keeper makes before it has taken one back; were there none, it must not be dropped here.
+            self.connection = Some(failed);
+        }
+        done
+    }
+}
+
+impl Device for LinkDevice {
+    fn description(&self) -> String {
+        self.address.clone()
+    }
+
+    fn resolution_m(&self) -> f64 {
+        self.resolution_m
+    }
+
+    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
+        self.now_ns = now_ns;
+        if self.connection.is_none()
+            && let Ok(connection) = self.greeted.pop()
+        {
+            self.resolution_m = connection.resolution_m();
+            self.connection = Some(connection);
+        }
+        self.with(|connection| connection.read(now_ns))?
+            .ok_or(DeviceError::Disconnected)
+    }
+
+    fn write(&mut self, force_n: f64, enabled: bool) -> Result<(), DeviceError> {
+        let now_ns = self.now_ns;
+        self.with(|connection| connection.write(force_n, enabled, now_ns))
+    }
+}

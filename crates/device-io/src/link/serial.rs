@@ -1,0 +1,376 @@
+//! A rig on a serial line: a USB one (CDC-ACM), one behind a converter (FTDI and its like), or a pseudo-terminal.
+
+use super::health::{LinkCounters, add};
+use super::keeper::{ConnectError, Connector, Greeted};
+use super::session::{Refused, Session};
+use super::{Connection, clock};
+use crate::device::{DeviceError, Measurement};
+use crate::protocol::frame::{Decoder, Frame, LONGEST_FRAME};
+use crate::protocol::message::{DeviceHello, FromDevice, FromHost, MessageError};
+use crate::protocol::view::{View, ViewError};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fd::{AsFd, FromRawFd, IntoRawFd, OwnedFd};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::Errno;
+use rustix::termios::{QueueSelector, tcflush};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+use std::time::{Duration, Instant};
+
+/// Bytes read at once; more than a line of 1 Mbaud brings in a tick.
+const READ: usize = 512;
+
+/// Reads in a tick, at most: a line that brings more than it can has gone mad, and the rest waits for the next tick.
+const MOST_READS: usize = 8;
+
+/// A line that takes nothing for so long is not read by anybody, ns.
+const STUCK_NS: u64 = 100_000_000;
+
+/// For an answer to a hello.
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(250);
+
+/// Hellos in one attempt: boards that are reset by the opening of their port need a second or two before they hear anything.
+const HELLOS: u32 = 10;
+
+/// A serial line, opened.
+#[derive(Debug)]
+pub(crate) struct Line {
+    fd: OwnedFd,
+    /// Of a frame that the line took only in part: what is left.
+    rest: [u8; 2 * LONGEST_FRAME],
+    rest_length: usize,
+    stuck_since_ns: Option<u64>,
+}
+
+/// What became of bytes to be sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sent {
+    /// They are on their way, or will be.
+    Taken,
+    /// There was no room, and nothing of them was sent.
+    NoRoom,
+}
+
+impl Line {
+    /// Opens a line for this process alone, without waiting for anything.
+    pub(crate) fn open(path: &Path, baud: u32) -> Result<Self, ConnectError> {
+        let refused = |why: String, remedy: String| ConnectError::Refused {
+            what: path.display().to_string(),
+            why,
+            remedy,
+        };
+        let Ok(target) = path.canonicalize() else {
+            return Err(ConnectError::Absent {
+                what: path.display().to_string(),
+            });
+        };
+        let name = target.to_string_lossy().into_owned();
+        let port = serialport::new(&name, baud)
+            .timeout(Duration::ZERO)
+            .open_native()
+            .map_err(|error| match error.kind() {
+                serialport::ErrorKind::Io(std::io::ErrorKind::NotFound) => ConnectError::Absent {
+                    what: path.display().to_string(),
+                },
+                serialport::ErrorKind::Io(std::io::ErrorKind::PermissionDenied) => refused(
+                    error.to_string(),
+                    format!(
+                        "add the user to the group of {name} (`sudo usermod -aG dialout $USER`, then log in again)"
+                    ),
+                ),
+                _ if is_busy(&error) => refused(
+                    error.to_string(),
+                    format!("another program has it open: `fuser -v {name}` names it"),
+                ),
+                _ => refused(
+                    error.to_string(),
+                    "is it a serial line, and does it know this baud rate?".to_owned(),
+                ),
+            })?;
+        // SAFETY: the port gives its descriptor away, and nobody else has it.
+        #[expect(unsafe_code, reason = "a raw descriptor is taken over")]
+        let fd = unsafe { OwnedFd::from_raw_fd(port.into_raw_fd()) };
+        let line = Self {
+            fd,
+            rest: [0; 2 * LONGEST_FRAME],
+            rest_length: 0,
+            stuck_since_ns: None,
+        };
+        line.prepare()
+            .map_err(|error| refused(error.to_string(), "unplug it and plug it in again".to_owned()))?;
+        Ok(line)
+    }
+
+    fn prepare(&self) -> Result<(), Errno> {
+        // serialport sets it back when it opens.
+        fcntl_setfl(&self.fd, fcntl_getfl(&self.fd)? | OFlags::NONBLOCK)?;
+        super::low_latency::ask(self.fd.as_fd());
+        // What lay there from before is not for us.
+        tcflush(&self.fd, QueueSelector::IOFlush)
+    }
+
+    /// Reads what there is, and gives it away in pieces. Never waits.
+    ///
+    /// # Errors
+    /// The line has been hung up.
+    pub(crate) fn read(&mut self, mut take: impl FnMut(&[u8])) -> Result<(), DeviceError> {
+        let mut buffer = [0; READ];
+        for _ in 0..MOST_READS {
+            match rustix::io::read(&self.fd, &mut buffer) {
+                // The end of a line is its hanging up.
+                Ok(0) => return Err(DeviceError::Disconnected),
+                Ok(count) => {
+                    take(&buffer[..count]);
+                    if count < READ {
+                        return Ok(());
+                    }
+                }
+                Err(Errno::AGAIN) => return Ok(()),
+                Err(Errno::INTR) => {}
+                Err(_) => return Err(DeviceError::Disconnected),
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until there is something to read, for so long at most, ns.
+    pub(crate) fn wait(&self, timeout_ns: u64) {
+        let timeout = Timespec {
+            tv_sec: 0,
+            tv_nsec: i64::try_from(timeout_ns.min(999_999_999)).unwrap_or(0),
+        };
+        if poll(&mut [PollFd::new(&self.fd, PollFlags::IN)], Some(&timeout)).is_err() {
+            // The read that follows knows more.
+        }
+    }
+
+    /// Sends bytes whole or not at all, at a time of ours. Never waits: of what the line takes only in part, the rest goes first the next time.
+    ///
+    /// # Errors
+    /// The line has been hung up, or has taken nothing for long.
+    pub(crate) fn write(&mut self, bytes: &[u8], now_ns: u64) -> Result<Sent, DeviceError> {
+        while self.rest_length > 0 {
+            let Some(written) = self.try_write_rest()? else {
+                return self.no_room(now_ns);
+            };
+            self.rest.copy_within(written..self.rest_length, 0);
+            self.rest_length -= written;
+        }
+        let written = match rustix::io::write(&self.fd, bytes) {
+            Ok(written) => written,
+            Err(Errno::AGAIN | Errno::INTR) => return self.no_room(now_ns),
+            Err(_) => return Err(DeviceError::Disconnected),
+        };
+        self.stuck_since_ns = None;
+        let rest = bytes.get(written..).unwrap_or_default();
+        // Two frames are the most that is ever sent at once.
+        let length = rest.len().min(self.rest.len());
+        self.rest[..length].copy_from_slice(&rest[..length]);
+        self.rest_length = length;
+        Ok(Sent::Taken)
+    }
+
+    fn try_write_rest(&self) -> Result<Option<usize>, DeviceError> {
+        match rustix::io::write(&self.fd, &self.rest[..self.rest_length]) {
+            Ok(0) | Err(Errno::AGAIN | Errno::INTR) => Ok(None),
+            Ok(written) => Ok(Some(written)),
+            Err(_) => Err(DeviceError::Disconnected),
+        }
+    }
+
+    fn no_room(&mut self, now_ns: u64) -> Result<Sent, DeviceError> {
+        let since = *self.stuck_since_ns.get_or_insert(now_ns);
+        if now_ns.saturating_sub(since) > STUCK_NS {
+            return Err(DeviceError::Disconnected);
+        }
+        Ok(Sent::NoRoom)
+    }
+}
+
+fn is_busy(error: &serialport::Error) -> bool {
+    error.kind() == serialport::ErrorKind::NoDevice
+        || error.to_string().contains("busy")
+        || matches!(
+            error.kind(),
+            serialport::ErrorKind::Io(std::io::ErrorKind::ResourceBusy)
+        )
+}
+
+/// Reads the messages in bytes of a line.
+#[derive(Debug, Default)]
+struct Reader(Decoder);
+
+impl Reader {
+    fn take(&mut self, bytes: &[u8], mut each: impl FnMut(Result<FromDevice, Refused>)) {
+        for &byte in bytes {
+            if let Some(frame) = self.0.push(byte) {
+                each(frame.map_err(Refused::Frame).and_then(|message| {
+                    View::whole(message)
+                        .map_err(MessageError::from)
+                        .and_then(FromDevice::read)
+                        .map_err(Refused::Message)
+                }));
+            }
+        }
+    }
+}
+
+/// Finds and greets a rig on a serial line.
+#[derive(Debug)]
+pub struct SerialConnector {
+    path: PathBuf,
+    baud: u32,
+}
+
+impl SerialConnector {
+    /// A line by its path, which may be a symbolic link, at a rate.
+    #[must_use]
+    pub fn new(path: PathBuf, baud: u32) -> Self {
+        Self { path, baud }
+    }
+
+    /// Asks who is there until it answers.
+    fn greet(&self, line: &mut Line, reader: &mut Reader) -> Result<DeviceHello, ConnectError> {
+        let protocol = |heard: String| ConnectError::Protocol {
+            what: self.path.display().to_string(),
+            heard,
+        };
+        let gone = |_| ConnectError::Absent {
+            what: self.path.display().to_string(),
+        };
+        let mut heard_bytes = 0;
+        let mut heard = None;
+        for _ in 0..HELLOS {
+            let nonce = clock::nonce();
+            let hello = FromHost::Hello { nonce }.bytes();
+            // What a board has half received before its reset ends with this zero.
+            let mut frame = vec![0];
+            frame.extend(Frame::of(hello.as_slice()).as_slice());
+            line.write(&frame, clock::now_ns()).map_err(gone)?;
+            let asked = Instant::now();
+            while asked.elapsed() < ANSWER_TIMEOUT {
+                line.wait(20_000_000);
+                let mut answer = None;
+                line.read(|bytes| {
+                    heard_bytes += bytes.len();
+                    reader.take(bytes, |came| match came {
+                        Ok(FromDevice::Hello(hello)) if hello.nonce == nonce => answer = Some(hello),
+                        Ok(_) => {}
+                        // A device of another version must be named as one, whatever else comes.
+                        Err(Refused::Message(error @ MessageError::View(ViewError::Version(_)))) => {
+                            heard = Some(error.to_string());
+                        }
+                        Err(Refused::Message(error)) if heard.is_none() => heard = Some(error.to_string()),
+                        Err(_) => {}
+                    });
+                })
+                .map_err(gone)?;
+                if let Some(hello) = answer {
+                    return Ok(hello);
+                }
+            }
+            if heard.is_some() {
+                break;
+            }
+        }
+        Err(protocol(heard.unwrap_or_else(|| match heard_bytes {
+            0 => "nothing answers; is it the right line, and does its firmware speak the link protocol?".to_owned(),
+            _ => format!(
+                "{heard_bytes} bytes came and no answer; is {} baud its rate, and does its firmware speak the link protocol?",
+                self.baud
+            ),
+        })))
+    }
+}
+
+impl Connector for SerialConnector {
+    fn address(&self) -> String {
+        format!("serial line {} at {} baud", self.path.display(), self.baud)
+    }
+
+    fn folder(&self) -> PathBuf {
+        match self.path.parent() {
+            Some(folder) if folder != Path::new("") => folder.to_owned(),
+            _ => PathBuf::from("."),
+        }
+    }
+
+    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError> {
+        let mut line = Line::open(&self.path, self.baud)?;
+        let mut reader = Reader::default();
+        let hello = self.greet(&mut line, &mut reader)?;
+        Ok(Greeted {
+            firmware: hello.firmware_name(),
+            force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
+            sample_rate_hz: f64::from(hello.sample_rate_hz),
+            connection: Box::new(SerialConnection {
+                line,
+                reader,
+                session: Session::new(&hello, period_ns, clock::now_ns(), Arc::clone(counters)),
+                counters: Arc::clone(counters),
+                wait_ns: period_ns / 4,
+            }),
+        })
+    }
+}
+
+/// A rig on a serial line, greeted.
+#[derive(Debug)]
+struct SerialConnection {
+    line: Line,
+    reader: Reader,
+    session: Session,
+    counters: Arc<LinkCounters>,
+    /// For a sample that is about to come, ns: where the device's clock drifts past ours, a tick waits for it rather than rendering the old one again.
+    wait_ns: u64,
+}
+
+impl SerialConnection {
+    fn drain(&mut self, now_ns: u64) -> Result<(), DeviceError> {
+        let Self {
+            line, reader, session, ..
+        } = self;
+        line.read(|bytes| reader.take(bytes, |came| session.take(came, now_ns)))
+    }
+}
+
+impl Connection for SerialConnection {
+    fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
+        self.drain(now_ns)?;
+        if !self.session.has_news() {
+            self.line.wait(self.wait_ns);
+            self.drain(clock::now_ns())?;
+        }
+        self.session.measurement(now_ns)
+    }
+
+    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<(), DeviceError> {
+        let (enable, command) = self.session.command(force_n, enabled, now_ns);
+        let mut bytes = [0; 2 * LONGEST_FRAME];
+        let mut length = 0;
+        for message in enable.iter().chain([&command]) {
+            let frame = Frame::of(message.bytes().as_slice());
+            let frame = frame.as_slice();
+            bytes[length..length + frame.len()].copy_from_slice(frame);
+            length += frame.len();
+        }
+        if self.line.write(&bytes[..length], now_ns)? == Sent::NoRoom {
+            add(&self.counters.not_sent, 1);
+        }
+        Ok(())
+    }
+
+    fn resolution_m(&self) -> f64 {
+        self.session.resolution_m()
+    }
+}
+
+impl Drop for SerialConnection {
+    fn drop(&mut self) {
+        if self.write(0.0, false, clock::now_ns()).is_err() {
+            // Nobody hears the last word; the device's own watchdog does the rest.
+        }
+        self.counters.age_ns.store(0, Relaxed);
+    }
+}

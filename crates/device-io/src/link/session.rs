@@ -1,0 +1,421 @@
+//! The host's side of the link protocol from the device's hello on: which samples count, where the handle is, whether the motor is enabled, and what is
+//! to be sent. It knows nothing of serial lines and reports, and waits for nothing.
+
+use super::device_clock::DeviceClock;
+use super::health::{LinkCounters, UNKNOWN_DRIFT, add};
+use crate::device::{DeviceError, Measurement};
+use crate::protocol::frame::FrameError;
+use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, MessageError, is_newer};
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+
+/// A device must say that its motor is enabled so long after it was told to, ns.
+const ENABLE_TIMEOUT_NS: u64 = 100_000_000;
+
+/// After so long without a sample the device has forgotten us, as after a power failure behind a converter: it is to be greeted anew, ns.
+const SILENCE_NS: u64 = 500_000_000;
+
+/// Sending times that are kept for the round trip: more than a device can be behind without its watchdog biting, at 20 kHz.
+const SENT: usize = 1024;
+
+/// Why what came was not taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Refused {
+    Frame(FrameError),
+    Message(MessageError),
+}
+
+/// Whether the motor is enabled, as far as both sides know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Motor {
+    Off,
+    /// Asked for at a time of ours, ns, by a message with a sequence, and not seen yet.
+    Asked {
+        at_ns: u64,
+        sequence: u32,
+    },
+    On,
+}
+
+/// A conversation with a device.
+#[derive(Debug)]
+pub(crate) struct Session {
+    counters: Arc<LinkCounters>,
+    clock: DeviceClock,
+    metres_per_count: f64,
+    force_limit_mn: i32,
+    /// A sample that is older than this when it comes is late, ns.
+    late_after_ns: u64,
+    newest: Option<DeviceSample>,
+    /// Sequence of the sample that was last handed on.
+    used: Option<u32>,
+    /// When a new sample was last there, on our clock, ns.
+    heard_at_ns: u64,
+    device_ns: u64,
+    /// Counts since the first sample, which is the origin.
+    counts: i64,
+    motor: Motor,
+    /// Sequence of the last message sent.
+    sent: u32,
+    sent_at_ns: [u64; SENT],
+    echoed: u32,
+    error: Option<ErrorCode>,
+}
+
+impl Session {
+    /// Begins where a device has said hello, at a time of ours, for a host with such a period.
+    pub(crate) fn new(hello: &DeviceHello, period_ns: u64, now_ns: u64, counters: Arc<LinkCounters>) -> Self {
+        counters.drift_ppb.store(UNKNOWN_DRIFT, Relaxed);
+        add(&counters.connections, 1);
+        Self {
+            counters,
+            clock: DeviceClock::new(),
+            metres_per_count: 1.0 / f64::from(hello.counts_per_metre),
+            force_limit_mn: i32::try_from(hello.force_limit_mn).unwrap_or(i32::MAX),
+            // It may wait a period of ours to be read, and one of its own to be sent.
+            late_after_ns: period_ns + 1_000_000_000 / u64::from(hello.sample_rate_hz.max(1)),
+            newest: None,
+            used: None,
+            heard_at_ns: now_ns,
+            device_ns: 0,
+            counts: 0,
+            motor: Motor::Off,
+            sent: 0,
+            sent_at_ns: [0; SENT],
+            echoed: 0,
+            error: None,
+        }
+    }
+
+    /// Takes in what came, at a time of ours.
+    pub(crate) fn take(&mut self, came: Result<FromDevice, Refused>, now_ns: u64) {
+        match came {
+            Ok(FromDevice::Sample(sample)) => self.take_sample(sample, now_ns),
+            // What it did is told by its samples.
+            Ok(FromDevice::Acknowledge { done: true, .. }) => {}
+            Ok(FromDevice::Acknowledge { done: false, .. }) => self.error = Some(ErrorCode::Motor),
+            Ok(FromDevice::Error { code, .. }) => {
+                add(&self.counters.device_errors, 1);
+                // A message damaged on its way to the device is no fault of the device.
+                if code != ErrorCode::BadMessage {
+                    self.error = Some(code);
+                }
+            }
+            // An answer to a question asked twice, or a device that has begun anew behind our back: its samples then say that its motor is off.
+            Ok(FromDevice::Hello(_)) => {}
+            Err(Refused::Frame(_)) => add(&self.counters.bad_crc, 1),
+            Err(Refused::Message(_)) => add(&self.counters.malformed, 1),
+        }
+    }
+
+    fn take_sample(&mut self, sample: DeviceSample, now_ns: u64) {
+        if let Some(newest) = self.newest {
+            if !is_newer(sample.sequence, newest.sequence) {
+                add(&self.counters.out_of_sequence, 1);
+                return;
+            }
+            add(
+                &self.counters.lost,
+                u64::from(sample.sequence.wrapping_sub(newest.sequence) - 1),
+            );
+            self.counts += i64::from(sample.count.wrapping_sub(newest.count));
+        }
+        add(&self.counters.samples, 1);
+        self.device_ns = self.clock.stamp(sample.time_us, now_ns);
+        if self.clock.age_ns(self.device_ns, now_ns) > self.late_after_ns {
+            add(&self.counters.late, 1);
+        }
+        if is_newer(sample.command, self.echoed) && !is_newer(sample.command, self.sent) {
+            self.echoed = sample.command;
+            let round_trip_ns = now_ns.saturating_sub(self.sent_at_ns[sample.command as usize % SENT]);
+            self.counters.round_trip_ns.store(round_trip_ns, Relaxed);
+            if round_trip_ns > self.counters.round_trip_max_ns.load(Relaxed) {
+                self.counters.round_trip_max_ns.store(round_trip_ns, Relaxed);
+            }
+        }
+        self.counters.buttons.store(sample.buttons.into(), Relaxed);
+        self.motor = match (self.motor, sample.enabled) {
+            // A sample that was taken before it was asked for tells nothing.
+            (Motor::Asked { sequence, .. }, true) if !is_newer(sequence, sample.command) => Motor::On,
+            (motor, _) => motor,
+        };
+        self.newest = Some(sample);
+    }
+
+    /// Whether a sample came that was not there at the last [`Self::measurement`].
+    pub(crate) fn has_news(&self) -> bool {
+        self.newest.map(|sample| sample.sequence) != self.used
+    }
+
+    /// The newest sample, at a time of ours; nothing before the first.
+    ///
+    /// # Errors
+    /// The motor is not enabled though it should be, the device has reported an error, or has been silent for so long that it must be asked again who
+    /// it is.
+    pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
+        if self.has_news() {
+            self.heard_at_ns = now_ns;
+        } else if now_ns.saturating_sub(self.heard_at_ns) > SILENCE_NS {
+            return Err(DeviceError::Disconnected);
+        }
+        let Some(newest) = self.newest else {
+            return Ok(None);
+        };
+        self.used = Some(newest.sequence);
+        self.counters
+            .age_ns
+            .store(self.clock.age_ns(self.device_ns, now_ns), Relaxed);
+        self.counters
+            .drift_ppb
+            .store(self.clock.drift_ppb().unwrap_or(UNKNOWN_DRIFT), Relaxed);
+        if let Some(code) = self.error.take() {
+            return Err(DeviceError::Failed(code));
+        }
+        let off = match self.motor {
+            Motor::Off => false,
+            Motor::Asked { at_ns, .. } => now_ns.saturating_sub(at_ns) > ENABLE_TIMEOUT_NS,
+            Motor::On => !newest.enabled,
+        };
+        if off {
+            return Err(DeviceError::MotorOff {
+                watchdog: newest.watchdog,
+            });
+        }
+        #[expect(clippy::cast_precision_loss, reason = "no handle goes 2^53 counts")]
+        let position_m = self.counts as f64 * self.metres_per_count;
+        Ok(Some(Measurement {
+            sequence: newest.sequence,
+            time_ns: self.device_ns,
+            position_m,
+        }))
+    }
+
+    /// What is to be sent for a force on the hand, N, at a time of ours: an enable first, where the motor is to be driven and was not.
+    pub(crate) fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> (Option<FromHost>, FromHost) {
+        let enable = (enabled && self.motor == Motor::Off).then(|| {
+            let sequence = self.next_sequence(now_ns);
+            self.motor = Motor::Asked {
+                at_ns: now_ns,
+                sequence,
+            };
+            FromHost::Enable { sequence, enabled }
+        });
+        if !enabled {
+            self.motor = Motor::Off;
+        }
+        let command = FromHost::Command {
+            sequence: self.next_sequence(now_ns),
+            force_mn: if enabled { self.force_mn(force_n) } else { 0 },
+            enabled,
+        };
+        (enable, command)
+    }
+
+    /// Distance between two counts, m.
+    pub(crate) fn resolution_m(&self) -> f64 {
+        self.metres_per_count
+    }
+
+    fn next_sequence(&mut self, now_ns: u64) -> u32 {
+        self.sent = self.sent.wrapping_add(1);
+        self.sent_at_ns[self.sent as usize % SENT] = now_ns;
+        self.sent
+    }
+
+    fn force_mn(&self, force_n: f64) -> i32 {
+        let limit = f64::from(self.force_limit_mn);
+        let wanted = (force_n * 1000.0).round();
+        if wanted.abs() > limit {
+            add(&self.counters.clipped, 1);
+        }
+        // A force that is no number becomes zero.
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "within the limit, a whole number of 32 bits"
+        )]
+        let force_mn = wanted.max(-limit).min(limit) as i32;
+        if wanted.is_nan() { 0 } else { force_mn }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fake::{Firmware, FirmwareProperties, Hand, Motion, RigProperties};
+
+    const MS: u64 = 1_000_000;
+
+    /// A session with a fake firmware, without a link between them.
+    struct Pair {
+        session: Session,
+        firmware: Firmware,
+        now_ns: u64,
+    }
+
+    impl Pair {
+        fn new() -> Self {
+            let motion = Motion::Sine {
+                amplitude_m: 0.03,
+                frequency_hz: 1.0,
+            };
+            let mut firmware = Firmware::new(
+                RigProperties::default(),
+                Hand::Prescribed(motion),
+                FirmwareProperties::default(),
+            );
+            let now_ns = 1000 * MS;
+            let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 7 }, now_ns) else {
+                panic!("it answers");
+            };
+            let session = Session::new(&hello, MS, now_ns, Arc::new(LinkCounters::default()));
+            Self {
+                session,
+                firmware,
+                now_ns,
+            }
+        }
+
+        /// A millisecond with a sample up and a command down.
+        fn tick(&mut self, force_n: f64, enabled: bool) -> Result<Option<Measurement>, DeviceError> {
+            self.now_ns += MS;
+            if let Some(sample) = self.firmware.sample(self.now_ns) {
+                self.session.take(Ok(sample), self.now_ns);
+            }
+            let measured = self.session.measurement(self.now_ns);
+            self.send(force_n, enabled);
+            measured
+        }
+
+        fn send(&mut self, force_n: f64, enabled: bool) {
+            let (enable, command) = self.session.command(force_n, enabled, self.now_ns);
+            for message in enable.into_iter().chain([command]) {
+                if let Some(answer) = self.firmware.receive(message, self.now_ns) {
+                    self.session.take(Ok(answer), self.now_ns);
+                }
+            }
+        }
+
+        fn counter(&self, of: impl Fn(&LinkCounters) -> &std::sync::atomic::AtomicU64) -> u64 {
+            of(&self.session.counters).load(Relaxed)
+        }
+    }
+
+    #[test]
+    fn force_flows_while_enabled_and_the_position_begins_at_zero() {
+        let mut pair = Pair::new();
+        let first = pair.tick(0.0, false).expect("it is there").expect("a sample");
+        assert_eq!((first.position_m, first.sequence), (0.0, 0));
+        pair.tick(3.0, false).expect("it is there");
+        assert_eq!(pair.firmware.force_n(), 0.0, "not enabled");
+        for _ in 0..300 {
+            pair.tick(3.0, true).expect("it is there");
+        }
+        assert_eq!(pair.firmware.force_n(), 3.0);
+        let measured = pair.tick(-99.0, true).expect("it is there").expect("a sample");
+        assert_eq!(measured.time_ns, 302 * MS);
+        // From -cos(0) to -cos(0.6 pi), of 30 mm.
+        assert!((measured.position_m - 0.0393).abs() < 1e-3, "{measured:?}");
+        assert_eq!(pair.firmware.force_n(), -20.0, "cut to the device's limit");
+        assert_eq!(pair.counter(|counters| &counters.clipped), 1);
+        assert_eq!(pair.counter(|counters| &counters.lost), 0);
+        pair.tick(3.0, false).expect("it is there");
+        assert_eq!(pair.firmware.force_n(), 0.0);
+    }
+
+    #[test]
+    fn old_and_doubled_samples_are_not_taken_and_missing_ones_are_counted() {
+        let mut pair = Pair::new();
+        let mut samples: Vec<FromDevice> = (1..=10)
+            .filter_map(|k| pair.firmware.sample(pair.now_ns + k * MS))
+            .collect();
+        assert_eq!(samples.len(), 10);
+        samples.swap(3, 4);
+        samples.remove(7);
+        samples.insert(2, samples[1]);
+        for sample in samples {
+            pair.session.take(Ok(sample), pair.now_ns + 10 * MS);
+        }
+        let measured = pair
+            .session
+            .measurement(pair.now_ns + 10 * MS)
+            .expect("there")
+            .expect("a sample");
+        assert_eq!((measured.sequence, measured.time_ns), (9, 9 * MS));
+        // Number 3 came after 4, and 7 not at all; 1 came twice.
+        assert_eq!(pair.counter(|counters| &counters.lost), 2);
+        assert_eq!(pair.counter(|counters| &counters.out_of_sequence), 2);
+    }
+
+    #[test]
+    fn a_motor_that_is_off_though_it_should_be_on_is_told() {
+        let mut pair = Pair::new();
+        for _ in 0..10 {
+            pair.tick(1.0, true).expect("it is there");
+        }
+        // The host's commands do not come through any more: the watchdog bites.
+        let mut told = None;
+        for k in 1..=60 {
+            pair.now_ns += MS;
+            if let Some(sample) = pair.firmware.sample(pair.now_ns) {
+                pair.session.take(Ok(sample), pair.now_ns);
+            }
+            if let Err(error) = pair.session.measurement(pair.now_ns) {
+                told.get_or_insert((k, error));
+            }
+        }
+        assert_eq!(told, Some((50, DeviceError::MotorOff { watchdog: true })));
+        assert_eq!(pair.firmware.force_n(), 0.0);
+        // Let go and enabled anew it is well again.
+        pair.send(0.0, false);
+        for _ in 0..10 {
+            pair.tick(1.0, true).expect("it is there");
+        }
+        assert_eq!(pair.firmware.force_n(), 1.0);
+    }
+
+    #[test]
+    fn enabling_again_at_once_is_not_taken_for_a_failure() {
+        let mut pair = Pair::new();
+        for _ in 0..10 {
+            pair.tick(1.0, true).expect("it is there");
+        }
+        let enabled_before = pair.firmware.sample(pair.now_ns + MS).expect("a sample");
+        pair.send(0.0, false);
+        let off = pair.firmware.sample(pair.now_ns + 2 * MS).expect("a sample");
+        pair.send(1.0, true);
+        pair.session.take(Ok(enabled_before), pair.now_ns + 2 * MS);
+        pair.session.measurement(pair.now_ns + 2 * MS).expect("well");
+        pair.session.take(Ok(off), pair.now_ns + 3 * MS);
+        pair.session.measurement(pair.now_ns + 3 * MS).expect("well");
+    }
+
+    #[test]
+    fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
+        let mut pair = Pair::new();
+        pair.tick(0.0, false).expect("it is there");
+        let failed = FromDevice::Error {
+            code: ErrorCode::Sensor,
+            detail: 0,
+        };
+        pair.session.take(Ok(failed), pair.now_ns);
+        assert_eq!(
+            pair.session.measurement(pair.now_ns),
+            Err(DeviceError::Failed(ErrorCode::Sensor))
+        );
+        assert!(pair.session.measurement(pair.now_ns + 400 * MS).is_ok(), "told once");
+        assert_eq!(
+            pair.session.measurement(pair.now_ns + 600 * MS),
+            Err(DeviceError::Disconnected)
+        );
+    }
+
+    #[test]
+    fn the_round_trip_is_from_a_command_to_the_first_sample_that_knows_it() {
+        let mut pair = Pair::new();
+        for _ in 0..5 {
+            pair.tick(0.0, false).expect("it is there");
+        }
+        assert_eq!(pair.counter(|counters| &counters.round_trip_ns), MS);
+        assert_eq!(pair.counter(|counters| &counters.round_trip_max_ns), MS);
+    }
+}
