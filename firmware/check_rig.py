@@ -18,7 +18,7 @@ import termios
 import time
 import tty
 import zlib
-from collections import namedtuple
+from collections import deque, namedtuple
 
 VERSION = 1
 HELLO, SAMPLE, WIDE_SAMPLE, ACKNOWLEDGE, ERROR = 0x01, 0x02, 0x03, 0x04, 0x05
@@ -146,7 +146,7 @@ class Rig:
 
     def __init__(self, line):
         self.line = line
-        self.heard = []
+        self.waiting = deque()
         self.sequence = 0
         self.hello = None
 
@@ -154,12 +154,15 @@ class Rig:
         """Listens for so long, or until a message; returns all that came."""
         came = []
         end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0:
-            for message in self.line.receive(left):
-                came.append(message)
-                if until(message):
+        while True:
+            while self.waiting:
+                came.append(self.waiting.popleft())
+                if until(came[-1]):
                     return came
-        return came
+            left = end - time.monotonic()
+            if left <= 0:
+                return came
+            self.waiting += self.line.receive(left)
 
     def wait_for(self, seconds, what, wanted):
         came = self.listen(seconds, wanted)
@@ -177,6 +180,7 @@ class Rig:
         """A hello and its answer. What lay in the line before is dropped."""
         nonce = random.randrange(2**32)
         self.line.flush()
+        self.waiting.clear()
         self.say(hello(nonce))
         self.hello = self.wait_for(0.25, "answer to the hello", lambda m: isinstance(m, Hello) and m.nonce == nonce)
         self.sequence = 0
@@ -342,11 +346,12 @@ def refuses(rig):
         rig.echoed(f"echo after {what}")
 
 
-def complains(rig):
-    """says what it does not know, and goes on"""
+def goes_on(rig):
+    """lets nothing that it does not know take the motor away"""
     rig.open()
     rig.enable()
     rig.hold(0.02)
+    told = 0
     for what, message in {
         "another version": command(rig.sequence + 1, version=VERSION + 1),
         "an unknown kind": struct.pack("<BB", 0x77, VERSION),
@@ -355,9 +360,11 @@ def complains(rig):
         rig.say(message)
         came = rig.hold(0.02)
         errors = [m for m in came if isinstance(m, Error)]
-        expect(len(errors) == 1 and errors[0].code == 1, f"{what}: {errors or 'no error'} instead of one with code 1")
+        expect(len(errors) <= 1 and all(m.code == 1 for m in errors), f"{what}: {errors} instead of one error with code 1")
+        told += bool(errors)
         expect(all(m.enabled for m in came if isinstance(m, Sample)), f"{what}: the motor went off")
     rig.command(enabled=False)
+    return f"tells {told} of 3 as errors"
 
 
 def comes_back_into_step(rig):
@@ -402,13 +409,13 @@ def falls_silent(rig):
     return f"after {after:.0f} ms"
 
 
-def names_its_version(rig):
-    """lets a host of another version know which it speaks"""
+def keeps_to_its_version(rig):
+    """does not open a conversation with a host of another version"""
     rig.listen(1.2)
     rig.say(hello(1, version=VERSION + 1))
     came = rig.listen(0.25)
-    expect(came, f"no answer to a hello of version {VERSION + 1}")
     expect(all(isinstance(m, Error) and m.code == 1 for m in came), f"a hello of version {VERSION + 1} opens the conversation")
+    return "says which it speaks" if came else "says nothing"
 
 
 def pushes(rig, force_n):
@@ -437,11 +444,11 @@ CHECKS = [
     enables_and_disables,
     has_a_watchdog,
     refuses,
-    complains,
+    goes_on,
     comes_back_into_step,
     counts_around,
     falls_silent,
-    names_its_version,
+    keeps_to_its_version,
 ]
 
 
