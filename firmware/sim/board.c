@@ -12,9 +12,12 @@
 
 #define QUEUE_BYTES 4096
 #define DDRD 0x2a
+#define RAM_START 0x100
+/* What memory holds that was never written. */
+#define PAINT 0xa5
 #define PWM_PIN 5
-/* What the UART of an AVR holds: two bytes, and one that is being shifted in. */
-#define UART_HOLDS 3
+/* The UART of an AVR holds two bytes while it shifts in a third, so a byte may lie there for the time of two, of ten bits each. */
+#define UART_PATIENCE (2 * 10 * BOARD_HZ / 1000000)
 
 static avr_t *avr;
 static avr_uart_t *uart;
@@ -24,6 +27,8 @@ static struct interrupt interrupts[] = {
     { .name = "sample clock", .vector = 11 }, { .name = "uart received", .vector = 18 }, { .name = "uart empty", .vector = 19 },
     { .name = "analogue", .vector = 21 },     { .name = "encoder A", .vector = 1 },      { .name = "encoder B", .vector = 2 },
 };
+#define SAMPLE_CLOCK (&interrupts[0])
+#define UART_RECEIVED (&interrupts[1])
 #define INTERRUPTS (sizeof interrupts / sizeof *interrupts)
 
 static struct {
@@ -37,7 +42,7 @@ static struct {
 } pwm;
 static bool direction;
 static uint64_t last_frame, woken_at;
-static bool is_awake = true;
+static bool is_awake = true, is_sample_due, is_frame_begun;
 
 static uint8_t pulls_mask[3], pulls_value[3]; /* of ports B, C and D */
 
@@ -91,6 +96,13 @@ static void on_sent(avr_irq_t *irq, uint32_t value, void *param)
 {
     (void)irq, (void)param;
     stats.bytes_out++;
+    if (is_frame_begun && is_sample_due) {
+        uint64_t took = avr->cycle - SAMPLE_CLOCK->raised_at;
+        if (took > stats.longest_to_frame)
+            stats.longest_to_frame = took;
+        is_sample_due = false;
+    }
+    is_frame_begun = value == 0;
     if (from_board.length < QUEUE_BYTES)
         from_board.bytes[from_board.length++] = value;
 }
@@ -103,11 +115,7 @@ static avr_cycle_count_t on_byte_time(avr_t *core, avr_cycle_count_t when, void 
     uint8_t byte = to_board.bytes[0];
     memmove(to_board.bytes, to_board.bytes + 1, --to_board.length);
     stats.bytes_in++;
-    unsigned waiting = (unsigned)(uart->input.write - uart->input.read) & (uart_fifo_fifo_size - 1);
-    if (waiting >= UART_HOLDS)
-        stats.overruns++;
-    else
-        avr_raise_irq(uart->io.irq + UART_IRQ_INPUT, byte);
+    avr_raise_irq(uart->io.irq + UART_IRQ_INPUT, byte);
     if (byte == 0)
         last_frame = avr->cycle;
     return when + uart->cycles_per_byte;
@@ -117,8 +125,11 @@ static void on_interrupt_raised(avr_irq_t *irq, uint32_t value, void *param)
 {
     (void)irq;
     struct interrupt *interrupt = param;
-    if (value)
-        interrupt->raised_at = avr->cycle;
+    if (!value)
+        return;
+    interrupt->raised_at = avr->cycle;
+    if (interrupt == SAMPLE_CLOCK)
+        is_sample_due = true;
 }
 
 static void on_interrupt_running(avr_irq_t *irq, uint32_t value, void *param)
@@ -131,6 +142,8 @@ static void on_interrupt_running(avr_irq_t *irq, uint32_t value, void *param)
         uint64_t wait = avr->cycle - interrupt->raised_at;
         if (wait > interrupt->longest_wait)
             interrupt->longest_wait = wait;
+        if (interrupt == UART_RECEIVED && wait > UART_PATIENCE)
+            stats.overruns++;
     } else {
         uint64_t took = avr->cycle - interrupt->began_at;
         if (took > interrupt->longest)
@@ -187,6 +200,7 @@ void board_start(const char *elf)
     firmware.frequency = BOARD_HZ;
     firmware.vcc = firmware.avcc = firmware.aref = 5000;
     avr_load_firmware(avr, &firmware);
+    memset(avr->data + RAM_START, PAINT, avr->ramend + 1 - RAM_START);
     avr->sleep = on_sleep;
     reset_of_core = avr->reset;
     avr->reset = on_reset;
@@ -322,9 +336,16 @@ bool board_hang(const char *how)
     return false;
 }
 
-const struct board_stats *board_stats(void)
+struct board_stats board_stats(void)
 {
-    return &stats;
+    struct board_stats now = stats;
+    size_t run = 0;
+    for (unsigned at = RAM_START; at <= avr->ramend; at++) {
+        run = avr->data[at] == PAINT ? run + 1 : 0;
+        if (run > now.never_used)
+            now.never_used = run;
+    }
+    return now;
 }
 
 const struct interrupt *board_interrupts(size_t *count)

@@ -16,8 +16,10 @@ struct interrupt {
 };
 
 struct board_stats {
-    uint64_t bytes_in, bytes_out, overruns; /* of the UART; an overrun is a byte that came while three were waiting */
+    uint64_t bytes_in, bytes_out, overruns; /* of the UART; an overrun is a byte that was left there until the next ones had no place */
+    uint64_t longest_to_frame; /* cycles from a tick of the sample clock to the first byte of the next frame */
     uint64_t resets;
+    size_t never_used; /* bytes of memory between the data and the deepest stack */
     uint64_t busy_cycles, longest_busy; /* from waking up to going to sleep again, with all interrupts in between */
 };
 
@@ -50,7 +52,7 @@ void board_set_pin(char port, int pin, bool level);
 /* Ways for the main loop to hang, as a broken firmware would: with interrupts, without, or kicking the hardware watchdog all the time. */
 bool board_hang(const char *how);
 
-const struct board_stats *board_stats(void);
+struct board_stats board_stats(void);
 const struct interrupt *board_interrupts(size_t *count);
 void board_clear_stats(void);
 

@@ -5,6 +5,7 @@
 
 mod held;
 pub mod pid1;
+pub mod simulated_rig;
 
 pub use held::{HeldThread, real_time_thread};
 
