@@ -44,7 +44,7 @@ fn run(damping_ns_per_m: f64, hand: Hand, ticks: u64) -> Vec<Tick> {
             let sample = rig.read(k * PERIOD_NS).expect("it is there");
             let speed = velocity.update(1e-3, sample.position_m);
             let rendered = renderer.tick(1e-3, sample.position_m, speed);
-            rig.write(-rendered.coupling_force).expect("it is there");
+            rig.write(-rendered.coupling_force, true).expect("it is there");
             Tick {
                 force_on_hand: -rendered.coupling_force,
                 block_position: renderer.state().position,

@@ -12,7 +12,12 @@ pub struct Limits {
     pub slew_n_per_s: f64,
     /// Largest speed of the device, m/s (> 0).
     pub speed_mps: f64,
+    /// Largest acceleration of the device, m/s^2 (> 0): what is faster is no motion but an encoder that has jumped.
+    pub acceleration_mps2: f64,
 }
+
+/// Counts by which two positions may differ without the device having moved otherwise than was foreseen.
+const COUNTS_OF_DOUBT: f64 = 4.0;
 
 /// Clamps forces and lets nothing through that is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +78,14 @@ impl SafetyLimiter {
         self.last_n = 0.0;
     }
 
+    /// Whether a device with a velocity (m/s) can have moved so far (m) in a time (s), counting with a resolution (m). What is no number cannot.
+    #[must_use]
+    pub fn allows_step(&self, moved: f64, velocity: f64, elapsed_s: f64, resolution: f64) -> bool {
+        // The velocity is an estimate from positions, good to about a count a sample.
+        let unforeseen = 0.5 * self.limits.acceleration_mps2 * elapsed_s * elapsed_s + COUNTS_OF_DOUBT * resolution;
+        (moved - velocity * elapsed_s).abs() <= unforeseen
+    }
+
     /// Whether a velocity (m/s) is within the limit; one that is no number is not.
     #[must_use]
     pub fn allows_speed(&self, velocity: f64) -> bool {
@@ -93,7 +106,7 @@ mod tests {
             steps in prop::collection::vec((any::<f64>(), any::<f64>(), -1e-3..0.1f64), 1..40),
             force_n in 0.1..100.0, slew_n_per_s in 1.0..1e6,
         ) {
-            let mut limiter = SafetyLimiter::new(Limits { force_n, slew_n_per_s, speed_mps: 1.0 });
+            let mut limiter = SafetyLimiter::new(Limits { force_n, slew_n_per_s, speed_mps: 1.0, acceleration_mps2: 1000.0 });
             let mut last = 0.0_f64;
             for (force, gain, elapsed_s) in steps {
                 match limiter.limit(force, gain, elapsed_s) {
@@ -119,11 +132,30 @@ mod tests {
             force_n: 20.0,
             slew_n_per_s: 1000.0,
             speed_mps: 1.0,
+            acceleration_mps2: 1000.0,
         });
         let mut limit = |force| limiter.limit(force, 1.0, 1e-3).expect("a number");
         assert_eq!([limit(5.0), limit(5.0), limit(5.0)], [1.0, 2.0, 3.0]);
         assert_eq!(limit(0.5), 0.5, "less is let out at once");
         assert_eq!(limit(-5.0), -1.0, "through zero at once, and on slowly");
         assert_eq!(limit(0.0), 0.0, "and to zero at once");
+    }
+
+    #[test]
+    fn a_motion_is_told_from_a_jump_of_the_encoder() {
+        let limiter = SafetyLimiter::new(Limits {
+            force_n: 20.0,
+            slew_n_per_s: 1000.0,
+            speed_mps: 5.0,
+            acceleration_mps2: 2000.0,
+        });
+        let allows = |moved, velocity, elapsed_s| limiter.allows_step(moved, velocity, elapsed_s, 1e-5);
+        assert!(allows(1e-3, 1.0, 1e-3) && allows(1.9e-3, 1.0, 1e-3) && allows(0.1e-3, 1.0, 1e-3));
+        assert!(!allows(3e-3, 1.0, 1e-3) && !allows(-1e-3, 1.0, 1e-3));
+        // In a shorter time less can change, and a count more or less still is none.
+        assert!(allows(3e-5, 0.0, 50e-6) && !allows(1e-4, 0.0, 50e-6));
+        // After a gap a hand may be anywhere that it can have gone to.
+        assert!(allows(0.05, 0.0, 20e-3) && !allows(0.5, 0.0, 20e-3));
+        assert!(!allows(f64::NAN, 0.0, 1e-3) && !allows(0.0, f64::INFINITY, 1e-3));
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::{Daemon, output};
-use haptic_ipc::{Request, Status};
+use haptic_ipc::{LinkStatus, Request, Status};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let status: Status = daemon.ask(Request::Status {}).await?;
@@ -16,11 +16,12 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         (
             "force",
             format!(
-                "{:.3} N on the hand, limits {} N, {} N/s, {} m/s",
+                "{:.3} N on the hand, limits {} N, {} N/s, {} m/s, {} m/s^2",
                 status.command_force_n,
                 status.device.force_limit_n,
                 status.device.slew_limit_n_per_s,
-                status.device.speed_limit_mps
+                status.device.speed_limit_mps,
+                status.device.acceleration_limit_mps2
             ),
         ),
         (
@@ -39,6 +40,11 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
             ),
         ),
         ("device", status.device.description.clone()),
+    ]);
+    if let Some(link) = &status.device.link {
+        rows.extend(link_rows(link));
+    }
+    rows.extend([
         (
             "loop",
             format!(
@@ -88,4 +94,48 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         .map(|(name, value)| vec![name.to_owned(), value])
         .collect();
     output::line(&output::table(&rows))
+}
+
+/// The link to the rig: who is there, how quick, and what went wrong on the way.
+fn link_rows(link: &LinkStatus) -> Vec<(&'static str, String)> {
+    let mut rows = Vec::new();
+    if let Some(device) = &link.device {
+        rows.push((
+            "firmware",
+            format!(
+                "{}, {:.0} samples/s, {:.3} um a count, up to {} N",
+                device.firmware,
+                device.sample_rate_hz,
+                device.resolution_m * 1e6,
+                device.force_limit_n
+            ),
+        ));
+    }
+    rows.extend(link.waiting.clone().map(|why| ("waiting", why)));
+    let drift = link
+        .clock_drift_ppm
+        .map_or_else(|| "not known yet".to_owned(), |ppm| format!("{ppm:+.1} ppm"));
+    rows.push((
+        "link",
+        format!(
+            "round trip {:.0} us (longest {:.0}), newest sample {:.0} us old, device clock {drift}",
+            link.round_trip_us, link.round_trip_max_us, link.age_us
+        ),
+    ));
+    let counts = &link.counts;
+    rows.push((
+        "samples",
+        format!(
+            "{}, lost {}, bad CRC {}, malformed {}, out of sequence {}, late {}",
+            counts.samples, counts.lost, counts.bad_crc, counts.malformed, counts.out_of_sequence, counts.late
+        ),
+    ));
+    rows.push((
+        "commands",
+        format!(
+            "not sent {}, cut to the device's limit {}; errors of the device {}; connections {}",
+            counts.not_sent, counts.clipped, counts.device_errors, counts.connections
+        ),
+    ));
+    rows
 }

@@ -84,9 +84,10 @@ pub use client::{Client, ClientError, Receiver, Sender};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent};
 pub use message::{
-    Advice, AdviceReply, BadLine, Bucket, Changes, Description, DeviceStatus, Envelope, Finding, Hello,
-    ParameterDescription, Percentiles, Problem, RealTimeStatus, Request, RigState, SceneReply, ServerLine, SetReply,
-    StateReply, Status, SubscribeReply, Timing, TimingHistogram, TimingWindow, Topic, params_of,
+    Advice, AdviceReply, BadLine, Bucket, Changes, Description, DeviceStatus, Envelope, Finding, Hello, LinkCounts,
+    LinkStatus, LinkedDevice, ParameterDescription, Percentiles, Problem, RealTimeStatus, Request, RigState,
+    SceneReply, ServerLine, SetReply, StateReply, Status, SubscribeReply, Timing, TimingHistogram, TimingWindow, Topic,
+    params_of,
 };
 pub use sample::{SAMPLE_COLUMNS, Sample};
 

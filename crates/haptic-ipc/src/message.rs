@@ -536,6 +536,75 @@ pub struct DeviceStatus {
     /// Speed at which the force is taken away, m/s.
     #[serde(default)]
     pub speed_limit_mps: f64,
+    /// Acceleration beyond which its position has jumped, and the force is taken away, m/s^2.
+    #[serde(default)]
+    pub acceleration_limit_mps2: f64,
+    /// The link to it; absent where the rig is in the daemon itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link: Option<LinkStatus>,
+}
+
+/// The link to a rig, as `status` shows it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LinkStatus {
+    /// The device that is connected.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<LinkedDevice>,
+    /// Why none is, and what would help.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub waiting: Option<String>,
+    /// From the sending of a command to the arrival of the first sample that knows it, newest, us.
+    pub round_trip_us: f64,
+    /// The longest of those, us.
+    pub round_trip_max_us: f64,
+    /// How old the newest sample was when it was last used, beyond what the quickest ones take to come, us.
+    pub age_us: f64,
+    /// How much faster the device's clock runs than ours, parts in a million; absent until that is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_drift_ppm: Option<f64>,
+    /// Buttons pressed, one bit each.
+    pub buttons: u64,
+    /// What was counted since the daemon began.
+    pub counts: LinkCounts,
+}
+
+/// A device at the other end of a link.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LinkedDevice {
+    /// Name and version of its firmware.
+    pub firmware: String,
+    /// Largest force of its motor, N.
+    #[serde(rename = "force_limit_N")]
+    pub force_limit_n: f64,
+    /// Samples a second, Hz.
+    pub sample_rate_hz: f64,
+    /// Distance between two counts of its encoder, m.
+    pub resolution_m: f64,
+}
+
+/// What was counted on a link.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LinkCounts {
+    /// Samples taken.
+    pub samples: u64,
+    /// Samples that never came, or came after a newer one.
+    pub lost: u64,
+    /// Frames with a wrong CRC, or broken off.
+    pub bad_crc: u64,
+    /// Messages of another version, kind or length, or with impossible values.
+    pub malformed: u64,
+    /// Samples that were not newer than the newest.
+    pub out_of_sequence: u64,
+    /// Samples that came more than a period later than they should.
+    pub late: u64,
+    /// Commands that the link had no room for.
+    pub not_sent: u64,
+    /// Commands cut to the device's own force limit.
+    pub clipped: u64,
+    /// Connections made.
+    pub connections: u64,
+    /// Errors that the device reported.
+    pub device_errors: u64,
 }
 
 /// The real-time thread, as `status` shows it.

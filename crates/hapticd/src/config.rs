@@ -3,8 +3,11 @@
 use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, Policy, available_cpus, default_cpu};
 use clap::{Parser, ValueEnum};
+use device_io::Address;
 use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, MotionError, Recording, RigProperties};
+use device_io::link::Connector;
 use haptic_core::limiter::Limits;
+use haptic_core::passivity::RigLosses;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, SceneError, Scheme};
 use serde::Deserialize;
@@ -44,9 +47,10 @@ pub(crate) struct Options {
     #[serde(skip)]
     pub(crate) self_test: Option<u64>,
 
-    /// The rig: `fake` is a simulated one in this process
+    /// The rig: `fake` is a simulated one in this process; `serial:/dev/ttyACM0` speaks the link protocol on a serial line, at
+    /// 1000000 baud unless `?baud=N` follows
     #[arg(long, value_name = "DEVICE")]
-    device: Option<DeviceKind>,
+    device: Option<Named<Address>>,
 
     /// Where to make the control socket [default: $HAPTICD_SOCKET, else hapticd/control.sock in the user's
     /// runtime directory, else /run/hapticd/control.sock]
@@ -109,6 +113,11 @@ pub(crate) struct Options {
     #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
     speed_limit_mps: Option<f64>,
 
+    /// Acceleration of the device beyond which its encoder must have jumped, and the force is taken away, m/s^2, from 10 to
+    /// 1000000 [default: 2000]
+    #[arg(long, value_name = "M/S^2", allow_negative_numbers = true)]
+    acceleration_limit_mps2: Option<f64>,
+
     /// Largest force with which energy that the sampled loop makes is taken out again, N, from 0 to 100; 0 only watches it
     /// [default: 0]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -117,6 +126,18 @@ pub(crate) struct Options {
     /// Time that engaging and releasing take, ms, from 1 to 10000 [default: 200]
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     ramp_ms: Option<f64>,
+
+    /// Time without a new sample of the device at which the force is taken away, ms, from 1 to 1000 [default: 20]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    stale_ms: Option<f64>,
+
+    /// Coulomb friction of the rig itself, N: what it takes up helps to keep it stable [default: 0.8 on the fake rig, else 0]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    rig_friction_n: Option<f64>,
+
+    /// Viscous damping of the rig itself, N s/m [default: 0]
+    #[arg(long, value_name = "NS/M", allow_negative_numbers = true)]
+    rig_damping_ns_per_m: Option<f64>,
 
     /// The fake rig's hand: `sine` moves the handle to and fro, `arm` pulls it so through a spring and damper, `free`
     /// is nobody, `file:MOTION.csv` follows a recording (columns t_s, position_m), `arm:file:MOTION.csv` pulls along it
@@ -157,23 +178,9 @@ pub(crate) struct Options {
     #[arg(long, value_name = "KG", help_heading = "Fake rig", allow_negative_numbers = true)]
     rig_mass_kg: Option<f64>,
 
-    /// Coulomb friction of the fake rig itself, N [default: 0.8]
-    #[arg(long, value_name = "N", help_heading = "Fake rig", allow_negative_numbers = true)]
-    rig_friction_n: Option<f64>,
-
-    /// Viscous damping of the fake rig itself, N s/m [default: 0]
-    #[arg(long, value_name = "NS/M", help_heading = "Fake rig", allow_negative_numbers = true)]
-    rig_damping_ns_per_m: Option<f64>,
-
     /// Distance between two counts of the fake encoder, m; 0 for a perfect one [default: 0.00001]
     #[arg(long, value_name = "M", help_heading = "Fake rig", allow_negative_numbers = true)]
     encoder_resolution_m: Option<f64>,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum DeviceKind {
-    Fake,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
@@ -274,8 +281,10 @@ pub(crate) enum ConfigError {
     },
     #[error("cpu = {cpu} is not available: this process may use the processors {available:?}")]
     NoSuchCpu { cpu: usize, available: Vec<usize> },
-    #[error("name the rig with --device fake, or try `hapticd --demo`")]
+    #[error("name the rig with --device, as in --device serial:/dev/ttyACM0, or try `hapticd --demo`")]
     NoDevice,
+    #[error("--demo and --self-test run on the built-in fake rig: leave --device out")]
+    OnlyFake,
 }
 
 /// How the daemon runs.
@@ -295,7 +304,20 @@ pub(crate) struct Config {
     pub(crate) limits: Limits,
     pub(crate) passivity_control_n: f64,
     pub(crate) ramp_s: f64,
-    pub(crate) rig: FakeRig,
+    /// A device without a new sample for so long is stale, ns.
+    pub(crate) stale_ns: u64,
+    pub(crate) rig: RigChoice,
+}
+
+/// The rig that was asked for.
+#[derive(Debug)]
+pub(crate) enum RigChoice {
+    Fake(FakeRig),
+    Linked {
+        connector: Box<dyn Connector>,
+        /// As far as somebody has measured them.
+        losses: RigLosses,
+    },
 }
 
 /// What the file says where the command line says nothing.
@@ -317,15 +339,18 @@ impl Options {
             let file: Self = read_toml(&path)?;
             fall_back!(
                 self, file: device, socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scheme,
-                velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, passivity_control_n, ramp_ms, hand,
+                velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2, passivity_control_n, ramp_ms, stale_ms, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
                 arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m,
             );
         }
-        match self.device {
-            Some(DeviceKind::Fake) => {}
-            None if self.demo || self.self_test.is_some() => {}
+        let device = match &self.device {
+            Some(named) => named.0.clone(),
+            None if self.demo || self.self_test.is_some() => Address::Fake,
             None => return Err(ConfigError::NoDevice),
+        };
+        if (self.demo || self.self_test.is_some()) && device != Address::Fake {
+            return Err(ConfigError::OnlyFake);
         }
         let rate_hz = within("rate", self.rate, 1000.0, 100.0, 20_000.0, "Hz")?;
         #[expect(
@@ -398,10 +423,34 @@ impl Options {
                     "N/s",
                 )?,
                 speed_mps: within("speed-limit-mps", self.speed_limit_mps, 5.0, 0.01, 100.0, "m/s")?,
+                acceleration_mps2: within(
+                    "acceleration-limit-mps2",
+                    self.acceleration_limit_mps2,
+                    2000.0,
+                    10.0,
+                    1e6,
+                    "m/s^2",
+                )?,
             },
             passivity_control_n: within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?,
             ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
-            rig: self.fake_rig()?,
+            stale_ns: {
+                let stale_ms = within("stale-ms", self.stale_ms, 20.0, 1.0, 1000.0, "ms")?;
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "from 1 000 000 to 1 000 000 000"
+                )]
+                let stale_ns = (stale_ms * 1e6).round() as u64;
+                stale_ns
+            },
+            rig: match device.connector() {
+                None => RigChoice::Fake(self.fake_rig()?),
+                Some(connector) => RigChoice::Linked {
+                    connector,
+                    losses: self.losses(0.0)?,
+                },
+            },
         })
     }
 
@@ -420,26 +469,35 @@ impl Options {
         Ok(scene)
     }
 
-    fn fake_rig(&self) -> Result<FakeRig, ConfigError> {
-        let usual = RigProperties::default();
-        let properties = RigProperties {
-            mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
-            friction_n: within(
+    /// What the rig itself takes up, with the friction that is supposed where nobody names one, N.
+    fn losses(&self, usual_friction_n: f64) -> Result<RigLosses, ConfigError> {
+        Ok(RigLosses {
+            friction: within(
                 "rig-friction-n",
                 self.rig_friction_n,
-                usual.friction_n,
+                usual_friction_n,
                 0.0,
                 1000.0,
                 "N",
             )?,
-            damping_ns_per_m: within(
+            damping: within(
                 "rig-damping-ns-per-m",
                 self.rig_damping_ns_per_m,
-                usual.damping_ns_per_m,
+                0.0,
                 0.0,
                 1e4,
                 "N s/m",
             )?,
+        })
+    }
+
+    fn fake_rig(&self) -> Result<FakeRig, ConfigError> {
+        let usual = RigProperties::default();
+        let RigLosses { friction, damping } = self.losses(usual.friction_n)?;
+        let properties = RigProperties {
+            mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
+            friction_n: friction,
+            damping_ns_per_m: damping,
             resolution_m: within(
                 "encoder-resolution-m",
                 self.encoder_resolution_m,
@@ -568,6 +626,7 @@ mod tests {
             (vec!["--rate", "NaN"], vec!["rate", "NaN"]),
             (vec!["--force-limit-n", "0"], vec!["force-limit-n", "0", "0.1", "N"]),
             (vec!["--rig-mass-kg", "-1"], vec!["rig-mass-kg", "-1", "kg"]),
+            (vec!["--stale-ms", "0"], vec!["stale-ms", "0", "1", "1000", "ms"]),
             (vec!["--priority", "0"], vec!["priority", "1", "99"]),
             (vec!["--cpu", "4000"], vec!["cpu", "4000", "processors"]),
             (vec!["--hand", "file:/nowhere.csv"], vec!["/nowhere.csv"]),

@@ -17,15 +17,14 @@ mod service;
 mod telemetry;
 
 use clap::Parser;
-use config::{Config, ConfigError, Options};
+use config::{Config, ConfigError, Options, RigChoice};
 use control::server::{Server, SocketError};
 use control::{Facts, RigHandle};
 use device_io::Device;
-use device_io::fake::RigProperties;
+use device_io::link::{Keeper, LinkMonitor};
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::SafetyLimiter;
 use haptic_core::passivity::{PassivityObserver, RigLosses};
-use haptic_core::velocity::Estimator;
 use haptic_core::{Renderer, Scene, SceneError};
 use haptic_ipc::{Problem, RealTimeStatus};
 use rig_state::{Command, Rig};
@@ -33,7 +32,7 @@ use rt::handoff::{CompiledScene, Shared};
 use rt::lateness::Lateness;
 use rt::privileges;
 use rt::thread::{End, RunningLoop, Wishes};
-use rt::tick::{Parts, Tick};
+use rt::tick::{Parts, Tick, Velocity};
 use service::ServiceManager;
 use std::io::Write;
 use std::process::ExitCode;
@@ -165,6 +164,7 @@ struct Prepared {
     facts: Facts,
     scene: Scene,
     cpus: Vec<usize>,
+    keeper: Option<Keeper>,
 }
 
 fn prepare(config: Config) -> Result<Prepared, Failure> {
@@ -182,25 +182,20 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         renderer: Renderer::new(&config.scene, config.scheme, period_s)?,
         revision: FIRST_REVISION,
     });
-    let RigProperties {
-        friction_n: device_friction,
-        damping_ns_per_m: device_damping,
-        resolution_m: device_resolution,
-        ..
-    } = *config.rig.properties();
-    let device: Box<dyn Device> = Box::new(config.rig);
+    let PreparedDevice { device, link, losses } = prepare_device(config.rig, config.period_ns);
     let description = device.description();
-    let velocity = Estimator::new(config.velocity, period_s, device.resolution_m());
-    let losses = RigLosses {
-        damping: device_damping,
-        friction: device_friction,
-    };
+    let resolution = device.resolution_m();
+    let (monitor, keeper) = link.unzip();
     let parts = Parts {
         rig: Rig::new(config.ramp_s, LONGEST_RAMP_STEP_PERIODS * period_s),
         limiter: SafetyLimiter::new(config.limits),
         passivity: PassivityObserver::new(losses, config.passivity_control_n),
         lateness: Lateness::new(config.late_policy),
-        velocity,
+        velocity: Velocity {
+            method: config.velocity,
+            period_s,
+        },
+        stale_ns: config.stale_ns,
     };
     let tick = Tick::new(device, Arc::clone(&shared), producer, scene, parts);
     let facts = Facts {
@@ -208,14 +203,16 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         device: description,
         limits: config.limits,
         _awake: awake,
+        keeper: None,
         rig: RigFacts {
             period_s,
-            // The fake rig renders in the tick that it measures.
-            delay_ticks: 0.0,
-            damping: device_damping,
-            friction: device_friction,
-            resolution: device_resolution,
+            // The fake rig renders in the tick that it measures; behind a link a sample waits for a tick, and a command for the device.
+            delay_ticks: if monitor.is_some() { 1.0 } else { 0.0 },
+            damping: losses.damping,
+            friction: losses.friction,
+            resolution,
         },
+        link: monitor,
         period_ns: config.period_ns,
         scheme: config.scheme,
         velocity: config.velocity,
@@ -235,7 +232,36 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         facts,
         scene: config.scene,
         cpus: config.available_cpus,
+        keeper,
     })
+}
+
+/// The device's real-time end, and the rest of its link where it has one.
+struct PreparedDevice {
+    device: Box<dyn Device>,
+    link: Option<(LinkMonitor, Keeper)>,
+    losses: RigLosses,
+}
+
+fn prepare_device(rig: RigChoice, period_ns: u64) -> PreparedDevice {
+    match rig {
+        RigChoice::Fake(rig) => PreparedDevice {
+            losses: RigLosses {
+                damping: rig.properties().damping_ns_per_m,
+                friction: rig.properties().friction_n,
+            },
+            device: Box::new(rig),
+            link: None,
+        },
+        RigChoice::Linked { connector, losses } => {
+            let (device, monitor, keeper) = Keeper::new(connector, period_ns);
+            PreparedDevice {
+                device: Box::new(device),
+                link: Some((monitor, keeper)),
+                losses,
+            }
+        }
+    }
 }
 
 /// Starts the real-time thread; returns it and the control thread's hold on the rig.
@@ -251,6 +277,8 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     if let Some(cpu) = cpu {
         privileges::leave_cpu_alone(cpu, &prepared.cpus);
     }
+    // After that, so that it keeps off the loop's processor as well.
+    prepared.facts.keeper = prepared.keeper.map(Keeper::start).transpose()?;
     prepared.facts.real_time = status;
     let feed = Feed::new(prepared.records, period_ns);
     let rig = RigHandle::new(prepared.facts, prepared.shared, feed, prepared.scene, FIRST_REVISION);

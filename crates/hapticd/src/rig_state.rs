@@ -8,6 +8,7 @@
 //!
 //! Force flows only while engaging, engaged or releasing, scaled by a gain that moves along a ramp.
 
+use device_io::protocol::message::ErrorCode;
 use haptic_ipc::RigState;
 
 /// What a person may ask of the rig. A stop is not among them: it goes its own way, ahead of everything.
@@ -29,11 +30,29 @@ pub(crate) enum Fault {
     TooFast,
     /// More periods were missed in a second than the policy allows.
     TooLate,
+    /// The device sent no new sample for too long.
+    Stale,
+    /// The position changed as no rig can move.
+    Jump,
+    /// The device has its motor off, though it was enabled.
+    MotorOff {
+        /// Its own watchdog has done that.
+        watchdog: bool,
+    },
+    /// The device says that something is wrong with it.
+    Device(ErrorCode),
 }
 
 impl std::fmt::Display for Fault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
+            Self::Jump => "the position jumped: it changed faster than the acceleration limit allows",
+            Self::Stale => "the device sent no new sample for too long",
+            Self::MotorOff { watchdog: false } => "the device has switched its motor off",
+            Self::MotorOff { watchdog: true } => {
+                "the device's watchdog has switched its motor off: it heard no command"
+            }
+            Self::Device(code) => return write!(f, "the device reports: {code}"),
             Self::NonFiniteForce => "the force computed was not a finite number",
             Self::NonFinitePosition => "the device reported a position that is not a finite number",
             Self::TooFast => "the device moved faster than its speed limit",

@@ -49,7 +49,7 @@ pub struct Greeted {
 }
 
 /// Finds and greets one kind of device.
-pub trait Connector: Send {
+pub trait Connector: Send + std::fmt::Debug {
     /// What it connects to, for people.
     fn address(&self) -> String;
 

@@ -15,7 +15,7 @@ pub(super) fn advise(rig: &RigHandle) -> AdviceReply {
 /// Every check and every remark on a scene.
 fn all(rig: &RigHandle, scene: &Scene) -> Vec<Advice> {
     let notes = scene.notes().into_iter().map(Advice::from);
-    let findings = look(scene, rig.facts.scheme, &rig.facts.rig)
+    let findings = look(scene, rig.facts.scheme, &rig.facts.rig_facts())
         .into_iter()
         .map(Advice::from);
     notes.chain(findings).collect()

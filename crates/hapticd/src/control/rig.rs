@@ -3,6 +3,7 @@
 use crate::rig_state::Command;
 use crate::rt::handoff::{CompiledScene, Outcome, Shared};
 use crate::telemetry::feed::Feed;
+use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
@@ -22,6 +23,10 @@ pub(crate) struct Facts {
     /// Keeps the processors awake as long as it is open.
     pub(crate) _awake: Option<std::fs::File>,
     pub(crate) rig: RigFacts,
+    /// The link to the rig, where it is not in this process.
+    pub(crate) link: Option<LinkMonitor>,
+    /// Looks after that link as long as it is here.
+    pub(crate) keeper: Option<RunningKeeper>,
     pub(crate) period_ns: u64,
     pub(crate) scheme: Scheme,
     pub(crate) velocity: Method,
@@ -29,6 +34,17 @@ pub(crate) struct Facts {
 }
 
 impl Facts {
+    /// What the adviser goes by: with a link, the resolution is that of the device that is connected.
+    pub(crate) fn rig_facts(&self) -> RigFacts {
+        match self.link.as_ref().map(LinkMonitor::state) {
+            Some(LinkState::Connected { resolution_m, .. }) => RigFacts {
+                resolution: resolution_m,
+                ..self.rig
+            },
+            _ => self.rig,
+        }
+    }
+
     pub(crate) fn period_s(&self) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "a period is far below 2^53 ns")]
         let period_ns = self.period_ns as f64;

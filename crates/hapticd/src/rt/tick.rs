@@ -12,15 +12,12 @@ use crate::telemetry::ring::{Producer, TickRecord};
 use device_io::{Device, DeviceError, Measurement};
 use haptic_core::limiter::SafetyLimiter;
 use haptic_core::passivity::PassivityObserver;
-use haptic_core::velocity::Estimator;
+use haptic_core::velocity::{Estimator, Method};
 use haptic_ipc::RigState;
 use std::sync::Arc;
 
 /// What a force that a change of scene would make jump fades away in, s.
 const BUMP_FADE_S: f64 = 0.05;
-
-/// How long a device may repeat its last sample before it counts as gone, ns. Until then no time passes for the block.
-const STALE_AFTER_NS: u64 = 50_000_000;
 
 /// What the way of a sample is made of beside the device and the scene.
 #[derive(Clone, Copy, Debug)]
@@ -29,7 +26,22 @@ pub(crate) struct Parts {
     pub(crate) limiter: SafetyLimiter,
     pub(crate) passivity: PassivityObserver,
     pub(crate) lateness: Lateness,
-    pub(crate) velocity: Estimator,
+    pub(crate) velocity: Velocity,
+    /// How long a device may repeat its last sample before it counts as stale, ns. Until then no time passes for the block.
+    pub(crate) stale_ns: u64,
+}
+
+/// How velocity is estimated: anew for each device, as one may count more finely than another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Velocity {
+    pub(crate) method: Method,
+    pub(crate) period_s: f64,
+}
+
+impl Velocity {
+    fn estimator(self, resolution_m: f64) -> Estimator {
+        Estimator::new(self.method, self.period_s, resolution_m)
+    }
 }
 
 #[cfg(test)]
@@ -39,11 +51,11 @@ impl Parts {
         use crate::rt::lateness::LatePolicy;
         use haptic_core::limiter::Limits;
         use haptic_core::passivity::RigLosses;
-        use haptic_core::velocity::Method;
         let limits = Limits {
             force_n: 20.0,
             slew_n_per_s: 50_000.0,
             speed_mps: 5.0,
+            acceleration_mps2: 2000.0,
         };
         let losses = RigLosses {
             damping: 0.0,
@@ -54,7 +66,11 @@ impl Parts {
             limiter: SafetyLimiter::new(limits),
             passivity: PassivityObserver::new(losses, 1.0),
             lateness: Lateness::new(LatePolicy::Warn),
-            velocity: Estimator::new(Method::default(), 1e-3, 1e-5),
+            velocity: Velocity {
+                method: Method::default(),
+                period_s: 1e-3,
+            },
+            stale_ns: 50_000_000,
         }
     }
 }
@@ -79,6 +95,8 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     /// Whether force flowed in the tick before.
     was_live: bool,
     velocity: Estimator,
+    velocity_of: Velocity,
+    stale_ns: u64,
     limiter: SafetyLimiter,
     passivity: PassivityObserver,
     lateness: Lateness,
@@ -109,6 +127,7 @@ impl<D: Device + ?Sized> Tick<D> {
             passivity,
             lateness,
             velocity,
+            stale_ns,
         } = parts;
         shared.answers.scene_applied(scene.revision, 0);
         Self {
@@ -118,7 +137,9 @@ impl<D: Device + ?Sized> Tick<D> {
             scenes_seen: 0,
             rig,
             was_live: false,
-            velocity,
+            velocity: velocity.estimator(device.resolution_m()),
+            velocity_of: velocity,
+            stale_ns,
             limiter,
             passivity,
             lateness,
@@ -201,7 +222,6 @@ impl<D: Device + ?Sized> Tick<D> {
     pub(crate) fn replace_device(&mut self, device: Box<D>) {
         self.device = device;
         self.newest = None;
-        self.velocity.reset();
     }
 
     /// The scene that it renders.
@@ -238,14 +258,24 @@ impl<D: Device + ?Sized> Tick<D> {
 
     /// Takes in a measurement; returns the time since the one before, s. A failed or stale read is never rendered as a position.
     fn sense(&mut self, measured: Result<Measurement, DeviceError>, now_ns: u64) -> f64 {
-        let Ok(sample) = measured else {
-            self.rig.device_present(false);
-            self.newest = None;
-            self.velocity.reset();
-            return 0.0;
+        let sample = match measured {
+            Ok(sample) => sample,
+            Err(error) => {
+                match error {
+                    DeviceError::MotorOff { watchdog } => self.rig.fail(Fault::MotorOff { watchdog }),
+                    DeviceError::Failed(code) => self.rig.fail(Fault::Device(code)),
+                    _ => self.rig.device_present(false),
+                }
+                self.newest = None;
+                self.velocity.reset();
+                return 0.0;
+            }
         };
         if let Some(newest) = self.newest.filter(|newest| newest.sequence == sample.sequence) {
-            if now_ns.saturating_sub(newest.read_ns) > STALE_AFTER_NS {
+            if now_ns.saturating_sub(newest.read_ns) > self.stale_ns {
+                if self.rig.is_live() {
+                    self.rig.fail(Fault::Stale);
+                }
                 self.rig.device_present(false);
                 self.velocity.reset();
             }
@@ -256,6 +286,10 @@ impl<D: Device + ?Sized> Tick<D> {
             self.rig.fail(Fault::NonFinitePosition);
             return 0.0;
         }
+        if self.newest.is_none() {
+            // It may be another device than the last one.
+            self.velocity = self.velocity_of.estimator(self.device.resolution_m());
+        }
         let last = self.newest.replace(Newest {
             sequence: sample.sequence,
             device_ns: sample.time_ns,
@@ -263,6 +297,17 @@ impl<D: Device + ?Sized> Tick<D> {
         });
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two samples")]
         let elapsed_s = last.map_or(0.0, |last| sample.time_ns.saturating_sub(last.device_ns) as f64 * 1e-9);
+        let moved = sample.position_m - self.device_position;
+        // Only with force on the hand is it of any concern: without, the block goes wherever the device says.
+        if self.rig.is_live()
+            && self.was_live
+            && last.is_some()
+            && !self
+                .limiter
+                .allows_step(moved, self.device_velocity, elapsed_s, self.device.resolution_m())
+        {
+            self.rig.fail(Fault::Jump);
+        }
         self.device_position = sample.position_m;
         self.device_velocity = self.velocity.update(elapsed_s, sample.position_m);
         elapsed_s
@@ -372,6 +417,7 @@ mod tests {
     use crate::rig_state::Command;
     use crate::rt::lateness::LatePolicy;
     use crate::telemetry::ring;
+    use device_io::protocol::message::ErrorCode;
     use haptic_core::limiter::Limits;
     use haptic_core::passivity::RigLosses;
     use haptic_core::velocity::Method;
@@ -432,6 +478,8 @@ mod tests {
         force_n: MAX_FORCE,
         slew_n_per_s: 1e6,
         speed_mps: 5.0,
+        // The tests' hands move roughly; the one test of this limit sets it.
+        acceleration_mps2: 1e6,
     };
 
     const NO_LOSSES: RigLosses = RigLosses {
@@ -463,7 +511,11 @@ mod tests {
                 limiter: SafetyLimiter::new(LIMITS),
                 passivity: PassivityObserver::new(NO_LOSSES, 0.0),
                 lateness: Lateness::new(LatePolicy::Fault { most_in_a_second: 5 }),
-                velocity: Estimator::new(Method::default(), 1e-3, 0.0),
+                velocity: Velocity {
+                    method: Method::default(),
+                    period_s: 1e-3,
+                },
+                stale_ns: 50_000_000,
             },
         );
         Bench {
@@ -609,7 +661,7 @@ mod tests {
     }
 
     #[test]
-    fn a_device_that_repeats_itself_is_given_up_and_comes_back_idle() {
+    fn a_device_that_repeats_itself_faults_and_comes_back_idle_after_a_reset() {
         let mut bench = bench(ramp());
         bench.ticks(SETTLE);
         bench.command(Command::Engage);
@@ -622,10 +674,39 @@ mod tests {
         );
         bench.ticks(50);
         let lost = bench.tick();
-        assert_eq!((lost.state, lost.command_force), (RigState::Disconnected, 0.0));
+        assert_eq!((lost.state, lost.command_force), (RigState::Faulted, 0.0));
+        assert_eq!(lost.fault, Some(Fault::Stale));
+        bench.command(Command::Reset);
+        bench.ticks(2);
+        assert_eq!(bench.tick().state, RigState::Disconnected, "there is still nothing new");
         bench.tick.device.repeats = false;
         bench.ticks(10);
         assert_eq!(bench.tick().state, RigState::Idle);
+    }
+
+    #[test]
+    fn a_device_that_has_its_motor_off_faults_and_is_told_apart_from_one_that_is_gone() {
+        for (error, state, fault) in [
+            (
+                DeviceError::MotorOff { watchdog: true },
+                RigState::Faulted,
+                Some(Fault::MotorOff { watchdog: true }),
+            ),
+            (
+                DeviceError::Failed(ErrorCode::Sensor),
+                RigState::Faulted,
+                Some(Fault::Device(ErrorCode::Sensor)),
+            ),
+            (DeviceError::Disconnected, RigState::Disconnected, None),
+        ] {
+            let mut bench = bench(ramp().take(100).chain([Err(error)]).chain(ramp()));
+            bench.tick();
+            bench.command(Command::Engage);
+            bench.ticks(98);
+            let told = bench.tick();
+            assert_eq!((told.state, told.fault, told.command_force), (state, fault, 0.0));
+            assert_eq!(bench.last_written(), 0.0);
+        }
     }
 
     #[test]
@@ -674,6 +755,28 @@ mod tests {
         );
         assert_eq!(record.command_force, 0.0);
         assert_eq!(bench.tick().command_force, 0.0, "until a reset");
+    }
+
+    #[test]
+    fn a_jump_of_the_encoder_faults_before_it_is_rendered() {
+        // 2 mm within a millisecond, from a hand at 0.1 m/s: slower than the speed limit, and no motion.
+        let jumped = (0..50).map(|k| Ok(0.01 + 2e-3 + 1e-4 * f64::from(k)));
+        let mut bench = bench(ramp().take(100).chain(jumped));
+        bench.tick.limiter = SafetyLimiter::new(Limits {
+            acceleration_mps2: 2000.0,
+            ..LIMITS
+        });
+        bench.ticks(SETTLE);
+        bench.command(Command::Engage);
+        let mut before = bench.tick();
+        while before.state.is_live() {
+            let record = bench.tick();
+            let step = record.command_force - before.command_force;
+            assert!(record.command_force == 0.0 || step.abs() < 1.0, "{before:?} {record:?}");
+            before = record;
+        }
+        assert_eq!(bench.tick.rig.fault(), Some(Fault::Jump));
+        assert_eq!(bench.last_written(), 0.0);
     }
 
     #[test]
