@@ -4,6 +4,7 @@
 #include "uart.h"
 
 #define CRC_BYTES 4
+#define CRC_START 0xFFFFFFFF
 /* A message, its CRC, one byte of stuffing and the zero that ends it. */
 #define LONGEST_FRAME (LONGEST_MESSAGE + CRC_BYTES + 2)
 
@@ -21,34 +22,48 @@ void link_init(void)
     } while (++byte);
 }
 
+static uint32_t crc_with(uint32_t crc, uint8_t byte)
+{
+    return crc >> 8 ^ crc_of_byte[(uint8_t)crc ^ byte];
+}
+
 static uint32_t crc32(const uint8_t *bytes, uint8_t length)
 {
-    uint32_t crc = 0xFFFFFFFF;
+    uint32_t crc = CRC_START;
     while (length--)
-        crc = crc >> 8 ^ crc_of_byte[(uint8_t)crc ^ *bytes++];
+        crc = crc_with(crc, *bytes++);
     return ~crc;
 }
 
+/* Each stretch up to a zero goes out as soon as it is known how long it is, so that the line is busy while the rest is made. */
 void link_send(const void *message, uint8_t length)
 {
-    static uint8_t frame[LONGEST_FRAME];
+    /* Half a frame is worth less than none. */
+    if (!uart_has_room(length + CRC_BYTES + 2))
+        return;
     const uint8_t *from = message;
-    uint32_t crc = crc32(from, length);
-    /* Where the distance to the next zero goes, and where the next byte goes. Frames are too short for a distance of 255. */
-    uint8_t distance_at = 0, at = 1;
-    for (uint8_t i = 0; i < length + CRC_BYTES; i++) {
-        if (i == length)
+    uint32_t crc = CRC_START;
+    /* So many bytes since the last zero, behind the place for their number. Frames are too short for a stretch of 255. */
+    uint8_t stretch = 1;
+    for (uint8_t left = length + CRC_BYTES; left != 0; left--) {
+        if (left == CRC_BYTES) {
+            crc = ~crc;
             from = (const uint8_t *)&crc;
-        uint8_t byte = *from++;
-        if (byte == 0) {
-            frame[distance_at] = at - distance_at;
-            distance_at = at;
         }
-        frame[at++] = byte;
+        uint8_t byte = *from++;
+        if (left > CRC_BYTES)
+            crc = crc_with(crc, byte);
+        if (byte != 0) {
+            uart_place(stretch++, byte);
+        } else {
+            uart_place(0, stretch);
+            uart_send(stretch);
+            stretch = 1;
+        }
     }
-    frame[distance_at] = at - distance_at;
-    frame[at++] = 0;
-    uart_put(frame, at);
+    uart_place(0, stretch);
+    uart_place(stretch, 0);
+    uart_send(stretch + 1);
 }
 
 /* Takes the stuffing out, in place. Returns the length without it, or 0 where no sender stuffs so. */

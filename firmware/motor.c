@@ -31,6 +31,7 @@ void motor_enable(void)
     }
 }
 
+/* To the nearest whole number, but no more than 255. */
 static uint8_t square_root(uint16_t square)
 {
     uint8_t root = 0;
@@ -39,6 +40,8 @@ static uint8_t square_root(uint16_t square)
         if ((uint16_t)larger * larger <= square)
             root = larger;
     }
+    if (root != UINT8_MAX && square - (uint16_t)root * root > root)
+        root++;
     return root;
 }
 

@@ -63,20 +63,21 @@ bool uart_get(uint8_t *byte)
     return true;
 }
 
-bool uart_put(const uint8_t *bytes, uint8_t length)
+bool uart_has_room(uint8_t bytes)
 {
-    uint8_t head = to_send.head;
-    uint8_t room = (uint8_t)(to_send.tail - head - 1) & (RING_BYTES - 1);
-    if (length > room)
-        return false;
-    while (length--) {
-        to_send.bytes[head] = *bytes++;
-        head = NEXT(head);
-    }
-    to_send.head = head;
+    return ((uint8_t)(to_send.tail - to_send.head - 1) & (RING_BYTES - 1)) >= bytes;
+}
+
+void uart_place(uint8_t ahead, uint8_t byte)
+{
+    to_send.bytes[(uint8_t)(to_send.head + ahead) & (RING_BYTES - 1)] = byte;
+}
+
+void uart_send(uint8_t bytes)
+{
+    to_send.head = (uint8_t)(to_send.head + bytes) & (RING_BYTES - 1);
     /* The interrupt clears this bit: read, change and write must not be torn apart. */
     cli();
     UCSR0B |= 1 << UDRIE0;
     sei();
-    return true;
 }

@@ -12,7 +12,13 @@ bool uart_get(uint8_t *byte);
 
 bool uart_has_byte(void);
 
-/* Queues all of the bytes, or, where they do not fit, none: half a frame is worth less than none. */
-bool uart_put(const uint8_t *bytes, uint8_t length);
+/* Whether so many bytes can be queued. */
+bool uart_has_room(uint8_t bytes);
+
+/* Puts a byte into the queue, so far behind the bytes that are being sent; nothing of it is sent yet. */
+void uart_place(uint8_t ahead, uint8_t byte);
+
+/* Sends the first so many of the bytes that were placed. */
+void uart_send(uint8_t bytes);
 
 #endif

@@ -3,7 +3,8 @@
  *     build/simulator build/quadrature.elf --pty /tmp/rig
  *     hapticd --device serial:/tmp/rig
  *
- * It keeps to real time. On standard input it takes: stats, clear, hang loop|deaf|kicking, cut, quit; it answers each with one line of JSON. */
+ * It keeps to real time. On standard input it takes: stats, clear, hang loop|deaf|kicking, cut, patience MS, quit; it answers each with one line
+ * of JSON. */
 #define _GNU_SOURCE
 #include "board.h"
 #include "config.h"
@@ -39,7 +40,8 @@ static struct plant plant = {
     .hand = { .amplitude_m = 0.03, .frequency_hz = 0.5, .stiffness_n_per_m = 400.0, .damping_ns_per_m = 20.0 },
 };
 static double motor_force_n, largest_force_n, sum_of_force_n;
-static uint64_t steps_counted, lags;
+static uint64_t steps_counted, lags, last_heard;
+static long patience_ms;
 static FILE *log_file;
 static const char *link_path;
 static volatile sig_atomic_t ended;
@@ -78,14 +80,25 @@ static int open_line(void)
     return line;
 }
 
+/* Time stands still while the host has nothing to say, where that is asked for: a host that a busy machine holds up is then no silent one. */
+static bool waits_for_host(int line)
+{
+    if (patience_ms == 0 || (board_cycle() - last_heard) * 1000 < (uint64_t)patience_ms * BOARD_HZ)
+        return false;
+    struct pollfd host = { .fd = line, .events = POLLIN };
+    return poll(&host, 1, 10) == 0;
+}
+
 /* What the line does not take is lost, as on a wire that nobody listens to. */
 static void exchange(int line)
 {
     uint8_t bytes[1024];
     size_t room = board_room() < sizeof bytes ? board_room() : sizeof bytes;
     ssize_t got = room > 0 ? read(line, bytes, room) : 0;
-    if (got > 0)
+    if (got > 0) {
         board_send(bytes, (size_t)got);
+        last_heard = board_cycle();
+    }
     size_t length = board_receive(bytes, sizeof bytes);
     if (length > 0 && write(line, bytes, length) < 0 && errno != EAGAIN)
         die("the pseudo-terminal");
@@ -159,6 +172,10 @@ static void obey(const char *order)
         clear_stats();
     else if (strncmp(order, "hang ", 5) == 0)
         is_done = board_hang(order + 5);
+    else if (strncmp(order, "patience ", 9) == 0) {
+        patience_ms = atol(order + 9);
+        last_heard = board_cycle();
+    }
     else if (strcmp(order, "cut") == 0)
         sensor_cut();
     else if (strcmp(order, "quit") == 0)
@@ -268,6 +285,8 @@ int main(int argc, char **argv)
     while (!ended && runs) {
         exchange(line);
         take_orders();
+        if (waits_for_host(line))
+            continue;
         for (int i = 0; i < STEPS_TO_A_SLICE && runs; i++)
             runs = step();
         pace();

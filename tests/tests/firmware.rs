@@ -141,8 +141,10 @@ impl Host {
 fn pulling(encoder: Encoder) -> Option<(SimulatedRig, Host)> {
     let mut rig = SimulatedRig::start(encoder, TMP, &LEFT_ALONE)?;
     let mut host = Host::greet(&rig);
+    rig.order("patience 5");
     host.enable();
     host.hold(3000, 100);
+    rig.order("patience 0");
     let force_n = number(&rig.stats(), "/motor/force_n");
     assert!((force_n - 3.0).abs() < 0.1, "{force_n} N");
     Some((rig, host))
@@ -174,6 +176,7 @@ fn it_keeps_time_while_commands_come_in_bursts() {
     for encoder in ENCODERS {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &["--amplitude", "0.05", "--frequency", "1"]) else { return };
         let mut host = Host::greet(&rig);
+        rig.order("patience 5");
         host.enable();
         host.hold(0, 1500);
         rig.clear();
@@ -250,6 +253,7 @@ fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
 #[test]
 fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
     let Some((mut rig, mut host)) = pulling(Encoder::Magneto) else { return };
+    rig.order("patience 5");
     rig.order("cut");
     let cut_s = number(&rig.stats(), "/time_s");
     host.hold(3000, 20);
