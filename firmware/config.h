@@ -13,9 +13,17 @@
 #define SECTOR_RADIUS_M 0.074
 #endif
 
+/* Travel of the handle to a turn of the motor, m. */
+#define TRAVEL_PER_TURN_M (2 * 3.14159265358979 * PULLEY_RADIUS_M / SECTOR_RADIUS_M * HANDLE_RADIUS_M)
+
 /* The motor behind its amplifier: torque = FULL_TORQUE_NM * duty^2. */
 #ifndef FULL_TORQUE_NM
 #define FULL_TORQUE_NM 0.03
+#endif
+
+/* The force on the hand at a duty of 1, N. Better than this formula is a spring scale at the handle. */
+#ifndef FULL_FORCE_N
+#define FULL_FORCE_N (FULL_TORQUE_NM * SECTOR_RADIUS_M / (PULLEY_RADIUS_M * HANDLE_RADIUS_M))
 #endif
 
 /* The largest force on the hand, N. It goes into the hello, and every command is cut to it. */
@@ -33,8 +41,13 @@
 #define ENCODER_LINES 512
 #endif
 
+/* Its counts to a metre of the handle. Better than this formula is a ruler; and a rig without a paddle has its own. */
+#ifndef COUNTS_PER_METRE
+#define COUNTS_PER_METRE (4.0 * ENCODER_LINES / TRAVEL_PER_TURN_M)
+#endif
+
 /* Magneto-resistive sensor under a magnet on the motor's shaft: it goes through its range twice a turn, and flips. Readings, of 1023, at the ends
- * of the range; a reading outside of 1..FAULT_MARGIN from the supply rails is a broken wire. */
+ * of the range. A reading closer than the margin to 0 or 1023 is a wire that is off. */
 #ifndef SENSOR_LOW
 #define SENSOR_LOW 51
 #endif

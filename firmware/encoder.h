@@ -19,7 +19,4 @@ void encoder_tick(uint32_t tick_us);
 /* A sample has been taken. is_lost says that the position is not to be trusted since the last one: a wire is off, or it moved too fast to be followed. */
 void sample_take(uint32_t time_us, int32_t count, bool is_lost);
 
-/* Travel of the handle to a turn of the motor, m. */
-#define TRAVEL_PER_TURN_M (2 * 3.14159265358979 * PULLEY_RADIUS_M / SECTOR_RADIUS_M * HANDLE_RADIUS_M)
-
 #endif

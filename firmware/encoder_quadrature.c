@@ -6,7 +6,7 @@
 #include <avr/io.h>
 
 const char encoder_name[] = "quadrature";
-const float encoder_counts_per_metre = 4.0 * ENCODER_LINES / TRAVEL_PER_TURN_M;
+const float encoder_counts_per_metre = COUNTS_PER_METRE;
 
 /* 16 bits are quicker to count than 32, and a tick is too short for them to wrap around. */
 static volatile uint16_t edges;

@@ -4,9 +4,7 @@
 
 #include <util/atomic.h>
 
-/* The force of a duty of 1, N, and what a millinewton adds to the square of the duty, in units of 2^-24. All of the force is 2^24, so that the product
- * of any force and this has 25 bits. */
-#define FULL_FORCE_N (FULL_TORQUE_NM * SECTOR_RADIUS_M / (PULLEY_RADIUS_M * HANDLE_RADIUS_M))
+/* What a millinewton adds to the square of the duty, in units of 2^-24. All of the force is 2^24, so that the product of any force and this has 25 bits. */
 #define FORCE_LIMIT_MN ((int32_t)(1000.0 * FORCE_LIMIT_N))
 #define SQUARE_OF_MN ((uint32_t)(65536.0 * 256.0 / (1000.0 * FULL_FORCE_N) + 0.5))
 

@@ -223,14 +223,20 @@ void board_start(const char *elf)
     board_set_pin('B', 1, true);
 }
 
+static avr_cycle_count_t on_deadline(avr_t *core, avr_cycle_count_t when, void *param)
+{
+    (void)core, (void)when, (void)param;
+    return 0;
+}
+
 bool board_run(uint64_t cycle)
 {
     if (to_board.length != 0 && avr_cycle_timer_status(avr, on_byte_time, NULL) == 0)
         avr_cycle_timer_register(avr, uart->cycles_per_byte, on_byte_time, NULL);
+    /* The processor runs, or sleeps, through up to the next timer; so there is one at the end. */
+    if (avr->cycle < cycle)
+        avr_cycle_timer_register(avr, cycle - avr->cycle, on_deadline, NULL);
     while (avr->cycle < cycle) {
-        avr->run_cycle_limit = cycle - avr->cycle;
-        if (avr->run_cycle_count > avr->run_cycle_limit)
-            avr->run_cycle_count = avr->run_cycle_limit;
         int state = avr_run(avr);
         if (state == cpu_Done || state == cpu_Crashed)
             return false;
@@ -270,7 +276,7 @@ size_t board_receive(uint8_t *bytes, size_t room)
 double board_duty(uint64_t cycle)
 {
     account_pwm();
-    /* The processor sleeps through up to the next event of a timer, and D5 stays as it is until then. */
+    /* The last instruction may have ended beyond it. */
     uint64_t beyond = is_driven() ? avr->cycle - cycle : 0;
     double duty = (double)(pwm.high - beyond) / (double)(cycle - pwm.measured_from);
     pwm.high = beyond;

@@ -277,6 +277,7 @@ static const char *take_options(int argc, char **argv)
 int main(int argc, char **argv)
 {
     board_start(take_options(argc, argv));
+    sensor_start();
     int line = open_line();
     signal(SIGINT, on_signal);
     signal(SIGTERM, on_signal);

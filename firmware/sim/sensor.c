@@ -36,19 +36,31 @@ static void set_quadrature(long count)
         board_set_pin('D', 3, phase == 2 || phase == 3);
 }
 
+static double from_edge = FIRST_TURN * 4 * ENCODER_LINES;
+
+void sensor_start(void)
+{
+    set_magneto(FIRST_TURN);
+    set_quadrature((long)floor(from_edge));
+}
+
 _Bool sensor_run(uint64_t cycle, double position_m)
 {
-    static long count;
     double at = turns(position_m);
     set_magneto(at);
-    long target = lround(floor(at * 4 * ENCODER_LINES)), edges = labs(target - count);
+    double to_edge = at * 4 * ENCODER_LINES;
+    long count = (long)floor(from_edge), target = (long)floor(to_edge);
     uint64_t from = board_cycle();
-    for (long edge = 1; edge <= edges; edge++) {
-        if (!board_run(from + (cycle - from) * (uint64_t)edge / (uint64_t)(edges + 1)))
+    while (count != target) {
+        /* Each edge in its moment, of a motion that is even within the step. */
+        double edge = target > count ? count + 1 : count;
+        double part = (edge - from_edge) / (to_edge - from_edge);
+        if (!board_run(from + (uint64_t)(part * (double)(cycle - from))))
             return 0;
         count += target > count ? 1 : -1;
         set_quadrature(count);
     }
+    from_edge = to_edge;
     return board_run(cycle);
 }
 

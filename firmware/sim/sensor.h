@@ -8,6 +8,8 @@
  * false where the processor has crashed. */
 _Bool sensor_run(uint64_t cycle, double position_m);
 
+void sensor_start(void);
+
 /* Takes the wire of the magneto sensor off, or channel B of the encoder. */
 void sensor_cut(void);
 

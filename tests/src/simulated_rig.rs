@@ -41,8 +41,16 @@ fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
         ("avr-gcc", "gcc-avr", has_command("avr-gcc")),
         ("make", "make", has_command("make")),
         ("cc", "gcc", has_command("cc")),
-        ("avr-libc", "avr-libc", Path::new("/usr/lib/avr/include/avr/io.h").exists()),
-        ("libsimavr", "libsimavr-dev", Path::new("/usr/include/simavr/sim_avr.h").exists()),
+        (
+            "avr-libc",
+            "avr-libc",
+            Path::new("/usr/lib/avr/include/avr/io.h").exists(),
+        ),
+        (
+            "libsimavr",
+            "libsimavr-dev",
+            Path::new("/usr/include/simavr/sim_avr.h").exists(),
+        ),
         ("libelf", "libelf-dev", Path::new("/usr/include/libelf.h").exists()),
     ];
     for (what, package, there) in missing {
@@ -59,7 +67,10 @@ fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
         .status()
         .expect("make runs");
     assert!(built.success(), "the firmware and its simulator are built");
-    Some((folder.join("simulator"), folder.join(encoder.name()).with_extension("elf")))
+    Some((
+        folder.join("simulator"),
+        folder.join(encoder.name()).with_extension("elf"),
+    ))
 }
 
 fn has_command(name: &str) -> bool {

@@ -4,17 +4,21 @@
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{DeviceSample, ErrorCode, FromDevice, FromHost};
 use device_io::protocol::view::View;
+use haptic_ipc::{LinkCounts, Request, RigState, StateReply};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::Signal;
 use serde_json::Value;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::process::Command;
 use std::time::{Duration, Instant};
-use system_tests::PATIENCE;
 use system_tests::simulated_rig::{Encoder, SimulatedRig, firmware_folder, number};
+use system_tests::{Daemon, PATIENCE, binary, status, wait_for, wait_for_state};
 
 const TMP: &str = env!("CARGO_TARGET_TMPDIR");
 const ENCODERS: [Encoder; 2] = [Encoder::Quadrature, Encoder::Magneto];
+/// How many newtons the paper's block takes to slide: its kinetic friction.
+const KINETIC_N: f64 = 3.5;
 /// Nobody holds the handle, so that nothing but the motor moves it.
 const LEFT_ALONE: [&str; 6] = ["--amplitude", "0", "--arm-stiffness", "100", "--arm-damping", "5"];
 /// A turn of the PWM, and what reading a pin's time by whole instructions may be off, s.
@@ -32,7 +36,11 @@ struct Host {
 
 impl Host {
     fn greet(rig: &SimulatedRig) -> Self {
-        let line = File::options().read(true).write(true).open(rig.line()).expect("the line is there");
+        let line = File::options()
+            .read(true)
+            .write(true)
+            .open(rig.line())
+            .expect("the line is there");
         let mut host = Self {
             line,
             decoder: Decoder::default(),
@@ -64,7 +72,9 @@ impl Host {
     }
 
     fn say(&mut self, message: FromHost) {
-        self.line.write_all(Frame::of(message.bytes().as_slice()).as_slice()).expect("the line takes it");
+        self.line
+            .write_all(Frame::of(message.bytes().as_slice()).as_slice())
+            .expect("the line takes it");
     }
 
     fn next(&mut self) -> u32 {
@@ -153,7 +163,9 @@ fn pulling(encoder: Encoder) -> Option<(SimulatedRig, Host)> {
 #[test]
 fn both_builds_pass_the_conformance_check() {
     for encoder in ENCODERS {
-        let Some(mut rig) = SimulatedRig::start(encoder, TMP, &LEFT_ALONE) else { return };
+        let Some(mut rig) = SimulatedRig::start(encoder, TMP, &LEFT_ALONE) else {
+            return;
+        };
         let checked = Command::new("python3")
             .arg(firmware_folder().join("check_rig.py"))
             .arg(rig.line())
@@ -165,16 +177,26 @@ fn both_builds_pass_the_conformance_check() {
         };
         let said = String::from_utf8_lossy(&checked.stdout);
         println!("{}: {said}", encoder.name());
-        assert!(checked.status.success(), "{said}{}", String::from_utf8_lossy(&checked.stderr));
+        assert!(
+            checked.status.success(),
+            "{said}{}",
+            String::from_utf8_lossy(&checked.stderr)
+        );
         let stats = rig.stats();
-        assert_eq!((&stats["uart"]["overruns"], &stats["processor"]["resets"]), (&Value::from(0), &Value::from(0)), "{stats}");
+        assert_eq!(
+            (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
+            (&Value::from(0), &Value::from(0)),
+            "{stats}"
+        );
     }
 }
 
 #[test]
 fn it_keeps_time_while_commands_come_in_bursts() {
     for encoder in ENCODERS {
-        let Some(mut rig) = SimulatedRig::start(encoder, TMP, &["--amplitude", "0.05", "--frequency", "1"]) else { return };
+        let Some(mut rig) = SimulatedRig::start(encoder, TMP, &["--amplitude", "0.05", "--frequency", "1"]) else {
+            return;
+        };
         let mut host = Host::greet(&rig);
         rig.order("patience 5");
         host.enable();
@@ -208,9 +230,16 @@ fn it_keeps_time_while_commands_come_in_bursts() {
         }
         let stats = rig.stats();
         println!("{}, in bursts: {stats}", encoder.name());
-        assert_eq!((&stats["uart"]["overruns"], &stats["processor"]["resets"]), (&Value::from(0), &Value::from(0)), "{stats}");
+        assert_eq!(
+            (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
+            (&Value::from(0), &Value::from(0)),
+            "{stats}"
+        );
         // The UART holds two bytes, of 160 cycles each, while it takes in a third.
-        assert!(number(&stats, "/interrupts/uart received/longest_wait_cycles") < 320.0, "{stats}");
+        assert!(
+            number(&stats, "/interrupts/uart received/longest_wait_cycles") < 320.0,
+            "{stats}"
+        );
         assert!(number(&stats, "/processor/memory_never_used") > 200.0, "{stats}");
         assert!(number(&stats, "/handle/travel_m") > 0.05, "{before} {stats}");
     }
@@ -221,15 +250,25 @@ fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
     for encoder in ENCODERS {
         // The hardware watchdog after 32 ms, whether interrupts still come or not; and where the loop that hangs kicks it, the interrupt's after 50.
         for (how, resets, promised_s) in [("loop", 1, 0.033), ("deaf", 1, 0.033), ("kicking", 0, WATCHDOG_S)] {
-            let Some((mut rig, _host)) = pulling(encoder) else { return };
+            let Some((mut rig, _host)) = pulling(encoder) else {
+                return;
+            };
             let before = rig.stats();
             rig.order(&format!("hang {how}"));
             let hung_s = number(&rig.stats(), "/time_s");
             let stats = rig.live(0.2);
             let off_s = number(&stats, "/motor/last_on_s");
             assert!(off_s > number(&before, "/time_s"), "{how}: it was on");
-            assert!(off_s - hung_s <= promised_s + PIN_S, "{how}: {} s after", off_s - hung_s);
-            assert_eq!((&stats["processor"]["resets"], number(&stats, "/motor/force_n").abs()), (&Value::from(resets), 0.0), "{how}: {stats}");
+            assert!(
+                off_s - hung_s <= promised_s + PIN_S,
+                "{how}: {} s after",
+                off_s - hung_s
+            );
+            assert_eq!(
+                (&stats["processor"]["resets"], number(&stats, "/motor/force_n").abs()),
+                (&Value::from(resets), 0.0),
+                "{how}: {stats}"
+            );
         }
     }
 }
@@ -237,7 +276,9 @@ fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
 #[test]
 fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
     for encoder in ENCODERS {
-        let Some((mut rig, mut host)) = pulling(encoder) else { return };
+        let Some((mut rig, mut host)) = pulling(encoder) else {
+            return;
+        };
         let bitten = host.wait_for("the watchdog", |message| match message {
             FromDevice::Sample(sample) if sample.watchdog => Some(*sample),
             _ => None,
@@ -246,13 +287,18 @@ fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
         let stats = rig.stats();
         let after_s = number(&stats, "/motor/last_on_s") - number(&stats, "/motor/last_frame_s");
         // It counts whole ticks, and the command takes a moment to be read.
-        assert!((WATCHDOG_S - 0.002..=WATCHDOG_S + 0.0005).contains(&after_s), "{after_s} s: {stats}");
+        assert!(
+            (WATCHDOG_S - 0.002..=WATCHDOG_S + 0.0005).contains(&after_s),
+            "{after_s} s: {stats}"
+        );
     }
 }
 
 #[test]
 fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
-    let Some((mut rig, mut host)) = pulling(Encoder::Magneto) else { return };
+    let Some((mut rig, mut host)) = pulling(Encoder::Magneto) else {
+        return;
+    };
     rig.order("patience 5");
     rig.order("cut");
     let cut_s = number(&rig.stats(), "/time_s");
@@ -269,4 +315,82 @@ fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
     assert!(told, "{:?}", host.heard);
     let off_s = number(&rig.stats(), "/motor/last_on_s");
     assert!(off_s - cut_s < 0.0015, "{} s after", off_s - cut_s);
+}
+
+/// hapticd renders the paper's block on the rig for some of the rig's seconds, and is killed while it pulls.
+fn rendered(encoder: Encoder, time_s: f64) {
+    let Some(mut rig) = SimulatedRig::start(encoder, TMP, &[]) else {
+        return;
+    };
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut command = Command::new(binary("hapticd"));
+    command.arg("--device").arg(format!("serial:{}", rig.line().display()));
+    // The simulator lives at an ordinary priority, and a busy machine may keep it waiting.
+    command.args(["--stale-ms", "1000"]);
+    let daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));
+    let mut client = daemon.client();
+    wait_for(&mut client, "the rig", |status| {
+        status.device.link.as_ref().is_some_and(|link| link.counts.samples > 0)
+    });
+    rig.order("patience 10");
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, RigState::Engaged);
+    // The hand takes a second and a half to come up to its stroke.
+    rig.live(2.0);
+    rig.clear();
+    let stats = rig.live(time_s);
+
+    let seen = status(&mut client);
+    assert_eq!(seen.state, RigState::Engaged, "{seen:?}");
+    let link = seen.device.link.expect("a link");
+    let counts = LinkCounts {
+        samples: 0,
+        late: 0,
+        clipped: 0,
+        ..link.counts
+    };
+    let expected = LinkCounts {
+        connections: 1,
+        ..LinkCounts::default()
+    };
+    println!("{}: {link:?} {stats}", encoder.name());
+    assert_eq!(counts, expected, "nothing was lost, damaged or refused");
+    #[expect(clippy::cast_precision_loss, reason = "some thousands")]
+    let samples = link.counts.samples as f64;
+    assert!(samples >= (time_s + 2.0) * 1000.0, "{samples} samples");
+    assert_eq!(
+        (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
+        (&Value::from(0), &Value::from(0)),
+        "{stats}"
+    );
+
+    // What the hand felt: the motor worked against it all the way, with the block's friction.
+    let (work_j, travel_m) = (number(&stats, "/motor/work_j"), number(&stats, "/handle/travel_m"));
+    assert!(travel_m > 0.02 * time_s, "{stats}");
+    let felt_n = -work_j / travel_m;
+    assert!((felt_n - KINETIC_N).abs() < 0.35, "{felt_n} N: {stats}");
+    assert!(
+        number(&stats, "/motor/largest_force_n") < 5.2,
+        "beyond the firmware's limit: {stats}"
+    );
+
+    rig.wait_for("a force", |stats| number(stats, "/motor/force_n").abs() > 2.5);
+    rig.order("patience 0");
+    let (status, _) = daemon.end(Signal::KILL);
+    assert!(!status.success());
+    let stats = rig.live(0.3);
+    let after_s = number(&stats, "/motor/last_on_s") - number(&stats, "/motor/last_frame_s");
+    println!("{}: off {:.2} ms after the last command", encoder.name(), after_s * 1e3);
+    assert!((0.045..=WATCHDOG_S + 0.0005).contains(&after_s), "{after_s} s: {stats}");
+    assert_eq!(number(&stats, "/motor/force_n").abs(), 0.0, "{stats}");
+}
+
+#[test]
+fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_quadrature_encoder() {
+    rendered(Encoder::Quadrature, 20.0);
+}
+
+#[test]
+fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_magneto_sensor() {
+    rendered(Encoder::Magneto, 5.0);
 }
