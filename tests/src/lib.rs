@@ -3,6 +3,7 @@
 //! Nothing here sleeps for a state to come about: a daemon is ready when it has named its socket, an answer is there when it is read, and a
 //! condition is waited for by asking the daemon.
 
+pub mod fake_rig;
 mod held;
 pub mod pid1;
 pub mod simulated_rig;
@@ -49,7 +50,7 @@ pub fn binary(name: &str) -> PathBuf {
     directory.join(name)
 }
 
-/// A running hapticd with the fake rig. It is killed when the test ends.
+/// A running hapticd. It is killed when the test ends.
 #[derive(Debug)]
 pub struct Daemon {
     child: Child,
@@ -60,15 +61,26 @@ pub struct Daemon {
 }
 
 impl Daemon {
-    /// Starts a daemon on a socket of its own with more arguments.
+    /// Starts a daemon with the fake rig on a socket of its own with more arguments.
     ///
     /// # Panics
     /// It does not come up.
     #[must_use]
     pub fn start(arguments: &[&str]) -> Self {
+        Self::start_on("fake", arguments)
+    }
+
+    /// Starts a daemon with a device on a socket of its own with more arguments.
+    ///
+    /// # Panics
+    /// It does not come up.
+    #[must_use]
+    pub fn start_on(device: &str, arguments: &[&str]) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let socket = directory.path().join("run/control.sock");
-        let mut daemon = Self::start_at(&socket, arguments);
+        let mut command = Command::new(binary("hapticd"));
+        command.args(["--device", device]).args(arguments);
+        let mut daemon = Self::spawn(command, &socket);
         daemon._directory = Some(directory);
         daemon
     }
@@ -284,7 +296,7 @@ pub fn status(client: &mut Client) -> Status {
 ///
 /// # Panics
 /// It does not come to that.
-pub fn wait_for(client: &mut Client, what: &str, wanted: impl Fn(&Status) -> bool) -> Status {
+pub fn wait_for(client: &mut Client, what: &str, mut wanted: impl FnMut(&Status) -> bool) -> Status {
     let began = Instant::now();
     loop {
         let status = status(client);

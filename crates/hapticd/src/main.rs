@@ -186,8 +186,11 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
     let description = device.description();
     let resolution = device.resolution_m();
     let (monitor, keeper) = link.unzip();
+    let mut rig = Rig::new(config.ramp_s, LONGEST_RAMP_STEP_PERIODS * period_s);
+    // Before the first sample of a device that has yet to be found, nobody engages it.
+    rig.device_present(monitor.is_none());
     let parts = Parts {
-        rig: Rig::new(config.ramp_s, LONGEST_RAMP_STEP_PERIODS * period_s),
+        rig,
         limiter: SafetyLimiter::new(config.limits),
         passivity: PassivityObserver::new(losses, config.passivity_control_n),
         lateness: Lateness::new(config.late_policy),

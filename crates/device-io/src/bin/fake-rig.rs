@@ -63,6 +63,10 @@ struct Options {
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
 
+    /// Stay at an ordinary priority; otherwise it takes a real-time one where it may, as a microcontroller is never late
+    #[arg(long)]
+    ordinary_priority: bool,
+
     /// What is random is the same again with the same number
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -80,6 +84,9 @@ enum HandKind {
 
 fn main() -> ExitCode {
     let options = Options::parse();
+    if !options.ordinary_priority {
+        take_priority();
+    }
     let done = faults(&options).and_then(|faults| {
         let mut rig = Rig::new(&options, faults).map_err(|error| format!("{}: {error}", options.pty.display()))?;
         rig.run().map_err(|error| error.to_string())
@@ -110,6 +117,18 @@ fn faults(options: &Options) -> Result<VecDeque<TimedFault>, String> {
     }
     faults.sort_by(|a, b| a.at_s.unwrap_or(0.0).total_cmp(&b.at_s.unwrap_or(0.0)));
     Ok(faults.into())
+}
+
+/// Below that of hapticd's thread.
+const PRIORITY: libc::c_int = 60;
+
+#[expect(unsafe_code, reason = "scheduling has no safe wrapper")]
+fn take_priority() {
+    let wanted = libc::sched_param {
+        sched_priority: PRIORITY,
+    };
+    // SAFETY: reads one structure of this frame. Without the right to it the priority stays ordinary.
+    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
 }
 
 fn now_ns() -> u64 {

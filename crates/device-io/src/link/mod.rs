@@ -17,6 +17,8 @@ mod health;
 mod keeper;
 mod low_latency;
 mod nodes;
+#[cfg(test)]
+mod quality_tests;
 mod serial;
 mod session;
 

@@ -199,10 +199,10 @@ fn is_busy(error: &serialport::Error) -> bool {
 
 /// Reads the messages in bytes of a line.
 #[derive(Debug, Default)]
-struct Reader(Decoder);
+pub(super) struct Reader(Decoder);
 
 impl Reader {
-    fn take(&mut self, bytes: &[u8], mut each: impl FnMut(Result<FromDevice, Refused>)) {
+    pub(super) fn take(&mut self, bytes: &[u8], mut each: impl FnMut(Result<FromDevice, Refused>)) {
         for &byte in bytes {
             if let Some(frame) = self.0.push(byte) {
                 each(frame.map_err(Refused::Frame).and_then(|message| {

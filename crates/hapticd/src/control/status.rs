@@ -13,7 +13,11 @@ pub(super) fn status(rig: &RigHandle) -> Status {
     let facts = &rig.facts;
     Status {
         server: facts.server.clone(),
-        state: newest.map_or(RigState::Idle, |record| record.state),
+        state: match newest {
+            Some(record) => record.state,
+            None if facts.link.is_some() => RigState::Disconnected,
+            None => RigState::Idle,
+        },
         fault: newest.and_then(|record| record.fault).map(|fault| fault.to_string()),
         tick: newest.map_or(0, |record| record.tick),
         uptime_s,

@@ -1,0 +1,114 @@
+//! The fake rig behind a pseudo-terminal, as a program of its own.
+
+use crate::binary;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+/// A running fake rig. It ends with the test.
+#[derive(Debug)]
+pub struct FakeRig {
+    child: Child,
+    asks: ChildStdin,
+    answers: BufReader<ChildStdout>,
+    link: PathBuf,
+    _directory: tempfile::TempDir,
+}
+
+/// What the motor of a fake rig does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MotorForce {
+    /// Now, N.
+    pub now_n: f64,
+    /// The largest since it was last asked, N.
+    pub largest_n: f64,
+    /// Whether the firmware's watchdog has switched it off.
+    pub watchdog: bool,
+}
+
+impl FakeRig {
+    /// Starts one with more arguments; its terminal is there.
+    ///
+    /// # Panics
+    /// It does not come up.
+    #[must_use]
+    pub fn start(arguments: &[&str]) -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let link = directory.path().join("rig");
+        let mut child = Command::new(binary("fake-rig"))
+            .arg("--pty")
+            .arg(&link)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("fake-rig starts");
+        let mut rig = Self {
+            asks: child.stdin.take().expect("it is piped"),
+            answers: BufReader::new(child.stdout.take().expect("it is piped")),
+            child,
+            link,
+            _directory: directory,
+        };
+        let greeting = rig.line();
+        assert!(greeting.starts_with("fake-rig: "), "{greeting}");
+        rig
+    }
+
+    /// The link that points at its terminal.
+    #[must_use]
+    pub fn link(&self) -> &Path {
+        &self.link
+    }
+
+    /// What `--device` takes.
+    #[must_use]
+    pub fn address(&self) -> String {
+        format!("serial:{}", self.link.display())
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        let read = self.answers.read_line(&mut line).expect("it writes text");
+        assert!(read > 0, "fake-rig has ended");
+        line.trim().to_owned()
+    }
+
+    fn ask(&mut self, line: &str) -> String {
+        writeln!(self.asks, "{line}").expect("it reads");
+        self.line()
+    }
+
+    /// Has something go wrong; returns when it does.
+    ///
+    /// # Panics
+    /// There is no such fault.
+    pub fn fail(&mut self, fault: &str) {
+        assert_eq!(self.ask(fault), format!("done {fault}"));
+    }
+
+    /// What its motor does.
+    ///
+    /// # Panics
+    /// It does not answer.
+    pub fn force(&mut self) -> MotorForce {
+        let answer = self.ask("force");
+        let words: Vec<&str> = answer.split(' ').collect();
+        let ["force", now, "largest", largest, "watchdog", watchdog] = words[..] else {
+            panic!("{answer}");
+        };
+        MotorForce {
+            now_n: now.parse().expect("a force"),
+            largest_n: largest.parse().expect("a force"),
+            watchdog: watchdog == "1",
+        }
+    }
+}
+
+impl Drop for FakeRig {
+    fn drop(&mut self) {
+        // It may have ended already; either way nothing of it stays.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
