@@ -144,8 +144,9 @@ class Line:
 class Rig:
     """A conversation with the device."""
 
-    def __init__(self, line):
+    def __init__(self, line, slow=1.0):
         self.line = line
+        self.slow = slow
         self.waiting = deque()
         self.sequence = 0
         self.hello = None
@@ -164,8 +165,12 @@ class Rig:
                 return came
             self.waiting += self.line.receive(left)
 
+    def listen_long(self, seconds):
+        """Listens for so long on the device's clock, more or less."""
+        return self.listen(seconds * self.slow)
+
     def wait_for(self, seconds, what, wanted):
-        came = self.listen(seconds, wanted)
+        came = self.listen(seconds * self.slow, wanted)
         expect(came and wanted(came[-1]), f"no {what} within {seconds * 1000:.0f} ms")
         return came[-1]
 
@@ -402,19 +407,19 @@ def falls_silent(rig):
     rig.open()
     rig.command(enabled=False)
     heard = rig.echoed()
-    last = [m for m in rig.listen(1.5) if isinstance(m, Sample)][-1]
+    last = [m for m in rig.listen_long(1.5) if isinstance(m, Sample)][-1]
     after = elapsed_ms(heard, last)
     expect(950 <= after <= 1050, f"the last sample came {after:.0f} ms after the last message")
     rig.say(command(rig.next()))
-    expect(not rig.listen(0.2), "it speaks without having been asked")
+    expect(not rig.listen_long(0.2), "it speaks without having been asked")
     return f"after {after:.0f} ms"
 
 
 def keeps_to_its_version(rig):
     """does not open a conversation with a host of another version"""
-    rig.listen(1.2)
+    rig.listen_long(1.2)
     rig.say(hello(1, version=VERSION + 1))
-    came = rig.listen(0.25)
+    came = rig.listen_long(0.25)
     expect(all(isinstance(m, Error) and m.code == 1 for m in came), f"a hello of version {VERSION + 1} opens the conversation")
     return "says which it speaks" if came else "says nothing"
 
@@ -468,10 +473,11 @@ def main():
     parser.add_argument("port")
     parser.add_argument("--baud", type=int, default=1_000_000)
     parser.add_argument("--push", type=float, metavar="N", help="also pull the handle to and fro with so many newtons")
+    parser.add_argument("--slow", type=float, default=1.0, metavar="N", help="wait N times as long for everything: for a rig in simulation")
     parser.add_argument("--only", metavar="NAME", help="one check: " + ", ".join(check.__name__ for check in CHECKS))
     options = parser.parse_args()
     try:
-        rig = Rig(Line(options.port, options.baud))
+        rig = Rig(Line(options.port, options.baud), options.slow)
         wait_for_the_board(rig)
     except (OSError, Fault) as error:
         print(f"{options.port}: {error}")

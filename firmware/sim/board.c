@@ -12,6 +12,9 @@
 
 #define QUEUE_BYTES 4096
 #define DDRD 0x2a
+#define TCNT0 0x46
+#define OCR0B 0x48
+#define PWM_CYCLES 256
 #define RAM_START 0x100
 /* What memory holds that was never written. */
 #define PAINT 0xa5
@@ -84,6 +87,28 @@ static void on_pwm(avr_irq_t *irq, uint32_t value, void *param)
     (void)irq, (void)param;
     account_pwm();
     pwm.level = value & 1;
+}
+
+/* An AVR takes a new duty over at the beginning of a period; libsimavr does at once, which lengthens or shortens the one in which it comes. */
+static struct {
+    avr_io_write_t write;
+    void *param;
+    uint8_t value;
+} duty;
+
+static avr_cycle_count_t on_period(avr_t *core, avr_cycle_count_t when, void *param)
+{
+    (void)when, (void)param;
+    duty.write(core, OCR0B, duty.value, duty.param);
+    return 0;
+}
+
+static void on_duty(avr_t *core, avr_io_addr_t address, uint8_t value, void *param)
+{
+    (void)address, (void)param;
+    uint8_t count = core->io[AVR_DATA_TO_IO(TCNT0)].r.c(core, TCNT0, core->io[AVR_DATA_TO_IO(TCNT0)].r.param);
+    duty.value = value;
+    avr_cycle_timer_register(core, PWM_CYCLES - count + 1, on_period, NULL);
 }
 
 static void on_direction(avr_irq_t *irq, uint32_t value, void *param)
@@ -205,6 +230,9 @@ void board_start(const char *elf)
     reset_of_core = avr->reset;
     avr->reset = on_reset;
 
+    duty.write = avr->io[AVR_DATA_TO_IO(OCR0B)].w.c;
+    duty.param = avr->io[AVR_DATA_TO_IO(OCR0B)].w.param;
+    avr->io[AVR_DATA_TO_IO(OCR0B)].w.c = on_duty;
     find_uart();
     uint32_t flags = 0; /* neither text on the console, nor a pause where the firmware polls */
     avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
@@ -256,6 +284,11 @@ uint64_t board_cycle(void)
 size_t board_room(void)
 {
     return QUEUE_BYTES - to_board.length;
+}
+
+bool board_is_receiving(void)
+{
+    return to_board.length != 0;
 }
 
 void board_send(const uint8_t *bytes, size_t length)

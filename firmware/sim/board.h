@@ -34,6 +34,7 @@ uint64_t board_cycle(void);
 /* Bytes on their way to the UART, at the speed of the line: no more than there is room for. */
 void board_send(const uint8_t *bytes, size_t length);
 size_t board_room(void);
+bool board_is_receiving(void);
 
 /* Takes what the UART has sent. */
 size_t board_receive(uint8_t *bytes, size_t room);

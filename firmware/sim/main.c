@@ -3,8 +3,8 @@
  *     build/simulator build/quadrature.elf --pty /tmp/rig
  *     hapticd --device serial:/tmp/rig
  *
- * It keeps to real time. On standard input it takes: stats, clear, hang loop|deaf|kicking, cut, patience MS, quit; it answers each with one line
- * of JSON. */
+ * It keeps to real time. On standard input it takes: stats, until S (stats at that time), clear, hang loop|deaf|kicking, cut, patience MS,
+ * quit; it answers each with one line of JSON. */
 #define _GNU_SOURCE
 #include "board.h"
 #include "config.h"
@@ -42,6 +42,7 @@ static struct plant plant = {
 static double motor_force_n, largest_force_n, sum_of_force_n;
 static uint64_t steps_counted, lags, last_heard;
 static long patience_ms;
+static double stats_at_s = INFINITY;
 static FILE *log_file;
 static const char *link_path;
 static volatile sig_atomic_t ended;
@@ -80,13 +81,15 @@ static int open_line(void)
     return line;
 }
 
-/* Time stands still while the host has nothing to say, where that is asked for: a host that a busy machine holds up is then no silent one. */
-static bool waits_for_host(int line)
+/* Time all but stands still while the host has nothing to say, where that is asked for: a host that a busy machine holds up is then no silent one. */
+static void wait_for_host(int line)
 {
+    if (board_is_receiving())
+        last_heard = board_cycle();
     if (patience_ms == 0 || (board_cycle() - last_heard) * 1000 < (uint64_t)patience_ms * BOARD_HZ)
-        return false;
+        return;
     struct pollfd host = { .fd = line, .events = POLLIN };
-    return poll(&host, 1, 10) == 0;
+    poll(&host, 1, 10);
 }
 
 /* What the line does not take is lost, as on a wire that nobody listens to. */
@@ -168,6 +171,10 @@ static void obey(const char *order)
     bool is_done = true;
     if (strcmp(order, "stats") == 0)
         return print_stats();
+    if (strncmp(order, "until ", 6) == 0) {
+        stats_at_s = atof(order + 6);
+        return;
+    }
     if (strcmp(order, "clear") == 0)
         clear_stats();
     else if (strncmp(order, "hang ", 5) == 0)
@@ -286,8 +293,11 @@ int main(int argc, char **argv)
     while (!ended && runs) {
         exchange(line);
         take_orders();
-        if (waits_for_host(line))
-            continue;
+        if (plant.time_s >= stats_at_s) {
+            print_stats();
+            stats_at_s = INFINITY;
+        }
+        wait_for_host(line);
         for (int i = 0; i < STEPS_TO_A_SLICE && runs; i++)
             runs = step();
         pace();

@@ -154,7 +154,6 @@ fn pulling(encoder: Encoder) -> Option<(SimulatedRig, Host)> {
     rig.order("patience 5");
     host.enable();
     host.hold(3000, 100);
-    rig.order("patience 0");
     let force_n = number(&rig.stats(), "/motor/force_n");
     assert!((force_n - 3.0).abs() < 0.1, "{force_n} N");
     Some((rig, host))
@@ -162,26 +161,28 @@ fn pulling(encoder: Encoder) -> Option<(SimulatedRig, Host)> {
 
 #[test]
 fn both_builds_pass_the_conformance_check() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        println!("SKIPPED: python3 is missing (Debian: apt install python3)");
+        return;
+    }
     for encoder in ENCODERS {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &LEFT_ALONE) else {
             return;
         };
-        let checked = Command::new("python3")
-            .arg(firmware_folder().join("check_rig.py"))
-            .arg(rig.line())
-            .args(["--push", "2"])
-            .output();
-        let Ok(checked) = checked else {
-            println!("SKIPPED: python3 is missing (Debian: apt install python3)");
-            return;
-        };
-        let said = String::from_utf8_lossy(&checked.stdout);
-        println!("{}: {said}", encoder.name());
-        assert!(
-            checked.status.success(),
-            "{said}{}",
-            String::from_utf8_lossy(&checked.stderr)
-        );
+        // A fault of the firmware is there each time; a checker that a busy machine held up for 50 ms has seen the watchdog at work.
+        let mut said = String::new();
+        let passed = (0..3).any(|_| {
+            let checked = Command::new("python3")
+                .arg(firmware_folder().join("check_rig.py"))
+                .arg(rig.line())
+                .args(["--push", "2", "--slow", "2"])
+                .output()
+                .expect("python3 starts");
+            said = String::from_utf8_lossy(&checked.stdout).into_owned() + &String::from_utf8_lossy(&checked.stderr);
+            println!("{}: {said}", encoder.name());
+            checked.status.success()
+        });
+        assert!(passed, "{said}");
         let stats = rig.stats();
         assert_eq!(
             (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
@@ -255,6 +256,7 @@ fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
             };
             let before = rig.stats();
             rig.order(&format!("hang {how}"));
+            rig.order("patience 0");
             let hung_s = number(&rig.stats(), "/time_s");
             let stats = rig.live(0.2);
             let off_s = number(&stats, "/motor/last_on_s");
@@ -279,6 +281,7 @@ fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
         let Some((mut rig, mut host)) = pulling(encoder) else {
             return;
         };
+        rig.order("patience 0");
         let bitten = host.wait_for("the watchdog", |message| match message {
             FromDevice::Sample(sample) if sample.watchdog => Some(*sample),
             _ => None,
@@ -299,7 +302,6 @@ fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
     let Some((mut rig, mut host)) = pulling(Encoder::Magneto) else {
         return;
     };
-    rig.order("patience 5");
     rig.order("cut");
     let cut_s = number(&rig.stats(), "/time_s");
     host.hold(3000, 20);
@@ -319,11 +321,12 @@ fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
 
 /// hapticd renders the paper's block on the rig for some of the rig's seconds, and is killed while it pulls.
 fn rendered(encoder: Encoder, time_s: f64) {
+    let hapticd = binary("hapticd");
     let Some(mut rig) = SimulatedRig::start(encoder, TMP, &[]) else {
         return;
     };
     let directory = tempfile::tempdir().expect("a directory");
-    let mut command = Command::new(binary("hapticd"));
+    let mut command = Command::new(hapticd);
     command.arg("--device").arg(format!("serial:{}", rig.line().display()));
     // The simulator lives at an ordinary priority, and a busy machine may keep it waiting.
     command.args(["--stale-ms", "1000"]);
@@ -332,7 +335,8 @@ fn rendered(encoder: Encoder, time_s: f64) {
     wait_for(&mut client, "the rig", |status| {
         status.device.link.as_ref().is_some_and(|link| link.counts.samples > 0)
     });
-    rig.order("patience 10");
+    // Held up on a busy machine, hapticd is no silent host.
+    rig.order("patience 2");
     let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);
     // The hand takes a second and a half to come up to its stroke.
@@ -368,9 +372,9 @@ fn rendered(encoder: Encoder, time_s: f64) {
     let (work_j, travel_m) = (number(&stats, "/motor/work_j"), number(&stats, "/handle/travel_m"));
     assert!(travel_m > 0.02 * time_s, "{stats}");
     let felt_n = -work_j / travel_m;
-    assert!((felt_n - KINETIC_N).abs() < 0.35, "{felt_n} N: {stats}");
+    assert!((felt_n - KINETIC_N).abs() < 0.4, "{felt_n} N: {stats}");
     assert!(
-        number(&stats, "/motor/largest_force_n") < 5.2,
+        number(&stats, "/motor/largest_force_n") < 5.15,
         "beyond the firmware's limit: {stats}"
     );
 
