@@ -1,6 +1,7 @@
 #include "board.h"
 
 #include <simavr/avr_adc.h>
+#include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
@@ -335,7 +336,10 @@ uint64_t board_last_frame(void)
 
 void board_set_analogue(int channel, double volts)
 {
-    avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, channel), (uint32_t)(1000 * volts + 0.5));
+    static avr_irq_t *inputs[8];
+    if (!inputs[channel])
+        inputs[channel] = avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, channel);
+    avr_raise_irq(inputs[channel], (uint32_t)(1000 * volts + 0.5));
 }
 
 void board_set_pin(char port, int pin, bool level)
@@ -346,6 +350,9 @@ void board_set_pin(char port, int pin, bool level)
     *value = level ? *value | 1 << pin : *value & ~(1 << pin);
     avr_ioport_external_t external = { .name = port, .mask = *mask, .value = *value };
     avr_ioctl(avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(port), &external);
+    /* A low level on an external interrupt that nobody has set up would be looked at in every cycle, from each reset on. */
+    avr_extint_set_strict_lvl_trig(avr, 0, 0);
+    avr_extint_set_strict_lvl_trig(avr, 1, 0);
     avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port), pin), level);
 }
 
