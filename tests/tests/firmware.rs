@@ -321,9 +321,20 @@ fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
 
 /// hapticd renders the paper's block on the rig for some of the rig's seconds, and is killed while it pulls.
 fn rendered(encoder: Encoder, time_s: f64) {
+    for _ in 0..3 {
+        if rendered_in_real_time(encoder, time_s) {
+            return;
+        }
+        println!("the machine was too busy to simulate in real time, and the link broke; once more");
+    }
+    panic!("the machine is too busy to simulate in real time");
+}
+
+/// False where the link broke while the simulator could not keep up.
+fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     let hapticd = binary("hapticd");
     let Some(mut rig) = SimulatedRig::start(encoder, TMP, &[]) else {
-        return;
+        return true;
     };
     let directory = tempfile::tempdir().expect("a directory");
     let mut command = Command::new(hapticd);
@@ -345,6 +356,9 @@ fn rendered(encoder: Encoder, time_s: f64) {
     let stats = rig.live(time_s);
 
     let seen = status(&mut client);
+    if seen.state == RigState::Idle && number(&stats, "/lags") > 0.0 {
+        return false;
+    }
     assert_eq!(seen.state, RigState::Engaged, "{seen:?}");
     let link = seen.device.link.expect("a link");
     let counts = LinkCounts {
@@ -387,6 +401,7 @@ fn rendered(encoder: Encoder, time_s: f64) {
     println!("{}: off {:.2} ms after the last command", encoder.name(), after_s * 1e3);
     assert!((0.045..=WATCHDOG_S + 0.0005).contains(&after_s), "{after_s} s: {stats}");
     assert_eq!(number(&stats, "/motor/force_n").abs(), 0.0, "{stats}");
+    true
 }
 
 #[test]
