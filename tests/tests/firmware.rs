@@ -287,7 +287,8 @@ fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
             _ => None,
         });
         assert!(!bitten.enabled);
-        let stats = rig.stats();
+        // And stays off.
+        let stats = rig.live(0.1);
         let after_s = number(&stats, "/motor/last_on_s") - number(&stats, "/motor/last_frame_s");
         // It counts whole ticks, and the command takes a moment to be read.
         assert!(
