@@ -1,8 +1,11 @@
-//! How a rig is named: `fake`, `serial:/dev/ttyACM0?baud=1000000`.
+//! How a rig is named: `fake`, `serial:/dev/ttyACM0?baud=1000000`, `hid:1209:0001:SERIAL`.
 
-use crate::link::{Connector, SerialConnector};
+use crate::link::{
+    Connector, HidConnector, HidId, ODriveConnector, ODriveOptions, SerialConnector, SimpleFocConnector,
+    SimpleFocOptions,
+};
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use thiserror::Error;
 
@@ -18,6 +21,12 @@ pub enum Address {
         /// Its rate, baud.
         baud: u32,
     },
+    /// An ODrive by its ASCII protocol. Never tried on a real one.
+    ODrive(ODriveOptions),
+    /// A board with SimpleFOC's Commander. Never tried on a real one.
+    SimpleFoc(SimpleFocOptions),
+    /// A rig that speaks the link protocol on USB HID.
+    Hid(HidId),
 }
 
 /// What a line runs at where nothing is said, baud.
@@ -25,7 +34,9 @@ pub const DEFAULT_BAUD: u32 = 1_000_000;
 
 /// A name that names no rig.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error("`{address}` names no device: {why}; write fake or serial:/dev/ttyACM0[?baud=1000000]")]
+#[error(
+    "`{address}` names no device: {why}; write fake, serial:/dev/ttyACM0[?baud=1000000], hid:VID:PID[:SERIAL], odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1[&axis=0] or simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05[&motor=M], these two with [&direction=-1][&baud=115200]"
+)]
 pub struct AddressError {
     address: String,
     why: String,
@@ -45,6 +56,9 @@ impl FromStr for Address {
         let (kind, rest) = text
             .split_once(':')
             .ok_or_else(|| wrong("it has no kind before a colon".to_owned()))?;
+        if kind == "hid" {
+            return hid(rest).map(Self::Hid).map_err(wrong);
+        }
         let (place, options) = rest
             .split_once('?')
             .map_or((rest, None), |(place, options)| (place, Some(options)));
@@ -73,27 +87,73 @@ impl FromStr for Address {
                     baud,
                 })
             }
+            "odrive" => ODriveOptions::parse(place, options).map(Self::ODrive).map_err(wrong),
+            "simplefoc" => SimpleFocOptions::parse(place, options)
+                .map(Self::SimpleFoc)
+                .map_err(wrong),
             _ => Err(wrong(format!("there is no kind `{kind}`"))),
         }
     }
+}
+
+/// What follows `hid:`. A serial number may hold anything, colons too.
+fn hid(text: &str) -> Result<HidId, String> {
+    let mut parts = text.splitn(3, ':');
+    let mut number = |what: &str| {
+        let digits = parts.next().unwrap_or_default();
+        if digits.len() == 4 && digits.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+            u16::from_str_radix(digits, 16).map_err(|error| error.to_string())
+        } else {
+            Err(format!(
+                "its {what} `{digits}` is not of four hexadecimal digits, as lsusb shows them"
+            ))
+        }
+    };
+    let (vendor, product) = (number("vendor")?, number("product")?);
+    let serial = parts.next().map(str::to_owned);
+    if serial.as_deref() == Some("") {
+        return Err("nothing follows the colon after its product".to_owned());
+    }
+    Ok(HidId {
+        vendor,
+        product,
+        serial,
+    })
 }
 
 impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Fake => f.write_str("fake"),
+            Self::ODrive(options) => write!(f, "{options}"),
+            Self::SimpleFoc(options) => write!(f, "{options}"),
             Self::Serial { path, baud } => write!(f, "serial:{}?baud={baud}", path.display()),
+            Self::Hid(id) => write!(f, "hid:{id}"),
         }
     }
 }
 
 impl Address {
+    /// The node that it names, for those on a serial line.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Serial { path, .. } => Some(path),
+            Self::ODrive(options) => Some(&options.motor.path),
+            Self::SimpleFoc(options) => Some(&options.motor.path),
+            Self::Fake | Self::Hid(_) => None,
+        }
+    }
+
     /// What connects to the rig; nothing for the one in this process.
     #[must_use]
     pub fn connector(&self) -> Option<Box<dyn Connector>> {
         match self {
             Self::Fake => None,
+            Self::ODrive(options) => Some(Box::new(ODriveConnector::new(options.clone()))),
+            Self::SimpleFoc(options) => Some(Box::new(SimpleFocConnector::new(options.clone()))),
             Self::Serial { path, baud } => Some(Box::new(SerialConnector::new(path.clone(), *baud))),
+            Self::Hid(id) => Some(Box::new(HidConnector::new(id.clone()))),
         }
     }
 }
@@ -103,16 +163,41 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_controller_is_named_with_its_mechanism() {
+        for text in [
+            "odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.5",
+            "odrive:/dev/ttyACM0?axis=1&torque_limit_nm=0.5&radius_mm=4.7625&direction=-1&baud=921600",
+            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
+            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&motor=A",
+        ] {
+            let address: Address = text.parse().expect(text);
+            assert_eq!(address.to_string().parse(), Ok(address));
+        }
+        let error = "odrive:/dev/x?radius_mm=5".parse::<Address>().expect_err("no limit");
+        assert!(error.to_string().contains("torque_limit_nm"), "{error}");
+    }
+
+    #[test]
     fn an_address_names_a_rig_or_says_why_it_does_not() {
         let serial = |path: &str, baud| Address::Serial {
             path: path.into(),
             baud,
+        };
+        let hid = |vendor, product, serial: Option<&str>| {
+            Address::Hid(HidId {
+                vendor,
+                product,
+                serial: serial.map(str::to_owned),
+            })
         };
         for (text, address) in [
             ("fake", Address::Fake),
             ("serial:/dev/ttyACM0", serial("/dev/ttyACM0", 1_000_000)),
             ("serial:/dev/ttyUSB0?baud=500000", serial("/dev/ttyUSB0", 500_000)),
             ("serial:rig", serial("rig", 1_000_000)),
+            ("hid:1209:000a", hid(0x1209, 0x000A, None)),
+            ("hid:1209:ABCD:17", hid(0x1209, 0xABCD, Some("17"))),
+            ("hid:0000:ffff:a:b?c d", hid(0, 0xFFFF, Some("a:b?c d"))),
         ] {
             assert_eq!(text.parse(), Ok(address.clone()));
             assert_eq!(address.to_string().parse(), Ok(address));
@@ -124,9 +209,19 @@ mod tests {
             ("serial:", "nothing follows"),
             ("serial:/dev/x?baud=9", "from 1200"),
             ("serial:/dev/x?speed=9600", "`speed=9600`"),
+            ("hid:", "its vendor ``"),
+            ("hid:1209", "its product ``"),
+            ("hid:129:0001", "its vendor `129`"),
+            ("hid:1209:+001", "its product `+001`"),
+            ("hid:0x1209:0001", "its vendor `0x1209`"),
+            ("hid:1209:0001:", "nothing follows"),
+            ("hid:/dev/hidraw0", "`/dev/hidraw0` is not of four"),
         ] {
             let error = text.parse::<Address>().expect_err(text).to_string();
-            assert!(error.contains(why) && error.contains("serial:/dev/ttyACM0"), "{error}");
+            assert!(
+                error.contains(why) && error.contains("serial:/dev/ttyACM0") && error.contains("hid:VID:PID"),
+                "{error}"
+            );
         }
     }
 }

@@ -5,10 +5,11 @@
 //!
 //! Positive position, velocity and force point the same way; the force written is the one that the device applies to the hand.
 //!
-//! [`link`] talks to real rigs in the words of [`protocol`], over a serial line or HID.
+//! [`link`] talks to real rigs in the words of [`protocol`], over a serial line or HID; [`discovery`] finds them.
 
 pub mod address;
 mod device;
+pub mod discovery;
 pub mod fake;
 pub mod link;
 pub mod protocol;

@@ -4,6 +4,7 @@ mod accuracy;
 mod advise;
 mod cost;
 mod describe;
+mod devices;
 mod drive;
 mod failure;
 mod get;
@@ -65,6 +66,8 @@ enum Command {
     Timing,
     /// Show what the scene in force will do to the rig: stability, passivity and chatter, with what would mend each
     Advise,
+    /// List the devices that are plugged in, how to name them, and why one cannot be used
+    Devices(devices::Arguments),
     /// Show samples as they come, until interrupted
     Watch(watch::Arguments),
     /// Render a scene along a recorded motion, offline, by the code that the daemon runs
@@ -119,6 +122,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Reset => drive(Request::Reset {}).await,
         Command::Timing => timing::run(&mut Daemon::connect(arguments).await?, json).await,
         Command::Advise => advise::run(&mut Daemon::connect(arguments).await?, json).await,
+        Command::Devices(devices) => devices::run(&mut Daemon::connect(arguments).await?, devices, json).await,
         Command::Watch(watch) => watch::run(&mut Daemon::connect(arguments).await?, watch, json).await,
         Command::Simulate(simulate) => simulate::run(simulate, json),
         Command::Accuracy(accuracy) => accuracy::run(accuracy, json),

@@ -1,21 +1,26 @@
-//! One line on how well the loop keeps time and what was lost on the way here.
+//! One line on how well the loop keeps time and what was lost on the way here, and one on the link to the rig where there is one.
 
 use crate::model::Model;
 use crate::theme::Palette;
 use egui::{RichText, Ui};
+use haptic_ipc::LinkStatus;
 
-/// Shows the line.
+/// A figure, in the caution colour where it is not as it should be.
+fn count(ui: &mut Ui, text: String, is_clean: bool, hint: &str) {
+    let mut text = RichText::new(text).small();
+    if !is_clean {
+        text = text.color(Palette::of(ui).caution_text);
+    }
+    ui.label(text).on_hover_text(hint);
+}
+
+/// Shows the lines.
 pub(crate) fn show(ui: &mut Ui, model: &Model) {
-    let palette = Palette::of(ui);
+    if let Some(link) = model.timing().and_then(|timing| timing.link.as_ref()) {
+        show_link(ui, link);
+    }
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 18.0;
-        let count = |ui: &mut Ui, text: String, is_clean: bool, hint: &str| {
-            let mut text = RichText::new(text).small();
-            if !is_clean {
-                text = text.color(palette.caution_text);
-            }
-            ui.label(text).on_hover_text(hint);
-        };
         let Some(timing) = model.timing() else {
             count(
                 ui,
@@ -72,6 +77,72 @@ pub(crate) fn show(ui: &mut Ui, model: &Model) {
         if losses.unreadable > 0 {
             let text = format!("Unreadable lines {}", losses.unreadable);
             count(ui, text, false, &losses.unreadable_reason);
+        }
+    });
+}
+
+fn show_link(ui: &mut Ui, link: &LinkStatus) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 18.0;
+        let Some(device) = &link.device else {
+            let why = link.waiting.as_deref().unwrap_or("no device");
+            count(
+                ui,
+                format!("Link: {why}"),
+                false,
+                "The rig is not connected, and gets no force",
+            );
+            return;
+        };
+        count(
+            ui,
+            format!("Link {}", device.firmware),
+            true,
+            "What the rig's firmware calls itself",
+        );
+        count(
+            ui,
+            format!(
+                "Round trip {:.2} ms, longest {:.1} ms",
+                link.round_trip_us * 1e-3,
+                link.round_trip_max_us * 1e-3
+            ),
+            true,
+            "From sending a command to hearing a sample that knows it",
+        );
+        count(
+            ui,
+            format!("Newest sample {:.2} ms old", link.age_us * 1e-3),
+            true,
+            "Beyond what the quickest samples take to come",
+        );
+        let counts = &link.counts;
+        for (name, number, hint) in [
+            (
+                "Lost",
+                counts.lost,
+                "Samples that never came, or came after a newer one",
+            ),
+            (
+                "Bad CRC",
+                counts.bad_crc,
+                "Frames that were damaged on their way; none of them was used",
+            ),
+            (
+                "Late",
+                counts.late,
+                "Samples that came more than a period later than they should",
+            ),
+        ] {
+            count(ui, format!("{name} {number}"), number == 0, hint);
+        }
+        if let Some(ppm) = link.clock_drift_ppm {
+            count(
+                ui,
+                format!("Device clock {ppm:+.1} ppm"),
+                ppm.abs() < 1000.0,
+                "How much faster the device's clock runs than this computer's",
+            );
         }
     });
 }

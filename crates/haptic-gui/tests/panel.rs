@@ -6,8 +6,9 @@ use egui_kittest::kittest::Queryable;
 use haptic_core::{Directional, Scene};
 use haptic_gui::{Answer, Intent, Model, Target, Update};
 use haptic_ipc::{
-    Advice, AdviceReply, Description, ErrorCode, Event, Finding, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS,
-    Sample, SamplesEvent, SetReply, StateEvent, StateReply, WireError, params_of,
+    Advice, AdviceReply, Description, ErrorCode, Event, Finding, Hello, LinkCounts, LinkStatus, LinkedDevice,
+    ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, SamplesEvent, SetReply, StateEvent, StateReply, Timing,
+    TimingWindow, WireError, params_of,
 };
 
 const SOCKET: &str = "/run/user/1000/hapticd/control.sock";
@@ -658,4 +659,48 @@ fn a_mending_of_both_directions_that_is_refused_says_so_where_they_differ() {
     };
     hear(&mut panel, refused);
     panel.get_by_label("viscous is refused");
+}
+
+#[test]
+fn the_link_to_the_rig_is_always_in_sight() {
+    let mut panel = connected(RigState::Idle);
+    let timing = |link: LinkStatus| {
+        Update::Event(Event::Timing(Box::new(Timing {
+            rate_hz: 1000.0,
+            since_start: TimingWindow::default(),
+            last_10_s: TimingWindow::default(),
+            link: Some(link),
+        })))
+    };
+    let waiting = LinkStatus {
+        waiting: Some("/dev/ttyACM0 is not there".into()),
+        ..LinkStatus::default()
+    };
+    hear(&mut panel, timing(waiting));
+    panel.get_by_label("Link: /dev/ttyACM0 is not there");
+    let connected = LinkStatus {
+        device: Some(LinkedDevice {
+            firmware: "demo 1.0".into(),
+            force_limit_n: 20.0,
+            sample_rate_hz: 1000.0,
+            resolution_m: 1e-5,
+        }),
+        round_trip_us: 1234.0,
+        clock_drift_ppm: Some(-12.3),
+        counts: LinkCounts {
+            lost: 7,
+            ..LinkCounts::default()
+        },
+        ..LinkStatus::default()
+    };
+    hear(&mut panel, timing(connected));
+    for label in [
+        "Link demo 1.0",
+        "Round trip 1.23 ms, longest 0.0 ms",
+        "Lost 7",
+        "Bad CRC 0",
+        "Device clock -12.3 ppm",
+    ] {
+        panel.get_by_label(label);
+    }
 }

@@ -39,6 +39,7 @@
 //! | `status` | | [`Status`] | |
 //! | `timing` | | [`Timing`] | |
 //! | `advise` | | [`AdviceReply`]: every check of the scene against the rig | |
+//! | `devices` | `probe`: one address, which is opened and asked who it is | [`DevicesReply`] | with `probe`, up to 3 s later |
 //! | `subscribe` | `topics`, `rate_hz`, `batch_ms` | [`SubscribeReply`] | |
 //!
 //! In `params` a parameter goes by its name or its symbol; `Fs+` and `Fs-` (and likewise for every parameter that is
@@ -84,10 +85,10 @@ pub use client::{Client, ClientError, Receiver, Sender};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent};
 pub use message::{
-    Advice, AdviceReply, BadLine, Bucket, Changes, Description, DeviceStatus, Envelope, Finding, Hello, LinkCounts,
-    LinkStatus, LinkedDevice, ParameterDescription, Percentiles, Problem, RealTimeStatus, Request, RigState,
-    SceneReply, ServerLine, SetReply, StateReply, Status, SubscribeReply, Timing, TimingHistogram, TimingWindow, Topic,
-    params_of,
+    Advice, AdviceReply, BadLine, Bucket, Changes, Description, DeviceStatus, DevicesReply, Envelope, Finding,
+    FoundDevice, Hello, LinkCounts, LinkStatus, LinkedDevice, ParameterDescription, Percentiles, Problem,
+    RealTimeStatus, Request, RigState, SceneReply, ServerLine, SetReply, StateReply, Status, SubscribeReply, Timing,
+    TimingHistogram, TimingWindow, Topic, params_of,
 };
 pub use sample::{SAMPLE_COLUMNS, Sample};
 

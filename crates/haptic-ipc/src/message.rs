@@ -49,6 +49,12 @@ pub enum Request {
     Timing {},
     /// What the scene in force will do to the rig.
     Advise {},
+    /// Which devices are plugged in.
+    Devices {
+        /// Only this one, by its address, which is opened and asked who it is. That resets many boards.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        probe: Option<String>,
+    },
     /// Events from now on.
     Subscribe {
         /// What to hear of; nothing ends the subscription.
@@ -63,7 +69,7 @@ pub enum Request {
 }
 
 /// The operations, for messages.
-const OPERATIONS: &str = "describe, get, set, engage, release, stop, reset, status, timing, advise, subscribe";
+const OPERATIONS: &str = "describe, get, set, engage, release, stop, reset, status, timing, advise, devices, subscribe";
 
 /// A request with the number that its answer will carry.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -544,6 +550,30 @@ pub struct DeviceStatus {
     pub link: Option<LinkStatus>,
 }
 
+/// The answer to `devices`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DevicesReply {
+    /// What is plugged in, or the one that was asked.
+    pub devices: Vec<FoundDevice>,
+}
+
+/// A device that may be a rig.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FoundDevice {
+    /// How to name it, for `hapticd --device`.
+    pub address: String,
+    /// What it is, for people.
+    pub description: String,
+    /// Whether this daemon uses it now.
+    pub in_use: bool,
+    /// Why it cannot be used as things stand, and how to mend it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub problem: Option<Problem>,
+    /// What it answered, where it was asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<LinkedDevice>,
+}
+
 /// The link to a rig, as `status` shows it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LinkStatus {
@@ -634,6 +664,35 @@ pub struct RealTimeStatus {
     pub problems: Vec<Problem>,
 }
 
+impl RealTimeStatus {
+    /// How it is scheduled, for people.
+    #[must_use]
+    pub fn scheduling(&self) -> String {
+        match self.fifo_priority {
+            Some(priority) => format!("SCHED_FIFO {priority}"),
+            None if self.deadline_scheduled => "SCHED_DEADLINE".to_owned(),
+            None => "ordinary priority".to_owned(),
+        }
+    }
+
+    /// Where it runs, for people.
+    #[must_use]
+    pub fn place(&self) -> String {
+        self.cpu
+            .map_or_else(|| "not pinned".to_owned(), |cpu| format!("processor {cpu}"))
+    }
+
+    /// Whether its memory stays in place, for people.
+    #[must_use]
+    pub fn memory(&self) -> &'static str {
+        if self.memory_locked {
+            "memory locked"
+        } else {
+            "memory not locked"
+        }
+    }
+}
+
 /// Something that the real-time thread could not have.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Problem {
@@ -653,6 +712,9 @@ pub struct Timing {
     pub since_start: TimingWindow,
     /// The same over the last ten seconds.
     pub last_10_s: TimingWindow,
+    /// The link to the rig; absent where the rig is in the daemon itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link: Option<LinkStatus>,
 }
 
 /// How well the loop kept time over a while.

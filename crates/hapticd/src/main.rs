@@ -204,6 +204,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
     let facts = Facts {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
+        address: config.device,
         limits: config.limits,
         _awake: awake,
         keeper: None,
@@ -283,7 +284,7 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     // After that, so that it keeps off the loop's processor as well.
     prepared.facts.keeper = prepared.keeper.map(Keeper::start).transpose()?;
     prepared.facts.real_time = status;
-    let feed = Feed::new(prepared.records, period_ns);
+    let feed = Feed::new(prepared.records, period_ns, prepared.facts.link.clone());
     let rig = RigHandle::new(prepared.facts, prepared.shared, feed, prepared.scene, FIRST_REVISION);
     Ok((running, rig))
 }
@@ -324,22 +325,12 @@ fn introduce(rig: &RigHandle, server: &Server) {
     let real_time = &facts.real_time;
     say(&facts.device);
     say(&format!("control socket {}", server.path().display()));
-    let priority = match real_time.fifo_priority {
-        Some(priority) => format!("SCHED_FIFO {priority}"),
-        None if real_time.deadline_scheduled => "SCHED_DEADLINE".to_owned(),
-        None => "ordinary priority".to_owned(),
-    };
-    let cpu = real_time
-        .cpu
-        .map_or_else(|| "not pinned".to_owned(), |cpu| format!("processor {cpu}"));
-    let memory = if real_time.memory_locked {
-        "memory locked"
-    } else {
-        "memory not locked"
-    };
     say(&format!(
-        "{:.0} Hz, {priority}, {cpu}, {memory}",
-        1.0 / facts.period_s()
+        "{:.0} Hz, {}, {}, {}",
+        1.0 / facts.period_s(),
+        real_time.scheduling(),
+        real_time.place(),
+        real_time.memory()
     ));
     for problem in &real_time.problems {
         say_problem(problem);

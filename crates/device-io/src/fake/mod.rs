@@ -1,16 +1,25 @@
 //! A rig without hardware: a carriage with mass and friction, an encoder, and a hand that moves it.
 
+mod board;
 mod fault;
 mod firmware;
 mod hand;
 mod motion;
+mod odrive_board;
 mod plant;
+mod pulley;
+mod simplefoc_board;
+mod terminal;
 
+pub use board::Board;
 pub use fault::{Channel, Fault, Quality, TimedFault};
 pub use firmware::{Firmware, FirmwareProperties};
 pub use hand::Hand;
 pub use motion::{AfterEnd, Motion, MotionError, RETURN_S, Recording};
+pub use odrive_board::{ODriveBoard, ODriveProperties};
 pub use plant::{Plant, SUB_STEP_S};
+pub use simplefoc_board::{SimpleFocBoard, SimpleFocProperties};
+pub use terminal::{Terminal, plug_in, requests, scripted};
 
 use crate::device::{Device, DeviceError, Measurement};
 

@@ -5,6 +5,7 @@ use super::health::LinkCounters;
 use super::nodes::NodeWatch;
 use super::{Connection, LinkDevice};
 use rtrb::{Consumer, Producer, RingBuffer};
+use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -55,6 +56,9 @@ pub trait Connector: Send + std::fmt::Debug {
 
     /// The folder in which the device's node appears and disappears.
     fn folder(&self) -> PathBuf;
+
+    /// Whether a change of a node with this name in that folder may be one of the device.
+    fn concerns(&self, node: &OsStr) -> bool;
 
     /// Finds the device, opens and greets it. May take a second.
     ///
@@ -210,7 +214,7 @@ impl Keeper {
                     let absent = matches!(error, ConnectError::Absent { .. });
                     self.monitor.set(LinkState::Waiting(error));
                     let mut waited = Duration::ZERO;
-                    while !quit.load(SeqCst) && !nodes.changed(LOOK) {
+                    while !quit.load(SeqCst) && !nodes.changed(LOOK, |node| self.connector.concerns(node)) {
                         waited += LOOK;
                         if !absent && waited >= ASK_AGAIN {
                             break;

@@ -11,20 +11,29 @@
 //! Everything that waits, allocates or asks the system for a file is done by the keeper, at an ordinary priority. A connection goes to the real-time thread and back
 //! through two rings of one producer and one consumer each (rtrb), wait-free on both ends.
 
+mod adapter;
 mod clock;
 mod device_clock;
 mod health;
+pub(crate) mod hid;
 mod keeper;
 mod low_latency;
+mod mailbox;
 mod nodes;
 #[cfg(test)]
 mod quality_tests;
+mod reports;
 mod serial;
 mod session;
+mod wire;
+mod writer;
 
+pub use adapter::{MotorOptions, ODriveConnector, ODriveOptions, SimpleFocConnector, SimpleFocOptions};
 pub use health::{LinkCounters, UNKNOWN_DRIFT};
+pub use hid::{HidConnector, HidId};
 pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub use serial::SerialConnector;
+pub(crate) use serial::permission_remedy as serial_permission_remedy;
 
 use crate::device::{Device, DeviceError, Measurement};
 use rtrb::{Consumer, Producer};

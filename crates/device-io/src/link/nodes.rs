@@ -3,9 +3,11 @@
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;
 use rustix::fs::inotify;
+use std::ffi::OsStr;
 use std::mem::MaybeUninit;
+use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Watches a folder of device nodes; while there is no such folder, the nearest one above it.
 ///
@@ -32,48 +34,85 @@ impl NodeWatch {
 
     /// Watches the folder itself as soon as it is there.
     fn follow(&mut self) {
-        let nearest = self
-            .folder
+        // A folder that comes between the look for it and the watch on the one above is not told of: looked for once more, it is there.
+        while let nearest = self.nearest()
+            && self.watched.as_deref() != Some(nearest)
+        {
+            let nearest = nearest.to_owned();
+            if !self.watch(nearest) {
+                return;
+            }
+        }
+    }
+
+    fn nearest(&self) -> &Path {
+        self.folder
             .ancestors()
             .find(|folder| folder.is_dir())
-            .unwrap_or(Path::new("/"));
-        if self.watched.as_deref() == Some(nearest) {
-            return;
-        }
-        let Some(notices) = &self.notices else { return };
+            .unwrap_or(Path::new("/"))
+    }
+
+    /// Whether a folder could be watched.
+    fn watch(&mut self, folder: PathBuf) -> bool {
+        let Some(notices) = &self.notices else { return false };
         let what = inotify::WatchFlags::CREATE
             | inotify::WatchFlags::MOVED_TO
             | inotify::WatchFlags::DELETE
             | inotify::WatchFlags::ATTRIB
             // Whoever had it open has closed it.
             | inotify::WatchFlags::CLOSE_WRITE;
-        self.watched = inotify::add_watch(notices, nearest, what)
-            .is_ok()
-            .then(|| nearest.to_owned());
+        self.watched = inotify::add_watch(notices, &folder, what).is_ok().then_some(folder);
+        self.watched.is_some()
     }
 
     /// Forgets what has changed so far.
     pub(crate) fn clear(&mut self) {
-        if let Some(notices) = &self.notices {
-            let mut buffer = [MaybeUninit::uninit(); 4096];
-            let mut reader = inotify::Reader::new(notices, &mut buffer);
-            while reader.next().is_ok() {}
-        }
-        self.follow();
+        self.take_notices(|_| false);
     }
 
-    /// Waits for a change, this long at most; without a way to be told, every look counts as one.
-    pub(crate) fn changed(&mut self, timeout: Duration) -> bool {
-        let (Some(notices), Some(_)) = (&self.notices, &self.watched) else {
-            std::thread::sleep(timeout);
-            return true;
-        };
-        let timeout = Timespec::try_from(timeout).ok();
-        let mut polled = [PollFd::new(notices, PollFlags::IN)];
-        let changed = poll(&mut polled, timeout.as_ref()).is_ok_and(|ready| ready > 0);
-        if changed {
-            self.clear();
+    /// Takes what has changed; whether any of it concerns the caller.
+    fn take_notices(&mut self, concerns: impl Fn(&OsStr) -> bool) -> bool {
+        let (mut concerned, mut gone) = (false, false);
+        if let Some(notices) = &self.notices {
+            // While the folder itself is not there, any change may bring it.
+            let elsewhere = self.watched.as_deref() != Some(&*self.folder);
+            let mut buffer = [MaybeUninit::uninit(); 4096];
+            let mut reader = inotify::Reader::new(notices, &mut buffer);
+            while let Ok(notice) = reader.next() {
+                if notice.events().contains(inotify::ReadFlags::IGNORED) {
+                    // A folder of the same name may be another.
+                    gone = true;
+                }
+                // One without a name is of the folder itself, or says that there were too many.
+                concerned |= elsewhere
+                    || notice
+                        .file_name()
+                        .is_none_or(|name| concerns(OsStr::from_bytes(name.to_bytes())));
+            }
         }
-        changed
+        if gone {
+            self.watched = None;
+        }
+        self.follow();
+        concerned
+    }
+
+    /// Waits for a change that concerns the caller, this long at most; without a way to be told, every look counts as one.
+    pub(crate) fn changed(&mut self, timeout: Duration, concerns: impl Fn(&OsStr) -> bool) -> bool {
+        let until = Instant::now() + timeout;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            let (Some(notices), Some(_)) = (&self.notices, &self.watched) else {
+                std::thread::sleep(left);
+                return true;
+            };
+            let mut polled = [PollFd::new(notices, PollFlags::IN)];
+            if !poll(&mut polled, Timespec::try_from(left).ok().as_ref()).is_ok_and(|ready| ready > 0) {
+                return false;
+            }
+            if self.take_notices(&concerns) {
+                return true;
+            }
+        }
     }
 }

@@ -3,20 +3,22 @@
 use super::health::{LinkCounters, add};
 use super::keeper::{ConnectError, Connector, Greeted};
 use super::session::{Refused, Session};
+use super::wire::{self, Wire};
 use super::{Connection, clock};
 use crate::device::{DeviceError, Measurement};
 use crate::protocol::frame::{Decoder, Frame, LONGEST_FRAME};
-use crate::protocol::message::{DeviceHello, FromDevice, FromHost, MessageError};
-use crate::protocol::view::{View, ViewError};
+use crate::protocol::message::{FromDevice, FromHost, MessageError};
+use crate::protocol::view::View;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::{AsFd, FromRawFd, IntoRawFd, OwnedFd};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::io::Errno;
 use rustix::termios::{QueueSelector, tcflush};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Bytes read at once; more than a line of 1 Mbaud brings in a tick.
 const READ: usize = 512;
@@ -27,18 +29,15 @@ const MOST_READS: usize = 8;
 /// A line that takes nothing for so long is not read by anybody, ns.
 const STUCK_NS: u64 = 100_000_000;
 
-/// For an answer to a hello.
-const ANSWER_TIMEOUT: Duration = Duration::from_millis(250);
-
-/// Hellos in one attempt: boards that are reset by the opening of their port need a second or two before they hear anything.
-const HELLOS: u32 = 10;
+/// Bytes that may be sent at once: two frames, or a tick's lines of text.
+pub(crate) const MOST_AT_ONCE: usize = 256;
 
 /// A serial line, opened.
 #[derive(Debug)]
 pub(crate) struct Line {
     fd: OwnedFd,
     /// Of a frame that the line took only in part: what is left.
-    rest: [u8; 2 * LONGEST_FRAME],
+    rest: [u8; MOST_AT_ONCE],
     rest_length: usize,
     stuck_since_ns: Option<u64>,
 }
@@ -73,12 +72,9 @@ impl Line {
                 serialport::ErrorKind::Io(std::io::ErrorKind::NotFound) => ConnectError::Absent {
                     what: path.display().to_string(),
                 },
-                serialport::ErrorKind::Io(std::io::ErrorKind::PermissionDenied) => refused(
-                    error.to_string(),
-                    format!(
-                        "add the user to the group of {name} (`sudo usermod -aG dialout $USER`, then log in again)"
-                    ),
-                ),
+                serialport::ErrorKind::Io(std::io::ErrorKind::PermissionDenied) => {
+                    refused(error.to_string(), permission_remedy(&target))
+                }
                 _ if is_busy(&error) => refused(
                     error.to_string(),
                     format!("another program has it open: `fuser -v {name}` names it"),
@@ -93,7 +89,7 @@ impl Line {
         let fd = unsafe { OwnedFd::from_raw_fd(port.into_raw_fd()) };
         let line = Self {
             fd,
-            rest: [0; 2 * LONGEST_FRAME],
+            rest: [0; MOST_AT_ONCE],
             rest_length: 0,
             stuck_since_ns: None,
         };
@@ -164,7 +160,7 @@ impl Line {
         };
         self.stuck_since_ns = None;
         let rest = bytes.get(written..).unwrap_or_default();
-        // Two frames are the most that is ever sent at once.
+        // No more is ever sent at once.
         let length = rest.len().min(self.rest.len());
         self.rest[..length].copy_from_slice(&rest[..length]);
         self.rest_length = length;
@@ -186,6 +182,14 @@ impl Line {
         }
         Ok(Sent::NoRoom)
     }
+}
+
+/// How to be allowed to open a line.
+pub(crate) fn permission_remedy(line: &Path) -> String {
+    format!(
+        "add the user to the group of {} (`sudo usermod -aG dialout $USER`, then log in again)",
+        line.display()
+    )
 }
 
 fn is_busy(error: &serialport::Error) -> bool {
@@ -216,6 +220,36 @@ impl Reader {
     }
 }
 
+/// A serial line and the messages on it.
+#[derive(Debug)]
+struct SerialWire {
+    line: Line,
+    reader: Reader,
+}
+
+impl Wire for SerialWire {
+    fn say_hello(&mut self, hello: FromHost) -> Result<(), DeviceError> {
+        // What a board has half received before its reset ends with this zero.
+        let mut frame = vec![0];
+        frame.extend(Frame::of(hello.bytes().as_slice()).as_slice());
+        self.line.write(&frame, clock::now_ns()).map(|_| ())
+    }
+
+    fn wait(&self, timeout_ns: u64) {
+        self.line.wait(timeout_ns);
+    }
+
+    fn hear(&mut self, mut each: impl FnMut(Result<FromDevice, Refused>)) -> Result<usize, DeviceError> {
+        let Self { line, reader } = self;
+        let mut heard = 0;
+        line.read(|bytes| {
+            heard += bytes.len();
+            reader.take(bytes, &mut each);
+        })?;
+        Ok(heard)
+    }
+}
+
 /// Finds and greets a rig on a serial line.
 #[derive(Debug)]
 pub struct SerialConnector {
@@ -228,59 +262,6 @@ impl SerialConnector {
     #[must_use]
     pub fn new(path: PathBuf, baud: u32) -> Self {
         Self { path, baud }
-    }
-
-    /// Asks who is there until it answers.
-    fn greet(&self, line: &mut Line, reader: &mut Reader) -> Result<DeviceHello, ConnectError> {
-        let protocol = |heard: String| ConnectError::Protocol {
-            what: self.path.display().to_string(),
-            heard,
-        };
-        let gone = |_| ConnectError::Absent {
-            what: self.path.display().to_string(),
-        };
-        let mut heard_bytes = 0;
-        let mut heard = None;
-        for _ in 0..HELLOS {
-            let nonce = clock::nonce();
-            let hello = FromHost::Hello { nonce }.bytes();
-            // What a board has half received before its reset ends with this zero.
-            let mut frame = vec![0];
-            frame.extend(Frame::of(hello.as_slice()).as_slice());
-            line.write(&frame, clock::now_ns()).map_err(gone)?;
-            let asked = Instant::now();
-            while asked.elapsed() < ANSWER_TIMEOUT {
-                line.wait(20_000_000);
-                let mut answer = None;
-                line.read(|bytes| {
-                    heard_bytes += bytes.len();
-                    reader.take(bytes, |came| match came {
-                        Ok(FromDevice::Hello(hello)) if hello.nonce == nonce => answer = Some(hello),
-                        Ok(_) => {}
-                        // A device of another version must be named as one, whatever else comes.
-                        Err(Refused::Message(error @ MessageError::View(ViewError::Version(_)))) => {
-                            heard = Some(error.to_string());
-                        }
-                        Err(Refused::Message(error)) if heard.is_none() => heard = Some(error.to_string()),
-                        Err(_) => {}
-                    });
-                })
-                .map_err(gone)?;
-                if let Some(hello) = answer {
-                    return Ok(hello);
-                }
-            }
-            if heard.is_some() {
-                break;
-            }
-        }
-        Err(protocol(heard.unwrap_or_else(|| match heard_bytes {
-            0 => "nothing answers; is it the right line, and does its firmware speak the link protocol?".to_owned(),
-            _ => format!(
-                "{heard_bytes} bytes came and no answer; is {} baud its rate, and does its firmware speak the link protocol?",
-                self.baud
-            ),
-        })))
     }
 }
 
@@ -296,17 +277,32 @@ impl Connector for SerialConnector {
         }
     }
 
+    fn concerns(&self, node: &OsStr) -> bool {
+        self.path.file_name() == Some(node)
+    }
+
     fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError> {
-        let mut line = Line::open(&self.path, self.baud)?;
-        let mut reader = Reader::default();
-        let hello = self.greet(&mut line, &mut reader)?;
+        let mut wire = SerialWire {
+            line: Line::open(&self.path, self.baud)?,
+            reader: Reader::default(),
+        };
+        let hello = wire::greet(
+            &mut wire,
+            &self.path.display().to_string(),
+            |heard_bytes| match heard_bytes {
+                0 => "nothing answers; is it the right line, and does its firmware speak the link protocol?".to_owned(),
+                _ => format!(
+                    "{heard_bytes} bytes came and no answer; is {} baud its rate, and does its firmware speak the link protocol?",
+                    self.baud
+                ),
+            },
+        )?;
         Ok(Greeted {
             firmware: hello.firmware_name(),
             force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
             sample_rate_hz: f64::from(hello.sample_rate_hz),
             connection: Box::new(SerialConnection {
-                line,
-                reader,
+                wire,
                 session: Session::new(&hello, period_ns, clock::now_ns(), Arc::clone(counters)),
                 counters: Arc::clone(counters),
                 wait_ns: period_ns / 4,
@@ -318,31 +314,16 @@ impl Connector for SerialConnector {
 /// A rig on a serial line, greeted.
 #[derive(Debug)]
 struct SerialConnection {
-    line: Line,
-    reader: Reader,
+    wire: SerialWire,
     session: Session,
     counters: Arc<LinkCounters>,
-    /// For a sample that is about to come, ns: where the device's clock drifts past ours, a tick waits for it rather than rendering the old one again.
+    /// For a sample that is about to come, ns.
     wait_ns: u64,
-}
-
-impl SerialConnection {
-    fn drain(&mut self, now_ns: u64) -> Result<(), DeviceError> {
-        let Self {
-            line, reader, session, ..
-        } = self;
-        line.read(|bytes| reader.take(bytes, |came| session.take(came, now_ns)))
-    }
 }
 
 impl Connection for SerialConnection {
     fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
-        self.drain(now_ns)?;
-        if !self.session.has_news() {
-            self.line.wait(self.wait_ns);
-            self.drain(clock::now_ns())?;
-        }
-        self.session.measurement(now_ns)
+        wire::measurement(&mut self.wire, &mut self.session, self.wait_ns, now_ns)
     }
 
     fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<(), DeviceError> {
@@ -355,7 +336,7 @@ impl Connection for SerialConnection {
             bytes[length..length + frame.len()].copy_from_slice(frame);
             length += frame.len();
         }
-        if self.line.write(&bytes[..length], now_ns)? == Sent::NoRoom {
+        if self.wire.line.write(&bytes[..length], now_ns)? == Sent::NoRoom {
             add(&self.counters.not_sent, 1);
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 mod advise;
 mod describe;
+mod devices;
 mod drive;
 mod get;
 mod rig;

@@ -3,6 +3,7 @@
 use crate::rig_state::Command;
 use crate::rt::handoff::{CompiledScene, Outcome, Shared};
 use crate::telemetry::feed::Feed;
+use device_io::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
@@ -19,6 +20,7 @@ use std::time::{Duration, Instant};
 pub(crate) struct Facts {
     pub(crate) server: String,
     pub(crate) device: String,
+    pub(crate) address: Address,
     pub(crate) limits: Limits,
     /// Keeps the processors awake as long as it is open.
     pub(crate) _awake: Option<std::fs::File>,

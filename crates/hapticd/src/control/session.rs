@@ -1,6 +1,6 @@
 //! One client: reads its lines, answers each, and sends it its events.
 
-use crate::control::{RigHandle, advise, describe, drive, get, set, status, subscribe, timing};
+use crate::control::{RigHandle, advise, describe, devices, drive, get, set, status, subscribe, timing};
 use crate::rig_state::Command;
 use crate::telemetry::feed::BACKLOG_LINES;
 use haptic_ipc::{BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Request, WireError};
@@ -161,6 +161,7 @@ impl Client {
             Request::Stop {} => answer(id, drive::stopped(rig, stops).await),
             Request::Status {} => answer(id, Ok(status::status(rig))),
             Request::Timing {} => answer(id, Ok(timing::timing(rig))),
+            Request::Devices { probe } => answer(id, devices::devices(rig, probe).await),
             Request::Advise {} => answer(id, Ok(advise::advise(rig))),
             Request::Subscribe {
                 topics,

@@ -4,5 +4,5 @@ use crate::control::RigHandle;
 use haptic_ipc::Timing;
 
 pub(super) fn timing(rig: &RigHandle) -> Timing {
-    rig.feed().timing().report()
+    rig.feed().timing_report()
 }

@@ -1,9 +1,11 @@
 //! Where the records go: the timing histograms, the newest state, and the subscribers.
 
+use crate::telemetry::link;
 use crate::telemetry::ring::{Consumer, TickRecord};
 use crate::telemetry::timing::TimingRecorder;
+use device_io::link::LinkMonitor;
 use haptic_core::Scene;
-use haptic_ipc::{Event, RigState, Sample, SamplesEvent, StateEvent, Topic, params_of};
+use haptic_ipc::{Event, LinkStatus, RigState, Sample, SamplesEvent, StateEvent, Timing, Topic, params_of};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
@@ -39,6 +41,8 @@ struct Subscriber {
 #[derive(Debug)]
 pub(crate) struct Feed {
     consumer: Consumer,
+    /// The link to the rig, where it is not in this process.
+    link: Option<LinkMonitor>,
     timing: TimingRecorder,
     started_ns: u64,
     newest: Option<TickRecord>,
@@ -53,9 +57,10 @@ pub(crate) struct Feed {
 }
 
 impl Feed {
-    pub(crate) fn new(consumer: Consumer, period_ns: u64) -> Self {
+    pub(crate) fn new(consumer: Consumer, period_ns: u64, link: Option<LinkMonitor>) -> Self {
         Self {
             consumer,
+            link,
             timing: TimingRecorder::new(period_ns),
             started_ns: 0,
             newest: None,
@@ -69,6 +74,19 @@ impl Feed {
 
     pub(crate) fn timing(&self) -> &TimingRecorder {
         &self.timing
+    }
+
+    /// How well the loop keeps time, and its link.
+    pub(crate) fn timing_report(&self) -> Timing {
+        Timing {
+            link: self.link(),
+            ..self.timing.report()
+        }
+    }
+
+    /// How the link to the rig is, where there is one.
+    pub(crate) fn link(&self) -> Option<LinkStatus> {
+        self.link.as_ref().map(link::status)
     }
 
     /// The newest record, once there is one.
@@ -121,7 +139,7 @@ impl Feed {
         if now >= self.timing_due {
             self.timing_due = now + Duration::from_secs(1);
             if self.wanted(Topic::Timing) {
-                let event = Event::Timing(Box::new(self.timing.report()));
+                let event = Event::Timing(Box::new(self.timing_report()));
                 self.broadcast(Topic::Timing, &event);
             }
         }
@@ -281,7 +299,7 @@ mod tests {
     #[test]
     fn the_state_comes_whole_at_first_and_then_at_every_change() {
         let (mut producer, consumer) = ring::ring();
-        let mut feed = Feed::new(consumer, 1_000_000);
+        let mut feed = Feed::new(consumer, 1_000_000, None);
         let (subscription, mut received) = subscription(&[Topic::State], 1, 8);
         feed.subscribe(1, subscription);
         let scene = Scene::paper();
@@ -309,7 +327,7 @@ mod tests {
     #[test]
     fn what_a_slow_subscriber_misses_is_counted_and_told() {
         let (mut producer, consumer) = ring::ring();
-        let mut feed = Feed::new(consumer, 1_000_000);
+        let mut feed = Feed::new(consumer, 1_000_000, None);
         let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
         feed.subscribe(1, subscription);
         let scenes = VecDeque::from([(1, Scene::paper())]);

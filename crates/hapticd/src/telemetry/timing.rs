@@ -195,6 +195,7 @@ impl TimingRecorder {
             rate_hz,
             since_start: self.total.window(),
             last_10_s: recent.window(),
+            link: None,
         }
     }
 }

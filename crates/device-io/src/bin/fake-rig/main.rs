@@ -1,34 +1,31 @@
-//! The fake rig behind a pseudo-terminal: the same plant as in the daemon, with a firmware that speaks the link protocol, and a link that can be made to fail.
+//! The fake rig behind a link: the same plant as in the daemon, with a firmware that speaks the link protocol, and a link that can be made to fail.
+
+mod port;
 
 use clap::{Parser, ValueEnum};
-use device_io::fake::{Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Quality, RigProperties, TimedFault};
-use device_io::protocol::frame::{Decoder, Frame};
-use device_io::protocol::message::{FromDevice, FromHost};
-use device_io::protocol::view::View;
+use device_io::fake::{
+    Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Quality, RigProperties, TimedFault, requests, scripted,
+};
+use device_io::protocol::message::FromDevice;
+use port::{Gone, Place, Port};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fd::OwnedFd;
-use rustix::fs::{OFlags, fcntl_setfl};
-use rustix::io::Errno;
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use rustix::time::{ClockId, clock_gettime};
 use std::collections::VecDeque;
-use std::io::{self, BufRead, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::mpsc;
 use std::time::Duration;
 
-/// A fake rig behind a pseudo-terminal, for `hapticd --device serial:LINK`.
+/// A fake rig behind a pseudo-terminal, for `hapticd --device serial:LINK`, or on the device's side of a USB function.
 ///
 /// It speaks the link protocol as a microcontroller does. Faults are lines such as `loss 0.05` or `at 2.5 hang-up 0.3`,
 /// from --fault, from a script, or on standard input while it runs.
 #[derive(Debug, Parser)]
 #[command(name = "fake-rig", version, max_term_width = 110)]
 struct Options {
-    /// Make this path point at the terminal, and take it away at the end
-    #[arg(long, value_name = "LINK")]
-    pty: PathBuf,
+    #[command(flatten)]
+    place: PlaceOptions,
 
     /// Samples a second, Hz, from 10 to 20000
     #[arg(long, value_name = "HZ", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=20_000))]
@@ -72,6 +69,38 @@ struct Options {
     seed: u64,
 }
 
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = false)]
+struct PlaceOptions {
+    /// Make this path point at a new pseudo-terminal, and take it away at the end
+    #[arg(long, value_name = "LINK")]
+    pty: Option<PathBuf>,
+
+    /// Speak on this terminal, such as /dev/ttyGS0 of a USB gadget, whenever it is there
+    #[arg(long, value_name = "PATH")]
+    tty: Option<PathBuf>,
+
+    /// Speak in reports of 64 bytes on this node of a USB gadget, such as /dev/hidg0, whenever it is there
+    #[arg(long, value_name = "PATH")]
+    hid: Option<PathBuf>,
+}
+
+impl PlaceOptions {
+    fn place(&self) -> Place {
+        let places = [
+            self.pty.clone().map(Place::Pty),
+            self.tty.clone().map(Place::Tty),
+            self.hid.clone().map(Place::Hid),
+        ];
+        // There is one, as the group says.
+        places
+            .into_iter()
+            .flatten()
+            .next()
+            .unwrap_or(Place::Pty(PathBuf::new()))
+    }
+}
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum HandKind {
     /// Goes to and fro, whatever the force
@@ -87,8 +116,9 @@ fn main() -> ExitCode {
     if !options.ordinary_priority {
         take_priority();
     }
-    let done = faults(&options).and_then(|faults| {
-        let mut rig = Rig::new(&options, faults).map_err(|error| format!("{}: {error}", options.pty.display()))?;
+    let done = scripted(&options.fault, options.script.as_deref()).and_then(|faults| {
+        let mut rig = Rig::new(&options, faults)
+            .map_err(|error| format!("{}: {error}", options.place.place().path().display()))?;
         rig.run().map_err(|error| error.to_string())
     });
     match done {
@@ -98,25 +128,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// Those of the command line and of the script, the earliest first.
-fn faults(options: &Options) -> Result<VecDeque<TimedFault>, String> {
-    let mut faults = options.fault.clone();
-    if let Some(path) = &options.script {
-        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        for (index, line) in text.lines().enumerate() {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            if !line.is_empty() {
-                let fault = line
-                    .parse()
-                    .map_err(|error| format!("{}: line {}: {error}", path.display(), index + 1))?;
-                faults.push(fault);
-            }
-        }
-    }
-    faults.sort_by(|a, b| a.at_s.unwrap_or(0.0).total_cmp(&b.at_s.unwrap_or(0.0)));
-    Ok(faults.into())
 }
 
 /// Below that of hapticd's thread.
@@ -136,50 +147,13 @@ fn now_ns() -> u64 {
     u64::try_from(time.tv_sec).unwrap_or(0) * 1_000_000_000 + u64::try_from(time.tv_nsec).unwrap_or(0)
 }
 
-/// The controlling end of a pseudo-terminal, and the link that points at the other.
-struct Terminal {
-    master: OwnedFd,
-    link: PathBuf,
-}
-
-impl Terminal {
-    fn plug_in(link: &Path) -> io::Result<Self> {
-        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
-        grantpt(&master)?;
-        unlockpt(&master)?;
-        // Until its user sets it up, the terminal would echo what we say.
-        let mut settings = tcgetattr(&master)?;
-        settings.make_raw();
-        tcsetattr(&master, OptionalActions::Now, &settings)?;
-        fcntl_setfl(&master, OFlags::NONBLOCK)?;
-        let name = ptsname(&master, Vec::new())?;
-        let name = PathBuf::from(name.to_string_lossy().into_owned());
-        // In one step, so that nobody finds half a link.
-        let mut fresh = link.as_os_str().to_owned();
-        fresh.push(".new");
-        let fresh = PathBuf::from(fresh);
-        if fresh.symlink_metadata().is_ok() {
-            std::fs::remove_file(&fresh)?;
-        }
-        std::os::unix::fs::symlink(name, &fresh)?;
-        std::fs::rename(&fresh, link)?;
-        Ok(Self {
-            master,
-            link: link.to_owned(),
-        })
-    }
-}
-
-impl Drop for Terminal {
-    fn drop(&mut self) {
-        // Gone already, or not ours to take away: there is nobody to tell.
-        drop(std::fs::remove_file(&self.link));
-    }
-}
+/// Between two looks whether the place has come or gone, ns.
+const LOOK_NS: u64 = 20_000_000;
 
 struct Rig {
-    link: PathBuf,
-    terminal: Option<Terminal>,
+    place: Place,
+    port: Option<Port>,
+    look_at_ns: u64,
     plug_in_at_ns: u64,
     stalled_until_ns: u64,
     firmware: Firmware,
@@ -187,9 +161,6 @@ struct Rig {
     version: Option<u8>,
     up: Channel,
     down: Channel,
-    from_host: Decoder,
-    /// Bytes of a frame of the host's, as they come.
-    raw: Vec<u8>,
     faults: VecDeque<TimedFault>,
     asked: mpsc::Receiver<String>,
     began_ns: u64,
@@ -218,9 +189,15 @@ impl Rig {
             clock_ppm: options.clock_ppm,
         };
         let began_ns = now_ns();
+        let place = options.place.place();
         Ok(Self {
-            link: options.pty.clone(),
-            terminal: Some(Terminal::plug_in(&options.pty)?),
+            port: match &place {
+                Place::Pty(_) => Some(Port::open(&place)?),
+                // They are not ours, and may come later.
+                Place::Tty(_) | Place::Hid(_) => None,
+            },
+            place,
+            look_at_ns: 0,
             plug_in_at_ns: 0,
             stalled_until_ns: 0,
             firmware: Firmware::new(RigProperties::default(), hand, properties),
@@ -228,8 +205,6 @@ impl Rig {
             version: None,
             up: Channel::new(options.seed),
             down: Channel::new(options.seed.wrapping_add(1)),
-            from_host: Decoder::default(),
-            raw: Vec::new(),
             faults,
             asked: requests(),
             began_ns,
@@ -240,18 +215,19 @@ impl Rig {
 
     /// Until standard input says `quit`, or for ever.
     fn run(&mut self) -> io::Result<()> {
-        println!("fake-rig: {}", self.link.display());
+        println!("fake-rig: {}", self.place.path().display());
         io::stdout().flush()?;
         loop {
             let now = now_ns();
             if self.take_requests(now) {
                 return Ok(());
             }
-            if self.terminal.is_none() && now >= self.plug_in_at_ns {
-                self.terminal = Some(Terminal::plug_in(&self.link)?);
+            if now >= self.look_at_ns {
+                self.look_at_ns = now + LOOK_NS;
+                self.look(now)?;
             }
             let stalled = now < self.stalled_until_ns;
-            self.read_terminal(now)?;
+            self.read(now);
             while !stalled && let Some(frame) = self.down.receive(now) {
                 self.hear(&frame, now);
             }
@@ -262,9 +238,31 @@ impl Rig {
                     self.say(&sample, now);
                 }
             }
-            self.write_terminal(now)?;
+            self.write(now);
             self.wait();
         }
+    }
+
+    /// Opens the place when it comes, and leaves it when it has gone.
+    fn look(&mut self, now: u64) -> io::Result<()> {
+        if self.port.as_ref().is_some_and(|port| !port.is_there()) {
+            self.leave();
+        }
+        if self.port.is_none() && now >= self.plug_in_at_ns {
+            match Port::open(&self.place) {
+                Ok(port) => self.port = Some(port),
+                Err(error) if matches!(self.place, Place::Pty(_)) => return Err(error),
+                // It is not there yet.
+                Err(_) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn leave(&mut self) {
+        self.port = None;
+        self.up.clear();
+        self.down.clear();
     }
 
     /// Carries out what is due of the script and of what was asked for; whether that was to end.
@@ -309,11 +307,8 @@ impl Rig {
             Ok(()) => {}
             Err(Fault::Stall(seconds)) => self.stalled_until_ns = after(seconds),
             Err(Fault::HangUp(seconds)) => {
-                self.terminal = None;
+                self.leave();
                 self.plug_in_at_ns = after(seconds);
-                self.up.clear();
-                self.down.clear();
-                self.from_host.reset();
             }
             Err(Fault::Version(version)) => self.version = Some(version),
             Err(Fault::Jump(counts)) => self.firmware.jump(counts),
@@ -325,65 +320,44 @@ impl Rig {
         }
     }
 
-    fn read_terminal(&mut self, now: u64) -> io::Result<()> {
-        let Some(terminal) = &self.terminal else {
-            return Ok(());
-        };
-        let mut buffer = [0; 1024];
-        loop {
-            match rustix::io::read(&terminal.master, &mut buffer) {
-                Ok(0) | Err(Errno::AGAIN | Errno::IO) => return Ok(()),
-                Ok(count) => {
-                    for &byte in &buffer[..count] {
-                        self.raw.push(byte);
-                        if byte == 0 {
-                            self.down.send(std::mem::take(&mut self.raw), &self.quality, now);
-                        }
-                    }
-                }
-                Err(Errno::INTR) => {}
-                Err(error) => return Err(error.into()),
-            }
+    fn read(&mut self, now: u64) {
+        let Some(port) = &mut self.port else { return };
+        let Self { down, quality, .. } = self;
+        if let Err(Gone) = port.read(|frame| down.send(frame, quality, now)) {
+            self.leave();
         }
     }
 
     fn hear(&mut self, frame: &[u8], now: u64) {
-        let mut answers = Vec::new();
-        for &byte in frame {
-            let Some(Ok(message)) = self.from_host.push(byte) else {
-                continue;
-            };
-            if let Ok(message) = View::whole(message)
-                .map_err(drop)
-                .and_then(|view| FromHost::read(view).map_err(drop))
-            {
-                answers.extend(self.firmware.receive(message, now));
+        let Some(port) = &mut self.port else { return };
+        for message in port.decode(frame) {
+            if let Some(answer) = self.firmware.receive(message, now) {
+                self.say(&answer, now);
             }
-        }
-        for answer in answers {
-            self.say(&answer, now);
         }
     }
 
     fn say(&mut self, message: &FromDevice, now: u64) {
+        let Some(port) = &self.port else { return };
         let bytes = message.bytes();
         let mut bytes = bytes.as_slice().to_vec();
         if let Some(version) = self.version {
             bytes[1] = version;
         }
-        self.up.send(Frame::of(&bytes).as_slice().to_vec(), &self.quality, now);
+        self.up.send(port.encode(&bytes), &self.quality, now);
     }
 
-    fn write_terminal(&mut self, now: u64) -> io::Result<()> {
-        while let Some(frame) = self.up.receive(now) {
-            let Some(terminal) = &self.terminal else { continue };
-            match rustix::io::write(&terminal.master, &frame) {
-                // What does not fit is lost, as on a line that nobody reads.
-                Ok(_) | Err(Errno::AGAIN | Errno::IO | Errno::INTR) => {}
-                Err(error) => return Err(error.into()),
-            }
+    fn write(&mut self, now: u64) {
+        let Some(port) = &mut self.port else { return };
+        let mut written = port.flush();
+        while written.is_ok()
+            && let Some(frame) = self.up.receive(now)
+        {
+            written = port.write(frame);
         }
-        Ok(())
+        if let Err(Gone) = written {
+            self.leave();
+        }
     }
 
     /// Until something is due or comes.
@@ -394,11 +368,7 @@ impl Rig {
             .fold(self.next_sample_ns, u64::min);
         let timeout = Timespec::try_from(Duration::from_nanos(due_ns.saturating_sub(now_ns()))).ok();
         let nobody = {
-            let mut polled: Vec<PollFd<'_>> = self
-                .terminal
-                .iter()
-                .map(|terminal| PollFd::new(&terminal.master, PollFlags::IN))
-                .collect();
+            let mut polled: Vec<PollFd<'_>> = self.port.iter().map(|port| PollFd::new(port, port.events())).collect();
             if poll(&mut polled, timeout.as_ref()).is_err() {
                 // Interrupted: the loop looks again.
             }
@@ -409,17 +379,4 @@ impl Rig {
             std::thread::sleep(Duration::from_nanos(due_ns.saturating_sub(now_ns())));
         }
     }
-}
-
-/// Lines of standard input, as they come.
-fn requests() -> mpsc::Receiver<String> {
-    let (asks, asked) = mpsc::channel();
-    std::thread::spawn(move || {
-        for line in io::stdin().lock().lines().map_while(Result::ok) {
-            if asks.send(line.trim().to_owned()).is_err() {
-                return;
-            }
-        }
-    });
-    asked
 }

@@ -1,0 +1,194 @@
+//! Where the fake rig speaks, and in which frames.
+
+use device_io::fake::plug_in;
+use device_io::protocol::frame::{Decoder, Frame};
+use device_io::protocol::message::FromHost;
+use device_io::protocol::view::View;
+use rustix::event::PollFlags;
+use rustix::fd::{AsFd, BorrowedFd, OwnedFd};
+use rustix::fs::{Mode, OFlags, fstat, open, stat};
+use rustix::io::Errno;
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+use std::collections::VecDeque;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Where the rig speaks.
+#[derive(Clone, Debug)]
+pub(crate) enum Place {
+    /// Behind a pseudo-terminal of its own, at which this link is made to point.
+    Pty(PathBuf),
+    /// On a terminal that there is: the device's side of a USB serial function (/dev/ttyGS0), or one end of a cable.
+    Tty(PathBuf),
+    /// On the device's side of a USB HID function (/dev/hidg0).
+    Hid(PathBuf),
+}
+
+impl Place {
+    pub(crate) fn path(&self) -> &Path {
+        match self {
+            Self::Pty(path) | Self::Tty(path) | Self::Hid(path) => path,
+        }
+    }
+}
+
+/// The place is no longer there.
+#[derive(Debug)]
+pub(crate) struct Gone;
+
+/// Bytes of a HID report.
+const REPORT: usize = 64;
+
+/// Reports that wait for the host to ask for them; a device has little room.
+const MOST_UNSENT: usize = 16;
+
+/// A place, opened.
+#[derive(Debug)]
+pub(crate) struct Port {
+    place: Place,
+    node: OwnedFd,
+    /// Bytes of a frame of the host's, as they come.
+    raw: Vec<u8>,
+    from_host: Decoder,
+    unsent: VecDeque<Vec<u8>>,
+}
+
+impl Port {
+    pub(crate) fn open(place: &Place) -> io::Result<Self> {
+        let node = match place {
+            Place::Pty(link) => plug_in(link)?,
+            Place::Tty(path) | Place::Hid(path) => {
+                let flags = OFlags::RDWR | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
+                let node = open(path, flags, Mode::empty())?;
+                make_raw(&node)?;
+                node
+            }
+        };
+        Ok(Self {
+            place: place.clone(),
+            node,
+            raw: Vec::new(),
+            from_host: Decoder::default(),
+            unsent: VecDeque::new(),
+        })
+    }
+
+    /// Gives away the frames that have come, each as it came.
+    pub(crate) fn read(&mut self, mut each: impl FnMut(Vec<u8>)) -> Result<(), Gone> {
+        let mut buffer = [0; 1024];
+        loop {
+            match (rustix::io::read(&self.node, &mut buffer), &self.place) {
+                // Nobody has the other end open, who may come again.
+                (Ok(0) | Err(Errno::IO), Place::Pty(_)) => return Ok(()),
+                (Ok(0), _) => return Err(Gone),
+                (Ok(count), Place::Hid(_)) => each(buffer[..count].to_vec()),
+                (Ok(count), _) => {
+                    for &byte in &buffer[..count] {
+                        self.raw.push(byte);
+                        if byte == 0 {
+                            each(std::mem::take(&mut self.raw));
+                        }
+                    }
+                }
+                (Err(Errno::AGAIN), _) => return Ok(()),
+                (Err(Errno::INTR), _) => {}
+                (Err(_), _) => return Err(Gone),
+            }
+        }
+    }
+
+    /// The messages in a frame.
+    pub(crate) fn decode(&mut self, frame: &[u8]) -> Vec<FromHost> {
+        let read = |view: Option<View<'_>>| view.and_then(|view| FromHost::read(view).ok());
+        if let Place::Hid(_) = self.place {
+            return read(View::padded(frame).ok()).into_iter().collect();
+        }
+        let mut messages = Vec::new();
+        for &byte in frame {
+            if let Some(Ok(message)) = self.from_host.push(byte) {
+                messages.extend(read(View::whole(message).ok()));
+            }
+        }
+        messages
+    }
+
+    /// The frame for a message's bytes.
+    pub(crate) fn encode(&self, message: &[u8]) -> Vec<u8> {
+        match self.place {
+            Place::Hid(_) => {
+                let mut report = message.to_vec();
+                report.resize(REPORT, 0);
+                report
+            }
+            Place::Pty(_) | Place::Tty(_) => Frame::of(message).as_slice().to_vec(),
+        }
+    }
+
+    /// Sends a frame. What does not fit is lost, as on a line that nobody reads.
+    pub(crate) fn write(&mut self, frame: Vec<u8>) -> Result<(), Gone> {
+        if self.unsent.len() < MOST_UNSENT {
+            self.unsent.push_back(frame);
+        }
+        self.flush()
+    }
+
+    /// Sends what waits.
+    pub(crate) fn flush(&mut self) -> Result<(), Gone> {
+        while let Some(frame) = self.unsent.front() {
+            match (rustix::io::write(&self.node, frame), &self.place) {
+                // The host asks for one report at a time.
+                (Err(Errno::AGAIN), Place::Hid(_)) => return Ok(()),
+                (Ok(_) | Err(Errno::AGAIN | Errno::INTR), _) | (Err(Errno::IO), Place::Pty(_)) => {
+                    self.unsent.pop_front();
+                }
+                (Err(_), _) => return Err(Gone),
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether its node is still the one that was opened: that of a function that has been taken off the bus says nothing when it is read.
+    pub(crate) fn is_there(&self) -> bool {
+        let Place::Hid(path) = &self.place else { return true };
+        match (fstat(&self.node), stat(path)) {
+            (Ok(opened), Ok(there)) => (opened.st_dev, opened.st_ino) == (there.st_dev, there.st_ino),
+            _ => false,
+        }
+    }
+
+    /// What to wait for.
+    pub(crate) fn events(&self) -> PollFlags {
+        if self.unsent.is_empty() {
+            PollFlags::IN
+        } else {
+            PollFlags::IN | PollFlags::OUT
+        }
+    }
+}
+
+impl AsFd for Port {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.node.as_fd()
+    }
+}
+
+impl Drop for Port {
+    fn drop(&mut self) {
+        if let Place::Pty(link) = &self.place {
+            // Gone already, or not ours to take away: there is nobody to tell.
+            drop(std::fs::remove_file(link));
+        }
+    }
+}
+
+/// Has a terminal pass bytes on as they are. What is no terminal does that by itself.
+fn make_raw(node: &OwnedFd) -> io::Result<()> {
+    match tcgetattr(node) {
+        Ok(mut settings) => {
+            settings.make_raw();
+            Ok(tcsetattr(node, OptionalActions::Now, &settings)?)
+        }
+        Err(Errno::NOTTY | Errno::INVAL) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
+}

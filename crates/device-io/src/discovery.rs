@@ -1,0 +1,315 @@
+//! Which rigs there may be: every serial port and every HID device, what it says of itself, and whether this process may open it.
+//!
+//! [`list`] opens nothing: many boards are reset when their port is opened, and a rig in use must not notice. [`probe`] does, for one address that somebody asked for.
+
+use crate::address::{Address, DEFAULT_BAUD};
+use crate::link::hid::{self, HidNode};
+use crate::link::{ConnectError, LinkCounters};
+use rustix::fs::{Access, access};
+use rustix::io::Errno;
+use serialport::{SerialPortInfo, SerialPortType};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A device that may be a rig.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// How to name it, for `--device`.
+    pub address: Address,
+    /// Its node.
+    pub node: PathBuf,
+    /// What it is, for people.
+    pub description: String,
+    /// What it says of itself, if it is on USB or a HID device.
+    pub identity: Option<Identity>,
+    /// Why it cannot be used as things stand.
+    pub obstacle: Option<Obstacle>,
+}
+
+/// What a device says of itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// USB vendor.
+    pub vendor: u16,
+    /// USB product.
+    pub product: u16,
+    /// Serial number.
+    pub serial: Option<String>,
+    /// Who made it.
+    pub manufacturer: Option<String>,
+    /// What its maker calls it.
+    pub name: Option<String>,
+}
+
+/// Why a device cannot be used, and what to do.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Obstacle {
+    /// Why.
+    pub why: String,
+    /// How to mend it.
+    pub remedy: String,
+}
+
+/// What a rig answered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Greeting {
+    /// Name and version of its firmware.
+    pub firmware: String,
+    /// Largest force of its motor, N.
+    pub force_limit_n: f64,
+    /// Samples a second, Hz.
+    pub sample_rate_hz: f64,
+    /// Distance between two counts of its encoder, m.
+    pub resolution_m: f64,
+}
+
+/// Links to serial ports by what they say of themselves, which stay the same when the numbers of the nodes move. Made by udev.
+const BY_ID: &str = "/dev/serial/by-id";
+
+/// Every serial port and every HID device; those on USB first, as most rigs are. Opens none of them.
+#[must_use]
+pub fn list() -> Vec<Found> {
+    // Without this folder serialport panics.
+    let ports = if Path::new("/sys/class/tty").is_dir() {
+        serialport::available_ports().unwrap_or_default()
+    } else {
+        Vec::new()
+    };
+    let links = links(Path::new(BY_ID));
+    let mut found: Vec<Found> = ports
+        .into_iter()
+        .filter(|port| is_real(&port.port_name))
+        .map(|port| serial(port, &links))
+        .chain(hid::nodes().into_iter().map(hid_device))
+        .collect();
+    found.sort_by(|a, b| (a.identity.is_none(), &a.node).cmp(&(b.identity.is_none(), &b.node)));
+    found
+}
+
+/// Asks what is at an address who it is. It opens the device, which resets many boards, and takes up to 3 s.
+///
+/// # Errors
+/// It is not there, may not be opened, is in use, or does not speak the protocol. The simulated rig has nobody to ask.
+pub fn probe(address: &Address) -> Result<Greeting, ConnectError> {
+    let mut connector = address.connector().ok_or_else(|| ConnectError::Refused {
+        what: address.to_string(),
+        why: "it is simulated in the daemon".to_owned(),
+        remedy: "there is nothing to be asked; `fake-rig` simulates one behind a serial line".to_owned(),
+    })?;
+    // The host's period matters only once it renders.
+    let greeted = connector.connect(1_000_000, &Arc::new(LinkCounters::default()))?;
+    Ok(Greeting {
+        force_limit_n: greeted.force_limit_n,
+        sample_rate_hz: greeted.sample_rate_hz,
+        resolution_m: greeted.connection.resolution_m(),
+        firmware: greeted.firmware,
+    })
+}
+
+/// Links of a folder with what they point at.
+fn links(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let mut links: Vec<_> = entries
+        .flatten()
+        .filter_map(|entry| Some((entry.path().canonicalize().ok()?, entry.path())))
+        .collect();
+    links.sort();
+    links
+}
+
+/// The kernel has nodes for ports that the machine might have had. It tells the superuser which of them are none.
+fn is_real(node: &str) -> bool {
+    let name = Path::new(node).file_name().unwrap_or_default();
+    let kind = std::fs::read_to_string(Path::new("/sys/class/tty").join(name).join("type"));
+    !kind.is_ok_and(|kind| kind.trim() == "0")
+}
+
+fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Found {
+    let node = PathBuf::from(port.port_name);
+    let identity = match port.port_type {
+        SerialPortType::UsbPort(usb) => Some(Identity {
+            vendor: usb.vid,
+            product: usb.pid,
+            serial: text(usb.serial_number),
+            manufacturer: text(usb.manufacturer),
+            name: text(usb.product),
+        }),
+        _ => None,
+    };
+    let path = links
+        .iter()
+        .find(|(target, _)| *target == node)
+        .map_or(&node, |(_, link)| link)
+        .clone();
+    Found {
+        address: Address::Serial {
+            path,
+            baud: DEFAULT_BAUD,
+        },
+        description: describe("serial port", &node, identity.as_ref()),
+        identity,
+        obstacle: closed(&node, || crate::link::serial_permission_remedy(&node)),
+        node,
+    }
+}
+
+fn hid_device(device: HidNode) -> Found {
+    let identity = Identity {
+        vendor: device.id.vendor,
+        product: device.id.product,
+        serial: device.id.serial.clone(),
+        manufacturer: device.manufacturer,
+        name: device.name,
+    };
+    let obstacle = match device.reports {
+        Err(why) => Some(Obstacle {
+            why,
+            remedy: "it is no rig, or its firmware must be changed: docs/device-protocol.md".to_owned(),
+        }),
+        Ok(_) => closed(&device.path, || hid::permission_remedy(&device.id)),
+    };
+    Found {
+        address: Address::Hid(device.id),
+        description: describe("HID device", &device.path, Some(&identity)),
+        identity: Some(identity),
+        obstacle,
+        node: device.path,
+    }
+}
+
+fn text(text: Option<String>) -> Option<String> {
+    text.filter(|text| !text.is_empty())
+}
+
+/// Such as `Acme Slider (USB 1209:0001, serial number 17), HID device /dev/hidraw0`.
+fn describe(kind: &str, node: &Path, identity: Option<&Identity>) -> String {
+    let mut description = String::new();
+    if let Some(identity) = identity {
+        let words = [&identity.manufacturer, &identity.name].into_iter().flatten();
+        for word in words {
+            description.push_str(word);
+            description.push(' ');
+        }
+        description.push_str(&format!("({:04x}:{:04x}", identity.vendor, identity.product));
+        if let Some(serial) = &identity.serial {
+            description.push_str(&format!(", serial number {serial}"));
+        }
+        description.push_str("), ");
+    }
+    description.push_str(&format!("{kind} {}", node.display()));
+    description
+}
+
+/// Whether this process may open a node for reading and writing, without opening it.
+fn closed(node: &Path, remedy: impl FnOnce() -> String) -> Option<Obstacle> {
+    let error = access(node, Access::READ_OK | Access::WRITE_OK).err()?;
+    Some(Obstacle {
+        why: format!("{}: {error}", node.display()),
+        remedy: match error {
+            Errno::ACCESS | Errno::PERM => remedy(),
+            // It has gone in the meantime, or is not passed on into this container.
+            _ => "plug it in again; in a container, pass its node on".to_owned(),
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::HidId;
+    use serialport::UsbPortInfo;
+
+    #[test]
+    fn a_port_is_named_by_a_link_that_stays() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let node = folder.path().canonicalize().expect("there").join("ttyACM0");
+        std::fs::write(&node, "").expect("a file");
+        let by_id = folder.path().join("by-id");
+        std::fs::create_dir(&by_id).expect("a folder");
+        std::os::unix::fs::symlink(&node, by_id.join("usb-Acme_Slider_17-if00")).expect("a link");
+        let port = |port_type| SerialPortInfo {
+            port_name: node.to_string_lossy().into_owned(),
+            port_type,
+        };
+        let usb = SerialPortType::UsbPort(UsbPortInfo {
+            vid: 0x1209,
+            pid: 1,
+            serial_number: Some("17".to_owned()),
+            manufacturer: Some("Acme".to_owned()),
+            product: Some("Slider".to_owned()),
+        });
+        let found = serial(port(usb), &links(&by_id));
+        assert_eq!(
+            found.address.to_string(),
+            format!(
+                "serial:{}?baud=1000000",
+                by_id.join("usb-Acme_Slider_17-if00").display()
+            )
+        );
+        assert_eq!(
+            found.description,
+            format!(
+                "Acme Slider (1209:0001, serial number 17), serial port {}",
+                node.display()
+            )
+        );
+        assert_eq!(found.obstacle, None);
+        let plain = serial(port(SerialPortType::PciPort), &links(&folder.path().join("none")));
+        assert_eq!(
+            plain.address.to_string(),
+            format!("serial:{}?baud=1000000", node.display())
+        );
+        assert_eq!(
+            (plain.identity, plain.description),
+            (None, format!("serial port {}", node.display()))
+        );
+    }
+
+    #[test]
+    fn a_hid_device_that_cannot_be_a_rig_says_why() {
+        let id = HidId {
+            vendor: 0x046D,
+            product: 0xC31C,
+            serial: None,
+        };
+        let found = hid_device(HidNode {
+            path: "/dev/hidraw-none".into(),
+            id: id.clone(),
+            manufacturer: None,
+            name: Some("Keyboard".to_owned()),
+            reports: Err("its reports are too short".to_owned()),
+        });
+        assert_eq!(found.address, Address::Hid(id));
+        assert_eq!(found.description, "Keyboard (046d:c31c), HID device /dev/hidraw-none");
+        assert_eq!(found.obstacle.expect("it is none").why, "its reports are too short");
+    }
+
+    #[test]
+    fn a_node_that_may_not_be_opened_says_how_to_mend_that() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let node = folder.path().join("hidraw0");
+        let remedy = || "the remedy".to_owned();
+        let gone = closed(&node, remedy).expect("it is not there");
+        assert!(
+            gone.why.contains("hidraw0") && gone.remedy.contains("plug it in"),
+            "{gone:?}"
+        );
+        std::fs::write(&node, "").expect("a file");
+        assert_eq!(closed(&node, remedy), None);
+        if rustix::process::geteuid().is_root() {
+            println!("SKIPPED: the superuser may open everything");
+            return;
+        }
+        std::fs::set_permissions(&node, std::os::unix::fs::PermissionsExt::from_mode(0o400)).expect("ours");
+        assert_eq!(closed(&node, remedy).expect("not for writing").remedy, "the remedy");
+    }
+
+    #[test]
+    fn what_is_there_is_listed_without_harm() {
+        for found in list() {
+            assert_eq!(found.address.to_string().parse(), Ok(found.address));
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! Positions that are asked for and answered in order, by a controller that neither stamps nor numbers them.
+//!
+//! A position's time is when it was asked for. When its answer was read would be the worse choice: answers are read once a tick, so one that comes a little later than the others
+//! would seem a whole tick late, and a velocity would be made of that.
+
+use super::super::health::{LinkCounters, UNKNOWN_DRIFT, add};
+use crate::device::{DeviceError, Measurement};
+use std::sync::Arc;
+use std::sync::atomic::Ordering::Relaxed;
+
+/// Questions under way at once, at most. On a line too slow for the rate this sets the pace: what waits in its buffers is so many commands old and no older.
+pub(super) const WINDOW: usize = 4;
+
+/// After so long a question has been lost, or its answer, ns.
+const LOST_AFTER_NS: u64 = 20_000_000;
+
+/// After so long without a position the controller is to be greeted anew, ns.
+const SILENCE_NS: u64 = 500_000_000;
+
+/// No hand moves a handle as fast, m/s: a position that asks for it was damaged on its way. Both protocols can let that through, one without a checksum and
+/// one with an eight-bit one.
+const FASTEST_MPS: f64 = 10.0;
+
+/// What a position may jump by in no time, m.
+const SLACK_M: f64 = 1e-3;
+
+/// The positions of one axis.
+#[derive(Debug)]
+pub(super) struct Feedback {
+    counters: Arc<LinkCounters>,
+    metres_per_unit: f64,
+    /// Where the handle was at first, in the controller's unit.
+    origin: f64,
+    newest: Measurement,
+    used: u32,
+    heard_at_ns: u64,
+    period_ns: u64,
+    /// When the questions that are under way were sent, the oldest first, ns.
+    asked_at_ns: [u64; WINDOW],
+    under_way: usize,
+}
+
+impl Feedback {
+    /// Begins with a first position, in the controller's unit of so many metres, at a time of ours.
+    pub(super) fn new(
+        first: f64,
+        metres_per_unit: f64,
+        period_ns: u64,
+        now_ns: u64,
+        counters: Arc<LinkCounters>,
+    ) -> Self {
+        counters.drift_ppb.store(UNKNOWN_DRIFT, Relaxed);
+        add(&counters.connections, 1);
+        add(&counters.samples, 1);
+        Self {
+            counters,
+            metres_per_unit,
+            origin: first,
+            newest: Measurement {
+                sequence: 0,
+                time_ns: now_ns,
+                position_m: 0.0,
+            },
+            used: 0,
+            heard_at_ns: now_ns,
+            period_ns,
+            asked_at_ns: [0; WINDOW],
+            under_way: 0,
+        }
+    }
+
+    /// Whether a question may be asked now. Those that were lost make room.
+    pub(super) fn may_ask(&mut self, now_ns: u64) -> bool {
+        if self.under_way > 0 && now_ns.saturating_sub(self.asked_at_ns[0]) > LOST_AFTER_NS {
+            add(&self.counters.lost, self.under_way as u64);
+            self.under_way = 0;
+        }
+        self.under_way < WINDOW
+    }
+
+    /// A question goes out.
+    pub(super) fn ask(&mut self, now_ns: u64) {
+        if let Some(slot) = self.asked_at_ns.get_mut(self.under_way) {
+            *slot = now_ns;
+            self.under_way += 1;
+        }
+    }
+
+    /// A position came, in the controller's unit.
+    pub(super) fn take(&mut self, units: f64, now_ns: u64) {
+        if self.under_way == 0 {
+            add(&self.counters.out_of_sequence, 1);
+            return;
+        }
+        let asked_at_ns = self.asked_at_ns[0];
+        let round_trip_ns = now_ns.saturating_sub(asked_at_ns);
+        self.answered();
+        let position_m = (units - self.origin) * self.metres_per_unit;
+        #[expect(clippy::cast_precision_loss, reason = "half a second at most")]
+        let elapsed_s = (asked_at_ns.saturating_sub(self.newest.time_ns) + self.period_ns) as f64 * 1e-9;
+        if (position_m - self.newest.position_m).abs() > FASTEST_MPS * elapsed_s + SLACK_M {
+            add(&self.counters.malformed, 1);
+            return;
+        }
+        add(&self.counters.samples, 1);
+        self.counters.round_trip_ns.store(round_trip_ns, Relaxed);
+        if round_trip_ns > self.counters.round_trip_max_ns.load(Relaxed) {
+            self.counters.round_trip_max_ns.store(round_trip_ns, Relaxed);
+        }
+        // The answer to the question of one tick is there in the next.
+        if round_trip_ns > 2 * self.period_ns + self.period_ns / 2 {
+            add(&self.counters.late, 1);
+        }
+        self.newest = Measurement {
+            sequence: self.newest.sequence.wrapping_add(1),
+            time_ns: asked_at_ns,
+            position_m,
+        };
+    }
+
+    /// An answer came that cannot be used.
+    pub(super) fn answered(&mut self) {
+        self.asked_at_ns.copy_within(1.., 0);
+        self.under_way = self.under_way.saturating_sub(1);
+    }
+
+    /// The newest sample, at a time of ours.
+    ///
+    /// # Errors
+    /// The controller has been silent for too long.
+    pub(super) fn measurement(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
+        if self.newest.sequence != self.used {
+            self.used = self.newest.sequence;
+            self.heard_at_ns = now_ns;
+        } else if now_ns.saturating_sub(self.heard_at_ns) > SILENCE_NS {
+            return Err(DeviceError::Disconnected);
+        }
+        self.counters
+            .age_ns
+            .store(now_ns.saturating_sub(self.newest.time_ns), Relaxed);
+        Ok(self.newest)
+    }
+
+    /// The counters of the link.
+    pub(super) fn counters(&self) -> &LinkCounters {
+        &self.counters
+    }
+}
+
+/// A force on the hand, N, in the controller's unit of so many newtons, cut to a limit in that unit; zero where it is no number.
+pub(super) fn drive(force_n: f64, newtons_per_unit: f64, limit: f64, counters: &LinkCounters) -> f64 {
+    let wanted = force_n / newtons_per_unit;
+    if wanted.is_nan() {
+        return 0.0;
+    }
+    if wanted.abs() > limit {
+        add(&counters.clipped, 1);
+    }
+    wanted.clamp(-limit, limit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn feedback() -> Feedback {
+        Feedback::new(100.0, 0.01, MS, 0, Arc::new(LinkCounters::default()))
+    }
+
+    #[test]
+    fn positions_begin_at_zero_and_are_numbered() {
+        let mut feedback = feedback();
+        for k in 1..=3_u32 {
+            assert!(feedback.may_ask(u64::from(k) * MS));
+            feedback.ask(u64::from(k) * MS);
+            feedback.take(100.0 + 0.1 * f64::from(k), u64::from(k) * MS + MS / 2);
+            let sample = feedback.measurement(u64::from(k + 1) * MS).expect("it is there");
+            assert_eq!((sample.sequence, sample.time_ns), (k, u64::from(k) * MS));
+            assert!((sample.position_m - 1e-3 * f64::from(k)).abs() < 1e-12, "{sample:?}");
+        }
+    }
+
+    #[test]
+    fn questions_wait_for_answers_and_those_that_were_lost_make_room() {
+        let mut feedback = feedback();
+        for k in 0..WINDOW as u64 {
+            assert!(feedback.may_ask(k * MS));
+            feedback.ask(k * MS);
+        }
+        assert!(!feedback.may_ask(5 * MS));
+        feedback.take(100.0, 6 * MS);
+        assert!(feedback.may_ask(6 * MS));
+        assert_eq!(feedback.counters.late.load(Relaxed), 1);
+        assert_eq!(feedback.counters.lost.load(Relaxed), 0);
+        assert!(feedback.may_ask(100 * MS));
+        assert_eq!(feedback.counters.lost.load(Relaxed), 3);
+        // An answer to no question is old.
+        feedback.take(100.1, 101 * MS);
+        assert_eq!(feedback.counters.out_of_sequence.load(Relaxed), 1);
+    }
+
+    #[test]
+    fn a_jump_that_no_hand_makes_is_not_a_position() {
+        let mut feedback = feedback();
+        for (at, units) in [(1, 105.0), (2, 100.5)] {
+            feedback.ask(at * MS);
+            feedback.take(units, at * MS);
+        }
+        let sample = feedback.measurement(2 * MS).expect("it is there");
+        assert!((sample.position_m - 0.005).abs() < 1e-12, "{sample:?}");
+        assert_eq!(feedback.counters.malformed.load(Relaxed), 1);
+    }
+
+    #[test]
+    fn a_silent_controller_is_gone() {
+        let mut feedback = feedback();
+        assert!(feedback.measurement(500 * MS).is_ok());
+        assert_eq!(feedback.measurement(501 * MS), Err(DeviceError::Disconnected));
+    }
+
+    #[test]
+    fn a_force_is_cut_and_nonsense_is_zero() {
+        let counters = LinkCounters::default();
+        assert_eq!(drive(3.0, -2.0, 9.0, &counters), -1.5);
+        assert_eq!(drive(f64::NAN, 2.0, 9.0, &counters), 0.0);
+        assert_eq!(counters.clipped.load(Relaxed), 0);
+        assert_eq!(drive(f64::INFINITY, 2.0, 9.0, &counters), 9.0);
+        assert_eq!(counters.clipped.load(Relaxed), 1);
+    }
+}

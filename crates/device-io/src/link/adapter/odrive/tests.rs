@@ -1,0 +1,256 @@
+use super::super::Conversation;
+use super::super::virtual_line::{MS, VirtualLine};
+use super::*;
+use crate::device::DeviceError;
+use crate::fake::{Board, Hand, Motion, ODriveBoard, ODriveProperties, RigProperties};
+use crate::protocol::message::ErrorCode;
+
+type Line = VirtualLine<ODriveConversation, ODriveBoard>;
+
+fn line_with(options: &str, hand: Hand, properties: ODriveProperties) -> Line {
+    let options = ODriveOptions::parse("x", Some(options)).expect("right");
+    let generation = generation(properties.firmware.map(f64::from)).expect("new enough");
+    let counters = Arc::new(LinkCounters::default());
+    let mut board = ODriveBoard::new(RigProperties::default(), hand, properties);
+    let now_ns = 1000 * MS;
+    board.live_until(now_ns);
+    let first = board.rig().plant().position_m() / options.motor.metres_per_turn();
+    let conversation = ODriveConversation::new(
+        &options,
+        generation,
+        Some(3142.0),
+        options.motor.torque_limit_nm,
+        first,
+        MS,
+        now_ns,
+        Arc::clone(&counters),
+    );
+    VirtualLine::new(conversation, board, counters, now_ns)
+}
+
+fn line() -> Line {
+    line_with(
+        "radius_mm=5&torque_limit_nm=0.1",
+        Hand::Free,
+        ODriveProperties::default(),
+    )
+}
+
+#[test]
+fn force_flows_once_the_watchdog_is_on_and_ends_when_it_is_not_wanted() {
+    let mut line = line();
+    line.ticks(20, 3.0, false);
+    assert_eq!((line.board.is_on(), line.board.force_n()), (false, 0.0));
+    line.board.take_largest_force_n();
+    let mut armed = None;
+    for k in 0..100 {
+        line.ticks(1, 3.0, true);
+        if line.board.is_on() {
+            assert_eq!(line.board.watchdog(), Some(0.05), "no closed loop without it");
+            armed.get_or_insert(k);
+        } else {
+            assert_eq!(line.board.force_n(), 0.0);
+        }
+    }
+    assert!(armed.is_some_and(|ticks| ticks < 30), "{armed:?}");
+    assert!((line.board.force_n() - 3.0).abs() < 1e-3, "{}", line.board.force_n());
+    line.ticks(2, -99.0, true);
+    assert!((line.board.force_n() + 20.0).abs() < 1e-3, "cut to the limit");
+    assert!(line.count(|counters| &counters.clipped) >= 1);
+    line.ticks(1, 3.0, false);
+    assert_eq!(line.board.force_n(), 0.0, "in the same tick");
+    line.ticks(20, 3.0, false);
+    assert_eq!((line.board.is_on(), line.board.watchdog()), (false, None));
+    line.ticks(1000, 3.0, false);
+    assert_eq!(line.board.error(), 0, "no watchdog bites while it idles");
+    assert_eq!(line.count(|counters| &counters.bad_crc), 0);
+    assert_eq!(line.count(|counters| &counters.malformed), 0);
+    assert_eq!(line.count(|counters| &counters.lost), 0);
+    assert_eq!(line.count(|counters| &counters.device_errors), 0);
+}
+
+#[test]
+fn the_handle_is_where_the_shaft_is_and_force_pulls_where_it_is_positive_either_way_round() {
+    for (direction, sign) in [("1", 1.0), ("-1", -1.0)] {
+        let options = format!("radius_mm=5&torque_limit_nm=0.1&direction={direction}");
+        let mut line = line_with(&options, Hand::Free, ODriveProperties::default());
+        let before = line.ticks(100, 0.0, true);
+        let sample = line.ticks(500, 3.0, true);
+        // 3 N - 0.8 N on 1.4 kg for half a second, and the sample is a tick old.
+        assert!(
+            (0.18..0.2).contains(&sample.position_m),
+            "{sample:?} with direction {direction}"
+        );
+        assert_eq!(before.position_m, 0.0);
+        assert!(line.board.rig().plant().position_m() * sign > 0.18);
+        assert!(sample.sequence > before.sequence + 450);
+    }
+}
+
+#[test]
+fn a_host_that_dies_leaves_no_force() {
+    let mut line = line();
+    line.ticks(100, 5.0, true);
+    assert!(line.board.force_n() > 4.9);
+    line.host_is_dead = true;
+    let began_ns = line.now_ns;
+    while line.board.force_n() != 0.0 {
+        line.tick(5.0, true).ok();
+        assert!(line.now_ns - began_ns <= 52 * MS, "its watchdog must bite");
+    }
+    assert!(line.now_ns - began_ns > 45 * MS);
+    assert!(line.board.watchdog_has_bitten() && !line.board.is_on());
+    // Nothing comes any more: the connection is over.
+    assert_eq!(
+        line.ticks_until_failure(1000, 5.0, true).map(|(_, error)| error),
+        Some(DeviceError::Disconnected)
+    );
+}
+
+#[test]
+fn a_watchdog_that_has_bitten_is_told_and_the_next_enabling_clears_it() {
+    let mut line = line();
+    line.ticks(100, 2.0, true);
+    line.host_is_dead = true;
+    for _ in 0..60 {
+        line.tick(2.0, true).ok();
+    }
+    line.host_is_dead = false;
+    let (ticks, error) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
+    assert_eq!(error, DeviceError::MotorOff { watchdog: true });
+    assert!(ticks < 80, "{ticks}");
+    line.let_go(30);
+    line.ticks(100, 2.0, true);
+    assert!(line.board.is_on() && line.board.force_n() > 1.9);
+}
+
+#[test]
+fn an_axis_that_fails_is_told_as_what_it_is() {
+    for (firmware, bits, error) in [
+        ([0, 5, 6], 0x40, DeviceError::Failed(ErrorCode::Motor)),
+        ([0, 5, 6], 0x100, DeviceError::Failed(ErrorCode::Sensor)),
+        ([0, 6, 9], 0x1000, DeviceError::Failed(ErrorCode::Motor)),
+        ([0, 6, 9], 0x8, DeviceError::Failed(ErrorCode::Sensor)),
+        ([0, 6, 9], 0x800, DeviceError::MotorOff { watchdog: true }),
+        // Disarmed by somebody else.
+        ([0, 5, 4], 0, DeviceError::MotorOff { watchdog: false }),
+    ] {
+        let properties = ODriveProperties {
+            firmware,
+            ..ODriveProperties::default()
+        };
+        let mut line = line_with("radius_mm=5&torque_limit_nm=0.1", Hand::Free, properties);
+        line.ticks(100, 2.0, true);
+        assert!(line.board.is_on());
+        line.board.fail(bits);
+        let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
+        assert_eq!(told, error, "{firmware:?} {bits:#x}");
+        assert!(ticks <= 45, "{ticks}");
+        assert_eq!(line.board.force_n(), 0.0);
+    }
+}
+
+#[test]
+fn an_axis_that_cannot_close_its_loop_is_told() {
+    let properties = ODriveProperties {
+        calibrated: false,
+        ..ODriveProperties::default()
+    };
+    let mut line = line_with("radius_mm=5&torque_limit_nm=0.1", Hand::Free, properties);
+    let (ticks, error) = line.ticks_until_failure(400, 2.0, true).expect("it is told");
+    assert_eq!(error, DeviceError::Failed(ErrorCode::Motor));
+    assert!(ticks < 50, "{ticks}");
+    assert_eq!(line.board.take_largest_force_n(), 0.0);
+}
+
+#[test]
+fn whoever_else_closes_the_loop_while_no_force_is_wanted_is_overruled() {
+    let mut line = line();
+    line.ticks(100, 0.0, false);
+    line.board.hear(b"c 0 0.05\nw axis0.requested_state 8\n", line.now_ns);
+    line.ticks(200, 0.0, false);
+    assert!(!line.board.is_on());
+    assert_eq!(line.board.force_n(), 0.0);
+}
+
+#[test]
+fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
+    let motion = Motion::Sine {
+        amplitude_m: 0.03,
+        frequency_hz: 1.0,
+    };
+    let mut line = line_with(
+        "radius_mm=5&torque_limit_nm=0.1",
+        Hand::Prescribed(motion.clone()),
+        // As the greeting leaves it: a command that loses its checksum is believed, and the board must cut it.
+        ODriveProperties {
+            torque_limit_nm: 0.1,
+            ..ODriveProperties::default()
+        },
+    );
+    line.ticks(50, 1.0, true);
+    line.quality.corrupt = 0.05;
+    line.quality.loss = 0.05;
+    let mut was = None;
+    for _ in 0..5000 {
+        let Ok(Some(sample)) = line.tick(1.0, true) else {
+            // A late answer may have been taken for a failure, which is told: safe, and begun anew.
+            line.let_go(50);
+            continue;
+        };
+        if was != Some(sample.sequence) {
+            // A sample is at most a few ticks old when it comes, and the hand moves at 0.19 m/s.
+            let exact = line.board.rig().plant().position_m() + 0.03;
+            assert!(
+                (sample.position_m - exact).abs() < 0.19 * 0.03,
+                "{sample:?} for {exact}"
+            );
+            was = Some(sample.sequence);
+        }
+        assert!(line.board.force_n().abs() <= 20.001);
+    }
+    assert!(line.count(|counters| &counters.bad_crc) > 10);
+    assert!(line.count(|counters| &counters.lost) > 10);
+    assert!(line.count(|counters| &counters.late) > 10);
+}
+
+#[test]
+fn a_slow_line_sets_the_pace_and_fills_no_buffer() {
+    let mut line = line();
+    line.quality.delay_ms = 4.0;
+    let before = line.ticks(100, 1.0, true);
+    let said = line.said.len();
+    let after = line.ticks(800, 1.0, true);
+    // Four questions in eight milliseconds and two ticks.
+    let share = f64::from(after.sequence - before.sequence) / 800.0;
+    assert!((0.4..=0.5).contains(&share), "{share}");
+    assert!(line.said.len() - said < 800 * 25, "{}", line.said.len() - said);
+    assert!(line.count(|counters| &counters.not_sent) > 300);
+    assert!(line.count(|counters| &counters.late) > 300);
+    let round_trip = line.count(|counters| &counters.round_trip_ns);
+    assert!((8 * MS..=10 * MS).contains(&round_trip), "{round_trip}");
+    assert!(line.board.is_on() && (line.board.force_n() - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn the_last_word_switches_it_off() {
+    let mut line = line();
+    line.ticks(100, 3.0, true);
+    let mut text = Text::default();
+    line.conversation.farewell(&mut text);
+    let now_ns = line.now_ns;
+    line.board.hear(text.as_bytes(), now_ns);
+    line.board.live_until(now_ns + 2 * MS);
+    assert_eq!(
+        (line.board.is_on(), line.board.force_n(), line.board.watchdog()),
+        (false, 0.0, None)
+    );
+}
+
+#[test]
+fn every_firmware_is_known_or_refused() {
+    assert_eq!(generation([0.0, 4.0, 12.0]), None);
+    assert_eq!(generation([0.0, 5.0, 3.0]), None);
+    assert_eq!(generation([0.0, 5.0, 4.0]), Some(Generation::Half));
+    assert_eq!(generation([0.0, 6.0, 0.0]), Some(Generation::Six));
+}

@@ -1,0 +1,98 @@
+//! What every kind of link has in common: the greeting, and a tick's reading.
+
+use super::clock;
+use super::keeper::ConnectError;
+use super::session::{Refused, Session};
+use crate::device::{DeviceError, Measurement};
+use crate::protocol::message::{DeviceHello, FromDevice, FromHost, MessageError};
+use crate::protocol::view::ViewError;
+use std::time::{Duration, Instant};
+
+/// For an answer to a hello.
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(250);
+
+/// Hellos in one attempt: boards that are reset by the opening of their port need a second or two before they hear anything.
+const HELLOS: u32 = 10;
+
+/// Something that carries messages: a serial line, a HID node.
+pub(super) trait Wire {
+    /// Sends a greeting. May wait for it to go.
+    ///
+    /// # Errors
+    /// The device is gone.
+    fn say_hello(&mut self, hello: FromHost) -> Result<(), DeviceError>;
+
+    /// Waits until there is something to hear, for so long at most, ns.
+    fn wait(&self, timeout_ns: u64);
+
+    /// Gives away what has come, without waiting; returns how many bytes that was.
+    ///
+    /// # Errors
+    /// The device is gone.
+    fn hear(&mut self, each: impl FnMut(Result<FromDevice, Refused>)) -> Result<usize, DeviceError>;
+}
+
+/// Asks who is there until it answers. `unanswered` says what to think of so many bytes that were no answer.
+///
+/// # Errors
+/// It has gone, or does not speak the protocol.
+pub(super) fn greet(
+    wire: &mut impl Wire,
+    what: &str,
+    unanswered: impl FnOnce(usize) -> String,
+) -> Result<DeviceHello, ConnectError> {
+    let gone = |_| ConnectError::Absent { what: what.to_owned() };
+    let mut heard_bytes = 0;
+    let mut heard = None;
+    for _ in 0..HELLOS {
+        let nonce = clock::nonce();
+        wire.say_hello(FromHost::Hello { nonce }).map_err(gone)?;
+        let asked = Instant::now();
+        while asked.elapsed() < ANSWER_TIMEOUT {
+            wire.wait(20_000_000);
+            let mut answer = None;
+            heard_bytes += wire
+                .hear(|came| match came {
+                    Ok(FromDevice::Hello(hello)) if hello.nonce == nonce => answer = Some(hello),
+                    Ok(_) => {}
+                    // A device of another version must be named as one, whatever else comes.
+                    Err(Refused::Message(error @ MessageError::View(ViewError::Version(_)))) => {
+                        heard = Some(error.to_string());
+                    }
+                    Err(Refused::Message(error)) if heard.is_none() => heard = Some(error.to_string()),
+                    Err(_) => {}
+                })
+                .map_err(gone)?;
+            if let Some(hello) = answer {
+                return Ok(hello);
+            }
+        }
+        if heard.is_some() {
+            break;
+        }
+    }
+    Err(ConnectError::Protocol {
+        what: what.to_owned(),
+        heard: heard.unwrap_or_else(|| unanswered(heard_bytes)),
+    })
+}
+
+/// Takes in what has come, and the newest sample of it. Where the device's clock drifts past ours, a tick waits for a sample that is about to come, for so long at most, ns, rather than rendering the old
+/// one again.
+///
+/// # Errors
+/// As [`Session::measurement`], or the device is gone.
+pub(super) fn measurement(
+    wire: &mut impl Wire,
+    session: &mut Session,
+    wait_ns: u64,
+    now_ns: u64,
+) -> Result<Option<Measurement>, DeviceError> {
+    wire.hear(|came| session.take(came, now_ns))?;
+    if !session.has_news() {
+        wire.wait(wait_ns);
+        let later_ns = clock::now_ns();
+        wire.hear(|came| session.take(came, later_ns))?;
+    }
+    session.measurement(now_ns)
+}

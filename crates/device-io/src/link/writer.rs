@@ -1,0 +1,282 @@
+//! The thread that writes to a device whose writes block, and the real-time thread's end of it.
+#![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
+
+use super::health::{LinkCounters, add};
+use super::mailbox::{Mailbox, Taker};
+use crate::device::DeviceError;
+use crate::protocol::message::FromHost;
+use rustix::event::{EventfdFlags, eventfd};
+use rustix::fd::OwnedFd;
+use rustix::io::Errno;
+use std::sync::Arc;
+use std::sync::atomic::{
+    AtomicBool, AtomicU32, AtomicU64,
+    Ordering::{Acquire, Relaxed, Release},
+};
+use std::thread::JoinHandle;
+
+/// A device that takes nothing for so long is not there any more in any useful way, ns.
+const STUCK_NS: u64 = 100_000_000;
+
+/// Enough to load the mailbox and write a report. All of the daemon's memory is locked, so what is not needed is not asked for.
+const STACK_BYTES: usize = 128 * 1024;
+
+/// What both sides see.
+#[derive(Debug)]
+struct Shared {
+    mailbox: Mailbox,
+    /// Counts up when there is something new.
+    bell: OwnedFd,
+    /// What is in the mailbox is the last.
+    quit: AtomicBool,
+    ended: AtomicBool,
+    /// Sequence of the newest message that has been dealt with.
+    done: AtomicU32,
+    /// Messages that newer ones have made needless.
+    skipped: AtomicU64,
+}
+
+/// The posting end. Only [`Drop`] waits.
+#[derive(Debug)]
+pub(super) struct Writer {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    posted: u32,
+    /// How far the writer had come when it was last seen to move, and when that was, on our clock, ns.
+    moved: (u32, u64),
+    skipped: u64,
+}
+
+impl Writer {
+    /// Starts a writer that sends by a function, which may block and ends it with an error.
+    pub(super) fn start<E>(
+        now_ns: u64,
+        send: impl FnMut(FromHost) -> Result<(), E> + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let shared = Arc::new(Shared {
+            mailbox: Mailbox::default(),
+            bell: eventfd(0, EventfdFlags::CLOEXEC)?,
+            quit: AtomicBool::new(false),
+            ended: AtomicBool::new(false),
+            done: AtomicU32::new(0),
+            skipped: AtomicU64::new(0),
+        });
+        let theirs = Arc::clone(&shared);
+        let thread = std::thread::Builder::new()
+            .name("device writer".to_owned())
+            .stack_size(STACK_BYTES)
+            .spawn(move || run(&theirs, send))?;
+        Ok(Self {
+            shared,
+            thread: Some(thread),
+            posted: 0,
+            moved: (0, now_ns),
+            skipped: 0,
+        })
+    }
+
+    /// Has messages sent, the newest in place of any that have not gone yet. One system call, which does not wait: a count would have to reach 2^64 for that.
+    ///
+    /// # Errors
+    /// The writer has failed, or the device takes nothing.
+    pub(super) fn post(
+        &mut self,
+        enable: Option<FromHost>,
+        command: FromHost,
+        now_ns: u64,
+        counters: &LinkCounters,
+    ) -> Result<(), DeviceError> {
+        let done = self.shared.done.load(Relaxed);
+        // Nothing to do is as good as something done.
+        if done != self.moved.0 || done == self.posted {
+            self.moved = (done, now_ns);
+        }
+        let stuck = now_ns.saturating_sub(self.moved.1) > STUCK_NS;
+        let skipped = self.shared.skipped.load(Relaxed);
+        add(
+            &counters.not_sent,
+            skipped.wrapping_sub(std::mem::replace(&mut self.skipped, skipped)),
+        );
+        if let FromHost::Command { sequence, .. } = command {
+            self.posted = sequence;
+        }
+        self.shared.mailbox.post(enable, command);
+        self.ring();
+        if stuck {
+            Err(DeviceError::Disconnected)
+        } else {
+            self.check()
+        }
+    }
+
+    /// # Errors
+    /// The writer has failed.
+    pub(super) fn check(&self) -> Result<(), DeviceError> {
+        if self.shared.ended.load(Acquire) {
+            Err(DeviceError::Disconnected)
+        } else {
+            Ok(())
+        }
+    }
+
+    fn ring(&self) {
+        if rustix::io::write(&self.shared.bell, &1_u64.to_ne_bytes()).is_err() {
+            // A signal came first; the next command rings again.
+        }
+    }
+}
+
+impl Drop for Writer {
+    /// Returns when what was posted last has been sent, or could not be: a new conversation with the device must not be disturbed by an old one.
+    fn drop(&mut self) {
+        self.shared.quit.store(true, Release);
+        while rustix::io::write(&self.shared.bell, &1_u64.to_ne_bytes()) == Err(Errno::INTR) {}
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            // It has panicked, and said so itself.
+        }
+    }
+}
+
+/// However it ends, it is told.
+struct Ended<'a>(&'a AtomicBool);
+
+impl Drop for Ended<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Release);
+    }
+}
+
+fn run<E>(shared: &Shared, mut send: impl FnMut(FromHost) -> Result<(), E>) {
+    let _ended = Ended(&shared.ended);
+    rise();
+    let mut taker = Taker::default();
+    loop {
+        match rustix::io::read(&shared.bell, &mut [0; 8]) {
+            Ok(_) | Err(Errno::INTR) => {}
+            Err(_) => return,
+        }
+        // Before the mailbox, so that what was posted before it is seen.
+        let last = shared.quit.load(Acquire);
+        let taken = taker.take(&shared.mailbox);
+        for message in [taken.enable, taken.command].into_iter().flatten() {
+            if send(message).is_err() {
+                return;
+            }
+        }
+        shared
+            .skipped
+            .store(shared.skipped.load(Relaxed) + u64::from(taken.skipped), Relaxed);
+        shared.done.store(taker.newest(), Relaxed);
+        if last {
+            return;
+        }
+    }
+}
+
+/// Asks for the lowest real-time priority: above everything ordinary, so that a busy machine does not hold commands back, and below the loop. Where it is refused, the loop has been too, and says how to get it.
+fn rise() {
+    let lowest = libc::sched_param { sched_priority: 1 };
+    // SAFETY: a structure of this function, read by the kernel; 0 is this thread alone.
+    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const lowest) };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc;
+    use std::time::{Duration, Instant};
+
+    const MS: u64 = 1_000_000;
+
+    fn command(sequence: u32, enabled: bool) -> FromHost {
+        FromHost::Command {
+            sequence,
+            force_mn: if enabled { 1000 } else { 0 },
+            enabled,
+        }
+    }
+
+    #[test]
+    fn the_last_word_is_what_was_posted_last() {
+        for k in 0..200 {
+            let (sends, sent) = mpsc::channel();
+            let counters = LinkCounters::default();
+            let mut writer = Writer::start(0, move |message| sends.send(message)).expect("a thread");
+            for sequence in 1..=k {
+                writer.post(None, command(sequence, true), 0, &counters).expect("well");
+            }
+            writer.post(None, command(k + 1, false), 0, &counters).expect("well");
+            drop(writer);
+            let sent: Vec<FromHost> = sent.try_iter().collect();
+            assert_eq!(sent.last(), Some(&command(k + 1, false)));
+        }
+    }
+
+    #[test]
+    fn what_is_not_sent_is_counted() {
+        let (lets, go) = mpsc::channel::<()>();
+        let (sends, sent) = mpsc::channel();
+        let counters = LinkCounters::default();
+        let mut writer = Writer::start(0, move |message| {
+            sends.send(message).map_err(drop)?;
+            go.recv().map_err(drop)
+        })
+        .expect("a thread");
+        writer.post(None, command(1, true), 0, &counters).expect("well");
+        sent.recv().expect("the first goes at once");
+        for sequence in 2..=10 {
+            writer.post(None, command(sequence, true), 0, &counters).expect("well");
+        }
+        lets.send(()).expect("it waits");
+        assert_eq!(sent.recv(), Ok(command(10, true)), "the newest in place of nine");
+        lets.send(()).expect("it waits");
+        // Its count is there when it has done that.
+        let began = Instant::now();
+        for sequence in 11.. {
+            writer.post(None, command(sequence, true), 0, &counters).expect("well");
+            if counters.not_sent.load(Relaxed) >= 8 {
+                break;
+            }
+            assert!(began.elapsed() < Duration::from_secs(10), "{counters:?}");
+        }
+        drop(lets);
+    }
+
+    #[test]
+    fn a_device_that_takes_nothing_is_given_up() {
+        let (lets, go) = mpsc::channel::<()>();
+        let (sends, sent) = mpsc::channel();
+        let counters = LinkCounters::default();
+        let mut writer = Writer::start(0, move |message| {
+            sends.send(message).map_err(drop)?;
+            go.recv().map_err(drop)
+        })
+        .expect("a thread");
+        // Where nothing was posted, nothing is late.
+        writer.post(None, command(1, true), 1000 * MS, &counters).expect("well");
+        sent.recv().expect("it is sent");
+        writer.post(None, command(2, true), 1100 * MS, &counters).expect("well");
+        let stuck = writer.post(None, command(3, true), 1101 * MS, &counters);
+        assert_eq!(stuck, Err(DeviceError::Disconnected));
+        drop(lets);
+    }
+
+    #[test]
+    fn a_failure_is_told() {
+        let counters = LinkCounters::default();
+        let mut writer = Writer::start(0, |_| Err(())).expect("a thread");
+        writer.check().expect("well");
+        if writer.post(None, command(1, true), 0, &counters).is_err() {
+            // It was quick to fail.
+        }
+        let began = Instant::now();
+        while writer.check().is_ok() {
+            assert!(began.elapsed() < Duration::from_secs(10));
+            std::thread::yield_now();
+        }
+        let after = writer.post(None, command(2, true), 0, &counters);
+        assert_eq!(after, Err(DeviceError::Disconnected));
+    }
+}

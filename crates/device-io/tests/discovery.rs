@@ -1,0 +1,97 @@
+//! Asking what is at an address who it is, against the fake rig behind a pseudo-terminal.
+
+use device_io::discovery::probe;
+use device_io::link::ConnectError;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+/// A fake rig, which ends with the test.
+struct FakeRig {
+    child: Child,
+    link: PathBuf,
+}
+
+impl FakeRig {
+    fn start(folder: &Path, arguments: &[&str]) -> Self {
+        let link = folder.join("rig");
+        let mut child = Command::new(env!("CARGO_BIN_EXE_fake-rig"))
+            .arg("--pty")
+            .arg(&link)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("it starts");
+        let mut said = String::new();
+        let stdout = child.stdout.take().expect("it is piped");
+        BufReader::new(stdout)
+            .read_line(&mut said)
+            .expect("it says where it is");
+        assert!(said.starts_with("fake-rig: "), "{said}");
+        Self { child, link }
+    }
+
+    fn address(&self) -> String {
+        format!("serial:{}", self.link.display())
+    }
+}
+
+impl Drop for FakeRig {
+    fn drop(&mut self) {
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+fn ask(address: &str) -> Result<device_io::discovery::Greeting, ConnectError> {
+    probe(&address.parse().expect("an address"))
+}
+
+#[test]
+fn a_rig_says_who_it_is() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rig = FakeRig::start(folder.path(), &["--force-limit-n", "7", "--sample-rate-hz", "500"]);
+    // And once more: the first has let go of it.
+    for _ in 0..2 {
+        let greeting = ask(&rig.address()).expect("it answers");
+        assert!(greeting.firmware.starts_with("fake-rig "), "{greeting:?}");
+        assert_eq!((greeting.force_limit_n, greeting.sample_rate_hz), (7.0, 500.0));
+        assert!((greeting.resolution_m - 10e-6).abs() < 1e-9, "{greeting:?}");
+    }
+}
+
+#[test]
+fn what_is_no_rig_is_told_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let nothing = format!("serial:{}", folder.path().join("nothing").display());
+    assert!(matches!(ask(&nothing), Err(ConnectError::Absent { .. })));
+    assert!(matches!(ask("hid:0000:0000"), Err(ConnectError::Absent { .. })));
+    assert!(matches!(ask("fake"), Err(ConnectError::Refused { .. })));
+
+    let other = FakeRig::start(folder.path(), &["--fault", "version 9"]);
+    let Err(ConnectError::Protocol { heard, .. }) = ask(&other.address()) else {
+        panic!("it speaks another version");
+    };
+    assert!(heard.contains("version 9"), "{heard}");
+    drop(other);
+
+    let silent = FakeRig::start(folder.path(), &["--fault", "loss 1"]);
+    let Err(ConnectError::Protocol { heard, .. }) = ask(&silent.address()) else {
+        panic!("it says nothing");
+    };
+    assert!(heard.contains("nothing answers"), "{heard}");
+    drop(silent);
+
+    let rig = FakeRig::start(folder.path(), &[]);
+    let line = rig.link.canonicalize().expect("it is there");
+    let held = serialport::new(line.to_string_lossy(), 1_000_000)
+        .open_native()
+        .expect("nobody has it");
+    let Err(ConnectError::Refused { remedy, .. }) = ask(&rig.address()) else {
+        panic!("it is in use");
+    };
+    assert!(remedy.contains("another program has it open"), "{remedy}");
+    drop(held);
+    ask(&rig.address()).expect("it is free again");
+}

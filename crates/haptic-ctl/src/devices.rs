@@ -1,0 +1,56 @@
+//! `devices`: what is plugged in, and why one cannot be used.
+
+use crate::failure::Failure;
+use crate::{Daemon, output};
+use haptic_ipc::{DevicesReply, FoundDevice, Request};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Ask one device who it is, by its address. That opens it, which resets many boards
+    #[arg(long, value_name = "ADDRESS")]
+    probe: Option<String>,
+}
+
+pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    let request = Request::Devices {
+        probe: arguments.probe.clone(),
+    };
+    let reply: DevicesReply = daemon.ask(request).await?;
+    if json {
+        return output::json(&reply);
+    }
+    if reply.devices.is_empty() {
+        return output::line("no serial line and no HID device is plugged in");
+    }
+    for device in &reply.devices {
+        for line in lines(device) {
+            output::line(&line)?;
+        }
+    }
+    Ok(())
+}
+
+fn lines(device: &FoundDevice) -> Vec<String> {
+    let mut lines = vec![device.address.clone()];
+    let mut add = |text: String| lines.push(format!("    {text}"));
+    if !device.description.is_empty() {
+        add(device.description.clone());
+    }
+    if device.in_use {
+        add("in use by this daemon".to_owned());
+    }
+    if let Some(answered) = &device.device {
+        add(format!(
+            "{}: {:.0} samples/s, {:.3} um a count, up to {} N",
+            answered.firmware,
+            answered.sample_rate_hz,
+            answered.resolution_m * 1e6,
+            answered.force_limit_n
+        ));
+    }
+    if let Some(problem) = &device.problem {
+        add(problem.what.clone());
+        add(format!("to mend it: {}", problem.remedy));
+    }
+    lines
+}

@@ -1,0 +1,171 @@
+#!/bin/busybox sh
+# The only program of the guest that run.sh boots: makes the gadgets, runs hapticd against each, and says what it found. A line begins with PASS, FAIL or NOTE.
+/bin/busybox mkdir -p /bin /usr/bin
+/bin/busybox --install -s /bin
+export PATH=/bin
+mount -t proc proc /proc
+mount -t sysfs sys /sys
+mount -t devtmpfs dev /dev
+mount -t tmpfs tmp /tmp
+mount -t tmpfs run /run
+# Whatever happens, the guest ends.
+(sleep 300; echo 'FAIL the guest took too long'; poweroff -f) &
+
+check() { # NAME, then what must succeed
+    checked=$1
+    shift
+    if "$@" >/tmp/said 2>&1; then
+        echo "PASS $checked"
+    else
+        echo "FAIL $checked: $(tr '\n' ' ' </tmp/said | cut -c1-400)"
+    fi
+}
+
+milliseconds() { read -r up _ </proc/uptime; echo "${up%.*}${up#*.}0"; }
+
+# Waits for something to be so: MILLISECONDS COMMAND...
+within() {
+    until_ms=$(($(milliseconds) + $1))
+    shift
+    until "$@"; do
+        if [ "$(milliseconds)" -ge "$until_ms" ]; then
+            echo "not so in time: $*; $(haptic-ctl --socket /run/c.sock status 2>&1 | head -12)"
+            return 1
+        fi
+        usleep 20000
+    done
+}
+
+not() { ! "$@"; }
+
+while read -r module; do
+    insmod "/modules/$module" || echo "NOTE $module: $?"
+done </modules/order
+mount -t configfs config /sys/kernel/config
+
+# One device with both functions, as its maker would build it.
+gadget=/sys/kernel/config/usb_gadget/rig
+make_gadget() {
+    mkdir $gadget && cd $gadget || return
+    echo 0x1209 >idVendor
+    echo 0x0001 >idProduct
+    mkdir strings/0x409 configs/c.1 functions/acm.0 functions/hid.0
+    echo 17 >strings/0x409/serialnumber
+    echo Acme >strings/0x409/manufacturer
+    echo Slider >strings/0x409/product
+    echo 0 >functions/hid.0/protocol
+    echo 0 >functions/hid.0/subclass
+    echo 64 >functions/hid.0/report_length
+    # As output through the control endpoint alone loses reports.
+    echo 0 >functions/hid.0/no_out_endpoint
+    # The descriptor of docs/device-protocol.md.
+    printf '\x06\x00\xff\x09\x01\xa1\x01\x15\x00\x26\xff\x00\x75\x08\x95\x40\x09\x01\x81\x02\x95\x40\x09\x01\x91\x02\xc0' >functions/hid.0/report_desc
+    ln -s functions/acm.0 functions/hid.0 configs/c.1/
+    ls /sys/class/udc
+    [ -n "$(ls /sys/class/udc)" ]
+}
+plug_in_gadget() { ls /sys/class/udc >$gadget/UDC; }
+unplug_gadget() { echo '' >$gadget/UDC; }
+
+# The converter is qemu's own; taking it from its driver is what a program sees of pulling it out.
+converter=
+find_converter() {
+    for device in /sys/bus/usb/devices/*; do
+        [ "$(cat "$device/idVendor" 2>/dev/null)" = 0403 ] && converter=$(basename "$device") && return
+    done
+    return 1
+}
+plug_in_converter() { echo "$converter" >/sys/bus/usb/drivers/usb/bind; }
+unplug_converter() { echo "$converter" >/sys/bus/usb/drivers/usb/unbind; }
+
+# What a fake rig says of its motor: the force now, the largest since it was last asked, whether its watchdog has bitten.
+ask_force() {
+    lines=$(wc -l <"/tmp/$1.said")
+    echo force >"/tmp/$1.asked"
+    for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
+        [ "$(wc -l <"/tmp/$1.said")" -gt "$lines" ] && break
+        usleep 20000
+    done
+    tail -1 "/tmp/$1.said"
+}
+start_fake_rig() { # NAME ARGUMENTS
+    rig=$1
+    shift
+    mkfifo "/tmp/$rig.asked"
+    fake-rig --sample-rate-hz 500 --hand-frequency-hz 1 "$@" <>"/tmp/$rig.asked" >"/tmp/$rig.said" 2>&1 &
+    fake_rig=$!
+    within 5000 grep -q fake-rig "/tmp/$rig.said"
+}
+pulls() { ask_force "$1" | awk '{ exit !($4 > 0.5) }'; }
+force_is_zero() { ask_force "$1" | awk '{ exit !($2 == 0 && $1 == "force") }'; }
+force_stays_zero() { ask_force "$1" >/dev/null; usleep 700000; ask_force "$1" | awk '{ print; exit !($2 == 0 && $4 == 0) }'; }
+
+ctl() { haptic-ctl --socket /run/c.sock "$@"; }
+is() { ctl --json status | grep -q "\"state\": *\"$1\""; }
+knows_firmware() { ctl status | grep -q 'firmware *fake-rig'; }
+engages_and_pulls() { ctl engage && within 3000 is engaged && within 3000 pulls "$1"; }
+never_engages() {
+    for _ in 1 2 3 4 5 6 7 8 9 10; do
+        is idle || return 1
+        usleep 50000
+    done
+    force_stays_zero "$1"
+}
+
+# One kind of link from end to end: NAME ADDRESS PLUG_IN UNPLUG, and where its fake rig speaks
+link() {
+    name=$1 address=$2 plug_in=$3 unplug=$4
+    shift 4
+    start_fake_rig "$name" "$@"
+    check "$name: it says who it is when asked" devices "$address"
+    hapticd --device "$address" --socket /run/c.sock --rate 500 --stale-ms 500 2>/tmp/hapticd.log &
+    daemon=$!
+    check "$name: connects, and is idle" within 10000 is idle
+    check "$name: the firmware is known" within 3000 knows_firmware
+    check "$name: idle, the motor gives nothing" force_stays_zero "$name"
+    check "$name: engages, and the force reaches the motor" engages_and_pulls "$name"
+    check "$name: a stop is confirmed" ctl stop
+    check "$name: stopped, the motor gives nothing" within 1000 force_is_zero "$name"
+    check "$name: a reset leaves it idle" ctl reset
+    check "$name: engages again" engages_and_pulls "$name"
+    check "$name: is unplugged" $unplug
+    check "$name: unplugged while engaged, it is disconnected" within 2000 is disconnected
+    check "$name: unplugged, the motor gives nothing" within 1000 force_is_zero "$name"
+    check "$name: is plugged in again" $plug_in
+    check "$name: plugged in again, it is idle within 2 s" within 2000 is idle
+    check "$name: it never engages by itself" never_engages "$name"
+    check "$name: engages after that" engages_and_pulls "$name"
+    kill -TERM $daemon
+    wait $daemon
+    check "$name: the daemon ends well" [ $? = 0 ]
+    check "$name: without the daemon, the motor gives nothing" within 1000 force_is_zero "$name"
+    check "$name: the daemon did not panic" not grep panicked /tmp/hapticd.log
+    kill $fake_rig
+}
+
+listed() { devices | tee /tmp/listed | grep -q "$1" || { cat /tmp/listed; return 1; }; }
+may_not_open() { su nobody -c devices | grep -A1 "^$1" | grep -F "$2"; }
+
+exec 3>&1
+echo "NOTE kernel $(uname -r), up $(milliseconds) ms"
+check 'the gadget is made' make_gadget
+check 'the gadget is plugged in' plug_in_gadget
+check 'a HID node appears' within 3000 [ -e /dev/hidraw0 ]
+check 'a CDC-ACM node appears' within 3000 [ -e /dev/ttyACM0 ]
+check 'a converter node appears' within 3000 [ -e /dev/ttyUSB0 ]
+check 'the converter is on the bus' find_converter
+
+check 'the list names the HID device' listed '^hid:1209:0001:17  Acme Slider (1209:0001, serial number 17), HID device /dev/hidraw0$'
+check 'the list names the CDC-ACM port' listed '^serial:/dev/ttyACM0?baud=1000000  Acme Slider (1209:0001, serial number 17), serial port /dev/ttyACM0$'
+check 'the list names the converter' listed '^serial:/dev/ttyUSB0?baud=1000000  .*(0403:6001.*), serial port /dev/ttyUSB0$'
+check 'another user is told how to be allowed the HID device' may_not_open hid:1209:0001:17 'SUBSYSTEM=="hidraw", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", GROUP="hapticd", MODE="0660"'
+check 'another user is told how to be allowed the port' may_not_open serial:/dev/ttyACM0 'usermod -aG dialout'
+
+link acm serial:/dev/ttyACM0 plug_in_gadget unplug_gadget --tty /dev/ttyGS0
+link hid hid:1209:0001:17 plug_in_gadget unplug_gadget --hid /dev/hidg0
+link ftdi serial:/dev/ttyUSB0 plug_in_converter unplug_converter --tty /dev/vport*p1
+
+dmesg >/tmp/dmesg
+check 'the kernel has nothing to complain of' not grep -E 'BUG:|WARNING: CPU|Oops|refcount_t' /tmp/dmesg
+echo END
+poweroff -f

@@ -1,0 +1,157 @@
+#!/usr/bin/env bash
+# hapticd on a true kernel's USB: run.sh [--binaries DIR] [--report FILE]
+#
+# Boots Debian's own kernel in qemu, by software, so neither /dev/kvm nor root is needed. Inside, the kernel's dummy host controller carries gadgets whose device side is a
+# fake rig: a serial function (CDC-ACM) and a HID function. qemu adds a serial converter (FTDI). guest.sh is the guest's only program; it makes the checks and
+# prints a line for each. Only what happens is checked, never how quickly: software emulation is slow.
+#
+#   --binaries DIR  hapticd, haptic-ctl, fake-rig and examples/devices are there; otherwise they are built
+#   --report FILE   write what was found as a page
+#
+# Ends with 0 if every check passed, with 1 if one failed, with 77 if a program is missing.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+root=$(cd "$here/../.." && pwd)
+target=${CARGO_TARGET_DIR:-$root/target}
+cache=$target/qemu
+binaries=
+report=
+while [ $# -gt 0 ]; do
+    case $1 in
+        --binaries) binaries=$2 && shift 2 ;;
+        --report) report=$2 && shift 2 ;;
+        *) echo "run.sh: there is no option $1" >&2 && exit 2 ;;
+    esac
+done
+
+# What to install where a program is missing.
+for needed in qemu-system-x86_64:qemu-system-x86 apt-get:apt cpio:cpio modprobe:kmod dpkg-deb:dpkg; do
+    if ! PATH=$PATH:/usr/sbin:/sbin command -v "${needed%%:*}" >/dev/null; then
+        echo "SKIPPED: ${needed%%:*} is missing (Debian: apt install ${needed##*:})"
+        exit 77
+    fi
+done
+PATH=$PATH:/usr/sbin:/sbin
+
+if [ -z "$binaries" ]; then
+    (cd "$root" && cargo build --quiet --locked -p hapticd -p haptic-ctl -p device-io --bins --examples)
+    binaries=$target/debug
+fi
+
+mkdir -p "$cache"
+# One run at a time: the second waits for what the first has made.
+exec 9>"$cache/lock"
+flock 9
+
+# Modules of the guest, with what they need in turn.
+modules='dummy_hcd libcomposite usb_f_acm usb_f_hid cdc_acm ftdi_sio usbhid hid_generic xhci_pci virtio_pci virtio_console configfs'
+
+# The kernel with its modules, and busybox, from Debian: kept until Debian has a newer kernel.
+base() {
+    local package version made
+    package=$(apt-cache depends linux-image-amd64 2>/dev/null | sed -n 's/.*Depends: \(linux-image-[0-9].*\)/\1/p' | head -1)
+    if [ -z "$package" ]; then
+        echo 'SKIPPED: apt knows no linux-image-amd64 (apt-get update on an amd64 Debian)'
+        exit 77
+    fi
+    if [ "$(cat "$cache/base.version" 2>/dev/null)" = "$package $modules" ]; then return; fi
+    rm -rf "$cache/deb" "$cache/base" "$cache/base.version"
+    mkdir -p "$cache/deb" "$cache/base"
+    if ! (cd "$cache/deb" && timeout 120 apt-get download -qq "$package" busybox-static 2>"$cache/deb/log"); then
+        echo "SKIPPED: $package could not be fetched: $(tail -1 "$cache/deb/log")"
+        exit 77
+    fi
+    for made in "$cache"/deb/*.deb; do dpkg-deb -x "$made" "$cache/deb/root"; done
+    version=$(ls "$cache/deb/root/lib/modules")
+    depmod -b "$cache/deb/root" "$version"
+    cp "$cache/deb/root/boot/vmlinuz-$version" "$cache/vmlinuz"
+    cp "$cache/deb/root/bin/busybox" "$cache/base/busybox"
+    mkdir "$cache/base/modules"
+    # In the order in which they can be inserted; what is built in is left out.
+    for made in $modules; do
+        # Builtin lines and options are of no use here.
+        modprobe -d "$cache/deb/root" -S "$version" --show-depends "$made" | sed -n 's/^insmod \([^ ]*\).*/\1/p'
+    done | awk '!seen[$0]++' | while read -r made; do
+        cp "$made" "$cache/base/modules/"
+        basename "$made" >>"$cache/base/modules/order"
+    done
+    # Newer kernels' modules are packed.
+    find "$cache/base/modules" -name '*.xz' -exec xz -d {} +
+    sed -i 's/\.xz$//' "$cache/base/modules/order"
+    echo "$version" >"$cache/kernel"
+    rm -rf "$cache/deb"
+    echo "$package $modules" >"$cache/base.version"
+}
+
+# The guest's files: those, our programs, and the libraries that they were linked with.
+image() {
+    local stage=$cache/stage made
+    rm -rf "$stage"
+    mkdir -p "$stage"/{bin,dev,etc,proc,sys,tmp,run}
+    cp -r "$cache/base/modules" "$stage/modules"
+    cp "$cache/base/busybox" "$stage/bin/busybox"
+    cp "$here/guest.sh" "$stage/init"
+    chmod 755 "$stage/init"
+    for made in hapticd haptic-ctl fake-rig examples/devices; do
+        cp "$binaries/$made" "$stage/bin/"
+        ldd "$binaries/$made" | grep -o '/[^ ]*' | while read -r library; do
+            mkdir -p "$stage$(dirname "$library")"
+            cp -nL "$library" "$stage$library"
+        done
+    done
+    strip --strip-debug "$stage"/bin/{hapticd,haptic-ctl,fake-rig,devices} 2>/dev/null || true
+    printf 'root:x:0:0:root:/:/bin/sh\nnobody:x:65534:65534:nobody:/:/bin/sh\n' >"$stage/etc/passwd"
+    printf 'root:x:0:\ndialout:x:20:\nnogroup:x:65534:\n' >"$stage/etc/group"
+    (cd "$stage" && find . | cpio --quiet -o -H newc -R 0:0) >"$cache/initrd"
+}
+
+base
+image
+
+# The converter's bytes go to the fake rig inside the guest through a port of the guest's own: qemu connects the two.
+sockets=$(mktemp -d)
+trap 'rm -rf "$sockets"' EXIT
+began=$SECONDS
+# With -icount the guest's clock counts its instructions, so that a busy machine makes it slow but not late: a device's watchdog bites only where the programs are at fault.
+timeout --kill-after=5 330 qemu-system-x86_64 \
+    -machine q35 -accel tcg -icount shift=1,sleep=off -cpu max -smp 1 -m 512 -nodefaults -no-user-config -display none -no-reboot \
+    -kernel "$cache/vmlinuz" -initrd "$cache/initrd" -append 'console=ttyS0 quiet panic=-1 mitigations=off' \
+    -serial stdio -monitor none \
+    -device qemu-xhci,id=xhci \
+    -chardev "socket,id=converter,path=$sockets/line,server=on,wait=off" -device usb-serial,chardev=converter,bus=xhci.0 \
+    -device virtio-serial-pci -chardev "socket,id=rig,path=$sockets/line,reconnect=1" -device virtserialport,chardev=rig,name=rig \
+    </dev/null 2>&1 | tr -d '\r' | tee "$cache/log" | grep --line-buffered -E '^(PASS|FAIL|NOTE) ' || true
+took=$((SECONDS - began))
+
+passed=$(grep -c '^PASS ' "$cache/log" || true)
+failed=$(grep -c '^FAIL ' "$cache/log" || true)
+ended=$(grep -c '^END' "$cache/log" || true)
+if [ "$ended" = 0 ]; then
+    echo "FAIL the guest did not come to its end; the last that it said:"
+    tail -20 "$cache/log"
+    failed=$((failed + 1))
+fi
+echo "SUMMARY $passed passed, $failed failed, $took s in qemu of $SECONDS s in all"
+
+if [ -n "$report" ]; then
+    {
+        echo '# USB on a true kernel'
+        echo
+        echo 'What `tests/qemu/run.sh --report docs/measured/usb-in-qemu.md` found when it was last run. It boots the kernel below in qemu by software emulation, on one processor, and runs hapticd against a fake'
+        echo "rig behind the kernel's own drivers: a CDC-ACM gadget and a HID gadget on the dummy host controller, and qemu's FTDI converter. It shows that the drivers, the nodes and hot-plug work as hapticd"
+        echo 'expects; nothing here is about time, which software emulation cannot tell.'
+        echo
+        echo '| | |'
+        echo '|---|---|'
+        echo "| date | $(date -u +%F) |"
+        echo "| kernel | $(cat "$cache/kernel"), Debian |"
+        echo "| emulator | $(qemu-system-x86_64 --version | head -1) |"
+        echo "| took | $took s |"
+        echo "| checks | $passed passed, $failed failed |"
+        echo
+        echo '```text'
+        grep -E '^(PASS|FAIL|NOTE) ' "$cache/log"
+        echo '```'
+    } >"$report"
+fi
+[ "$failed" = 0 ]

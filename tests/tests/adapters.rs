@@ -1,0 +1,260 @@
+//! hapticd on fakes of other makers' motor controllers, each behind a pseudo-terminal and in its published protocol: force acts, and whatever dies, none stays.
+
+use haptic_ipc::{Client, RigState, Status};
+use rustix::process::Signal;
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::Instant;
+use system_tests::{Daemon, PATIENCE, binary, status, wait_for, wait_for_state};
+
+/// A running fake-board. It is killed when the test ends.
+struct Board {
+    child: Child,
+    input: ChildStdin,
+    output: BufReader<ChildStdout>,
+}
+
+/// What the motor of a fake gives.
+#[derive(Clone, Copy, Debug)]
+struct Force {
+    now_n: f64,
+    largest_n: f64,
+    on: bool,
+    watchdog: bool,
+}
+
+impl Board {
+    fn start(kind: &str, link: &Path, arguments: &[&str]) -> Self {
+        let mut child = Command::new(binary("fake-board"))
+            .arg(kind)
+            .arg("--pty")
+            .arg(link)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("fake-board starts");
+        let mut board = Self {
+            input: child.stdin.take().expect("it is piped"),
+            output: BufReader::new(child.stdout.take().expect("it is piped")),
+            child,
+        };
+        assert!(board.line().starts_with("fake-board: "));
+        board
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        self.output.read_line(&mut line).expect("it says text");
+        assert!(!line.is_empty(), "fake-board has ended");
+        line
+    }
+
+    fn ask(&mut self, line: &str) -> String {
+        writeln!(self.input, "{line}").expect("it reads");
+        self.line()
+    }
+
+    fn force(&mut self) -> Force {
+        let line = self.ask("force");
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let ["force", now, "largest", largest, "on", on, "watchdog", watchdog] = words[..] else {
+            panic!("{line}");
+        };
+        Force {
+            now_n: now.parse().expect("a number"),
+            largest_n: largest.parse().expect("a number"),
+            on: on == "1",
+            watchdog: watchdog == "1",
+        }
+    }
+
+    fn wait_for(&mut self, what: &str, wanted: impl Fn(Force) -> bool) -> Force {
+        let began = Instant::now();
+        loop {
+            let force = self.force();
+            if wanted(force) {
+                return force;
+            }
+            assert!(began.elapsed() < PATIENCE, "waited in vain for {what}: {force:?}");
+            std::thread::yield_now();
+        }
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+/// A kind of fake, and how hapticd is told of it.
+struct Kind {
+    name: &'static str,
+    board: &'static [&'static str],
+    options: &'static str,
+    firmware: &'static str,
+}
+
+const KINDS: [Kind; 3] = [
+    Kind {
+        name: "odrive",
+        board: &[],
+        options: "radius_mm=5&torque_limit_nm=0.1",
+        firmware: "ODrive 0.5.6",
+    },
+    Kind {
+        name: "odrive",
+        board: &["--firmware-0-6"],
+        options: "radius_mm=5&torque_limit_nm=0.1",
+        firmware: "ODrive 0.6.9",
+    },
+    Kind {
+        name: "simplefoc",
+        board: &["--host-timeout-ms", "50"],
+        options: "radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
+        firmware: "SimpleFOC Commander (foc curr, target in A); WARNING: it has no watchdog",
+    },
+];
+
+/// A daemon on the fake at `board` in this directory.
+fn daemon(kind: &Kind, directory: &Path) -> Daemon {
+    let device = format!("{}:{}?{}", kind.name, directory.join("board").display(), kind.options);
+    let mut command = Command::new(binary("hapticd"));
+    // On a machine shared with other tests a sample may be late by more than on a rig.
+    command.args(["--device", &device, "--stale-ms", "200"]);
+    Daemon::spawn(command, &directory.join("run/control.sock"))
+}
+
+fn connected(client: &mut Client) -> Status {
+    wait_for(client, "a device", |status| {
+        status.device.link.as_ref().is_some_and(|link| link.device.is_some()) && status.state == RigState::Idle
+    })
+}
+
+fn samples(status: &Status) -> u64 {
+    status.device.link.as_ref().expect("a link").counts.samples
+}
+
+fn engage(daemon: &Daemon, client: &mut Client) {
+    drop(daemon.ctl_ok(&["engage"]));
+    wait_for_state(client, RigState::Engaged);
+}
+
+#[test]
+fn the_paper_s_scene_is_felt_on_every_board() {
+    for kind in &KINDS {
+        let directory = tempfile::tempdir().expect("a directory");
+        let link = directory.path().join("board");
+        let mut board = Board::start(kind.name, &link, kind.board);
+        let daemon = daemon(kind, directory.path());
+        let mut client = daemon.client();
+        let met = connected(&mut client);
+        let device = met
+            .device
+            .link
+            .as_ref()
+            .and_then(|link| link.device.clone())
+            .expect("one");
+        assert!(device.firmware.starts_with(kind.firmware), "{}", device.firmware);
+        assert!((device.force_limit_n - 20.0).abs() < 1e-9, "{device:?}");
+        assert!(!board.force().on, "no motor before it is wanted");
+        engage(&daemon, &mut client);
+        // Two seconds and more of its ticks, in which the hand goes to and fro over the block's stiction.
+        let before = samples(&status(&mut client));
+        let after = wait_for(&mut client, "samples", |status| samples(status) > before + 2000);
+        assert_eq!(after.state, RigState::Engaged, "{after:?}");
+        let force = board.force();
+        assert!(force.on, "{force:?}");
+        assert!((3.0..20.001).contains(&force.largest_n), "{}: {force:?}", kind.firmware);
+        daemon.ctl_ok(&["release"]);
+        wait_for_state(&mut client, RigState::Idle);
+        let force = board.wait_for("the motor to be off", |force| !force.on);
+        assert_eq!(force.now_n, 0.0);
+        let counts = status(&mut client).device.link.expect("a link").counts;
+        assert_eq!((counts.bad_crc, counts.malformed), (0, 0), "{counts:?}");
+        assert!(!force.watchdog, "{}: {force:?}", kind.firmware);
+        println!("{}: {counts:?}", kind.firmware);
+    }
+}
+
+#[test]
+fn a_daemon_that_is_killed_leaves_no_force() {
+    for kind in &KINDS {
+        let directory = tempfile::tempdir().expect("a directory");
+        let link = directory.path().join("board");
+        let mut board = Board::start(kind.name, &link, kind.board);
+        let daemon = daemon(kind, directory.path());
+        let mut client = daemon.client();
+        connected(&mut client);
+        engage(&daemon, &mut client);
+        board.wait_for("a force", |force| force.now_n.abs() > 1.0);
+        daemon.end(Signal::KILL);
+        let force = board.wait_for("its own watchdog", |force| force.now_n == 0.0 && !force.on);
+        assert!(force.watchdog, "{}: {force:?}", kind.firmware);
+        // The next daemon finds it as it must be, and can use it.
+        let daemon = self::daemon(kind, directory.path());
+        let mut client = daemon.client();
+        connected(&mut client);
+        engage(&daemon, &mut client);
+        board.wait_for("a force", |force| force.on && force.now_n.abs() > 1.0);
+    }
+}
+
+#[test]
+fn a_board_that_is_unplugged_is_disconnected_and_comes_back_idle() {
+    for kind in &KINDS {
+        let directory = tempfile::tempdir().expect("a directory");
+        let link = directory.path().join("board");
+        let mut board = Board::start(kind.name, &link, kind.board);
+        let daemon = daemon(kind, directory.path());
+        let mut client = daemon.client();
+        connected(&mut client);
+        engage(&daemon, &mut client);
+        board.wait_for("a force", |force| force.now_n.abs() > 1.0);
+        board.ask("hang-up 1");
+        wait_for_state(&mut client, RigState::Disconnected);
+        board.wait_for("its own watchdog", |force| force.now_n == 0.0 && !force.on);
+        let back = connected(&mut client);
+        assert_eq!(back.device.link.expect("a link").counts.connections, 2);
+        board.force();
+        let before = samples(&status(&mut client));
+        wait_for(&mut client, "samples", |status| samples(status) > before + 200);
+        let force = board.force();
+        assert_eq!((force.largest_n, force.on), (0.0, false), "it never engages by itself");
+    }
+}
+
+#[test]
+fn a_line_that_damages_and_loses_gives_no_wrong_force() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let link = directory.path().join("board");
+    let mut board = Board::start("odrive", &link, &[]);
+    let daemon = daemon(&KINDS[0], directory.path());
+    let mut client = daemon.client();
+    connected(&mut client);
+    engage(&daemon, &mut client);
+    board.ask("corrupt 0.02");
+    board.ask("loss 0.02");
+    wait_for(&mut client, "damage", |status| {
+        let counts = status.device.link.as_ref().expect("a link").counts;
+        counts.bad_crc >= 20 && counts.lost >= 5
+    });
+    // The limit of the address, whatever came.
+    assert!(board.force().largest_n < 20.01);
+}
+
+#[test]
+fn a_board_that_cannot_be_used_says_why() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let link = directory.path().join("board");
+    let mut board = Board::start("odrive", &link, &["--uncalibrated"]);
+    let daemon = daemon(&KINDS[0], directory.path());
+    let mut client = daemon.client();
+    connected(&mut client);
+    assert!(daemon.ctl(&["engage"]).status.code().is_some());
+    wait_for_state(&mut client, RigState::Faulted);
+    assert_eq!(board.force().largest_n, 0.0);
+}
