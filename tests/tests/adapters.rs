@@ -169,7 +169,7 @@ fn the_paper_s_scene_is_felt_on_every_board() {
         let force = board.force();
         assert!(force.on, "{force:?}");
         assert!((3.0..20.001).contains(&force.largest_n), "{}: {force:?}", kind.firmware);
-        daemon.ctl_ok(&["release"]);
+        drop(daemon.ctl_ok(&["release"]));
         wait_for_state(&mut client, RigState::Idle);
         let force = board.wait_for("the motor to be off", |force| !force.on);
         assert_eq!(force.now_n, 0.0);

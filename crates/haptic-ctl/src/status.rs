@@ -56,19 +56,9 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
             "thread",
             format!(
                 "{}, {}, {}, {}, spinning for {} us{}",
-                match real_time.fifo_priority {
-                    Some(priority) => format!("SCHED_FIFO {priority}"),
-                    None if real_time.deadline_scheduled => "SCHED_DEADLINE".to_owned(),
-                    None => "ordinary priority".to_owned(),
-                },
-                real_time
-                    .cpu
-                    .map_or_else(|| "not pinned".to_owned(), |cpu| format!("processor {cpu}")),
-                if real_time.memory_locked {
-                    "memory locked"
-                } else {
-                    "memory not locked"
-                },
+                real_time.scheduling(),
+                real_time.place(),
+                real_time.memory(),
                 if real_time.cpus_kept_awake {
                     "processors kept awake"
                 } else {

@@ -664,6 +664,35 @@ pub struct RealTimeStatus {
     pub problems: Vec<Problem>,
 }
 
+impl RealTimeStatus {
+    /// How it is scheduled, for people.
+    #[must_use]
+    pub fn scheduling(&self) -> String {
+        match self.fifo_priority {
+            Some(priority) => format!("SCHED_FIFO {priority}"),
+            None if self.deadline_scheduled => "SCHED_DEADLINE".to_owned(),
+            None => "ordinary priority".to_owned(),
+        }
+    }
+
+    /// Where it runs, for people.
+    #[must_use]
+    pub fn place(&self) -> String {
+        self.cpu
+            .map_or_else(|| "not pinned".to_owned(), |cpu| format!("processor {cpu}"))
+    }
+
+    /// Whether its memory stays in place, for people.
+    #[must_use]
+    pub fn memory(&self) -> &'static str {
+        if self.memory_locked {
+            "memory locked"
+        } else {
+            "memory not locked"
+        }
+    }
+}
+
 /// Something that the real-time thread could not have.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Problem {

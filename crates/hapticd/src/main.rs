@@ -325,22 +325,12 @@ fn introduce(rig: &RigHandle, server: &Server) {
     let real_time = &facts.real_time;
     say(&facts.device);
     say(&format!("control socket {}", server.path().display()));
-    let priority = match real_time.fifo_priority {
-        Some(priority) => format!("SCHED_FIFO {priority}"),
-        None if real_time.deadline_scheduled => "SCHED_DEADLINE".to_owned(),
-        None => "ordinary priority".to_owned(),
-    };
-    let cpu = real_time
-        .cpu
-        .map_or_else(|| "not pinned".to_owned(), |cpu| format!("processor {cpu}"));
-    let memory = if real_time.memory_locked {
-        "memory locked"
-    } else {
-        "memory not locked"
-    };
     say(&format!(
-        "{:.0} Hz, {priority}, {cpu}, {memory}",
-        1.0 / facts.period_s()
+        "{:.0} Hz, {}, {}, {}",
+        1.0 / facts.period_s(),
+        real_time.scheduling(),
+        real_time.place(),
+        real_time.memory()
     ));
     for problem in &real_time.problems {
         say_problem(problem);

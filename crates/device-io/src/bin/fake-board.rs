@@ -153,6 +153,9 @@ fn board(options: &Options) -> Box<dyn Board> {
 /// How often time goes by on the board where nothing is said, ns.
 const STEP_NS: u64 = 1_000_000;
 
+/// A board never stands still because the machine that plays it is busy: where this process did not run for longer, the rest has not gone by on the board, ns.
+const LONGEST_STEP_NS: u64 = 5_000_000;
+
 struct Desk {
     link: PathBuf,
     terminal: Option<Terminal>,
@@ -167,10 +170,14 @@ struct Desk {
     faults: VecDeque<TimedFault>,
     asked: mpsc::Receiver<String>,
     began_ns: u64,
+    /// The board's clock, and ours at the same time, ns.
+    board_ns: u64,
+    seen_ns: u64,
 }
 
 impl Desk {
     fn new(options: &Options, faults: VecDeque<TimedFault>) -> io::Result<Self> {
+        let began_ns = now_ns();
         Ok(Self {
             link: options.pty.clone(),
             terminal: Some(Terminal::plug_in(&options.pty)?),
@@ -183,7 +190,9 @@ impl Desk {
             raw: Vec::new(),
             faults,
             asked: requests(),
-            began_ns: now_ns(),
+            began_ns,
+            board_ns: began_ns,
+            seen_ns: began_ns,
         })
     }
 
@@ -193,7 +202,8 @@ impl Desk {
         io::stdout().flush()?;
         loop {
             let now = now_ns();
-            self.board.live_until(now);
+            self.board_ns += now.saturating_sub(self.seen_ns).min(LONGEST_STEP_NS);
+            self.seen_ns = now;
             if self.take_requests(now) {
                 return Ok(());
             }
@@ -204,10 +214,11 @@ impl Desk {
             while now >= self.stalled_until_ns
                 && let Some(line) = self.down.receive(now)
             {
-                for answer in self.board.hear(&line, now) {
+                for answer in self.board.hear(&line, self.board_ns) {
                     self.up.send(answer, &self.quality, now);
                 }
             }
+            self.board.live_until(self.board_ns);
             while let Some(line) = self.up.receive(now) {
                 if let Some(terminal) = &self.terminal {
                     terminal.write(&line)?;

@@ -21,6 +21,8 @@ pub struct SimpleFocProperties {
     pub voltage_limit: f64,
     /// After so long without a command the motor is disabled, ns, where the builder has added that; the library has nothing like it.
     pub host_timeout_ns: Option<u64>,
+    /// Its firmware sets the kind of control itself and keeps it at an angle, whatever is said.
+    pub keeps_angle: bool,
 }
 
 impl Default for SimpleFocProperties {
@@ -31,6 +33,7 @@ impl Default for SimpleFocProperties {
             nm_per_unit: 0.05,
             voltage_limit: 12.0,
             host_timeout_ns: None,
+            keeps_angle: false,
         }
     }
 }
@@ -162,7 +165,9 @@ impl SimpleFocBoard {
                 self.said(&format!("{id}E"), "Status: ", &value)
             }
             ('C', None) => {
-                if let Ok(control @ 0..=4) = value.parse() {
+                if let Ok(control @ 0..=4) = value.parse()
+                    && !self.properties.keeps_angle
+                {
                     self.control = control;
                     self.apply();
                 }

@@ -1,24 +1,32 @@
 //! The real loop, on its own thread as the daemon starts it, does nothing that it must not: it allocates and frees nothing, and makes no system call
-//! but its sleep. Meanwhile scenes change, people stop, reset, engage and release, and the device fails in every way it can.
+//! but its sleep and, on a link, the device's read, write and poll. Meanwhile scenes change, people stop, reset, engage and release, and the device fails in every
+//! way it can, or is unplugged and plugged in again.
 //!
 //! All of it is counted, not timed, so that a busy machine cannot disturb it.
 #![allow(unsafe_code, reason = "a counting allocator, a seccomp filter and a signal handler")]
 
 use crate::rig_state::Command;
+use crate::rt::clock::now_ns;
 use crate::rt::handoff::{CompiledScene, Shared};
 use crate::rt::privileges::Policy;
 use crate::rt::thread::{self, End, RunningLoop, Wishes};
 use crate::rt::tick::{Parts, Tick};
 use crate::telemetry::ring;
-use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
+use device_io::fake::{FakeRig, Firmware, FirmwareProperties, Hand, Motion, RigProperties, Terminal};
+use device_io::link::{Keeper, SerialConnector};
+use device_io::protocol::frame::{Decoder, Frame};
+use device_io::protocol::message::{FromDevice, FromHost};
+use device_io::protocol::view::View;
 use device_io::{Device, DeviceError, Measurement};
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::{RealTimeStatus, RigState};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
-use std::time::Instant;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 thread_local! {
     /// Whether this thread's calls are counted.
@@ -86,8 +94,16 @@ const ALLOWED: [libc::c_long; 9] = [
     libc::SYS_exit_group,
 ];
 
+/// What a link may call besides.
+const ALLOWED_ON_A_LINK: [libc::c_long; 4] = [libc::SYS_read, libc::SYS_write, libc::SYS_poll, libc::SYS_ppoll];
+
 /// Lets the calling thread make no other call from now on: the others are not made but trapped.
-fn forbid_system_calls() -> Result<(), std::io::Error> {
+fn forbid_system_calls(on_a_link: bool) -> Result<(), std::io::Error> {
+    let mut allowed = ALLOWED.to_vec();
+    if on_a_link {
+        allowed.extend(ALLOWED_ON_A_LINK);
+    }
+
     // The statements of linux/filter.h: the call's number is the first word of what a filter sees.
     let statement = |code: u32, k: u32, jt: u8| libc::sock_filter {
         code: u16::try_from(code).unwrap_or(0),
@@ -97,9 +113,9 @@ fn forbid_system_calls() -> Result<(), std::io::Error> {
     };
     let number = |call: libc::c_long| u32::try_from(call).unwrap_or(u32::MAX);
     let mut filter = vec![statement(libc::BPF_LD | libc::BPF_W | libc::BPF_ABS, 0, 0)];
-    for (index, call) in ALLOWED.into_iter().enumerate() {
+    for (index, call) in allowed.iter().copied().enumerate() {
         // To the last statement, over those in between.
-        let over = u8::try_from(ALLOWED.len() - index).unwrap_or(0);
+        let over = u8::try_from(allowed.len() - index).unwrap_or(0);
         filter.push(statement(
             libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K,
             number(call),
@@ -122,7 +138,7 @@ fn forbid_system_calls() -> Result<(), std::io::Error> {
             && libc::syscall(libc::SYS_seccomp, libc::SECCOMP_SET_MODE_FILTER, 0, &raw const program) == 0
     };
     // What was built here is freed before anybody counts.
-    drop(filter);
+    drop((filter, allowed));
     if done {
         Ok(())
     } else {
@@ -133,9 +149,10 @@ fn forbid_system_calls() -> Result<(), std::io::Error> {
 /// Tick at which the watch begins: by then the stack and the device are warm.
 const WATCH_FROM: u64 = 100;
 
-/// The fake rig, which fails now and then, and sets the watch over the thread that reads it.
+/// A rig that fails now and then, and sets the watch over the thread that reads it.
 struct Failing {
-    rig: FakeRig,
+    rig: Box<dyn Device>,
+    on_a_link: bool,
     reads: u64,
     seconds_ticks: u64,
     watch_until: u64,
@@ -154,8 +171,14 @@ impl Device for Failing {
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
         self.reads += 1;
         if self.reads == WATCH_FROM {
-            self.filtered
-                .store(if forbid_system_calls().is_ok() { 1 } else { 2 }, SeqCst);
+            self.filtered.store(
+                if forbid_system_calls(self.on_a_link).is_ok() {
+                    1
+                } else {
+                    2
+                },
+                SeqCst,
+            );
             WATCHED.set(true);
         }
         if self.reads == self.watch_until {
@@ -232,16 +255,101 @@ fn watched_s() -> u64 {
 
 #[test]
 fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
+    // One after the other: they share what counts.
+    let seconds = watched_s().div_ceil(2);
+    watch(Box::new(FakeRig::new(RigProperties::default(), hand())), false, seconds);
+    let rig = UnpluggedNowAndThen::start();
+    let connector = SerialConnector::new(rig.link.clone(), 1_000_000);
+    let (device, monitor, keeper) = Keeper::new(Box::new(connector), PERIOD_NS);
+    let _keeper = keeper.start().expect("a thread");
+    watch(Box::new(device), true, seconds);
+    let connections = monitor.counters().connections.load(SeqCst);
+    println!("{connections} connections");
+    assert!(connections > 1, "it was never unplugged");
+}
+
+fn hand() -> Hand {
+    Hand::Prescribed(Motion::Sine {
+        amplitude_m: 0.03,
+        frequency_hz: 1.0,
+    })
+}
+
+/// The fake rig behind a pseudo-terminal, on a thread of its own.
+struct UnpluggedNowAndThen {
+    link: PathBuf,
+    over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    _directory: tempfile::TempDir,
+}
+
+impl UnpluggedNowAndThen {
+    fn start() -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let link = directory.path().join("rig");
+        let over = Arc::new(AtomicBool::new(false));
+        let (to, told) = (link.clone(), Arc::clone(&over));
+        Self {
+            link,
+            over,
+            thread: Some(std::thread::spawn(move || Self::run(&to, &told))),
+            _directory: directory,
+        }
+    }
+
+    fn run(link: &Path, over: &AtomicBool) {
+        let began = Instant::now();
+        let mut firmware = Firmware::new(RigProperties::default(), hand(), FirmwareProperties::default());
+        let (mut terminal, mut decoder) = (None, Decoder::default());
+        while !over.load(SeqCst) {
+            // Two seconds plugged in, and a tenth of one unplugged.
+            if began.elapsed().as_millis() % 2100 < 2000 {
+                terminal.get_or_insert_with(|| Terminal::plug_in(link).expect("a terminal"));
+            } else {
+                terminal = None;
+            }
+            let now_ns = now_ns();
+            let mut said: Vec<FromDevice> = firmware.sample(now_ns).into_iter().collect();
+            if let Some(terminal) = &terminal {
+                let heard = terminal.read(|bytes| {
+                    for byte in bytes {
+                        if let Some(Ok(message)) = decoder.push(*byte)
+                            && let Ok(view) = View::whole(message)
+                            && let Ok(message) = FromHost::read(view)
+                        {
+                            said.extend(firmware.receive(message, now_ns));
+                        }
+                    }
+                });
+                heard.expect("the terminal is there");
+                for message in said {
+                    let frame = Frame::of(message.bytes().as_slice());
+                    terminal.write(frame.as_slice()).expect("the terminal is there");
+                }
+            }
+            // A sample a millisecond, more or less.
+            Terminal::wait(None, Duration::from_millis(1));
+        }
+    }
+}
+
+impl Drop for UnpluggedNowAndThen {
+    fn drop(&mut self) {
+        self.over.store(true, SeqCst);
+        if let Some(thread) = self.thread.take() {
+            drop(thread.join());
+        }
+    }
+}
+
+fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     let shared = Arc::new(Shared::new());
     let (producer, mut records) = ring::ring();
     let filtered = Arc::new(AtomicU64::new(0));
-    let motion = Motion::Sine {
-        amplitude_m: 0.03,
-        frequency_hz: 1.0,
-    };
-    let watch_until = WATCH_FROM + watched_s() * 1000;
+    let watch_until = WATCH_FROM + seconds * 1000;
     let device: Box<dyn Device> = Box::new(Failing {
-        rig: FakeRig::new(RigProperties::default(), Hand::Prescribed(motion)),
+        rig,
+        on_a_link,
         reads: 0,
         seconds_ticks: 1000,
         watch_until,
@@ -292,7 +400,7 @@ fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
         }
         let elapsed_s = began.elapsed().as_secs();
         assert!(
-            elapsed_s < 2 * watched_s() + 30,
+            elapsed_s < 2 * seconds + 30,
             "the loop ended by itself, or is stuck: {newest:?}"
         );
         std::thread::yield_now();

@@ -11,8 +11,11 @@ use std::sync::atomic::Ordering::Relaxed;
 /// Questions under way at once, at most. On a line too slow for the rate this sets the pace: what waits in its buffers is so many commands old and no older.
 pub(super) const WINDOW: usize = 4;
 
-/// After so long a question has been lost, or its answer, ns.
-const LOST_AFTER_NS: u64 = 20_000_000;
+/// After so long questions have been lost, or their answers, ns, where no other answer has told before ([`Feedback::answered_until`]).
+const LOST_AFTER_NS: u64 = 50_000_000;
+
+/// After so long without an answer another question is asked, whose answer tells, ns.
+const OVERDUE_AFTER_NS: u64 = 10_000_000;
 
 /// After so long without a position the controller is to be greeted anew, ns.
 const SILENCE_NS: u64 = 500_000_000;
@@ -78,6 +81,11 @@ impl Feedback {
         self.under_way < WINDOW
     }
 
+    /// Whether there is no room, and has not been for so long that answers are likely to be lost.
+    pub(super) fn is_overdue(&self, now_ns: u64) -> bool {
+        self.under_way == WINDOW && now_ns.saturating_sub(self.asked_at_ns[0]) > OVERDUE_AFTER_NS
+    }
+
     /// A question goes out.
     pub(super) fn ask(&mut self, now_ns: u64) {
         if let Some(slot) = self.asked_at_ns.get_mut(self.under_way) {
@@ -118,10 +126,17 @@ impl Feedback {
         };
     }
 
-    /// An answer came that cannot be used.
-    pub(super) fn answered(&mut self) {
+    fn answered(&mut self) {
         self.asked_at_ns.copy_within(1.., 0);
         self.under_way = self.under_way.saturating_sub(1);
+    }
+
+    /// Another question, asked at a time of ours, was answered: as answers come in the order of the questions, those that were asked earlier will never be.
+    pub(super) fn answered_until(&mut self, asked_at_ns: u64) {
+        while self.under_way > 0 && self.asked_at_ns[0] < asked_at_ns {
+            add(&self.counters.lost, 1);
+            self.answered();
+        }
     }
 
     /// The newest sample, at a time of ours.
@@ -194,10 +209,16 @@ mod tests {
         assert!(feedback.may_ask(6 * MS));
         assert_eq!(feedback.counters.late.load(Relaxed), 1);
         assert_eq!(feedback.counters.lost.load(Relaxed), 0);
-        assert!(feedback.may_ask(100 * MS));
+        feedback.answered_until(2 * MS);
+        assert_eq!(
+            feedback.counters.lost.load(Relaxed),
+            1,
+            "that of the second millisecond is under way"
+        );
+        assert!(feedback.may_ask(103 * MS));
         assert_eq!(feedback.counters.lost.load(Relaxed), 3);
         // An answer to no question is old.
-        feedback.take(100.1, 101 * MS);
+        feedback.take(100.1, 104 * MS);
         assert_eq!(feedback.counters.out_of_sequence.load(Relaxed), 1);
     }
 

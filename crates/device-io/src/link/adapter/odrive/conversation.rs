@@ -31,7 +31,7 @@ const ASK_ON_NS: u64 = 16_000_000;
 const ASK_OFF_NS: u64 = 50_000_000;
 
 /// For an answer to one of those, ns. Answers have no names: after a lost one nothing is asked for as long, so that a late one is not taken for another.
-const ANSWER_NS: u64 = 50_000_000;
+const ANSWER_NS: u64 = 20_000_000;
 
 /// Firmware that says the same in different words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,10 +102,14 @@ pub(super) struct ODriveConversation {
     torque_limit_nm: f64,
     motor: Motor,
     asked: Option<(Question, u64)>,
-    /// Nothing is asked before, ns.
+    /// Nothing needs to be asked before, ns.
     ask_after_ns: u64,
+    /// Nothing may be asked before, ns: an answer may still be under way.
+    quiet_until_ns: u64,
     ask_error_next: bool,
     encoder_failed: bool,
+    /// What its error was when it was last asked for.
+    error_bits: u32,
 }
 
 impl ODriveConversation {
@@ -139,8 +143,10 @@ impl ODriveConversation {
             },
             asked: None,
             ask_after_ns: 0,
+            quiet_until_ns: 0,
             ask_error_next: false,
             encoder_failed: false,
+            error_bits: 0,
         }
     }
 
@@ -149,10 +155,11 @@ impl ODriveConversation {
     }
 
     fn take_value(&mut self, value: &[u8], now_ns: u64) {
-        let Some((question, _)) = self.asked.take() else {
+        let Some((question, asked_at_ns)) = self.asked.take() else {
             add(&self.counters().out_of_sequence, 1);
             return;
         };
+        self.feedback.answered_until(asked_at_ns);
         let truth = value.eq_ignore_ascii_case(b"true").then_some(1.0);
         match (question, number(value).or(truth)) {
             (Question::State, Some(state)) => self.take_state(state, now_ns),
@@ -194,9 +201,10 @@ impl ODriveConversation {
         )]
         let bits = bits as u32;
         let (watchdog, encoder) = self.generation.bits();
-        if bits != 0 {
+        if bits != 0 && bits != self.error_bits {
             add(&self.counters().device_errors, 1);
         }
+        self.error_bits = bits;
         self.encoder_failed = bits & encoder != 0;
         let failed = match bits {
             0 => DeviceError::MotorOff { watchdog: false },
@@ -219,9 +227,9 @@ impl ODriveConversation {
             }
             add(&self.feedback.counters().lost, 1);
             self.asked = None;
-            self.ask_after_ns = now_ns + ANSWER_NS;
+            self.quiet_until_ns = now_ns + ANSWER_NS;
         }
-        if now_ns < self.ask_after_ns {
+        if now_ns < self.ask_after_ns.max(self.quiet_until_ns) {
             return;
         }
         let axis = self.axis;
@@ -375,6 +383,9 @@ impl Conversation for ODriveConversation {
         let room = self.feedback.may_ask(now_ns);
         if !room && enabled {
             add(&self.counters().not_sent, 1);
+        }
+        if self.feedback.is_overdue(now_ns) {
+            self.ask_after_ns = 0;
         }
         match self.motor {
             Motor::On { doubted_at_ns } => {

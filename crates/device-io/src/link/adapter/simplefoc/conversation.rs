@@ -15,6 +15,8 @@ use std::sync::Arc;
 /// Between two questions whether the motor is enabled, while it should be and while it should not, ns.
 const ASK_ON_NS: u64 = 16_000_000;
 const ASK_OFF_NS: u64 = 50_000_000;
+/// And while answers are overdue, ns.
+const ASK_OVERDUE_NS: u64 = 2_000_000;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Motor {
@@ -45,6 +47,8 @@ pub(super) struct SimpleFocConversation {
     limit_units: f64,
     motor: Motor,
     ask_after_ns: u64,
+    /// When it was last asked whether it is enabled, while there is no answer, ns.
+    asked_at_ns: Option<u64>,
 }
 
 impl SimpleFocConversation {
@@ -70,6 +74,7 @@ impl SimpleFocConversation {
                 settled: false,
             },
             ask_after_ns: 0,
+            asked_at_ns: None,
         }
     }
 
@@ -97,6 +102,7 @@ impl SimpleFocConversation {
     fn ask_enabled(&mut self, every_ns: u64, now_ns: u64, out: &mut Text) {
         if now_ns >= self.ask_after_ns && self.say(out, format_args!("E")) {
             self.ask_after_ns = now_ns + every_ns;
+            self.asked_at_ns = Some(now_ns);
         }
     }
 
@@ -140,6 +146,11 @@ impl SimpleFocConversation {
 impl Conversation for SimpleFocConversation {
     fn take(&mut self, line: Result<&[u8], TooLong>, now_ns: u64) {
         let answer = line.ok().and_then(|line| words::read(line, self.letter));
+        if matches!(answer, Some(Answer::Enabled(_)))
+            && let Some(asked_at_ns) = self.asked_at_ns.take()
+        {
+            self.feedback.answered_until(asked_at_ns);
+        }
         match (answer, &mut self.motor) {
             (Some(Answer::Angle(rad)), _) => self.feedback.take(rad, now_ns),
             (Some(Answer::Target(target)), _) => {
@@ -184,10 +195,15 @@ impl Conversation for SimpleFocConversation {
         if !room && enabled {
             add(&self.counters().not_sent, 1);
         }
+        if self.feedback.is_overdue(now_ns) {
+            self.ask_after_ns = self.ask_after_ns.min(now_ns + ASK_OVERDUE_NS);
+        }
         match self.motor {
-            Motor::On if room => {
-                let target = drive(force_n, self.newtons_per_unit, self.limit_units, self.counters());
-                self.say(out, format_args!("{target:.5}"));
+            Motor::On => {
+                if room {
+                    let target = drive(force_n, self.newtons_per_unit, self.limit_units, self.counters());
+                    self.say(out, format_args!("{target:.5}"));
+                }
                 self.ask_enabled(ASK_ON_NS, now_ns, out);
             }
             Motor::Arming { .. } if room => self.arm(now_ns, out),

@@ -84,6 +84,24 @@ fn without_a_time_out_in_the_firmware_force_stays_and_with_one_it_ends() {
 }
 
 #[test]
+fn a_board_that_does_not_control_torque_is_given_no_target() {
+    let properties = SimpleFocProperties {
+        keeps_angle: true,
+        ..SimpleFocProperties::default()
+    };
+    let mut line = line_with("", properties);
+    let (ticks, error) = line.ticks_until_failure(400, 5.0, true).expect("it is told");
+    assert_eq!(error, DeviceError::MotorOff { watchdog: false });
+    assert!((300..310).contains(&ticks), "{ticks}");
+    let said = String::from_utf8(line.said.clone()).expect("text");
+    for target in said.lines().filter_map(|line| line.strip_prefix('M')) {
+        assert!(target.parse::<f64>().unwrap_or(0.0) == 0.0, "{target}");
+    }
+    line.let_go(20);
+    assert!(!line.board.is_on());
+}
+
+#[test]
 fn a_motor_that_is_disabled_behind_our_back_is_told() {
     let mut line = line();
     line.ticks(100, 2.0, true);
