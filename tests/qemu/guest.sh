@@ -83,10 +83,11 @@ ask_force() {
     lines=$(wc -l <"/tmp/$1.said")
     echo force >"/tmp/$1.asked"
     for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
-        [ "$(wc -l <"/tmp/$1.said")" -gt "$lines" ] && break
+        [ "$(wc -l <"/tmp/$1.said")" -gt "$lines" ] && tail -1 "/tmp/$1.said" && return
         usleep 20000
     done
-    tail -1 "/tmp/$1.said"
+    # An old answer is none.
+    echo "the fake rig does not answer"
 }
 start_fake_rig() { # NAME ARGUMENTS
     rig=$1
@@ -96,9 +97,9 @@ start_fake_rig() { # NAME ARGUMENTS
     fake_rig=$!
     within 5000 grep -q fake-rig "/tmp/$rig.said"
 }
-pulls() { ask_force "$1" | awk '{ exit !($4 > 0.5) }'; }
-force_is_zero() { ask_force "$1" | awk '{ exit !($2 == 0 && $1 == "force") }'; }
-force_stays_zero() { ask_force "$1" >/dev/null; usleep 700000; ask_force "$1" | awk '{ print; exit !($2 == 0 && $4 == 0) }'; }
+pulls() { ask_force "$1" | awk '{ print; exit !($1 == "force" && $4 > 0.5) }'; }
+force_is_zero() { ask_force "$1" | awk '{ print; exit !($1 == "force" && $2 == 0) }'; }
+force_stays_zero() { ask_force "$1" >/dev/null; usleep 700000; ask_force "$1" | awk '{ print; exit !($1 == "force" && $2 == 0 && $4 == 0) }'; }
 
 ctl() { haptic-ctl --socket /run/c.sock "$@"; }
 is() { ctl --json status | grep -q "\"state\": *\"$1\""; }
