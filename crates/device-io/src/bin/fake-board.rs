@@ -70,6 +70,10 @@ struct Options {
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
 
+    /// Take no real-time priority, with which it keeps time as hardware does where it may have one
+    #[arg(long)]
+    ordinary_priority: bool,
+
     /// What is random is the same again with the same number
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -95,6 +99,9 @@ enum HandKind {
 
 fn main() -> ExitCode {
     let options = Options::parse();
+    if !options.ordinary_priority {
+        take_priority();
+    }
     let done = scripted(&options.fault, options.script.as_deref()).and_then(|faults| {
         let mut desk = Desk::new(&options, faults).map_err(|error| format!("{}: {error}", options.pty.display()))?;
         desk.run().map_err(|error| error.to_string())
@@ -106,6 +113,18 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Below that of hapticd's thread.
+const PRIORITY: libc::c_int = 60;
+
+#[expect(unsafe_code, reason = "scheduling has no safe wrapper")]
+fn take_priority() {
+    let wanted = libc::sched_param {
+        sched_priority: PRIORITY,
+    };
+    // SAFETY: reads one structure of this frame. Without the right to it the priority stays ordinary.
+    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
 }
 
 fn now_ns() -> u64 {

@@ -31,7 +31,7 @@ const ASK_ON_NS: u64 = 16_000_000;
 const ASK_OFF_NS: u64 = 50_000_000;
 
 /// For an answer to one of those, ns. Answers have no names: after a lost one nothing is asked for as long, so that a late one is not taken for another.
-const ANSWER_NS: u64 = 20_000_000;
+const ANSWER_NS: u64 = 40_000_000;
 
 /// Firmware that says the same in different words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
