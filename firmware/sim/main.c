@@ -1,7 +1,7 @@
 /* A rig in simulation: the real firmware on libsimavr's ATmega328P, its motor pulling a handle that a hand moves, its UART on a pseudo-terminal.
  *
- *     build/simulator build/quadrature.elf --pty /tmp/rig
- *     hapticd --device serial:/tmp/rig
+ *     build/simulator build/quadrature.elf --pty rig
+ *     hapticd --device serial:rig
  *
  * It keeps to real time. On standard input it takes: stats, until S (stats at that time), clear, hang loop|deaf|kicking, cut, patience MS,
  * quit; it answers each with one line of JSON. */
