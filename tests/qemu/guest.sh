@@ -83,10 +83,11 @@ ask_force() {
     lines=$(wc -l <"/tmp/$1.said")
     echo force >"/tmp/$1.asked"
     for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
-        [ "$(wc -l <"/tmp/$1.said")" -gt "$lines" ] && break
+        [ "$(wc -l <"/tmp/$1.said")" -gt "$lines" ] && tail -1 "/tmp/$1.said" && return
         usleep 20000
     done
-    tail -1 "/tmp/$1.said"
+    # An old answer is none.
+    echo "the fake rig does not answer"
 }
 start_fake_rig() { # NAME ARGUMENTS
     rig=$1
@@ -96,9 +97,9 @@ start_fake_rig() { # NAME ARGUMENTS
     fake_rig=$!
     within 5000 grep -q fake-rig "/tmp/$rig.said"
 }
-pulls() { ask_force "$1" | awk '{ exit !($4 > 0.5) }'; }
-force_is_zero() { ask_force "$1" | awk '{ exit !($2 == 0 && $1 == "force") }'; }
-force_stays_zero() { ask_force "$1" >/dev/null; usleep 700000; ask_force "$1" | awk '{ print; exit !($2 == 0 && $4 == 0) }'; }
+pulls() { ask_force "$1" | awk '{ print; exit !($1 == "force" && $4 > 0.5) }'; }
+force_is_zero() { ask_force "$1" | awk '{ print; exit !($1 == "force" && $2 == 0) }'; }
+force_stays_zero() { ask_force "$1" >/dev/null; usleep 700000; ask_force "$1" | awk '{ print; exit !($1 == "force" && $2 == 0 && $4 == 0) }'; }
 
 ctl() { haptic-ctl --socket /run/c.sock "$@"; }
 is() { ctl --json status | grep -q "\"state\": *\"$1\""; }
@@ -112,16 +113,19 @@ never_engages() {
     force_stays_zero "$1"
 }
 
+is_in_use() { devices_of root --probe "$1" | grep -F 'another program has it open'; }
+
 # One kind of link from end to end: NAME ADDRESS PLUG_IN UNPLUG, and where its fake rig speaks
 link() {
     name=$1 address=$2 plug_in=$3 unplug=$4
     shift 4
     start_fake_rig "$name" "$@"
-    check "$name: it says who it is when asked" devices "$address"
+    check "$name: it says who it is when asked" says_who_it_is "$address"
     hapticd --device "$address" --socket /run/c.sock --rate 500 --stale-ms 500 2>/tmp/hapticd.log &
     daemon=$!
     check "$name: connects, and is idle" within 10000 is idle
     check "$name: the firmware is known" within 3000 knows_firmware
+    check "$name: while it is in use nobody else gets it" is_in_use "$address"
     check "$name: idle, the motor gives nothing" force_stays_zero "$name"
     check "$name: engages, and the force reaches the motor" engages_and_pulls "$name"
     check "$name: a stop is confirmed" ctl stop
@@ -143,10 +147,17 @@ link() {
     kill $fake_rig
 }
 
-listed() { devices | tee /tmp/listed | grep -q "$1" || { cat /tmp/listed; return 1; }; }
-may_not_open() { su nobody -c devices | grep -A1 "^$1" | grep -F "$2"; }
+# A daemon that lists what there is and asks who it is, for the superuser and for somebody without any right: NAME
+start_lister() {
+    mkdir -m 700 "/tmp/$1" && chown "$1" "/tmp/$1" || return
+    su "$1" -c "exec hapticd --device fake --socket /tmp/$1/s.sock" 2>"/tmp/$1.log" &
+    within 10000 [ -S "/tmp/$1/s.sock" ]
+}
+devices_of() { of=$1; shift; haptic-ctl --socket "/tmp/$of/s.sock" devices "$@"; }
+# What USER is told of the device at ADDRESS holds TEXT.
+told() { devices_of "$1" | awk -v address="$2" '/^[^ ]/ { on = $0 == address } { print >"/tmp/told" } on' | grep -F "$3" || { cat /tmp/told; return 1; }; }
+says_who_it_is() { devices_of root --probe "$1" | tee /tmp/told | grep -q 'fake-rig .* 500 samples/s, 10.000 um a count, up to 20 N' || { cat /tmp/told; return 1; }; }
 
-exec 3>&1
 echo "NOTE kernel $(uname -r), up $(milliseconds) ms"
 check 'the gadget is made' make_gadget
 check 'the gadget is plugged in' plug_in_gadget
@@ -155,11 +166,16 @@ check 'a CDC-ACM node appears' within 3000 [ -e /dev/ttyACM0 ]
 check 'a converter node appears' within 3000 [ -e /dev/ttyUSB0 ]
 check 'the converter is on the bus' find_converter
 
-check 'the list names the HID device' listed '^hid:1209:0001:17  Acme Slider (1209:0001, serial number 17), HID device /dev/hidraw0$'
-check 'the list names the CDC-ACM port' listed '^serial:/dev/ttyACM0?baud=1000000  Acme Slider (1209:0001, serial number 17), serial port /dev/ttyACM0$'
-check 'the list names the converter' listed '^serial:/dev/ttyUSB0?baud=1000000  .*(0403:6001.*), serial port /dev/ttyUSB0$'
-check 'another user is told how to be allowed the HID device' may_not_open hid:1209:0001:17 'SUBSYSTEM=="hidraw", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", GROUP="hapticd", MODE="0660"'
-check 'another user is told how to be allowed the port' may_not_open serial:/dev/ttyACM0 'usermod -aG dialout'
+check 'a daemon for the list' start_lister root
+check 'a daemon without any right' start_lister nobody
+slider='Acme Slider (1209:0001, serial number 17)'
+check 'the list names the HID device' told root hid:1209:0001:17 "$slider, HID device /dev/hidraw0"
+check 'the list names the CDC-ACM port' told root 'serial:/dev/ttyACM0?baud=1000000' "$slider, serial port /dev/ttyACM0"
+check 'the list names the converter' told root 'serial:/dev/ttyUSB0?baud=1000000' '(0403:6001'
+check 'the superuser is told of nothing in the way' not told root hid:1209:0001:17 'to mend it'
+check 'another user is told how to be allowed the HID device' told nobody hid:1209:0001:17 \
+    'SUBSYSTEM=="hidraw", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", GROUP="hapticd", MODE="0660"'
+check 'another user is told how to be allowed the port' told nobody 'serial:/dev/ttyACM0?baud=1000000' 'usermod -aG dialout'
 
 link acm serial:/dev/ttyACM0 plug_in_gadget unplug_gadget --tty /dev/ttyGS0
 link hid hid:1209:0001:17 plug_in_gadget unplug_gadget --hid /dev/hidg0

@@ -5,7 +5,7 @@
 # fake rig: a serial function (CDC-ACM) and a HID function. qemu adds a serial converter (FTDI). guest.sh is the guest's only program; it makes the checks and
 # prints a line for each. Only what happens is checked, never how quickly: software emulation is slow.
 #
-#   --binaries DIR  hapticd, haptic-ctl, fake-rig and examples/devices are there; otherwise they are built
+#   --binaries DIR  hapticd, haptic-ctl and fake-rig are there; otherwise they are built
 #   --report FILE   write what was found as a page
 #
 # Ends with 0 if every check passed, with 1 if one failed, with 77 if a program is missing.
@@ -34,7 +34,7 @@ done
 PATH=$PATH:/usr/sbin:/sbin
 
 if [ -z "$binaries" ]; then
-    (cd "$root" && cargo build --quiet --locked -p hapticd -p haptic-ctl -p device-io --bins --examples)
+    (cd "$root" && cargo build --quiet --locked -p hapticd -p haptic-ctl -p device-io --bins)
     binaries=$target/debug
 fi
 
@@ -92,16 +92,16 @@ image() {
     cp "$cache/base/busybox" "$stage/bin/busybox"
     cp "$here/guest.sh" "$stage/init"
     chmod 755 "$stage/init"
-    for made in hapticd haptic-ctl fake-rig examples/devices; do
+    for made in hapticd haptic-ctl fake-rig; do
         cp "$binaries/$made" "$stage/bin/"
         ldd "$binaries/$made" | grep -o '/[^ ]*' | while read -r library; do
             mkdir -p "$stage$(dirname "$library")"
             cp -nL "$library" "$stage$library"
         done
     done
-    strip --strip-debug "$stage"/bin/{hapticd,haptic-ctl,fake-rig,devices} 2>/dev/null || true
+    strip --strip-debug "$stage"/bin/{hapticd,haptic-ctl,fake-rig} 2>/dev/null || true
     printf 'root:x:0:0:root:/:/bin/sh\nnobody:x:65534:65534:nobody:/:/bin/sh\n' >"$stage/etc/passwd"
-    printf 'root:x:0:\ndialout:x:20:\nnogroup:x:65534:\n' >"$stage/etc/group"
+    printf 'root:x:0:\ndialout:x:20:\nnobody:x:65534:\n' >"$stage/etc/group"
     (cd "$stage" && find . | cpio --quiet -o -H newc -R 0:0) >"$cache/initrd"
 }
 
@@ -137,7 +137,7 @@ if [ -n "$report" ]; then
     {
         echo '# USB on a true kernel'
         echo
-        echo 'What `tests/qemu/run.sh --report docs/measured/usb-in-qemu.md` found when it was last run. It boots the kernel below in qemu by software emulation, on one processor, and runs hapticd against a fake'
+        echo 'What `tests/qemu/run.sh --report docs/usb-in-qemu.md` found when it was last run. It boots the kernel below in qemu by software emulation, on one processor, and runs hapticd against a fake'
         echo "rig behind the kernel's own drivers: a CDC-ACM gadget and a HID gadget on the dummy host controller, and qemu's FTDI converter. It shows that the drivers, the nodes and hot-plug work as hapticd"
         echo 'expects; nothing here is about time, which software emulation cannot tell.'
         echo

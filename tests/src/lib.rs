@@ -6,6 +6,7 @@
 pub mod fake_rig;
 mod held;
 pub mod pid1;
+pub mod simulated_rig;
 
 pub use held::{HeldThread, real_time_thread};
 

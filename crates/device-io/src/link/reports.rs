@@ -124,6 +124,19 @@ mod tests {
     }
 
     #[test]
+    fn the_documents_descriptor_fits() {
+        let document = include_str!("../../../../docs/device-protocol.md");
+        let (_, after) = document.split_once("The report descriptor says").expect("it is there");
+        let text = after.split("```").nth(1).expect("a block").trim_start_matches("text");
+        let bytes: Vec<u8> = text
+            .split_whitespace()
+            .map(|byte| u8::from_str_radix(byte, 16).expect("hexadecimal"))
+            .collect();
+        assert_eq!(bytes, descriptor(64, 64));
+        assert_eq!(Reports::of(&bytes), Ok(Reports { input: 64, output: 64 }));
+    }
+
+    #[test]
     fn a_keyboard_is_no_rig() {
         // The boot keyboard of the HID specification, appendix B.1.
         let keyboard = [

@@ -1,0 +1,500 @@
+#!/usr/bin/env python3
+"""Holds a rig's firmware against docs/device-protocol.md, over a serial line:
+
+    ./check_rig.py /dev/ttyACM0
+    ./check_rig.py /dev/ttyACM0 --push 0.5
+
+It commands 0 N unless it is told to push; then the handle has to be free to move. It needs nothing but Python. Exit code: 0 where all is as the
+protocol wants it, 1 where it is not, 2 where it could not be tried.
+"""
+
+import argparse
+import os
+import random
+import select
+import struct
+import sys
+import termios
+import time
+import tty
+import zlib
+from collections import deque, namedtuple
+
+VERSION = 1
+HELLO, SAMPLE, WIDE_SAMPLE, ACKNOWLEDGE, ERROR = 0x01, 0x02, 0x03, 0x04, 0x05
+HOST_HELLO, COMMAND, ENABLE = 0x11, 0x12, 0x13
+LENGTHS = {HELLO: 48, SAMPLE: 20, WIDE_SAMPLE: 28, ACKNOWLEDGE: 8, ERROR: 8}
+LONGEST_FRAME = 54
+
+Hello = namedtuple("Hello", "nonce counts_per_metre force_limit_mn rate_hz watchdog_ms buttons wide firmware")
+Sample = namedtuple("Sample", "enabled bitten buttons sequence time_us count command")
+Acknowledge = namedtuple("Acknowledge", "refused sequence")
+Error = namedtuple("Error", "version code detail")
+
+
+class Fault(Exception):
+    """The device does something that the protocol does not allow."""
+
+
+def expect(condition, complaint):
+    if not condition:
+        raise Fault(complaint)
+
+
+def stuff(data):
+    """COBS, with the zero that ends the frame."""
+    out, group = bytearray(), bytearray()
+    for byte in data + b"\0":
+        if byte == 0:
+            out.append(len(group) + 1)
+            out += group
+            group.clear()
+        else:
+            group.append(byte)
+    return bytes(out) + b"\0"
+
+
+def unstuff(data):
+    """Takes COBS out; None where no sender stuffs so."""
+    out, at = bytearray(), 0
+    while at < len(data):
+        end = at + data[at]
+        if end > len(data):
+            return None
+        out += data[at + 1 : end]
+        at = end
+        if at < len(data):
+            out.append(0)
+    return bytes(out)
+
+
+def frame(message, spoil=0):
+    return stuff(message + struct.pack("<I", zlib.crc32(message) ^ spoil))
+
+
+def hello(nonce, version=VERSION):
+    return struct.pack("<BBHI", HOST_HELLO, version, 0, nonce)
+
+
+def command(sequence, force_mn=0, enabled=True, version=VERSION):
+    return struct.pack("<BBBBIi", COMMAND, version, enabled, 0, sequence, force_mn)
+
+
+def enable(sequence, on=True):
+    return struct.pack("<BBBBII", ENABLE, VERSION, on, 0, sequence, 0)
+
+
+def read_message(message):
+    """A message as a value. Raises Fault where the device may not say such a thing."""
+    kind, version = message[0], message[1]
+    if kind == ERROR and len(message) == LENGTHS[ERROR]:
+        _, _, code, _, detail = struct.unpack("<BBBBI", message)
+        return Error(version, code, detail)
+    expect(version == VERSION, f"it speaks version {version} of the protocol; this checks version {VERSION}")
+    expect(kind in LENGTHS, f"a message of kind {kind:#04x}, which no device sends")
+    expect(len(message) == LENGTHS[kind], f"a message of kind {kind:#04x} with {len(message)} bytes instead of {LENGTHS[kind]}")
+    if kind == HELLO:
+        _, _, flags, buttons, nonce, counts, limit, rate, watchdog, _, name = struct.unpack("<BBBBIfIIHH24s", message)
+        return Hello(nonce, counts, limit, rate, watchdog, buttons, bool(flags & 1), name.rstrip(b"\0").decode("ascii", "replace"))
+    if kind in (SAMPLE, WIDE_SAMPLE):
+        _, _, flags, buttons, sequence, time_us, count, echo = struct.unpack("<BBBBIIiI", message[:20])
+        return Sample(bool(flags & 1), bool(flags & 2), buttons, sequence, time_us, count, echo)
+    _, _, refused, _, sequence = struct.unpack("<BBBBI", message)
+    return Acknowledge(refused, sequence)
+
+
+class Line:
+    """The serial line: frames out, messages in."""
+
+    def __init__(self, path, baud):
+        self.descriptor = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        tty.setraw(self.descriptor, termios.TCSANOW)
+        settings = termios.tcgetattr(self.descriptor)
+        settings[4] = settings[5] = getattr(termios, f"B{baud}")
+        settings[2] |= termios.CLOCAL | termios.CREAD
+        termios.tcsetattr(self.descriptor, termios.TCSANOW, settings)
+        self.buffer = b""
+        self.damaged = 0
+
+    def send(self, data):
+        while data:
+            select.select([], [self.descriptor], [])
+            data = data[os.write(self.descriptor, data) :]
+
+    def flush(self):
+        termios.tcflush(self.descriptor, termios.TCIOFLUSH)
+        self.buffer = b""
+
+    def receive(self, timeout_s):
+        """The messages that have come; waits for the first bytes."""
+        if not select.select([self.descriptor], [], [], timeout_s)[0]:
+            return []
+        self.buffer += os.read(self.descriptor, 65536)
+        *frames, self.buffer = self.buffer.split(b"\0")
+        return [message for message in map(self.open, filter(None, frames)) if message is not None]
+
+    def open(self, stuffed):
+        message = unstuff(stuffed) if len(stuffed) < LONGEST_FRAME else None
+        if message is None or len(message) < 6 or zlib.crc32(message[:-4]) != struct.unpack("<I", message[-4:])[0]:
+            self.damaged += 1
+            return None
+        return read_message(message[:-4])
+
+
+class Rig:
+    """A conversation with the device."""
+
+    def __init__(self, line, slow=1.0):
+        self.line = line
+        self.slow = slow
+        self.waiting = deque()
+        self.sequence = 0
+        self.hello = None
+
+    def listen(self, seconds, until=lambda message: False):
+        """Listens for so long, or until a message; returns all that came."""
+        came = []
+        end = time.monotonic() + seconds
+        while True:
+            while self.waiting:
+                came.append(self.waiting.popleft())
+                if until(came[-1]):
+                    return came
+            left = end - time.monotonic()
+            if left <= 0:
+                return came
+            self.waiting += self.line.receive(left)
+
+    def listen_long(self, seconds):
+        """Listens for so long on the device's clock, more or less."""
+        return self.listen(seconds * self.slow)
+
+    def wait_for(self, seconds, what, wanted):
+        came = self.listen(seconds * self.slow, wanted)
+        expect(came and wanted(came[-1]), f"no {what} within {seconds * 1000:.0f} ms")
+        return came[-1]
+
+    def say(self, message, spoil=0):
+        self.line.send(frame(message, spoil))
+
+    def next(self):
+        self.sequence = (self.sequence + 1) % 2**32
+        return self.sequence
+
+    def open(self):
+        """A hello and its answer. What lay in the line before is dropped."""
+        nonce = random.randrange(2**32)
+        self.line.flush()
+        self.waiting.clear()
+        self.say(hello(nonce))
+        self.hello = self.wait_for(0.25, "answer to the hello", lambda m: isinstance(m, Hello) and m.nonce == nonce)
+        self.sequence = 0
+        self.line.damaged = 0
+        return self.hello
+
+    def command(self, force_mn=0, enabled=True):
+        self.say(command(self.next(), force_mn, enabled))
+
+    def sample(self, what, wanted, seconds=0.2):
+        return self.wait_for(seconds, what, lambda m: isinstance(m, Sample) and wanted(m))
+
+    def echoed(self, what="echo of the command"):
+        return self.sample(what, lambda s: s.command == self.sequence)
+
+    def enable(self, on=True):
+        self.say(enable(self.next(), on))
+        answer = self.wait_for(0.1, "acknowledge of the enable", lambda m: isinstance(m, Acknowledge))
+        expect(answer.sequence == self.sequence, f"it acknowledges {answer.sequence} instead of {self.sequence}")
+        expect(not answer.refused, "it refuses to enable the motor")
+        self.sample("sample with the motor " + ("enabled" if on else "off"), lambda s: s.enabled == on, 0.1)
+
+    def hold(self, seconds, force_mn=0):
+        """Commands a force about each millisecond; returns what came meanwhile."""
+        came = []
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.command(force_mn)
+            came += self.listen(0.001)
+        return came
+
+
+def elapsed_ms(first, last):
+    return ((last.time_us - first.time_us) % 2**32) / 1000
+
+
+def says_who_it_is(rig):
+    """answers a hello"""
+    answer = rig.open()
+    expect(1 <= answer.counts_per_metre <= 1e10, f"{answer.counts_per_metre} counts to a metre")
+    expect(10 <= answer.rate_hz <= 100_000, f"{answer.rate_hz} samples a second")
+    expect(answer.watchdog_ms == 50, f"a watchdog of {answer.watchdog_ms} ms")
+    expect(answer.force_limit_mn > 0, "a motor without a force")
+    return (
+        f"{answer.firmware}: {answer.counts_per_metre:.0f} counts/m, {answer.force_limit_mn / 1000} N, {answer.rate_hz} Hz"
+    )
+
+
+def counts_its_samples(rig):
+    """sends every sample, with sequence and time"""
+    rate = rig.open().rate_hz
+    samples = []
+    end = time.monotonic() + 1.0
+    while time.monotonic() < end:
+        rig.command(enabled=False)
+        samples += [message for message in rig.listen(0.1) if isinstance(message, Sample)]
+    expect(len(samples) > 2, "no samples")
+    for index, sample in enumerate(samples):
+        expect(sample.sequence == index, f"sample {index} after the hello has the sequence {sample.sequence}")
+        expect(not sample.enabled, "the motor is enabled after a hello")
+    steps = [elapsed_ms(*pair) for pair in zip(samples, samples[1:])]
+    mean = sum(steps) / len(steps)
+    expect(abs(mean * rate / 1000 - 1) < 0.01, f"a sample each {mean:.4f} ms, where {rate} Hz were promised")
+    expect(min(steps) > 0, "time stamps that do not grow")
+    expect(rig.line.damaged == 0, f"{rig.line.damaged} damaged frames")
+    return f"{len(samples)} samples, one each {mean:.4f} ms, {min(steps):.3f} to {max(steps):.3f}"
+
+
+def begins_anew(rig):
+    """begins anew with each hello"""
+    rig.open()
+    rig.enable()
+    rig.command()
+    rig.echoed()
+    rig.open()
+    first = rig.sample("sample", lambda s: True)
+    expect(first.sequence == 0, f"the first sample has the sequence {first.sequence}")
+    expect(first.command == 0, f"it still knows command {first.command}")
+    expect(not first.enabled, "the motor is still enabled")
+    rig.command()
+    rig.echoed("echo of the sequence begun anew")
+
+
+def says_what_it_has_heard(rig):
+    """gives back the sequence of the newest command"""
+    rig.open()
+    for _ in range(20):
+        rig.command(enabled=False)
+        rig.echoed()
+    first = rig.sequence
+    rig.say(command(first + 1000, enabled=False))
+    rig.sample("echo after a gap", lambda s: s.command == first + 1000)
+
+
+def enables_and_disables(rig):
+    """enables the motor, and no longer"""
+    rig.open()
+    rig.enable()
+    rig.command()
+    rig.echoed()
+    rig.enable(False)
+    rig.command()
+    expect(not rig.echoed().enabled, "a command enables the motor")
+    rig.enable()
+    rig.command(enabled=False)
+    expect(not rig.echoed().enabled, "a command without 'enabled' leaves the motor on")
+    rig.command()
+    expect(not rig.echoed().enabled, "the motor comes on again without an enable")
+
+
+def has_a_watchdog(rig):
+    """switches the motor off 50 ms after the last command"""
+    rig.open()
+    rig.enable()
+    came = rig.hold(0.2)
+    expect(all(m.enabled for m in came if isinstance(m, Sample)), "the motor goes off while commands come")
+    heard = [m for m in came if isinstance(m, Sample) and m.command == rig.sequence]
+    last = heard[0] if heard else rig.echoed("echo of the last command")
+    off = rig.sample("sample with the motor off", lambda s: not s.enabled)
+    after = elapsed_ms(last, off)
+    expect(45 <= after <= 53, f"the motor went off {after:.1f} ms after the last command")
+    expect(off.bitten, "the watchdog leaves no mark")
+    rig.command()
+    again = rig.echoed()
+    expect(not again.enabled and again.bitten, "a command brings the motor back after the watchdog")
+    rig.enable()
+    rig.sample("sample without the mark", lambda s: s.enabled and not s.bitten)
+    rig.sample("second bite, after an enable without a command", lambda s: s.bitten)
+    return f"after {after:.1f} ms"
+
+
+def refuses(rig):
+    """refuses what is damaged, old, foreign or unknown, and does not let it feed the watchdog"""
+    rig.open()
+    rig.command(enabled=False)
+    rig.echoed()
+    cases = {
+        "a wrong CRC": lambda newest: frame(command(newest + 1), spoil=1),
+        "another version": lambda newest: frame(command(newest + 1, version=VERSION + 1)),
+        "an unknown kind": lambda newest: frame(struct.pack("<BBHII", 0x77, VERSION, 0, newest + 1, 0)),
+        "a command that is too long": lambda newest: frame(command(newest + 1) + b"\0"),
+        "a command that is too short": lambda newest: frame(command(newest + 1)[:-1]),
+        "the same sequence": lambda newest: frame(command(newest)),
+        "an old sequence": lambda newest: frame(command(newest - 1)),
+        "a sequence from half way round": lambda newest: frame(command(newest + 2**31)),
+        "a sample sent back": lambda newest: frame(struct.pack("<BBBBIIiI", SAMPLE, VERSION, 1, 0, newest + 1, 0, 0, 0)),
+    }
+    for what, spoiled in cases.items():
+        heard = rig.sequence
+        rig.enable()
+        began = rig.sample("sample", lambda s: True)
+        bitten = None
+        for _ in range(200):
+            rig.line.send(spoiled(rig.sequence))
+            samples = [m for m in rig.listen(0.001) if isinstance(m, Sample)]
+            expect(all(s.command == heard for s in samples), f"{what}: it was taken")
+            bitten = next((s for s in samples if s.bitten), None)
+            if bitten:
+                break
+        expect(bitten, f"{what}: it feeds the watchdog")
+        expect(elapsed_ms(began, bitten) <= 55, f"{what}: the motor went off after {elapsed_ms(began, bitten):.1f} ms")
+        # What was refused has not become the newest.
+        rig.command(enabled=False)
+        rig.echoed(f"echo after {what}")
+
+
+def goes_on(rig):
+    """lets nothing that it does not know take the motor away"""
+    rig.open()
+    rig.enable()
+    rig.hold(0.02)
+    told = 0
+    for what, message in {
+        "another version": command(rig.sequence + 1, version=VERSION + 1),
+        "an unknown kind": struct.pack("<BB", 0x77, VERSION),
+        "a wrong length": enable(rig.sequence + 1) + b"\0",
+    }.items():
+        rig.say(message)
+        came = rig.hold(0.02)
+        errors = [m for m in came if isinstance(m, Error)]
+        expect(len(errors) <= 1 and all(m.code == 1 for m in errors), f"{what}: {errors} instead of one error with code 1")
+        told += bool(errors)
+        expect(all(m.enabled for m in came if isinstance(m, Sample)), f"{what}: the motor went off")
+    rig.command(enabled=False)
+    return f"tells {told} of 3 as errors"
+
+
+def comes_back_into_step(rig):
+    """is in step again after the next zero"""
+    rig.open()
+    noise = random.Random(1)
+    for _ in range(100):
+        choice = noise.randrange(4)
+        if choice == 0:
+            rig.line.send(bytes(noise.randrange(1, 256) for _ in range(noise.randrange(1, 200))))
+        elif choice == 1:
+            rig.line.send(frame(command(7777))[: noise.randrange(1, 17)])
+        elif choice == 2:
+            rig.line.send(bytes(noise.randrange(1, 8)))
+        else:
+            damaged = bytearray(frame(command(7777)))
+            damaged[noise.randrange(len(damaged) - 1)] ^= 1 << noise.randrange(8)
+            rig.line.send(bytes(damaged))
+        rig.line.send(b"\0")
+        rig.command(enabled=False)
+        rig.echoed("echo after noise")
+
+
+def counts_around(rig):
+    """follows a sequence that wraps around"""
+    rig.open()
+    for sequence in (0x7FFFFFFF, 0xFFFFFFFE, 0xFFFFFFFF, 0, 1):
+        rig.say(command(sequence, enabled=False))
+        rig.sample(f"echo of {sequence:#x}", lambda s: s.command == sequence)
+
+
+def falls_silent(rig):
+    """falls silent a second after the last message"""
+    rig.open()
+    rig.command(enabled=False)
+    heard = rig.echoed()
+    last = [m for m in rig.listen_long(1.5) if isinstance(m, Sample)][-1]
+    after = elapsed_ms(heard, last)
+    expect(950 <= after <= 1050, f"the last sample came {after:.0f} ms after the last message")
+    rig.say(command(rig.next()))
+    expect(not rig.listen_long(0.2), "it speaks without having been asked")
+    return f"after {after:.0f} ms"
+
+
+def keeps_to_its_version(rig):
+    """does not open a conversation with a host of another version"""
+    rig.listen_long(1.2)
+    rig.say(hello(1, version=VERSION + 1))
+    came = rig.listen_long(0.25)
+    expect(all(isinstance(m, Error) and m.code == 1 for m in came), f"a hello of version {VERSION + 1} opens the conversation")
+    return "says which it speaks" if came else "says nothing"
+
+
+def pushes(rig, force_n):
+    """counts upwards where a positive force pulls"""
+    limit_n = rig.open().force_limit_mn / 1000
+    expect(force_n <= limit_n, f"{force_n} N are beyond its {limit_n} N")
+    moved = {}
+    for sign in (1, -1):
+        rig.enable()
+        force_mn = round(sign * force_n * 1000)
+        samples = [m for m in rig.hold(0.15, force_mn) if isinstance(m, Sample)]
+        rig.enable(False)
+        expect(all(s.enabled for s in samples), "the motor went off")
+        moved[sign] = samples[-1].count - samples[0].count
+        rig.hold(0.5)
+    shown = ", ".join(f"{sign * force_n:+} N: {counts:+} counts" for sign, counts in moved.items())
+    expect(moved[1] - moved[-1] > 0, f"{shown}: swap the motor's or the encoder's wires, or the handle was held")
+    return shown
+
+
+CHECKS = [
+    says_who_it_is,
+    counts_its_samples,
+    begins_anew,
+    says_what_it_has_heard,
+    enables_and_disables,
+    has_a_watchdog,
+    refuses,
+    goes_on,
+    comes_back_into_step,
+    counts_around,
+    falls_silent,
+    keeps_to_its_version,
+]
+
+
+def wait_for_the_board(rig):
+    """Opening the port resets an Arduino; its boot loader takes up to two seconds."""
+    for _ in range(20):
+        try:
+            return rig.open()
+        except Fault:
+            pass
+    raise Fault("no device answers")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("port")
+    parser.add_argument("--baud", type=int, default=1_000_000)
+    parser.add_argument("--push", type=float, metavar="N", help="also pull the handle to and fro with so many newtons")
+    parser.add_argument("--slow", type=float, default=1.0, metavar="N", help="wait N times as long for everything: for a rig in simulation")
+    parser.add_argument("--only", metavar="NAME", help="one check: " + ", ".join(check.__name__ for check in CHECKS))
+    options = parser.parse_args()
+    try:
+        rig = Rig(Line(options.port, options.baud), options.slow)
+        wait_for_the_board(rig)
+    except (OSError, Fault) as error:
+        print(f"{options.port}: {error}")
+        return 2
+    checks = [(check.__doc__, lambda check=check: check(rig)) for check in CHECKS if options.only in (None, check.__name__)]
+    if options.push:
+        checks.append((pushes.__doc__, lambda: pushes(rig, options.push)))
+    failures = 0
+    for name, check in checks:
+        try:
+            note = check()
+            print(f"ok    it {name}" + (f" ({note})" if note else ""), flush=True)
+        except Fault as fault:
+            failures += 1
+            print(f"FAULT it {name}: {fault}", flush=True)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,83 @@
+#include "uart.h"
+
+#include "config.h"
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+
+#define RING_BYTES 128
+#define NEXT(at) ((uint8_t)((at) + 1) & (RING_BYTES - 1))
+
+_Static_assert((F_CPU / 8) % BAUD_HZ == 0, "the UART cannot make this baud rate exactly");
+
+/* One side writes the head, the other the tail; each is one byte, so neither is ever seen half written. */
+struct ring {
+    volatile uint8_t head, tail;
+    volatile uint8_t bytes[RING_BYTES];
+};
+
+static struct ring received, to_send;
+
+void uart_init(void)
+{
+    UCSR0A = 1 << U2X0;
+    UBRR0 = F_CPU / 8 / BAUD_HZ - 1;
+    UCSR0C = 1 << UCSZ01 | 1 << UCSZ00; /* 8 bits, no parity, 1 stop bit */
+    UCSR0B = 1 << RXCIE0 | 1 << RXEN0 | 1 << TXEN0;
+}
+
+ISR(USART_RX_vect)
+{
+    uint8_t byte = UDR0;
+    uint8_t head = received.head;
+    uint8_t next = NEXT(head);
+    /* A byte that is lost here, or damaged on the line, fails the CRC of its frame. */
+    if (next != received.tail) {
+        received.bytes[head] = byte;
+        received.head = next;
+    }
+}
+
+ISR(USART_UDRE_vect)
+{
+    uint8_t tail = to_send.tail;
+    UDR0 = to_send.bytes[tail];
+    tail = NEXT(tail);
+    to_send.tail = tail;
+    if (tail == to_send.head)
+        UCSR0B &= ~(1 << UDRIE0);
+}
+
+bool uart_has_byte(void)
+{
+    return received.head != received.tail;
+}
+
+bool uart_get(uint8_t *byte)
+{
+    uint8_t tail = received.tail;
+    if (tail == received.head)
+        return false;
+    *byte = received.bytes[tail];
+    received.tail = NEXT(tail);
+    return true;
+}
+
+bool uart_has_room(uint8_t bytes)
+{
+    return ((uint8_t)(to_send.tail - to_send.head - 1) & (RING_BYTES - 1)) >= bytes;
+}
+
+void uart_place(uint8_t ahead, uint8_t byte)
+{
+    to_send.bytes[(uint8_t)(to_send.head + ahead) & (RING_BYTES - 1)] = byte;
+}
+
+void uart_send(uint8_t bytes)
+{
+    to_send.head = (uint8_t)(to_send.head + bytes) & (RING_BYTES - 1);
+    /* The interrupt clears this bit: read, change and write must not be torn apart. */
+    cli();
+    UCSR0B |= 1 << UDRIE0;
+    sei();
+}

@@ -1,0 +1,214 @@
+//! The reference firmware on a simulated microcontroller, whose motor pulls a simulated handle: everything of a rig but the copper.
+
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use crate::PATIENCE;
+
+/// What the position is measured with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoder {
+    /// A quadrature encoder on the motor's shaft.
+    Quadrature,
+    /// The Hapkit's magneto-resistive sensor.
+    Magneto,
+}
+
+impl Encoder {
+    /// As the firmware's Makefile calls it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quadrature => "quadrature",
+            Self::Magneto => "magneto",
+        }
+    }
+}
+
+/// Where the firmware's sources are.
+#[must_use]
+pub fn firmware_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware")
+}
+
+/// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, where the tools are missing.
+fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
+    let missing = [
+        ("avr-gcc", "gcc-avr", has_command("avr-gcc")),
+        ("make", "make", has_command("make")),
+        ("cc", "gcc", has_command("cc")),
+        (
+            "avr-libc",
+            "avr-libc",
+            Path::new("/usr/lib/avr/include/avr/io.h").exists(),
+        ),
+        (
+            "libsimavr",
+            "libsimavr-dev",
+            Path::new("/usr/include/simavr/sim_avr.h").exists(),
+        ),
+        ("libelf", "libelf-dev", Path::new("/usr/include/libelf.h").exists()),
+    ];
+    for (what, package, there) in missing {
+        if !there {
+            println!("SKIPPED: {what} is missing (Debian: apt install {package})");
+            return None;
+        }
+    }
+    let built = Command::new("make")
+        .args(["--silent", "all"])
+        .arg(format!("ENCODER={}", encoder.name()))
+        .arg(format!("BUILD={}", folder.display()))
+        .current_dir(firmware_folder())
+        .status()
+        .expect("make runs");
+    assert!(built.success(), "the firmware and its simulator are built");
+    Some((
+        folder.join("simulator"),
+        folder.join(encoder.name()).with_extension("elf"),
+    ))
+}
+
+fn has_command(name: &str) -> bool {
+    let found = Command::new(name)
+        .arg("--version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    found.is_ok_and(|status| status.success())
+}
+
+/// A running simulated rig. It ends with the test, and there is one at a time.
+#[derive(Debug)]
+pub struct SimulatedRig {
+    child: Child,
+    orders: ChildStdin,
+    answers: BufReader<ChildStdout>,
+    line: PathBuf,
+    _directory: tempfile::TempDir,
+    _alone: MutexGuard<'static, ()>,
+}
+
+impl SimulatedRig {
+    /// Builds the firmware into a folder and switches the rig on, with more arguments for the simulator; nothing where the tools to build it are missing.
+    ///
+    /// # Panics
+    /// It cannot be built or does not start.
+    #[must_use]
+    pub fn start(encoder: Encoder, folder: &str, arguments: &[&str]) -> Option<Self> {
+        // They keep to real time, and a machine has not the processors for many at once. Nor may two be built at once.
+        static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+        let alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
+        let (simulator, firmware) = built(encoder, &Path::new(folder).join("firmware"))?;
+        let directory = tempfile::tempdir().expect("a directory");
+        let line = directory.path().join("rig");
+        let mut child = Command::new(simulator)
+            .arg(firmware)
+            .arg("--pty")
+            .arg(&line)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the simulator starts");
+        let orders = child.stdin.take().expect("it is piped");
+        let answers = BufReader::new(child.stdout.take().expect("it is piped"));
+        let mut rig = Self {
+            child,
+            orders,
+            answers,
+            line,
+            _directory: directory,
+            _alone: alone,
+        };
+        // An answer means that its line is there.
+        rig.stats();
+        Some(rig)
+    }
+
+    /// Its serial line.
+    #[must_use]
+    pub fn line(&self) -> &Path {
+        &self.line
+    }
+
+    /// What has happened on its pins, since it was switched on or [`Self::clear`].
+    ///
+    /// # Panics
+    /// It does not answer.
+    pub fn stats(&mut self) -> Value {
+        self.ask("stats")
+    }
+
+    /// Begins all sums and maxima of [`Self::stats`] anew.
+    ///
+    /// # Panics
+    /// It does not answer.
+    pub fn clear(&mut self) {
+        self.order("clear");
+    }
+
+    /// Carries out an order of the simulator's: `hang HOW`, `cut`.
+    ///
+    /// # Panics
+    /// It does not.
+    pub fn order(&mut self, order: &str) {
+        let answer = self.ask(order);
+        assert_eq!(answer["done"], true, "{order}");
+    }
+
+    fn ask(&mut self, order: &str) -> Value {
+        writeln!(self.orders, "{order}").expect("it listens");
+        let mut line = String::new();
+        self.answers.read_line(&mut line).expect("it answers");
+        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{line}: {error}"))
+    }
+
+    /// Asks for the statistics until they are as wanted.
+    ///
+    /// # Panics
+    /// They do not come to that.
+    pub fn wait_for(&mut self, what: &str, wanted: impl Fn(&Value) -> bool) -> Value {
+        let began = Instant::now();
+        loop {
+            let stats = self.stats();
+            if wanted(&stats) {
+                return stats;
+            }
+            assert!(began.elapsed() < PATIENCE, "waited in vain for {what}: {stats}");
+            self.live(0.005);
+        }
+    }
+
+    /// Lets some of its own time go by, s; returns the statistics.
+    ///
+    /// # Panics
+    /// It has ended.
+    pub fn live(&mut self, time_s: f64) -> Value {
+        let until_s = number(&self.stats(), "/time_s") + time_s;
+        self.ask(&format!("until {until_s}"))
+    }
+}
+
+impl Drop for SimulatedRig {
+    fn drop(&mut self) {
+        // It may have ended already; either way nothing of it stays.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+/// A number in the statistics, by its JSON pointer.
+///
+/// # Panics
+/// It is not there.
+#[must_use]
+pub fn number(stats: &Value, pointer: &str) -> f64 {
+    let value = stats.pointer(pointer).and_then(Value::as_f64);
+    value.unwrap_or_else(|| panic!("no {pointer} in {stats}"))
+}

@@ -1,0 +1,416 @@
+//! The reference firmware, as it runs on its microcontroller: the real machine code on a simulated ATmega328P, whose PWM pin pulls a handle. All times are the
+//! microcontroller's own, and forces are what its pins give, so a busy machine changes nothing but how long the test takes.
+
+use device_io::protocol::frame::{Decoder, Frame};
+use device_io::protocol::message::{DeviceSample, ErrorCode, FromDevice, FromHost};
+use device_io::protocol::view::View;
+use haptic_ipc::{LinkCounts, Request, RigState, StateReply};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::Signal;
+use serde_json::Value;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::process::Command;
+use std::time::{Duration, Instant};
+use system_tests::simulated_rig::{Encoder, SimulatedRig, firmware_folder, number};
+use system_tests::{Daemon, PATIENCE, binary, status, wait_for, wait_for_state};
+
+const TMP: &str = env!("CARGO_TARGET_TMPDIR");
+const ENCODERS: [Encoder; 2] = [Encoder::Quadrature, Encoder::Magneto];
+/// How many newtons the paper's block takes to slide: its kinetic friction.
+const KINETIC_N: f64 = 3.5;
+/// Nobody holds the handle, so that nothing but the motor moves it.
+const LEFT_ALONE: [&str; 6] = ["--amplitude", "0", "--arm-stiffness", "100", "--arm-damping", "5"];
+/// A turn of the PWM, and what reading a pin's time by whole instructions may be off, s.
+const PIN_S: f64 = 40e-6;
+/// Of the firmware's own watchdog, s; it counts whole milliseconds.
+const WATCHDOG_S: f64 = 0.050;
+
+/// A host that answers each sample with a command, so that its rate is the device's.
+struct Host {
+    line: File,
+    decoder: Decoder,
+    sequence: u32,
+    heard: Vec<FromDevice>,
+}
+
+impl Host {
+    fn greet(rig: &SimulatedRig) -> Self {
+        let line = File::options()
+            .read(true)
+            .write(true)
+            .open(rig.line())
+            .expect("the line is there");
+        let mut host = Self {
+            line,
+            decoder: Decoder::default(),
+            sequence: 0,
+            heard: Vec::new(),
+        };
+        for nonce in 0..100 {
+            host.say(FromHost::Hello { nonce });
+            // It may not have come up yet.
+            while host.has_news(Duration::from_millis(250)) {
+                for message in host.hear() {
+                    if let FromDevice::Hello(hello) = message
+                        && hello.nonce == nonce
+                    {
+                        return host;
+                    }
+                }
+            }
+        }
+        panic!("it does not answer");
+    }
+
+    fn has_news(&self, patience: Duration) -> bool {
+        let patience = Timespec {
+            tv_sec: patience.as_secs().try_into().expect("a short time"),
+            tv_nsec: patience.subsec_nanos().into(),
+        };
+        poll(&mut [PollFd::new(&self.line, PollFlags::IN)], Some(&patience)).expect("it can be waited for") > 0
+    }
+
+    fn say(&mut self, message: FromHost) {
+        self.line
+            .write_all(Frame::of(message.bytes().as_slice()).as_slice())
+            .expect("the line takes it");
+    }
+
+    fn next(&mut self) -> u32 {
+        self.sequence += 1;
+        self.sequence
+    }
+
+    /// Reads what has come, and waits for it.
+    fn hear(&mut self) -> Vec<FromDevice> {
+        assert!(self.has_news(PATIENCE), "the device is silent");
+        let mut bytes = [0; 4096];
+        let read = self.line.read(&mut bytes).expect("the line is there");
+        let mut messages = Vec::new();
+        for &byte in &bytes[..read] {
+            if let Some(message) = self.decoder.push(byte) {
+                let message = message.expect("no frame is damaged");
+                messages.push(FromDevice::read(View::whole(message).expect("a message")).expect("a device's"));
+            }
+        }
+        messages
+    }
+
+    fn wait_for<T>(&mut self, what: &str, mut wanted: impl FnMut(&FromDevice) -> Option<T>) -> T {
+        let began = Instant::now();
+        loop {
+            let messages = self.hear();
+            if let Some(found) = messages.iter().find_map(&mut wanted) {
+                return found;
+            }
+            assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
+        }
+    }
+
+    fn enable(&mut self) {
+        let asked = self.next();
+        self.say(FromHost::Enable {
+            sequence: asked,
+            enabled: true,
+        });
+        let done = self.wait_for("the acknowledge", |message| match message {
+            FromDevice::Acknowledge { sequence, done } if *sequence == asked => Some(*done),
+            _ => None,
+        });
+        assert!(done, "it refuses");
+    }
+
+    fn command(&mut self, force_mn: i32) {
+        let sequence = self.next();
+        self.say(FromHost::Command {
+            sequence,
+            force_mn,
+            enabled: true,
+        });
+    }
+
+    /// Answers so many samples with a force; returns them.
+    fn hold(&mut self, force_mn: i32, samples: usize) -> Vec<DeviceSample> {
+        let mut had = Vec::new();
+        while had.len() < samples {
+            for message in self.hear() {
+                if let FromDevice::Sample(sample) = message {
+                    had.push(sample);
+                    self.command(force_mn);
+                } else {
+                    self.heard.push(message);
+                }
+            }
+        }
+        had
+    }
+}
+
+/// A rig whose motor pulls with 3 N.
+fn pulling(encoder: Encoder) -> Option<(SimulatedRig, Host)> {
+    let mut rig = SimulatedRig::start(encoder, TMP, &LEFT_ALONE)?;
+    let mut host = Host::greet(&rig);
+    rig.order("patience 5");
+    host.enable();
+    host.hold(3000, 100);
+    let force_n = number(&rig.stats(), "/motor/force_n");
+    assert!((force_n - 3.0).abs() < 0.1, "{force_n} N");
+    Some((rig, host))
+}
+
+#[test]
+fn both_builds_pass_the_conformance_check() {
+    if Command::new("python3").arg("--version").output().is_err() {
+        println!("SKIPPED: python3 is missing (Debian: apt install python3)");
+        return;
+    }
+    for encoder in ENCODERS {
+        let Some(mut rig) = SimulatedRig::start(encoder, TMP, &LEFT_ALONE) else {
+            return;
+        };
+        // A fault of the firmware is there each time; a checker that a busy machine held up for 50 ms has seen the watchdog at work.
+        let mut said = String::new();
+        let passed = (0..3).any(|_| {
+            let checked = Command::new("python3")
+                .arg(firmware_folder().join("check_rig.py"))
+                .arg(rig.line())
+                .args(["--push", "2", "--slow", "2"])
+                .output()
+                .expect("python3 starts");
+            said = String::from_utf8_lossy(&checked.stdout).into_owned() + &String::from_utf8_lossy(&checked.stderr);
+            println!("{}: {said}", encoder.name());
+            checked.status.success()
+        });
+        assert!(passed, "{said}");
+        let stats = rig.stats();
+        assert_eq!(
+            (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
+            (&Value::from(0), &Value::from(0)),
+            "{stats}"
+        );
+    }
+}
+
+#[test]
+fn it_keeps_time_while_commands_come_in_bursts() {
+    for encoder in ENCODERS {
+        let Some(mut rig) = SimulatedRig::start(encoder, TMP, &["--amplitude", "0.05", "--frequency", "1"]) else {
+            return;
+        };
+        let mut host = Host::greet(&rig);
+        rig.order("patience 5");
+        host.enable();
+        host.hold(0, 1500);
+        rig.clear();
+        let before = rig.stats();
+        let once_each = host.hold(2000, 1000);
+        let stats = rig.stats();
+        println!("{}, a command to each sample: {stats}", encoder.name());
+
+        // Three times as many, and most of them back to back, as from a host that was held up.
+        let mut all = once_each;
+        for _ in 0..50 {
+            for _ in 0..20 {
+                host.command(2000);
+            }
+            all.extend(host.hold(2000, 10));
+        }
+        let last = host.sequence;
+        while all.last().is_some_and(|sample| sample.command != last) {
+            all.extend(host.hear().into_iter().filter_map(|message| match message {
+                FromDevice::Sample(sample) => Some(sample),
+                _ => None,
+            }));
+        }
+        for pair in all.windows(2) {
+            assert_eq!(pair[1].sequence, pair[0].sequence + 1);
+            let period_us = pair[1].time_us - pair[0].time_us;
+            assert!(period_us.abs_diff(1000) < 20, "{period_us} us: {pair:?}");
+            assert!(pair[1].enabled, "{pair:?}");
+        }
+        let stats = rig.stats();
+        println!("{}, in bursts: {stats}", encoder.name());
+        assert_eq!(
+            (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
+            (&Value::from(0), &Value::from(0)),
+            "{stats}"
+        );
+        // The UART holds two bytes, of 160 cycles each, while it takes in a third.
+        assert!(
+            number(&stats, "/interrupts/uart received/longest_wait_cycles") < 320.0,
+            "{stats}"
+        );
+        assert!(number(&stats, "/processor/memory_never_used") > 200.0, "{stats}");
+        assert!(number(&stats, "/handle/travel_m") > 0.05, "{before} {stats}");
+    }
+}
+
+#[test]
+fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
+    for encoder in ENCODERS {
+        // The hardware watchdog after 32 ms, whether interrupts still come or not; and where the loop that hangs kicks it, the interrupt's after 50.
+        for (how, resets, promised_s) in [("loop", 1, 0.033), ("deaf", 1, 0.033), ("kicking", 0, WATCHDOG_S)] {
+            let Some((mut rig, _host)) = pulling(encoder) else {
+                return;
+            };
+            let before = rig.stats();
+            rig.order(&format!("hang {how}"));
+            rig.order("patience 0");
+            let hung_s = number(&rig.stats(), "/time_s");
+            let stats = rig.live(0.2);
+            let off_s = number(&stats, "/motor/last_on_s");
+            assert!(off_s > number(&before, "/time_s"), "{how}: it was on");
+            assert!(
+                off_s - hung_s <= promised_s + PIN_S,
+                "{how}: {} s after",
+                off_s - hung_s
+            );
+            assert_eq!(
+                (&stats["processor"]["resets"], number(&stats, "/motor/force_n").abs()),
+                (&Value::from(resets), 0.0),
+                "{how}: {stats}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
+    for encoder in ENCODERS {
+        let Some((mut rig, mut host)) = pulling(encoder) else {
+            return;
+        };
+        rig.order("patience 0");
+        let bitten = host.wait_for("the watchdog", |message| match message {
+            FromDevice::Sample(sample) if sample.watchdog => Some(*sample),
+            _ => None,
+        });
+        assert!(!bitten.enabled);
+        // And stays off.
+        let stats = rig.live(0.1);
+        let after_s = number(&stats, "/motor/last_on_s") - number(&stats, "/motor/last_frame_s");
+        // It counts whole ticks, and the command takes a moment to be read.
+        assert!(
+            (WATCHDOG_S - 0.002..=WATCHDOG_S + 0.0005).contains(&after_s),
+            "{after_s} s: {stats}"
+        );
+    }
+}
+
+#[test]
+fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
+    let Some((mut rig, mut host)) = pulling(Encoder::Magneto) else {
+        return;
+    };
+    rig.order("cut");
+    let cut_s = number(&rig.stats(), "/time_s");
+    host.hold(3000, 20);
+    let told = host.heard.iter().any(|message| {
+        matches!(
+            message,
+            FromDevice::Error {
+                code: ErrorCode::Sensor,
+                ..
+            }
+        )
+    });
+    assert!(told, "{:?}", host.heard);
+    let off_s = number(&rig.stats(), "/motor/last_on_s");
+    assert!(off_s - cut_s < 0.0015, "{} s after", off_s - cut_s);
+}
+
+/// hapticd renders the paper's block on the rig for some of the rig's seconds, and is killed while it pulls.
+fn rendered(encoder: Encoder, time_s: f64) {
+    for _ in 0..3 {
+        if rendered_in_real_time(encoder, time_s) {
+            return;
+        }
+        println!("the machine was too busy to simulate in real time, and the link broke; once more");
+    }
+    panic!("the machine is too busy to simulate in real time");
+}
+
+/// False where the link broke while the simulator could not keep up.
+fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
+    let hapticd = binary("hapticd");
+    let Some(mut rig) = SimulatedRig::start(encoder, TMP, &[]) else {
+        return true;
+    };
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut command = Command::new(hapticd);
+    command.arg("--device").arg(format!("serial:{}", rig.line().display()));
+    // The simulator lives at an ordinary priority, and a busy machine may keep it waiting.
+    command.args(["--stale-ms", "1000"]);
+    let daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));
+    let mut client = daemon.client();
+    wait_for(&mut client, "the rig", |status| {
+        status.device.link.as_ref().is_some_and(|link| link.counts.samples > 0)
+    });
+    // Held up on a busy machine, hapticd is no silent host.
+    rig.order("patience 2");
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, RigState::Engaged);
+    // The hand takes a second and a half to come up to its stroke.
+    rig.live(2.0);
+    rig.clear();
+    let stats = rig.live(time_s);
+
+    let seen = status(&mut client);
+    if seen.state == RigState::Idle && number(&stats, "/lags") > 0.0 {
+        return false;
+    }
+    assert_eq!(seen.state, RigState::Engaged, "{seen:?}");
+    let link = seen.device.link.expect("a link");
+    let counts = LinkCounts {
+        samples: 0,
+        late: 0,
+        clipped: 0,
+        ..link.counts
+    };
+    let expected = LinkCounts {
+        connections: 1,
+        ..LinkCounts::default()
+    };
+    println!("{}: {link:?} {stats}", encoder.name());
+    assert_eq!(counts, expected, "nothing was lost, damaged or refused");
+    #[expect(clippy::cast_precision_loss, reason = "some thousands")]
+    let samples = link.counts.samples as f64;
+    assert!(samples >= (time_s + 2.0) * 1000.0, "{samples} samples");
+    assert_eq!(
+        (&stats["uart"]["overruns"], &stats["processor"]["resets"]),
+        (&Value::from(0), &Value::from(0)),
+        "{stats}"
+    );
+
+    // What the hand felt: the motor worked against it all the way, with the block's friction.
+    let (work_j, travel_m) = (number(&stats, "/motor/work_j"), number(&stats, "/handle/travel_m"));
+    assert!(travel_m > 0.02 * time_s, "{stats}");
+    let felt_n = -work_j / travel_m;
+    assert!((felt_n - KINETIC_N).abs() < 0.4, "{felt_n} N: {stats}");
+    assert!(
+        number(&stats, "/motor/largest_force_n") < 5.15,
+        "beyond the firmware's limit: {stats}"
+    );
+
+    rig.wait_for("a force", |stats| number(stats, "/motor/force_n").abs() > 2.5);
+    rig.order("patience 0");
+    let (status, _) = daemon.end(Signal::KILL);
+    assert!(!status.success());
+    let stats = rig.live(0.3);
+    let after_s = number(&stats, "/motor/last_on_s") - number(&stats, "/motor/last_frame_s");
+    println!("{}: off {:.2} ms after the last command", encoder.name(), after_s * 1e3);
+    assert!((0.045..=WATCHDOG_S + 0.0005).contains(&after_s), "{after_s} s: {stats}");
+    assert_eq!(number(&stats, "/motor/force_n").abs(), 0.0, "{stats}");
+    true
+}
+
+#[test]
+fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_quadrature_encoder() {
+    rendered(Encoder::Quadrature, 20.0);
+}
+
+#[test]
+fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_magneto_sensor() {
+    rendered(Encoder::Magneto, 5.0);
+}
