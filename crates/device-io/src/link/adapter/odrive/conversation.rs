@@ -108,6 +108,8 @@ pub(super) struct ODriveConversation {
     quiet_until_ns: u64,
     ask_error_next: bool,
     encoder_failed: bool,
+    /// The motor is off, and its watchdog is to be switched off as well.
+    watchdog_is_over: bool,
     /// What its error was when it was last asked for.
     error_bits: u32,
 }
@@ -146,6 +148,7 @@ impl ODriveConversation {
             quiet_until_ns: 0,
             ask_error_next: false,
             encoder_failed: false,
+            watchdog_is_over: false,
             error_bits: 0,
         }
     }
@@ -180,7 +183,11 @@ impl ODriveConversation {
     fn take_state(&mut self, state: f64, now_ns: u64) {
         match &mut self.motor {
             // A person may calibrate it; nobody but us closes its loop.
-            Motor::Off { settled, .. } => *settled = state != CLOSED_LOOP,
+            Motor::Off { settled, .. } => {
+                let is_off = state != CLOSED_LOOP;
+                self.watchdog_is_over |= is_off && !*settled;
+                *settled = is_off;
+            }
             Motor::Arming { step, .. } if *step > SETTINGS.len() && state == CLOSED_LOOP => {
                 self.motor = Motor::On { doubted_at_ns: None };
             }
@@ -268,8 +275,6 @@ impl ODriveConversation {
         let axis = self.axis;
         words::write(out, format_args!("c {axis} 0"));
         words::write(out, format_args!("w axis{axis}.requested_state {IDLE}"));
-        // It is not fed any more, and would leave an error behind.
-        words::write(out, format_args!("w axis{axis}.config.enable_watchdog 0"));
     }
 
     fn stay_off(&mut self, now_ns: u64, out: &mut Text) {
@@ -284,6 +289,11 @@ impl ODriveConversation {
             return;
         };
         if *settled {
+            if self.watchdog_is_over {
+                // It is not fed any more, and would leave an error behind. Not before the motor is known to be off.
+                let axis = self.axis;
+                self.watchdog_is_over = !words::write(out, format_args!("w axis{axis}.config.enable_watchdog 0"));
+            }
             self.look_after(ASK_OFF_NS, now_ns, out);
             return;
         }

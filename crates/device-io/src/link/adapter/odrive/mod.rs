@@ -81,6 +81,29 @@ impl ODriveConnector {
         Err(greeting.protocol(heard))
     }
 
+    /// Leaves the axis off, whoever had it before, and then its watchdog.
+    fn switch_off(&self, greeting: &mut Greeting) -> Result<(), ConnectError> {
+        let axis = self.options.axis;
+        let off = || {
+            let mut text = Text::default();
+            words::write(&mut text, format_args!("c {axis} 0"));
+            words::write(&mut text, format_args!("w axis{axis}.requested_state 1"));
+            text
+        };
+        for _ in 0..ATTEMPTS {
+            greeting.say(off().as_bytes())?;
+            if Self::number(greeting, &format!("axis{axis}.current_state"))? <= 1.0 {
+                let mut text = Text::default();
+                words::write(&mut text, format_args!("w axis{axis}.config.enable_watchdog 0"));
+                return greeting.say(text.as_bytes());
+            }
+        }
+        Err(greeting.refused(
+            &format!("axis {axis} does not become idle"),
+            "is something else controlling it?",
+        ))
+    }
+
     /// Makes the board itself cut torque at our limit, or takes over a lower one of its own; the largest torque, Nm. A damaged command may lose its checksum on its way, and
     /// without one an ODrive believes it. Not saved: switched off and on, the board has its own limit again.
     fn limit_torque(&self, greeting: &mut Greeting, generation: Generation) -> Result<f64, ConnectError> {
@@ -165,10 +188,7 @@ impl Connector for ODriveConnector {
                 "firmware 0.5.4 is the first whose states can be written by the ASCII protocol: `odrivetool dfu`",
             )
         })?;
-        let mut text = Text::default();
-        words::write(&mut text, format_args!("w axis{axis}.requested_state 1"));
-        words::write(&mut text, format_args!("w axis{axis}.config.enable_watchdog 0"));
-        greeting.say(text.as_bytes())?;
+        self.switch_off(&mut greeting)?;
         Self::number(&mut greeting, &format!("axis{axis}.{}", generation.errors().0))?;
         let counts = match Self::property(&mut greeting, &format!("axis{axis}.encoder.config.cpr"))? {
             Some(Property::Number(counts)) if counts >= 1.0 => Some(counts),

@@ -261,10 +261,35 @@ fn the_last_word_switches_it_off() {
     let now_ns = line.now_ns;
     line.board.hear(text.as_bytes(), now_ns);
     line.board.live_until(now_ns + 2 * MS);
-    assert_eq!(
-        (line.board.is_on(), line.board.force_n(), line.board.watchdog()),
-        (false, 0.0, None)
+    assert_eq!((line.board.is_on(), line.board.force_n()), (false, 0.0));
+    assert!(
+        line.board.watchdog().is_some(),
+        "were the word lost, the watchdog would bite"
     );
+}
+
+#[test]
+fn a_bad_line_never_leaves_the_motor_on_without_its_watchdog() {
+    let mut line = line();
+    line.quality.loss = 0.1;
+    let mut armed = 0;
+    for _ in 0..300 {
+        let mut was_on = false;
+        for k in 0..200 {
+            let failed = line.tick(1.0, k < 180).is_err();
+            assert!(!line.board.is_on() || line.board.watchdog() == Some(0.05));
+            was_on |= line.board.is_on();
+            if failed {
+                break;
+            }
+        }
+        armed += u32::from(was_on);
+        for _ in 0..50 {
+            line.tick(0.0, false).ok();
+            assert!(!line.board.is_on() || line.board.watchdog() == Some(0.05));
+        }
+    }
+    assert!(armed > 30, "{armed}");
 }
 
 #[test]
