@@ -316,6 +316,45 @@ pub fn wait_for_state(client: &mut Client, state: RigState) -> Status {
     wait_for(client, &state.to_string(), |status| status.state == state)
 }
 
+/// Engages the rig of a daemon that is behind a link. On a machine so busy that a terminal's bytes are passed on too late, it may fault on the way; then again.
+///
+/// # Panics
+/// It does not come to that.
+pub fn engage(client: &mut Client) {
+    let began = Instant::now();
+    loop {
+        let next = match status(client).state {
+            RigState::Engaged => return,
+            RigState::Idle | RigState::Releasing => Request::Engage {},
+            RigState::Faulted => Request::Reset {},
+            _ => Request::Status {},
+        };
+        // Its state may have changed since.
+        drop(client.request::<serde_json::Value>(next));
+        assert!(
+            began.elapsed() < PATIENCE,
+            "waited in vain for engaged: {:?}",
+            status(client)
+        );
+    }
+}
+
+/// Engages such a rig and waits until it pulls, as somebody who can look at its motor says; however often it faults on the way.
+///
+/// # Panics
+/// It does not come to that.
+pub fn pull_until(client: &mut Client, mut pulls: impl FnMut(&Status) -> bool) {
+    loop {
+        engage(client);
+        let pulled = wait_for(client, "a force at the motor", |status| {
+            pulls(status) || status.state != RigState::Engaged
+        });
+        if pulled.state == RigState::Engaged {
+            return;
+        }
+    }
+}
+
 /// The processors that this process may run on.
 ///
 /// # Panics

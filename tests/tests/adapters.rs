@@ -1,12 +1,12 @@
 //! hapticd on fakes of other makers' motor controllers, each behind a pseudo-terminal and in its published protocol: force acts, and whatever dies, none stays.
 
-use haptic_ipc::{Client, Request, RigState, Status};
+use haptic_ipc::{Client, RigState, Status};
 use rustix::process::Signal;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
-use system_tests::{Daemon, PATIENCE, binary, status, wait_for, wait_for_state};
+use system_tests::{Daemon, PATIENCE, binary, pull_until, status, wait_for, wait_for_state};
 
 /// A running fake-board. It is killed when the test ends.
 struct Board {
@@ -138,37 +138,9 @@ fn samples(status: &Status) -> u64 {
     status.device.link.as_ref().expect("a link").counts.samples
 }
 
-/// Engages. On a machine so busy that a terminal's bytes are passed on too late, the rig may fault on the way; then again.
-fn engage(client: &mut Client) {
-    let began = Instant::now();
-    loop {
-        let next = match status(client).state {
-            RigState::Engaged => return,
-            RigState::Idle | RigState::Releasing => Request::Engage {},
-            RigState::Faulted => Request::Reset {},
-            _ => Request::Status {},
-        };
-        // Its state may have changed since.
-        drop(client.request::<serde_json::Value>(next));
-        assert!(
-            began.elapsed() < PATIENCE,
-            "waited in vain for engaged: {:?}",
-            status(client)
-        );
-    }
-}
-
 /// Waits until the motor pulls.
 fn pull(board: &mut Board, client: &mut Client) {
-    loop {
-        engage(client);
-        let pulled = wait_for(client, "a force at the motor", |status| {
-            board.force().now_n.abs() > 1.0 || status.state != RigState::Engaged
-        });
-        if pulled.state == RigState::Engaged {
-            return;
-        }
-    }
+    pull_until(client, |_| board.force().now_n.abs() > 1.0);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use haptic_ipc::{Client, LinkStatus, Request, RigState, StateReply, Status};
 use std::fs;
 use std::time::{Duration, Instant};
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, PATIENCE, status, wait_for, wait_for_state};
+use system_tests::{Daemon, engage, pull_until, status, wait_for, wait_for_state};
 
 /// A rig with more arguments, and a daemon that has connected to it.
 fn connected(arguments: &[&str]) -> (FakeRig, Daemon, Client) {
@@ -27,37 +27,9 @@ fn link(status: &Status) -> &LinkStatus {
     status.device.link.as_ref().expect("it is behind a link")
 }
 
-/// Engages. On a machine so busy that a terminal's bytes are passed on too late, the rig may fault on the way; then again.
-fn engage(client: &mut Client) {
-    let began = Instant::now();
-    loop {
-        let next = match status(client).state {
-            RigState::Engaged => return,
-            RigState::Idle | RigState::Releasing => Request::Engage {},
-            RigState::Faulted => Request::Reset {},
-            _ => Request::Status {},
-        };
-        // Its state may have changed since.
-        drop(client.request::<serde_json::Value>(next));
-        assert!(
-            began.elapsed() < PATIENCE,
-            "waited in vain for engaged: {:?}",
-            status(client)
-        );
-    }
-}
-
 /// Waits until the motor pulls.
 fn pull(rig: &mut FakeRig, client: &mut Client) {
-    loop {
-        engage(client);
-        let pulled = wait_for(client, "a force at the motor", |status| {
-            rig.force().now_n.abs() > 2.0 || status.state != RigState::Engaged
-        });
-        if pulled.state == RigState::Engaged {
-            return;
-        }
-    }
+    pull_until(client, |_| rig.force().now_n.abs() > 2.0);
 }
 
 #[test]

@@ -3,15 +3,13 @@
 
 use clap::{Parser, ValueEnum};
 use device_io::fake::{
-    Board, Channel, Fault, Hand, Motion, ODriveBoard, ODriveProperties, Quality, RigProperties, SimpleFocBoard,
-    SimpleFocProperties, Terminal, TimedFault, requests, scripted,
+    Board, Channel, Fault, Hand, Motion, ODriveBoard, ODriveProperties, Order, Quality, RigProperties, Script,
+    SimpleFocBoard, SimpleFocProperties, Terminal, TimedFault,
 };
 use rustix::time::{ClockId, clock_gettime};
-use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::mpsc;
 use std::time::Duration;
 
 /// A fake motor controller behind a pseudo-terminal, for `hapticd --device odrive:LINK?...` or `simplefoc:LINK?...`.
@@ -102,8 +100,8 @@ fn main() -> ExitCode {
     if !options.ordinary_priority {
         take_priority();
     }
-    let done = scripted(&options.fault, options.script.as_deref()).and_then(|faults| {
-        let mut desk = Desk::new(&options, faults).map_err(|error| format!("{}: {error}", options.pty.display()))?;
+    let done = Script::new(&options.fault, options.script.as_deref(), now_ns()).and_then(|script| {
+        let mut desk = Desk::new(&options, script).map_err(|error| format!("{}: {error}", options.pty.display()))?;
         desk.run().map_err(|error| error.to_string())
     });
     match done {
@@ -186,16 +184,14 @@ struct Desk {
     down: Channel,
     /// Bytes of a line of the host's, as they come.
     raw: Vec<u8>,
-    faults: VecDeque<TimedFault>,
-    asked: mpsc::Receiver<String>,
-    began_ns: u64,
+    script: Script,
     /// The board's clock, and ours at the same time, ns.
     board_ns: u64,
     seen_ns: u64,
 }
 
 impl Desk {
-    fn new(options: &Options, faults: VecDeque<TimedFault>) -> io::Result<Self> {
+    fn new(options: &Options, script: Script) -> io::Result<Self> {
         let began_ns = now_ns();
         Ok(Self {
             link: options.pty.clone(),
@@ -207,9 +203,7 @@ impl Desk {
             up: Channel::new(options.seed),
             down: Channel::new(options.seed.wrapping_add(1)),
             raw: Vec::new(),
-            faults,
-            asked: requests(),
-            began_ns,
+            script,
             board_ns: began_ns,
             seen_ns: began_ns,
         })
@@ -223,7 +217,7 @@ impl Desk {
             let now = now_ns();
             self.board_ns += now.saturating_sub(self.seen_ns).min(LONGEST_STEP_NS);
             self.seen_ns = now;
-            if self.take_requests(now) {
+            if self.take_orders(now) {
                 return Ok(());
             }
             if self.terminal.is_none() && now >= self.plug_in_at_ns {
@@ -269,36 +263,18 @@ impl Desk {
     }
 
     /// Carries out what is due of the script and of what was asked for; whether that was to end.
-    fn take_requests(&mut self, now: u64) -> bool {
-        while let Some(fault) = self
-            .faults
-            .pop_front_if(|fault| Duration::from_nanos(now - self.began_ns).as_secs_f64() >= fault.at_s.unwrap_or(0.0))
-        {
-            self.fail(fault.fault, now);
-        }
-        while let Ok(line) = self.asked.try_recv() {
-            match line.as_str() {
-                "quit" => return true,
-                "force" => println!(
+    fn take_orders(&mut self, now: u64) -> bool {
+        while let Some(order) = self.script.next(now) {
+            match order {
+                Order::Fail(fault) => self.fail(fault, now),
+                Order::TellForce => println!(
                     "force {} largest {} on {} watchdog {}",
                     self.board.force_n(),
                     self.board.take_largest_force_n(),
                     u8::from(self.board.is_on()),
                     u8::from(self.board.watchdog_has_bitten())
                 ),
-                _ => match line.parse::<TimedFault>() {
-                    Ok(TimedFault { at_s: None, fault }) => {
-                        self.fail(fault, now);
-                        println!("done {line}");
-                    }
-                    Ok(later) => {
-                        let after = |other: &TimedFault| other.at_s > later.at_s;
-                        let at = self.faults.iter().position(after).unwrap_or(self.faults.len());
-                        self.faults.insert(at, later);
-                        println!("done {line}");
-                    }
-                    Err(why) => println!("error {why}"),
-                },
+                Order::Quit => return true,
             }
         }
         false

@@ -8,6 +8,7 @@ mod motion;
 mod odrive_board;
 mod plant;
 mod pulley;
+mod script;
 mod simplefoc_board;
 mod terminal;
 
@@ -18,8 +19,9 @@ pub use hand::Hand;
 pub use motion::{AfterEnd, Motion, MotionError, RETURN_S, Recording};
 pub use odrive_board::{ODriveBoard, ODriveProperties};
 pub use plant::{Plant, SUB_STEP_S};
+pub use script::{Order, Script};
 pub use simplefoc_board::{SimpleFocBoard, SimpleFocProperties};
-pub use terminal::{Terminal, plug_in, requests, scripted};
+pub use terminal::{Terminal, plug_in};
 
 use crate::device::{Device, DeviceError, Measurement};
 

@@ -1,16 +1,13 @@
-//! What every fake behind a pseudo-terminal needs: the terminal, faults from a script, and requests on standard input.
+//! The pseudo-terminal behind which a fake rig or board speaks.
 
-use super::fault::TimedFault;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;
 use rustix::fs::{OFlags, fcntl_setfl};
 use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
-use std::collections::VecDeque;
-use std::io::{self, BufRead};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
 use std::time::Duration;
 
 /// The controlling end of a pseudo-terminal, and the link that points at the other. Dropping it hangs up.
@@ -109,40 +106,4 @@ impl Drop for Terminal {
         // Gone already, or not ours to take away: there is nobody to tell.
         drop(std::fs::remove_file(&self.link));
     }
-}
-
-/// Faults of a command line and of a script, one a line and what follows a `#` a comment; the earliest first.
-///
-/// # Errors
-/// The file cannot be read, or a line of it is no fault.
-pub fn scripted(faults: &[TimedFault], script: Option<&Path>) -> Result<VecDeque<TimedFault>, String> {
-    let mut faults = faults.to_vec();
-    if let Some(path) = script {
-        let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
-        for (index, line) in text.lines().enumerate() {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            if !line.is_empty() {
-                let fault = line
-                    .parse()
-                    .map_err(|error| format!("{}: line {}: {error}", path.display(), index + 1))?;
-                faults.push(fault);
-            }
-        }
-    }
-    faults.sort_by(|a, b| a.at_s.unwrap_or(0.0).total_cmp(&b.at_s.unwrap_or(0.0)));
-    Ok(faults.into())
-}
-
-/// Lines of standard input, as they come.
-#[must_use]
-pub fn requests() -> mpsc::Receiver<String> {
-    let (asks, asked) = mpsc::channel();
-    std::thread::spawn(move || {
-        for line in io::stdin().lock().lines().map_while(Result::ok) {
-            if asks.send(line.trim().to_owned()).is_err() {
-                return;
-            }
-        }
-    });
-    asked
 }

@@ -4,17 +4,15 @@ mod port;
 
 use clap::{Parser, ValueEnum};
 use device_io::fake::{
-    Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Quality, RigProperties, TimedFault, requests, scripted,
+    Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Order, Quality, RigProperties, Script, TimedFault,
 };
 use device_io::protocol::message::FromDevice;
 use port::{Gone, Place, Port};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::time::{ClockId, clock_gettime};
-use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::mpsc;
 use std::time::Duration;
 
 /// A fake rig behind a pseudo-terminal, for `hapticd --device serial:LINK`, or on the device's side of a USB function.
@@ -116,8 +114,8 @@ fn main() -> ExitCode {
     if !options.ordinary_priority {
         take_priority();
     }
-    let done = scripted(&options.fault, options.script.as_deref()).and_then(|faults| {
-        let mut rig = Rig::new(&options, faults)
+    let done = Script::new(&options.fault, options.script.as_deref(), now_ns()).and_then(|script| {
+        let mut rig = Rig::new(&options, script)
             .map_err(|error| format!("{}: {error}", options.place.place().path().display()))?;
         rig.run().map_err(|error| error.to_string())
     });
@@ -161,15 +159,13 @@ struct Rig {
     version: Option<u8>,
     up: Channel,
     down: Channel,
-    faults: VecDeque<TimedFault>,
-    asked: mpsc::Receiver<String>,
-    began_ns: u64,
+    script: Script,
     period_ns: u64,
     next_sample_ns: u64,
 }
 
 impl Rig {
-    fn new(options: &Options, faults: VecDeque<TimedFault>) -> io::Result<Self> {
+    fn new(options: &Options, script: Script) -> io::Result<Self> {
         let motion = Motion::Sine {
             amplitude_m: options.hand_amplitude_m,
             frequency_hz: options.hand_frequency_hz,
@@ -205,9 +201,7 @@ impl Rig {
             version: None,
             up: Channel::new(options.seed),
             down: Channel::new(options.seed.wrapping_add(1)),
-            faults,
-            asked: requests(),
-            began_ns,
+            script,
             period_ns: 1_000_000_000 / u64::from(options.sample_rate_hz),
             next_sample_ns: began_ns,
         })
@@ -219,7 +213,7 @@ impl Rig {
         io::stdout().flush()?;
         loop {
             let now = now_ns();
-            if self.take_requests(now) {
+            if self.take_orders(now) {
                 return Ok(());
             }
             if now >= self.look_at_ns {
@@ -266,35 +260,17 @@ impl Rig {
     }
 
     /// Carries out what is due of the script and of what was asked for; whether that was to end.
-    fn take_requests(&mut self, now: u64) -> bool {
-        while let Some(fault) = self
-            .faults
-            .pop_front_if(|fault| Duration::from_nanos(now - self.began_ns).as_secs_f64() >= fault.at_s.unwrap_or(0.0))
-        {
-            self.fail(fault.fault, now);
-        }
-        while let Ok(line) = self.asked.try_recv() {
-            match line.as_str() {
-                "quit" => return true,
-                "force" => println!(
+    fn take_orders(&mut self, now: u64) -> bool {
+        while let Some(order) = self.script.next(now) {
+            match order {
+                Order::Fail(fault) => self.fail(fault, now),
+                Order::TellForce => println!(
                     "force {} largest {} watchdog {}",
                     self.firmware.force_n(),
                     self.firmware.take_largest_force_n(),
                     u8::from(self.firmware.watchdog_has_bitten())
                 ),
-                _ => match line.parse::<TimedFault>() {
-                    Ok(TimedFault { at_s: None, fault }) => {
-                        self.fail(fault, now);
-                        println!("done {line}");
-                    }
-                    Ok(later) => {
-                        let after = |other: &TimedFault| other.at_s > later.at_s;
-                        let at = self.faults.iter().position(after).unwrap_or(self.faults.len());
-                        self.faults.insert(at, later);
-                        println!("done {line}");
-                    }
-                    Err(why) => println!("error {why}"),
-                },
+                Order::Quit => return true,
             }
         }
         false
