@@ -283,7 +283,9 @@ pub(crate) enum ConfigError {
     },
     #[error("cpu = {cpu} is not available: this process may use the processors {available:?}")]
     NoSuchCpu { cpu: usize, available: Vec<usize> },
-    #[error("name the rig: --device serial:/dev/ttyACM0, or --device fake for a simulated one; or try `hapticd --demo`")]
+    #[error(
+        "name the rig: --device serial:/dev/ttyACM0, or --device fake for a simulated one; or try `hapticd --demo`"
+    )]
     NoDevice,
     #[error("--demo and --self-test run on the built-in fake rig: leave --device out")]
     OnlyFake,
