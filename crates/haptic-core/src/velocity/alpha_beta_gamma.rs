@@ -126,7 +126,7 @@ mod tests {
     fn after_a_long_gap_it_tells_the_mean_velocity_and_not_what_the_past_foretold() {
         let mut filter = AlphaBetaGamma::new(1e-3);
         // To and fro at 0.5 Hz, and then nothing for ten seconds: five turns later the hand is where it was.
-        let at = |t: f64| 0.03 * (std::f64::consts::PI * t).sin();
+        let at = |t: f64| 0.03 * crate::math::sin_cos(core::f64::consts::PI * t).0;
         for k in 0..1300 {
             filter.update(1e-3, at(f64::from(k) * 1e-3));
         }
