@@ -3,10 +3,9 @@
 
 use clap::{Parser, ValueEnum};
 use device_io::fake::{
-    Board, Channel, Fault, Hand, Motion, ODriveBoard, ODriveProperties, Order, Quality, RigProperties, Script,
-    SimpleFocBoard, SimpleFocProperties, Terminal, TimedFault,
+    Board, Channel, Fault, HandOptions, ODriveBoard, ODriveProperties, Order, Quality, RigProperties, Script,
+    SimpleFocBoard, SimpleFocProperties, Terminal, TimedFault, now_ns, take_priority,
 };
-use rustix::time::{ClockId, clock_gettime};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -47,17 +46,8 @@ struct Options {
     #[arg(long)]
     uncalibrated: bool,
 
-    /// Who moves the handle
-    #[arg(long, value_name = "HAND", default_value = "sine")]
-    hand: HandKind,
-
-    /// Half the stroke of the hand, m
-    #[arg(long, value_name = "M", default_value_t = 0.03)]
-    hand_amplitude_m: f64,
-
-    /// Turns a second of the hand, Hz
-    #[arg(long, value_name = "HZ", default_value_t = 0.5)]
-    hand_frequency_hz: f64,
+    #[command(flatten)]
+    hand: HandOptions,
 
     /// A fault, now or `at` a time in seconds; may be given again
     #[arg(long, value_name = "FAULT", long_help = concat!("A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, ",
@@ -85,16 +75,6 @@ enum BoardKind {
     Simplefoc,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum HandKind {
-    /// Goes to and fro, whatever the force
-    Sine,
-    /// Pulls to and fro through a spring (500 N/m) and a damper (5 N s/m)
-    Arm,
-    /// Nobody
-    Free,
-}
-
 fn main() -> ExitCode {
     let options = Options::parse();
     if !options.ordinary_priority {
@@ -113,37 +93,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Below that of hapticd's thread.
-const PRIORITY: libc::c_int = 60;
-
-#[expect(unsafe_code, reason = "scheduling has no safe wrapper")]
-fn take_priority() {
-    let wanted = libc::sched_param {
-        sched_priority: PRIORITY,
-    };
-    // SAFETY: reads one structure of this frame. Without the right to it the priority stays ordinary.
-    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
-}
-
-fn now_ns() -> u64 {
-    let time = clock_gettime(ClockId::Monotonic);
-    u64::try_from(time.tv_sec).unwrap_or(0) * 1_000_000_000 + u64::try_from(time.tv_nsec).unwrap_or(0)
-}
-
 fn board(options: &Options) -> Box<dyn Board> {
-    let motion = Motion::Sine {
-        amplitude_m: options.hand_amplitude_m,
-        frequency_hz: options.hand_frequency_hz,
-    };
-    let hand = match options.hand {
-        HandKind::Sine => Hand::Prescribed(motion),
-        HandKind::Arm => Hand::Arm {
-            stiffness_n_per_m: 500.0,
-            damping_ns_per_m: 5.0,
-            motion,
-        },
-        HandKind::Free => Hand::Free,
-    };
     let radius_m = options.radius_mm * 1e-3;
     match options.kind {
         BoardKind::Odrive => {
@@ -153,7 +103,11 @@ fn board(options: &Options) -> Box<dyn Board> {
                 calibrated: !options.uncalibrated,
                 ..ODriveProperties::default()
             };
-            Box::new(ODriveBoard::new(RigProperties::default(), hand, properties))
+            Box::new(ODriveBoard::new(
+                RigProperties::default(),
+                options.hand.hand(),
+                properties,
+            ))
         }
         BoardKind::Simplefoc => {
             let properties = SimpleFocProperties {
@@ -162,7 +116,11 @@ fn board(options: &Options) -> Box<dyn Board> {
                 host_timeout_ns: options.host_timeout_ms.map(|ms| u64::from(ms) * 1_000_000),
                 ..SimpleFocProperties::default()
             };
-            Box::new(SimpleFocBoard::new(RigProperties::default(), hand, properties))
+            Box::new(SimpleFocBoard::new(
+                RigProperties::default(),
+                options.hand.hand(),
+                properties,
+            ))
         }
     }
 }

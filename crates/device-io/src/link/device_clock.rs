@@ -25,6 +25,8 @@ pub(crate) struct DeviceClock {
     windows: [Quickest; WINDOWS],
     /// Windows that have ended; the ring holds the last of them.
     ended: usize,
+    /// Over the windows of the ring; it changes only when one ends.
+    drift_ppb: Option<i64>,
 }
 
 fn signed(ns: u64) -> i64 {
@@ -40,6 +42,7 @@ impl DeviceClock {
             current: None,
             windows: [Quickest::default(); WINDOWS],
             ended: 0,
+            drift_ppb: None,
         }
     }
 
@@ -61,6 +64,7 @@ impl DeviceClock {
             if let Some(quickest) = self.current.take() {
                 self.windows[self.ended % WINDOWS] = quickest;
                 self.ended += 1;
+                self.drift_ppb = self.drift_over_windows();
             }
         }
         if self.current.is_none_or(|quickest| seen.offset_ns < quickest.offset_ns) {
@@ -92,6 +96,10 @@ impl DeviceClock {
 
     /// How much faster the device's clock runs than ours, parts in 1e9; nothing before there is enough to tell.
     pub(crate) fn drift_ppb(&self) -> Option<i64> {
+        self.drift_ppb
+    }
+
+    fn drift_over_windows(&self) -> Option<i64> {
         let newest = self.ended.checked_sub(1)?;
         let oldest = self.ended.saturating_sub(WINDOWS);
         if newest - oldest + 1 < FEWEST_WINDOWS {

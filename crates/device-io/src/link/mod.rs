@@ -12,7 +12,7 @@
 //! through two rings of one producer and one consumer each (rtrb), wait-free on both ends.
 
 mod adapter;
-mod clock;
+pub(crate) mod clock;
 mod device_clock;
 mod health;
 pub(crate) mod hid;

@@ -9,6 +9,14 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+/// The folder of a node.
+pub(crate) fn folder_of(path: &Path) -> PathBuf {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
 /// Watches a folder of device nodes; while there is no such folder, the nearest one above it.
 ///
 /// By inotify rather than by the kernel's own events: those come before the system has given the node its rights and its links, need a socket family that a hardened

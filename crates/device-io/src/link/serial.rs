@@ -2,6 +2,7 @@
 
 use super::health::{LinkCounters, add};
 use super::keeper::{ConnectError, Connector, Greeted};
+use super::nodes::folder_of;
 use super::session::{Refused, Session};
 use super::wire::{self, Wire};
 use super::{Connection, clock};
@@ -271,10 +272,7 @@ impl Connector for SerialConnector {
     }
 
     fn folder(&self) -> PathBuf {
-        match self.path.parent() {
-            Some(folder) if folder != Path::new("") => folder.to_owned(),
-            _ => PathBuf::from("."),
-        }
+        folder_of(&self.path)
     }
 
     fn concerns(&self, node: &OsStr) -> bool {

@@ -2,14 +2,14 @@
 
 mod port;
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use device_io::fake::{
-    Channel, Fault, Firmware, FirmwareProperties, Hand, Motion, Order, Quality, RigProperties, Script, TimedFault,
+    Channel, Fault, Firmware, FirmwareProperties, HandOptions, Order, Quality, RigProperties, Script, TimedFault,
+    now_ns, take_priority,
 };
 use device_io::protocol::message::FromDevice;
 use port::{Gone, Place, Port};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::time::{ClockId, clock_gettime};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -37,17 +37,8 @@ struct Options {
     #[arg(long, value_name = "PPM", default_value_t = 0.0, allow_negative_numbers = true)]
     clock_ppm: f64,
 
-    /// Who moves the handle
-    #[arg(long, value_name = "HAND", default_value = "sine")]
-    hand: HandKind,
-
-    /// Half the stroke of the hand, m
-    #[arg(long, value_name = "M", default_value_t = 0.03)]
-    hand_amplitude_m: f64,
-
-    /// Turns a second of the hand, Hz
-    #[arg(long, value_name = "HZ", default_value_t = 0.5)]
-    hand_frequency_hz: f64,
+    #[command(flatten)]
+    hand: HandOptions,
 
     /// A fault, now or `at` a time in seconds; may be given again
     #[arg(long, value_name = "FAULT", long_help = concat!("A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, ",
@@ -99,16 +90,6 @@ impl PlaceOptions {
     }
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum HandKind {
-    /// Goes to and fro, whatever the force
-    Sine,
-    /// Pulls to and fro through a spring (500 N/m) and a damper (5 N s/m)
-    Arm,
-    /// Nobody
-    Free,
-}
-
 fn main() -> ExitCode {
     let options = Options::parse();
     if !options.ordinary_priority {
@@ -126,23 +107,6 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
-}
-
-/// Below that of hapticd's thread.
-const PRIORITY: libc::c_int = 60;
-
-#[expect(unsafe_code, reason = "scheduling has no safe wrapper")]
-fn take_priority() {
-    let wanted = libc::sched_param {
-        sched_priority: PRIORITY,
-    };
-    // SAFETY: reads one structure of this frame. Without the right to it the priority stays ordinary.
-    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
-}
-
-fn now_ns() -> u64 {
-    let time = clock_gettime(ClockId::Monotonic);
-    u64::try_from(time.tv_sec).unwrap_or(0) * 1_000_000_000 + u64::try_from(time.tv_nsec).unwrap_or(0)
 }
 
 /// Between two looks whether the place has come or gone, ns.
@@ -166,19 +130,6 @@ struct Rig {
 
 impl Rig {
     fn new(options: &Options, script: Script) -> io::Result<Self> {
-        let motion = Motion::Sine {
-            amplitude_m: options.hand_amplitude_m,
-            frequency_hz: options.hand_frequency_hz,
-        };
-        let hand = match options.hand {
-            HandKind::Sine => Hand::Prescribed(motion),
-            HandKind::Arm => Hand::Arm {
-                stiffness_n_per_m: 500.0,
-                damping_ns_per_m: 5.0,
-                motion,
-            },
-            HandKind::Free => Hand::Free,
-        };
         let properties = FirmwareProperties {
             sample_rate_hz: options.sample_rate_hz,
             force_limit_n: options.force_limit_n,
@@ -196,7 +147,7 @@ impl Rig {
             look_at_ns: 0,
             plug_in_at_ns: 0,
             stalled_until_ns: 0,
-            firmware: Firmware::new(RigProperties::default(), hand, properties),
+            firmware: Firmware::new(RigProperties::default(), options.hand.hand(), properties),
             quality: Quality::default(),
             version: None,
             up: Channel::new(options.seed),

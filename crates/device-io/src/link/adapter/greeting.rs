@@ -4,7 +4,7 @@ use super::super::clock;
 use super::super::keeper::ConnectError;
 use super::super::serial::Line;
 use super::text::Lines;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// For an answer.
@@ -89,13 +89,5 @@ impl Greeting {
             why: why.to_owned(),
             remedy: remedy.to_owned(),
         }
-    }
-}
-
-/// The folder of a node.
-pub(super) fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(folder) if folder != Path::new("") => folder.to_owned(),
-        _ => PathBuf::from("."),
     }
 }

@@ -7,7 +7,8 @@ mod words;
 
 use super::super::health::LinkCounters;
 use super::super::keeper::{ConnectError, Connector, Greeted};
-use super::greeting::{ATTEMPTS, Greeting, folder_of};
+use super::super::nodes::folder_of;
+use super::greeting::{ATTEMPTS, Greeting};
 use super::options::ODriveOptions;
 use super::text::{Lines, Text, number};
 use super::{TextConnection, clock};

@@ -9,7 +9,8 @@ mod words;
 
 use super::super::health::LinkCounters;
 use super::super::keeper::{ConnectError, Connector, Greeted};
-use super::greeting::{ATTEMPTS, Greeting, folder_of};
+use super::super::nodes::folder_of;
+use super::greeting::{ATTEMPTS, Greeting};
 use super::options::SimpleFocOptions;
 use super::text::Lines;
 use super::{TextConnection, clock};

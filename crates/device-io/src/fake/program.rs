@@ -1,0 +1,69 @@
+//! What the programs that play a fake share: whose hand is on it, when they run, and what time it is.
+
+use super::{Hand, Motion};
+use clap::ValueEnum;
+
+/// The hand, as the command lines of the fakes have it.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct HandOptions {
+    /// Who moves the handle
+    #[arg(long, value_name = "HAND", default_value = "sine")]
+    hand: HandKind,
+
+    /// Half the stroke of the hand, m
+    #[arg(long, value_name = "M", default_value_t = 0.03)]
+    hand_amplitude_m: f64,
+
+    /// Turns a second of the hand, Hz
+    #[arg(long, value_name = "HZ", default_value_t = 0.5)]
+    hand_frequency_hz: f64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum HandKind {
+    /// Goes to and fro, whatever the force
+    Sine,
+    /// Pulls to and fro through a spring (500 N/m) and a damper (5 N s/m)
+    Arm,
+    /// Nobody
+    Free,
+}
+
+impl HandOptions {
+    /// The hand that was asked for.
+    #[must_use]
+    pub fn hand(&self) -> Hand {
+        let motion = Motion::Sine {
+            amplitude_m: self.hand_amplitude_m,
+            frequency_hz: self.hand_frequency_hz,
+        };
+        match self.hand {
+            HandKind::Sine => Hand::Prescribed(motion),
+            HandKind::Arm => Hand::Arm {
+                stiffness_n_per_m: 500.0,
+                damping_ns_per_m: 5.0,
+                motion,
+            },
+            HandKind::Free => Hand::Free,
+        }
+    }
+}
+
+/// Below that of hapticd's thread.
+const PRIORITY: libc::c_int = 60;
+
+/// Takes a real-time priority for this process, where it may: a microcontroller is never late.
+#[expect(unsafe_code, reason = "scheduling has no safe wrapper")]
+pub fn take_priority() {
+    let wanted = libc::sched_param {
+        sched_priority: PRIORITY,
+    };
+    // SAFETY: reads one structure of this frame. Without the right to it the priority stays ordinary.
+    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
+}
+
+/// The monotonic clock, ns.
+#[must_use]
+pub fn now_ns() -> u64 {
+    crate::link::clock::now_ns()
+}
