@@ -1,6 +1,6 @@
 //! A real machine's motion: the fake rig's hand follows its whole 1 kHz record while the scene changes under it.
 
-use haptic_ipc::{Event, Request, RigState, SetReply, StateReply, SubscribeReply, Timing, Topic};
+use haptic_ipc::{ChangeReply, Event, Request, RigState, StateReply, SubscribeReply, Timing, Topic};
 use system_tests::{Daemon, machine_record, wait_for_state};
 
 #[test]
@@ -64,7 +64,7 @@ fn every_tick_of_a_real_motion_reaches_a_subscriber_while_the_scene_changes() {
             next_change += 1000;
             let (name, value) = scenes[changes % scenes.len()];
             let changed = daemon.ctl_ok(&["set", &format!("{name}={value}"), "--json"]);
-            let reply: SetReply = serde_json::from_str(&changed).expect("a set reply");
+            let reply: ChangeReply = serde_json::from_str(&changed).expect("a set reply");
             changes += 1;
             assert_eq!(reply.revision, 1 + changes as u64);
         }

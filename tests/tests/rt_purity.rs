@@ -2,7 +2,7 @@
 //! kernel and by the daemon, and not timed.
 #![allow(unsafe_code, reason = "ptrace has no safe wrapper")]
 
-use haptic_ipc::{Changes, Client, Event, Request, SceneReply, SetReply, StateReply, SubscribeReply, Timing, Topic};
+use haptic_ipc::{ChangeReply, Changes, Client, Event, Request, SceneReply, StateReply, SubscribeReply, Timing, Topic};
 use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -214,7 +214,7 @@ impl Load {
     /// Every parameter of the scene, up and down again.
     fn set(&self, daemon: &Daemon) {
         let mut client = daemon.client();
-        let before: SceneReply = client.request(Request::Get {}).expect("the scene");
+        let before: SceneReply = client.request(Request::get()).expect("the scene");
         let values: Vec<(String, f64)> = before
             .params
             .iter()
@@ -228,7 +228,7 @@ impl Load {
                 let factor = if turn % 2 == 0 { 1.1 } else { 1.0 };
                 let params: Changes = [(name.as_str(), value * factor)].into_iter().collect();
                 // Some values do not go with the others; that is refused, and others follow.
-                if client.request::<SetReply>(Request::Set { params }).is_ok() {
+                if client.request::<ChangeReply>(Request::set(params)).is_ok() {
                     self.sets.fetch_add(1, Ordering::SeqCst);
                 }
             }

@@ -42,6 +42,11 @@ pub trait Device: Send {
     /// Distance between two positions that the rig can tell apart, m; 0 where it is perfect. It may be another after the rig was disconnected.
     fn resolution_m(&self) -> f64;
 
+    /// Whether a link lies between: then the time that reading and writing take is of interest.
+    fn is_linked(&self) -> bool {
+        false
+    }
+
     /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its own needs it only to
     /// tell how old its sample is.
     ///

@@ -5,7 +5,7 @@ use crate::{Daemon, output};
 use haptic_ipc::{Description, Request, SceneReply};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
-    let reply: SceneReply = daemon.ask(Request::Get {}).await?;
+    let reply: SceneReply = daemon.ask(Request::get()).await?;
     if json {
         return output::json(&reply);
     }

@@ -5,7 +5,7 @@ use crate::{Daemon, output};
 use clap::Args;
 use haptic_core::ParameterKey;
 use haptic_core::parameters::TABLE;
-use haptic_ipc::{Changes, Request, SetReply};
+use haptic_ipc::{ChangeReply, Changes, Request};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -58,7 +58,7 @@ pub(crate) fn parameter_help() -> String {
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, params: Changes, json: bool) -> Result<(), Failure> {
-    let reply: SetReply = daemon.ask(Request::Set { params }).await?;
+    let reply: ChangeReply = daemon.ask(Request::set(params)).await?;
     if json {
         return output::json(&reply);
     }
@@ -73,7 +73,7 @@ pub(crate) async fn run(daemon: &mut Daemon, params: Changes, json: bool) -> Res
     output::line(&format!(
         "revision {} from tick {}: {}",
         reply.revision,
-        reply.tick,
+        reply.tick.unwrap_or_default(),
         applied.join(", ")
     ))?;
     for advice in &reply.advice {

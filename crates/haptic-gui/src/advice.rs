@@ -2,7 +2,7 @@
 
 use crate::intent::Target;
 use haptic_core::Direction;
-use haptic_ipc::{Advice, AdviceReply, ErrorCode, Finding, ParameterDescription, SetReply, WireError};
+use haptic_ipc::{Advice, AdviceReply, ChangeReply, ErrorCode, Finding, ParameterDescription, WireError};
 
 /// The newest advice.
 #[derive(Debug, Default)]
@@ -57,7 +57,7 @@ impl Advised {
     }
 
     /// Takes what comes with the answer to a change, where nothing better is known.
-    pub(crate) fn take_remarks(&mut self, reply: &SetReply) {
+    pub(crate) fn take_remarks(&mut self, reply: &ChangeReply) {
         if !self.is_whole && reply.revision >= self.revision {
             self.revision = reply.revision;
             self.advice.clone_from(&reply.advice);
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn remarks_on_a_change_stand_in_where_there_is_no_advice() {
-        let remarks = |revision, margin| SetReply {
+        let remarks = |revision, margin| ChangeReply {
             revision,
             tick: 1,
             applied: [].into(),

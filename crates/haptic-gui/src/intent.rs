@@ -56,9 +56,7 @@ impl Intent {
             Self::Release => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
-            Self::Set { target, value } => Request::Set {
-                params: [(target.to_string(), *value)].into_iter().collect(),
-            },
+            Self::Set { target, value } => Request::set([(target.to_string(), *value)].into_iter().collect()),
         }
     }
 }

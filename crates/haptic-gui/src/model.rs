@@ -7,7 +7,7 @@ use crate::intent::{Intent, Target};
 use crate::update::{Answer, Update};
 use haptic_core::{Direction, Directional};
 use haptic_ipc::{
-    Description, Event, ParameterDescription, RigState, SetReply, StateEvent, StateReply, Timing, WireError,
+    ChangeReply, Description, Event, ParameterDescription, RigState, StateEvent, StateReply, Timing, WireError,
 };
 use std::path::PathBuf;
 use std::time::Duration;
@@ -195,7 +195,7 @@ impl Model {
             Update::Described(description) => self.take_description(description),
             Update::Advised(result) => self.scene.advised.take(result, self.scene.revision),
             // A topic that nobody here asked for.
-            Update::Event(Event::Unknown) => {}
+            Update::Event(Event::Unknown | Event::Log(_)) => {}
             Update::Event(Event::State(event)) => self.take_state(event),
             Update::Event(Event::Timing(timing)) => self.timing = Some(*timing),
             Update::Event(Event::Samples(batch)) => {
@@ -379,12 +379,12 @@ impl Model {
     }
 
     /// Takes an answered change without waiting for the event that follows it, lest the handle jump back meanwhile.
-    fn take_applied(&mut self, reply: &SetReply) {
+    fn take_applied(&mut self, reply: &ChangeReply) {
         if self.scene.revision.is_some_and(|known| reply.revision < known) {
             return;
         }
         self.scene.revision = Some(reply.revision);
-        self.scene.tick = Some(reply.tick);
+        self.scene.tick = reply.tick;
         self.scene.advised.take_remarks(reply);
         for (key, &value) in &reply.applied {
             let name = key.trim_end_matches(['+', '-']);

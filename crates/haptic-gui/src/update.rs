@@ -1,7 +1,7 @@
 //! What the panel hears from the daemon, and about it.
 
 use crate::intent::Intent;
-use haptic_ipc::{AdviceReply, Description, Event, Hello, SetReply, StateReply, WireError};
+use haptic_ipc::{AdviceReply, ChangeReply, Description, Event, Hello, StateReply, WireError};
 use std::path::PathBuf;
 
 /// One piece of news.
@@ -50,7 +50,7 @@ pub enum Update {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
     /// To [`Intent::Set`].
-    Changed(SetReply),
+    Changed(ChangeReply),
     /// To the others.
     State(StateReply),
 }

@@ -6,8 +6,8 @@ use egui_kittest::kittest::Queryable;
 use haptic_core::{Directional, Scene};
 use haptic_gui::{Answer, Intent, Model, Target, Update};
 use haptic_ipc::{
-    Advice, AdviceReply, Description, ErrorCode, Event, Finding, Hello, LinkCounts, LinkStatus, LinkedDevice,
-    ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, SamplesEvent, SetReply, StateEvent, StateReply, Timing,
+    Advice, AdviceReply, ChangeReply, Description, ErrorCode, Event, Finding, Hello, LinkCounts, LinkStatus,
+    LinkedDevice, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, SamplesEvent, StateEvent, StateReply, Timing,
     TimingWindow, WireError, params_of,
 };
 
@@ -64,6 +64,9 @@ fn hear(panel: &mut Panel, update: Update) {
 
 fn state_event(state: RigState, tick: u64) -> StateEvent {
     StateEvent {
+        law: "karnopp".to_owned(),
+        undo_depth: 0,
+        redo_depth: 0,
         state,
         fault: None,
         tick,
@@ -297,9 +300,12 @@ fn an_accepted_change_is_shown_with_its_revision_and_tick() {
     type_into(&mut panel, "mass value", "2");
     panel.key_press(Key::Enter);
     panel.run();
-    let reply = SetReply {
+    let reply = ChangeReply {
+        ramp_ends_tick: None,
+        dry_run: false,
+        changes: Vec::new(),
         revision: 2,
-        tick: 321,
+        tick: Some(321),
         applied: [("mass".to_owned(), 2.0)].into(),
         advice: vec![],
     };
@@ -595,9 +601,12 @@ fn the_answer_to_a_change_warns_where_the_daemon_has_no_more_advice() {
     let error = WireError::new(ErrorCode::UnknownOp, "there is no operation `advise`");
     hear(&mut panel, Update::Advised(Err(error)));
     assert!(panel.query_by_label_contains("advise").is_none(), "nobody asked for it");
-    let reply = SetReply {
+    let reply = ChangeReply {
+        ramp_ends_tick: None,
+        dry_run: false,
+        changes: Vec::new(),
         revision: 2,
-        tick: 321,
+        tick: Some(321),
         applied: [("stiffness".to_owned(), 25_000.0)].into(),
         advice: vec![check("friction", 16_000.0, None)],
     };

@@ -2,7 +2,8 @@
 
 use crate::client::{ClientError, greeting};
 use crate::event::Event;
-use crate::message::{Envelope, Hello, Request, ServerLine};
+use crate::line::{Hello, ServerLine};
+use crate::request::{Envelope, Request};
 use serde::de::DeserializeOwned;
 use std::collections::VecDeque;
 use std::path::Path;

@@ -2,7 +2,8 @@
 
 use crate::error::WireError;
 use crate::event::Event;
-use crate::message::{Envelope, Hello, Request, ServerLine};
+use crate::line::{Hello, ServerLine};
+use crate::request::{Envelope, Request};
 use crate::{MAX_LINE_BYTES, PROTOCOL_VERSION};
 use serde::de::DeserializeOwned;
 use std::collections::VecDeque;

@@ -46,8 +46,24 @@ pub enum ErrorCode {
     Faulted,
     /// The rig is in another state in which this cannot be done; the message says which and what to do.
     WrongState,
+    /// The scene is not at the revision that `if_revision` names; `value` is the newest.
+    Conflict,
+    /// There is no change to take back.
+    NothingToUndo,
+    /// There is no change to bring back.
+    NothingToRedo,
+    /// No scene has this name or revision.
+    NoSuchScene,
+    /// The library has a scene of this name already.
+    SceneExists,
+    /// The name is none that a scene can have in the library.
+    BadName,
+    /// A scene's file cannot be read or written; the message says why.
+    SceneFile,
     /// The daemon belongs to another user.
     NotPermitted,
+    /// This socket is for watching, and for stopping.
+    ReadOnly,
     /// As many clients are connected as the daemon takes.
     TooManyClients,
     /// The real-time thread did not answer in time.

@@ -1,7 +1,10 @@
 //! What a subscriber hears without asking.
 
-use crate::message::{RigState, Timing};
+use crate::journal::JournalEntry;
+use crate::request::Topic;
 use crate::sample::Sample;
+use crate::state::RigState;
+use crate::timing::Timing;
 use haptic_core::Directional;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -16,6 +19,8 @@ pub enum Event {
     Timing(Box<Timing>),
     /// A batch of ticks.
     Samples(SamplesEvent),
+    /// Something was changed, by whom and when.
+    Log(Box<JournalEntry>),
     /// A topic of a later server.
     #[serde(other)]
     Unknown,
@@ -35,8 +40,17 @@ pub struct StateEvent {
     pub revision: u64,
     /// Name of the scene in force.
     pub scene: String,
-    /// Its parameters.
+    /// Its friction law.
+    #[serde(default)]
+    pub law: String,
+    /// Its parameters; while they ramp, those that they ramp to.
     pub params: BTreeMap<String, Directional>,
+    /// Changes that `undo` can take back.
+    #[serde(default)]
+    pub undo_depth: usize,
+    /// Changes that `redo` can bring back.
+    #[serde(default)]
+    pub redo_depth: usize,
 }
 
 /// A batch of ticks.
@@ -48,4 +62,17 @@ pub struct SamplesEvent {
     pub dropped: u64,
     /// The ticks, oldest first.
     pub rows: Vec<Sample>,
+}
+
+/// Answer to `subscribe`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SubscribeReply {
+    /// What will be heard of.
+    pub topics: Vec<Topic>,
+    /// Samples a second: the rate asked for, or the nearest one that the loop's rate divides into.
+    pub rate_hz: f64,
+    /// Time between sample events, ms.
+    pub batch_ms: u32,
+    /// Names of a row's columns.
+    pub columns: Vec<String>,
 }

@@ -30,8 +30,13 @@
 //! | `op` | fields | `ok` holds | done when |
 //! |---|---|---|---|
 //! | `describe` | | [`Description`]: the parameter table and the columns of a sample | |
-//! | `get` | | [`SceneReply`]: the scene in force | |
-//! | `set` | `params`: names or symbols to numbers | [`SetReply`] | the tick that applied all of it |
+//! | `get` | `scene`: another than the one in force | [`SceneReply`]: a scene | |
+//! | `set` | `params`: names or symbols to numbers; *how* | [`ChangeReply`] | the tick that applied all of it |
+//! | `scene.load` | `scene`; *how* | [`ChangeReply`] | the tick that applied all of it |
+//! | `undo`, `redo` | *how* | [`ChangeReply`] | the tick that applied all of it |
+//! | `scene.save` | `name`; `scene`: another than the one in force; `replace` | [`SceneSaveReply`] | the file is written |
+//! | `scene.list` | | [`SceneListReply`]: the library | |
+//! | `scene.diff` | `from`; `to`: another than the one in force | [`SceneDiffReply`] | |
 //! | `engage` | | [`StateReply`]: `engaging` or `engaged` | the tick that began the ramp |
 //! | `release` | | [`StateReply`]: `releasing` or `idle` | the tick that began the ramp |
 //! | `stop` | | [`StateReply`]: `stopped` or `faulted` | the tick that commanded zero force |
@@ -41,10 +46,31 @@
 //! | `advise` | | [`AdviceReply`]: every check of the scene against the rig | |
 //! | `devices` | `probe`: one address, which is opened and asked who it is | [`DevicesReply`] | with `probe`, up to 3 s later |
 //! | `subscribe` | `topics`, `rate_hz`, `batch_ms` | [`SubscribeReply`] | |
+//! | `log` | `after`, `limit` | [`LogReply`]: who changed what, and when | |
+//! | `lease` | `timeout_ms` | [`LeaseReply`] | |
 //!
 //! In `params` a parameter goes by its name or its symbol; `Fs+` and `Fs-` (and likewise for every parameter that is
-//! `directional`) set one direction. `set` is all-or-nothing. Its change lands between two ticks, keeps the block's motion and
-//! leaves the force on the hand as it was.
+//! `directional`) set one direction. A `scene` is a number (the revision of one that was in force), a string (a name in the library) or an
+//! object (the scene itself, as its file holds it). Fields marked with no more than a name may be left out.
+//!
+//! ## How a scene changes
+//! `set`, `scene.load`, `undo` and `redo` are all-or-nothing. A change lands between two ticks, keeps the block's motion and
+//! leaves the force on the hand as it was. All four take, as *how*:
+//!
+//! - `if_revision`: refuse with `conflict` unless this is the newest revision, so that two clients do not undo each other's work unawares;
+//! - `ramp_ms`, from 0 to 10000: go there over this time. Parameters of one law move in small steps, each a change as above; between laws, the
+//!   force goes over from one to the other. A newer change begins where the ramp has come to;
+//! - `dry_run`: only say what would change, what advice there would be, or why it would be refused.
+//!
+//! A client may send one `set` after another without waiting: each is answered with the tick that first rendered it *or a newer one*.
+//!
+//! Every change gets the next revision, `undo` and `redo` as well; they go through the changes of all clients alike. A change after an `undo`
+//! ends what `redo` could bring back.
+//!
+//! ## Lease
+//! A client with a lease is a dead man's switch: should it close its connection, or send no line for `timeout_ms` (20 to 60000), the
+//! rig is released along its ramp, by the real-time thread itself. Any request renews the lease, `lease` with 0 ends it. Every client may
+//! have one; the first to lapse releases.
 //!
 //! # Events
 //! After `subscribe` the server sends lines without `id`, each with the name of its topic in `event`:
@@ -53,6 +79,7 @@
 //! S {"event":"state","state":"engaged","tick":183042,"revision":42,...}         at once, and at every change
 //! S {"event":"timing","rate_hz":1000.0,"ticks":183042,"overruns":0,...}         once a second
 //! S {"event":"samples","seq":9,"dropped":0,"rows":[[183042,183.042,"engaged",...],...]}
+//! S {"event":"log","seq":12,"op":"set","by":{"uid":1000,"user":"ada",...},...}  at every change, by anyone
 //! ```
 //!
 //! `samples` holds rows of numbers in the order of [`SAMPLE_COLUMNS`], thinned to `rate_hz` (every tick without it) and sent every
@@ -72,25 +99,43 @@
 //! # Limits
 //! 32 clients. While all places are taken further ones may still `stop`, and nothing else.
 
+mod advice;
 mod async_client;
+mod changes;
 mod client;
+mod describe;
 mod error;
 mod event;
-mod message;
+mod journal;
+mod line;
+mod link;
+mod request;
 mod sample;
+mod scene;
 pub mod socket_path;
+mod state;
+mod status;
+mod timing;
 
+pub use advice::{Advice, AdviceReply, Finding};
 pub use async_client::AsyncClient;
+pub use changes::Changes;
 pub use client::{Client, ClientError, Receiver, Sender};
+pub use describe::{Description, ParameterDescription};
 pub use error::{ErrorCode, WireError};
-pub use event::{Event, SamplesEvent, StateEvent};
-pub use message::{
-    Advice, AdviceReply, BadLine, Bucket, Changes, Description, DeviceStatus, DevicesReply, Envelope, Finding,
-    FoundDevice, Hello, LinkCounts, LinkStatus, LinkedDevice, ParameterDescription, Percentiles, Problem,
-    RealTimeStatus, Request, RigState, SceneReply, ServerLine, SetReply, StateReply, Status, SubscribeReply, Timing,
-    TimingHistogram, TimingWindow, Topic, params_of,
-};
+pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply};
+pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
+pub use line::{Hello, ServerLine};
+pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkStatus, LinkedDevice};
+pub use request::{BadLine, Envelope, Request, Topic};
 pub use sample::{SAMPLE_COLUMNS, Sample};
+pub use scene::{
+    ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,
+    differences, params_of,
+};
+pub use state::{RigState, StateReply};
+pub use status::{DeviceStatus, Problem, RealTimeStatus, Status};
+pub use timing::{Bucket, Percentiles, Timing, TimingHistogram, TimingWindow};
 
 /// The protocol version that this crate speaks.
 pub const PROTOCOL_VERSION: u32 = 1;

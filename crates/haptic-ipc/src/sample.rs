@@ -1,6 +1,6 @@
 //! One tick, as subscribers see it.
 
-use crate::message::RigState;
+use crate::state::RigState;
 use serde::de::{Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
@@ -99,7 +99,7 @@ sample! {
     wake_latency_ns "wake_latency_ns": u64,
     /// How long the tick took, the device's read and write included, ns.
     tick_ns "tick_ns": u64,
-    /// How long the device's read and write took, ns.
+    /// How long the device's read and write took, ns; 0 where the rig is in the daemon itself.
     device_round_trip_ns "device_round_trip_ns": u64,
 }
 

@@ -107,10 +107,10 @@ impl NoLink {
     }
 }
 
-/// Samples after which the hand turns round.
-const HALF_STROKE: u32 = 1000;
-/// Between two samples the hand moves so far, m: 0.06 m/s at 1 kHz.
-const STEP_M: f64 = 60e-6;
+/// Samples from one crossing of the middle to the next.
+const HALF_TURN: u32 = 1000;
+/// The hand's speed where it crosses the middle, m/s. It turns round along parabolas, so that at no rate its acceleration is that of an encoder which jumps.
+const TOP_SPEED_MPS: f64 = 0.06;
 
 impl Device for NoLink {
     fn description(&self) -> String {
@@ -122,11 +122,15 @@ impl Device for NoLink {
     }
 
     fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {
-        let within = self.next % (2 * HALF_STROKE);
+        #[expect(clippy::cast_precision_loss, reason = "a period is far below 2^53 ns")]
+        let half_turn_s = f64::from(HALF_TURN) * self.period_ns as f64 * 1e-9;
+        let share = f64::from(self.next % HALF_TURN) / f64::from(HALF_TURN);
+        let aside_m = TOP_SPEED_MPS * half_turn_s * share * (1.0 - share);
+        let side = (self.next / HALF_TURN) % 2;
         let sample = Measurement {
             sequence: self.next,
             time_ns: u64::from(self.next) * self.period_ns,
-            position_m: f64::from(within.min(2 * HALF_STROKE - within)) * STEP_M,
+            position_m: if side == 0 { aside_m } else { -aside_m },
         };
         self.next = self.next.wrapping_add(1);
         Ok(sample)

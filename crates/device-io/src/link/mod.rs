@@ -103,6 +103,10 @@ impl Device for LinkDevice {
         self.resolution_m
     }
 
+    fn is_linked(&self) -> bool {
+        true
+    }
+
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
         self.now_ns = now_ns;
         if self.connection.is_none()

@@ -153,7 +153,7 @@ impl Client {
         }
         match envelope.request {
             Request::Describe {} => answer(id, Ok(describe::describe(rig))),
-            Request::Get {} => answer(id, Ok(get::get(rig))),
+            Request::Get { .. } => answer(id, Ok(get::get(rig))),
             Request::Set { params } => answer(id, set::set(rig, &params).await),
             Request::Engage {} => answer(id, drive::command(rig, Command::Engage, stops).await),
             Request::Release {} => answer(id, drive::command(rig, Command::Release, stops).await),
@@ -171,6 +171,7 @@ impl Client {
                 let reply = subscribe::subscribe(rig, self.session, &self.lines, &topics, rate_hz, batch_ms);
                 answer(id, reply)
             }
+            _ => answer::<()>(id, Err(WireError::new(ErrorCode::UnknownOp, "not yet"))),
         }
     }
 

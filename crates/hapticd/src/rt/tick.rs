@@ -171,14 +171,14 @@ impl<D: Device + ?Sized> Tick<D> {
         let command = self.take_command(stops);
 
         let measured = self.device.read(wake.began_ns);
-        let read_ns = now_ns();
+        let read_ns = self.link_time_ns();
         let elapsed_s = self.sense(measured, wake.began_ns);
         // Ramps go by our own clock: they must end even if the device's stands still.
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two ticks")]
         let our_elapsed_s = wake.began_ns.saturating_sub(self.last_began_ns) as f64 * 1e-9;
         self.last_began_ns = wake.began_ns;
         let (coupling_force, command_force) = self.render(elapsed_s, our_elapsed_s);
-        let computed_ns = now_ns();
+        let computed_ns = self.link_time_ns();
         let written = self.device.write(command_force, self.rig.is_live()).is_ok();
         if !written {
             self.rig.device_present(false);
@@ -191,7 +191,10 @@ impl<D: Device + ?Sized> Tick<D> {
             deadline_ns: wake.deadline_ns,
             began_ns: wake.began_ns,
             ended_ns,
-            device_round_trip_ns: read_ns.saturating_sub(wake.began_ns) + ended_ns.saturating_sub(computed_ns),
+            device_round_trip_ns: match (read_ns, computed_ns) {
+                (Some(read), Some(computed)) => read.saturating_sub(wake.began_ns) + ended_ns.saturating_sub(computed),
+                _ => 0,
+            },
             missed_periods,
             dropped: 0,
             revision: self.scene.revision,
@@ -216,6 +219,11 @@ impl<D: Device + ?Sized> Tick<D> {
         self.answer(stopped, new_scene, command);
         self.tick += 1;
         ended_ns
+    }
+
+    /// The time, where it tells what the link takes: a reading of the clock costs more than the physics of a simple scene.
+    fn link_time_ns(&self) -> Option<u64> {
+        self.device.is_linked().then(now_ns)
     }
 
     /// Goes on with another device, as if it had been unplugged and another plugged in.

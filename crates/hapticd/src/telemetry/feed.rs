@@ -215,7 +215,10 @@ impl Feed {
             tick: record.tick,
             revision: record.revision,
             scene: scene.name.clone(),
+            law: scene.friction.law().to_owned(),
             params: params_of(scene),
+            undo_depth: 0,
+            redo_depth: 0,
         });
         let line = line(&event);
         for subscriber in self.subscribers.iter_mut().filter(|subscriber| listening(subscriber)) {

@@ -1,0 +1,77 @@
+//! Advice on the wire: what the user of a scene may not expect, and the bounds that it breaks.
+
+use haptic_core::adviser;
+use haptic_core::scene::Note;
+use serde::{Deserialize, Serialize};
+
+/// A remark on a scene that is accepted all the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Advice {
+    /// The parameter concerned: the one to change, where changing one mends it.
+    pub param: String,
+    /// The remark.
+    pub message: String,
+    /// What was checked; absent where the remark is no check against a bound.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub finding: Option<Finding>,
+}
+
+/// A bound on the scene, and how the scene keeps it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Finding {
+    /// Name of the check.
+    pub check: String,
+    /// Whether the scene keeps the bound.
+    pub passes: bool,
+    /// What the scene has; absent where it has no limit.
+    pub value: Option<f64>,
+    /// The bound on it.
+    pub bound: Option<f64>,
+    /// Unit of both.
+    pub unit: String,
+    /// How far inside the bound, as a ratio; below 1 it is broken.
+    pub margin: Option<f64>,
+    /// The value of `param` that would mend it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mending: Option<f64>,
+}
+
+impl From<adviser::Finding> for Advice {
+    fn from(finding: adviser::Finding) -> Self {
+        // JSON has no infinity.
+        let number = |value: f64| value.is_finite().then_some(value);
+        let concerned = finding.mending.map_or(finding.parameter, |mending| mending.parameter);
+        Self {
+            param: concerned.info().name.to_owned(),
+            message: finding.to_string(),
+            finding: Some(Finding {
+                check: finding.check.name().to_owned(),
+                passes: finding.passes,
+                value: number(finding.value),
+                bound: number(finding.bound),
+                unit: finding.unit.to_owned(),
+                margin: number(finding.margin),
+                mending: finding.mending.map(|mending| mending.value),
+            }),
+        }
+    }
+}
+
+impl From<Note> for Advice {
+    fn from(note: Note) -> Self {
+        Self {
+            param: note.param.to_string(),
+            message: note.to_string(),
+            finding: None,
+        }
+    }
+}
+
+/// Answer to `advise`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AdviceReply {
+    /// Revision of the scene that was looked at.
+    pub revision: u64,
+    /// Every check and every remark, kept or broken.
+    pub advice: Vec<Advice>,
+}

@@ -1,0 +1,86 @@
+//! Changes of parameters, as `set` takes them.
+
+use crate::error::{ErrorCode, WireError};
+use haptic_core::{Directional, ParameterKey};
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::fmt;
+
+/// Changes of parameters in the order given, by name or symbol. Nothing is dropped: a name given twice is there twice.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changes(pub Vec<(String, Directional)>);
+
+impl Changes {
+    /// The changes as the scene takes them.
+    ///
+    /// # Errors
+    /// A name that no parameter has.
+    pub fn resolve(&self) -> Result<Vec<(ParameterKey, f64)>, WireError> {
+        let mut resolved = Vec::with_capacity(self.0.len());
+        for (name, value) in &self.0 {
+            let key: ParameterKey = name.parse()?;
+            if value.is_symmetric() {
+                resolved.push((key, value.positive));
+                continue;
+            }
+            if key.direction.is_some() || !key.parameter.info().directional {
+                return Err(WireError::new(
+                    ErrorCode::NotDirectional,
+                    format!("`{name}` takes one number, not a pair of directions"),
+                )
+                .about(name));
+            }
+            use haptic_core::Direction::{Negative, Positive};
+            for direction in [Positive, Negative] {
+                let one = ParameterKey {
+                    parameter: key.parameter,
+                    direction: Some(direction),
+                };
+                resolved.push((one, value.get(direction)));
+            }
+        }
+        Ok(resolved)
+    }
+}
+
+impl<N: Into<String>> FromIterator<(N, f64)> for Changes {
+    fn from_iter<I: IntoIterator<Item = (N, f64)>>(changes: I) -> Self {
+        Self(
+            changes
+                .into_iter()
+                .map(|(name, value)| (name.into(), Directional::both(value)))
+                .collect(),
+        )
+    }
+}
+
+impl Serialize for Changes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
+    }
+}
+
+impl<'de> Deserialize<'de> for Changes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Pairs;
+        impl<'de> Visitor<'de> for Pairs {
+            type Value = Changes;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object of parameter names and numbers in `params`")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Changes, A::Error> {
+                let mut changes = Vec::new();
+                while let Some(name) = map.next_key::<String>()? {
+                    let value = map
+                        .next_value()
+                        .map_err(|error| serde::de::Error::custom(format!("`{name}`: {error}")))?;
+                    changes.push((name, value));
+                }
+                Ok(Changes(changes))
+            }
+        }
+        deserializer.deserialize_map(Pairs)
+    }
+}

@@ -1,0 +1,83 @@
+//! The parameter table on the wire.
+
+use haptic_core::parameters::{ParameterInfo, Scale, TABLE};
+use haptic_core::{Directional, Scene};
+use serde::{Deserialize, Serialize};
+
+/// Answer to `describe`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Description {
+    /// The scene's friction law.
+    #[serde(default)]
+    pub law: String,
+    /// The parameters of the scene, in the order in which people read them.
+    pub parameters: Vec<ParameterDescription>,
+    /// Names of a sample's columns.
+    pub sample_columns: Vec<String>,
+}
+
+/// A row of the parameter table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ParameterDescription {
+    /// Name on the wire.
+    pub name: String,
+    /// Symbol in the paper.
+    pub symbol: String,
+    /// Other symbols, accepted as well.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub aliases: Vec<String>,
+    /// SI unit.
+    pub unit: String,
+    /// Part of the scene that it belongs to.
+    pub group: String,
+    /// Smallest value accepted.
+    pub min: f64,
+    /// Largest value accepted.
+    pub max: f64,
+    /// Lower end of a slider.
+    pub slider_min: f64,
+    /// Upper end of a slider.
+    pub slider_max: f64,
+    /// The smallest difference worth a step.
+    pub step: f64,
+    /// Whether a slider should be logarithmic.
+    pub logarithmic: bool,
+    /// Whether it may differ by direction.
+    pub directional: bool,
+    /// What a larger value makes the hand feel.
+    pub feel: String,
+    /// The value in force.
+    pub value: Directional,
+}
+
+impl ParameterDescription {
+    /// The rows of the parameters that a scene has, with their values.
+    #[must_use]
+    pub fn all_of(scene: &Scene) -> Vec<Self> {
+        TABLE
+            .iter()
+            .filter_map(|row| Some(Self::new(row, scene.value(row.parameter)?)))
+            .collect()
+    }
+
+    /// A row of the table with a value.
+    #[must_use]
+    pub fn new(info: &ParameterInfo, value: Directional) -> Self {
+        Self {
+            name: info.name.to_owned(),
+            symbol: info.symbol.to_owned(),
+            aliases: info.aliases.iter().map(ToString::to_string).collect(),
+            unit: info.unit.to_owned(),
+            group: info.group.to_owned(),
+            min: info.min,
+            max: info.max,
+            slider_min: info.slider_min,
+            slider_max: info.slider_max,
+            step: info.step,
+            logarithmic: info.scale == Scale::Logarithmic,
+            directional: info.directional,
+            feel: info.feel.to_owned(),
+            value,
+        }
+    }
+}

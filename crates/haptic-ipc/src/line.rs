@@ -1,0 +1,94 @@
+//! The lines of the server.
+
+use crate::error::WireError;
+use crate::event::Event;
+use serde::{Deserialize, Serialize};
+
+/// What the server says first.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Version of the protocol.
+    pub protocol: u32,
+    /// Name and version of the server.
+    pub server: String,
+    /// Name of this connection in the server's log.
+    pub session: String,
+}
+
+/// A line from the server.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ServerLine {
+    /// The greeting.
+    Hello(Hello),
+    /// The answer to a request; without `id` when the request's could not be read.
+    Answer {
+        /// Number of the request.
+        id: Option<u64>,
+        /// What it gave.
+        result: Result<serde_json::Value, WireError>,
+    },
+    /// Something that was not asked for.
+    Event(Event),
+}
+
+impl ServerLine {
+    /// Reads a line.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn parse(line: &str) -> Result<Self, serde_json::Error> {
+        #[derive(Deserialize)]
+        struct Line {
+            hello: Option<Hello>,
+            id: Option<u64>,
+            ok: Option<serde_json::Value>,
+            error: Option<WireError>,
+            event: Option<serde::de::IgnoredAny>,
+        }
+        let parsed: Line = serde_json::from_str(line)?;
+        if parsed.event.is_some() {
+            return Ok(Self::Event(serde_json::from_str(line)?));
+        }
+        match parsed {
+            Line { hello: Some(hello), .. } => Ok(Self::Hello(hello)),
+            Line {
+                id, error: Some(error), ..
+            } => Ok(Self::Answer { id, result: Err(error) }),
+            Line {
+                id, ok: Some(value), ..
+            } => Ok(Self::Answer { id, result: Ok(value) }),
+            _ => Err(serde::de::Error::custom(
+                "a line from the server has one of hello, ok, error, event",
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::ErrorCode;
+
+    #[test]
+    fn what_a_later_server_adds_is_passed_over() {
+        let line = r#"{"event":"weather","wind":3}"#;
+        assert_eq!(
+            ServerLine::parse(line).expect("it reads"),
+            ServerLine::Event(Event::Unknown)
+        );
+        let line = r#"{"id":1,"error":{"code":"brand_new","message":"no","hint":"later"}}"#;
+        let ServerLine::Answer { result: Err(error), .. } = ServerLine::parse(line).expect("it reads") else {
+            panic!("an error");
+        };
+        assert_eq!(error.code, ErrorCode::Unknown);
+        let line = r#"{"id":1,"ok":{"state":"idle","tick":3,"more":1},"took_ns":5}"#;
+        assert!(ServerLine::parse(line).is_ok());
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn no_line_panics(line in ".{0,200}") {
+            drop(ServerLine::parse(&line));
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Scenes on the wire: which one is meant, what a change of them has done, and in what two differ.
+
+use crate::advice::Advice;
+use haptic_core::parameters::TABLE;
+use haptic_core::{Directional, Scene};
+use serde::de::value::{MapAccessDeserializer, StrDeserializer};
+use serde::de::{self, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Which scene is meant: by its number, its name, or itself.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum SceneRef {
+    /// One that was in force, by its revision.
+    Revision(u64),
+    /// One in the library, by its name there.
+    Name(String),
+    /// This one.
+    Scene(Box<Scene>),
+}
+
+impl<'de> Deserialize<'de> for SceneRef {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Any;
+        impl<'de> Visitor<'de> for Any {
+            type Value = SceneRef;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a scene: its revision, its name in the library, or the scene itself")
+            }
+
+            fn visit_u64<E: de::Error>(self, revision: u64) -> Result<SceneRef, E> {
+                Ok(SceneRef::Revision(revision))
+            }
+
+            fn visit_str<E: de::Error>(self, name: &str) -> Result<SceneRef, E> {
+                String::deserialize(StrDeserializer::new(name)).map(SceneRef::Name)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SceneRef, A::Error> {
+                Scene::deserialize(MapAccessDeserializer::new(map)).map(|scene| SceneRef::Scene(Box::new(scene)))
+            }
+        }
+        deserializer.deserialize_any(Any)
+    }
+}
+
+/// Answer to `get`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneReply {
+    /// Revision of the newest scene; it grows by one with every change.
+    pub revision: u64,
+    /// The parameters of the scene asked for, by name.
+    pub params: BTreeMap<String, Directional>,
+    /// That scene, as its file holds it.
+    pub scene: Scene,
+}
+
+/// The parameters of a scene by name.
+#[must_use]
+pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
+    TABLE
+        .iter()
+        .filter_map(|row| Some((row.name.to_owned(), scene.value(row.parameter)?)))
+        .collect()
+}
+
+/// Answer to `set`, `scene.load`, `undo` and `redo`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChangeReply {
+    /// Revision of the changed scene; where it was only tried, the one that is still the newest.
+    pub revision: u64,
+    /// The first tick that rendered it, or began to ramp to it; absent where it was only tried.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tick: Option<u64>,
+    /// The tick at which the ramp will have come to its end, if none is missed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp_ends_tick: Option<u64>,
+    /// Whether it was only tried.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub dry_run: bool,
+    /// The values set, by full name: those asked for, or those that the scene brought.
+    pub applied: BTreeMap<String, f64>,
+    /// In what the scene differs from the one before.
+    #[serde(default)]
+    pub changes: Vec<Difference>,
+    /// What the user of the changed scene may not expect, and the bounds that it breaks.
+    pub advice: Vec<Advice>,
+}
+
+/// Something in which two scenes differ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Difference {
+    /// A parameter, or `name`, `law`, `reseat`.
+    pub param: String,
+    /// Unit of a parameter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// What it was; absent where the scene did not have it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub before: Option<Value>,
+    /// What it is; absent where the scene does not have it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub after: Option<Value>,
+}
+
+/// A number, or a word.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// Of a parameter, SI units.
+    Number(Directional),
+    /// Of something else.
+    Word(String),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(value) if value.is_symmetric() => write!(f, "{}", value.positive),
+            Self::Number(value) => write!(f, "+{} -{}", value.positive, value.negative),
+            Self::Word(word) => f.write_str(word),
+        }
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shown = |value: &Option<Value>| match (value, &self.unit) {
+            (None, _) => "none".to_owned(),
+            (Some(value), Some(unit)) if unit != "1" => format!("{value} {unit}"),
+            (Some(value), _) => value.to_string(),
+        };
+        write!(f, "{}: {} -> {}", self.param, shown(&self.before), shown(&self.after))
+    }
+}
+
+/// In what two scenes differ: name and law first, then the parameters in the order of the table, then what else a law has.
+#[must_use]
+pub fn differences(before: &Scene, after: &Scene) -> Vec<Difference> {
+    let mut found = Vec::new();
+    let mut compare = |param: &str, unit: Option<&str>, before: Option<Value>, after: Option<Value>| {
+        if before != after {
+            found.push(Difference {
+                param: param.to_owned(),
+                unit: unit.map(str::to_owned),
+                before,
+                after,
+            });
+        }
+    };
+    let word = |text: &str| Some(Value::Word(text.to_owned()));
+    compare("name", None, word(&before.name), word(&after.name));
+    compare("law", None, word(before.friction.law()), word(after.friction.law()));
+    for row in &TABLE {
+        let value = |scene: &Scene| scene.value(row.parameter).map(Value::Number);
+        compare(row.name, Some(row.unit), value(before), value(after));
+    }
+    let reseat = |scene: &Scene| {
+        let friction = serde_json::to_value(scene.friction).ok()?;
+        Some(Value::Word(friction.get("reseat")?.as_str()?.to_owned()))
+    };
+    compare("reseat", None, reseat(before), reseat(after));
+    found
+}
+
+/// Answer to `scene.list`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SceneListReply {
+    /// The library, by name.
+    pub scenes: Vec<ListedScene>,
+}
+
+/// A scene in the library.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ListedScene {
+    /// Its name there, as `scene.load` takes it.
+    pub name: String,
+    /// What it calls itself.
+    pub title: String,
+    /// Its friction law.
+    pub law: String,
+    /// Its file; absent where it comes with the daemon.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
+    /// Why it cannot be loaded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
+}
+
+/// Answer to `scene.save`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SceneSaveReply {
+    /// Its name in the library.
+    pub name: String,
+    /// Its file.
+    pub path: String,
+}
+
+/// Answer to `scene.diff`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneDiffReply {
+    /// In what the scenes differ; empty where they are alike.
+    pub differences: Vec<Difference>,
+}

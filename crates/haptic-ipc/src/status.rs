@@ -1,0 +1,132 @@
+//! How the rig and the daemon are.
+
+use crate::link::LinkStatus;
+use crate::state::RigState;
+use serde::{Deserialize, Serialize};
+
+/// Answer to `status`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Name and version of the server.
+    pub server: String,
+    /// State of the rig.
+    pub state: RigState,
+    /// Why it is faulted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
+    /// The last tick.
+    pub tick: u64,
+    /// Time since the loop began, s.
+    pub uptime_s: f64,
+    /// Nominal rate of the loop, Hz.
+    pub rate_hz: f64,
+    /// How the block is integrated: `exact`, `literal` or `literal:N`.
+    pub scheme: String,
+    /// How the device's velocity is estimated from its positions.
+    pub velocity_estimator: String,
+    /// Revision of the scene in force.
+    pub revision: u64,
+    /// Name of the scene in force.
+    pub scene: String,
+    /// Force commanded on the hand in the last tick, N.
+    #[serde(rename = "command_force_N")]
+    pub command_force_n: f64,
+    /// Energy that the sampled loop made and the rig did not take up, J.
+    #[serde(default, rename = "energy_excess_J")]
+    pub energy_excess_j: f64,
+    /// Position of the device in the last tick, m.
+    pub device_position_m: f64,
+    /// Clients connected.
+    pub clients: usize,
+    /// The rig.
+    pub device: DeviceStatus,
+    /// The real-time thread.
+    pub real_time: RealTimeStatus,
+}
+
+/// The rig, as `status` shows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DeviceStatus {
+    /// What it is.
+    pub description: String,
+    /// Largest force that goes to it, N.
+    #[serde(rename = "force_limit_N")]
+    pub force_limit_n: f64,
+    /// Fastest change of that force, N/s.
+    #[serde(default, rename = "slew_limit_N_per_s")]
+    pub slew_limit_n_per_s: f64,
+    /// Speed at which the force is taken away, m/s.
+    #[serde(default)]
+    pub speed_limit_mps: f64,
+    /// Acceleration beyond which its position has jumped, and the force is taken away, m/s^2.
+    #[serde(default)]
+    pub acceleration_limit_mps2: f64,
+    /// The link to it; absent where the rig is in the daemon itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link: Option<LinkStatus>,
+}
+
+/// The real-time thread, as `status` shows it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RealTimeStatus {
+    /// Its SCHED_FIFO priority, absent when it runs at an ordinary one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fifo_priority: Option<u8>,
+    /// The processor that it is pinned to, absent when it is not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cpu: Option<usize>,
+    /// Whether it is scheduled by SCHED_DEADLINE.
+    #[serde(default)]
+    pub deadline_scheduled: bool,
+    /// Whether its memory is locked.
+    pub memory_locked: bool,
+    /// Whether the processors are kept from sleeping deeply.
+    #[serde(default)]
+    pub cpus_kept_awake: bool,
+    /// How long before its deadline a tick wakes up to spin, us.
+    #[serde(default)]
+    pub spin_us: u64,
+    /// Whether numbers below the normal range count as zero.
+    #[serde(default)]
+    pub denormals_flushed: bool,
+    /// What it could not have, and how to get it.
+    pub problems: Vec<Problem>,
+}
+
+impl RealTimeStatus {
+    /// How it is scheduled, for people.
+    #[must_use]
+    pub fn scheduling(&self) -> String {
+        match self.fifo_priority {
+            Some(priority) => format!("SCHED_FIFO {priority}"),
+            None if self.deadline_scheduled => "SCHED_DEADLINE".to_owned(),
+            None => "ordinary priority".to_owned(),
+        }
+    }
+
+    /// Where it runs, for people.
+    #[must_use]
+    pub fn place(&self) -> String {
+        self.cpu
+            .map_or_else(|| "not pinned".to_owned(), |cpu| format!("processor {cpu}"))
+    }
+
+    /// Whether its memory stays in place, for people.
+    #[must_use]
+    pub fn memory(&self) -> &'static str {
+        if self.memory_locked {
+            "memory locked"
+        } else {
+            "memory not locked"
+        }
+    }
+}
+
+/// Something that the real-time thread could not have.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Problem {
+    /// What it is, and what the system said.
+    pub what: String,
+    /// How to get it.
+    pub remedy: String,
+}

@@ -1,0 +1,74 @@
+//! How well the loop keeps time.
+
+use crate::link::LinkStatus;
+use serde::{Deserialize, Serialize};
+
+/// Answer to `timing`, and the timing event: counts and percentiles since the loop began.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Nominal rate of the loop, Hz.
+    pub rate_hz: f64,
+    /// Since the loop began.
+    #[serde(flatten)]
+    pub since_start: TimingWindow,
+    /// The same over the last ten seconds.
+    pub last_10_s: TimingWindow,
+    /// The link to the rig; absent where the rig is in the daemon itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub link: Option<LinkStatus>,
+}
+
+/// How well the loop kept time over a while.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimingWindow {
+    /// Ticks done.
+    pub ticks: u64,
+    /// Ticks that took longer than their period.
+    pub overruns: u64,
+    /// Deadlines that passed without a tick.
+    pub missed_periods: u64,
+    /// Samples lost because the telemetry ring was full.
+    pub telemetry_dropped: u64,
+    /// How long after its deadline a tick began.
+    pub wake_latency_ns: Percentiles,
+    /// How long a tick took, the device's read and write included.
+    pub tick_ns: Percentiles,
+    /// How long the device's read and write took; zero where the rig is in the daemon itself.
+    pub device_round_trip_ns: Percentiles,
+    /// Time from one tick to the next.
+    pub period_ns: Percentiles,
+    /// The same durations in buckets, each twice as wide as the one before.
+    #[serde(default)]
+    pub histogram: TimingHistogram,
+}
+
+/// Durations in buckets. The buckets follow one another; the first begins at 0.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimingHistogram {
+    /// How long after its deadline a tick began.
+    pub wake_latency_ns: Vec<Bucket>,
+    /// How long a tick took.
+    pub tick_ns: Vec<Bucket>,
+}
+
+/// A bucket of a histogram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bucket {
+    /// The durations in it are up to this, ns, and above that of the bucket before.
+    pub up_to: u64,
+    /// How many there were.
+    pub count: u64,
+}
+
+/// Percentiles of a duration, ns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Percentiles {
+    /// Half are below.
+    pub p50: u64,
+    /// 99 % are below.
+    pub p99: u64,
+    /// 99.9 % are below.
+    pub p999: u64,
+    /// The largest.
+    pub max: u64,
+}
