@@ -127,6 +127,9 @@ impl Bench {
 
 fn of_revision(revision: u64) -> StateEvent {
     StateEvent {
+        law: "karnopp".to_owned(),
+        undo_depth: 0,
+        redo_depth: 0,
         state: RigState::Idle,
         fault: None,
         tick: 5,

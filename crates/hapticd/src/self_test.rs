@@ -56,6 +56,8 @@ pub(crate) struct Comparison {
     hapticd: Vec<Turn>,
     /// Ticks back to back, on a link that costs nothing, ns.
     alone: Histogram<u64>,
+    /// Two readings of the clock, one after the other.
+    nothing: Histogram<u64>,
 }
 
 /// The other ends of what the loop is handed and leaves behind.
@@ -81,6 +83,7 @@ pub(crate) fn compare(
         bare: vec![Turn::new(); TURNS],
         hapticd: vec![Turn::new(); TURNS],
         alone: histogram(COARSE_DIGITS),
+        nothing: histogram(COARSE_DIGITS),
     };
     for (bare, hapticd) in comparison.bare.iter_mut().zip(&mut comparison.hapticd) {
         bare.run(ticks_a_turn, period_ns, waiting, |_, _| now_ns());
@@ -90,6 +93,7 @@ pub(crate) fn compare(
     // What the turns have left, nobody has read.
     while control.records.pop().is_some() {}
     back_to_back(&mut comparison.alone, tick, control, period_ns);
+    clock_reading(&mut comparison.nothing);
     comparison
 }
 
@@ -124,9 +128,11 @@ impl Device for NoLink {
     fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {
         #[expect(clippy::cast_precision_loss, reason = "a period is far below 2^53 ns")]
         let half_turn_s = f64::from(HALF_TURN) * self.period_ns as f64 * 1e-9;
-        let share = f64::from(self.next % HALF_TURN) / f64::from(HALF_TURN);
+        // It begins where it turns round, at rest.
+        let phase = self.next.wrapping_add(HALF_TURN / 2);
+        let share = f64::from(phase % HALF_TURN) / f64::from(HALF_TURN);
         let aside_m = TOP_SPEED_MPS * half_turn_s * share * (1.0 - share);
-        let side = (self.next / HALF_TURN) % 2;
+        let side = (phase / HALF_TURN) % 2;
         let sample = Measurement {
             sequence: self.next,
             time_ns: u64::from(self.next) * self.period_ns,
@@ -170,6 +176,14 @@ fn back_to_back(seen: &mut Histogram<u64>, tick: &mut Tick<dyn Device>, control:
         let record = control.records.pop().expect("every tick is recorded");
         assert!(record.state.is_live(), "every tick renders: {record:?}");
         seen.saturating_record(took_ns);
+    }
+}
+
+/// What timing nothing at all takes.
+fn clock_reading(seen: &mut Histogram<u64>) {
+    for _ in 0..TICKS_BACK_TO_BACK {
+        let began_ns = now_ns();
+        seen.saturating_record(now_ns().saturating_sub(began_ns));
     }
 }
 
@@ -227,10 +241,11 @@ impl Comparison {
         writeln!(
             text,
             "whole tick without a link, {TICKS_BACK_TO_BACK} of them back to back, a new scene every {TICKS_A_SCENE}: \
-             p50 {} us, p99 {} us, p99.9 {} us",
+             p50 {} us, p99 {} us, p99.9 {} us; reading the clock to time them, p50 {} us, is in that",
             us(alone.p50),
             us(alone.p99),
-            us(alone.p999)
+            us(alone.p999),
+            us(percentiles(&self.nothing).p50)
         )
         .unwrap_or(());
         text

@@ -154,7 +154,7 @@ impl Client {
         match envelope.request {
             Request::Describe {} => answer(id, Ok(describe::describe(rig))),
             Request::Get { .. } => answer(id, Ok(get::get(rig))),
-            Request::Set { params } => answer(id, set::set(rig, &params).await),
+            Request::Set { params, .. } => answer(id, set::set(rig, &params).await),
             Request::Engage {} => answer(id, drive::command(rig, Command::Engage, stops).await),
             Request::Release {} => answer(id, drive::command(rig, Command::Release, stops).await),
             Request::Reset {} => answer(id, drive::command(rig, Command::Reset, stops).await),
