@@ -253,7 +253,10 @@ mod tests {
     fn remarks_on_a_change_stand_in_where_there_is_no_advice() {
         let remarks = |revision, margin| ChangeReply {
             revision,
-            tick: 1,
+            tick: Some(1),
+            ramp_ends_tick: None,
+            dry_run: false,
+            changes: Vec::new(),
             applied: [].into(),
             advice: vec![broken(None, margin)],
         };
