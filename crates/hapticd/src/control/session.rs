@@ -3,7 +3,7 @@
 use crate::control::{RigHandle, advise, describe, devices, drive, get, set, status, subscribe, timing};
 use crate::rig_state::Command;
 use crate::telemetry::feed::BACKLOG_LINES;
-use haptic_ipc::{BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Request, WireError};
+use haptic_ipc::{BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Peer, Request, WireError};
 use serde::Serialize;
 use serde_json::json;
 use std::rc::Rc;
@@ -29,12 +29,14 @@ const WAITING_REQUESTS: usize = 64;
 pub(super) enum Rights {
     /// Everything.
     All,
+    /// What leaves everything as it is, and stop.
+    Watch,
     /// Stop, as there is no place left for more.
     OnlyStop,
 }
 
 /// Talks to one client until it goes.
-pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, rights: Rights) {
+pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, peer: Peer, rights: Rights) {
     let (mut reader, writer) = stream.into_split();
     let (lines, outgoing) = mpsc::channel(BACKLOG_LINES);
     let (requests, waiting) = mpsc::channel(WAITING_REQUESTS);
@@ -43,6 +45,7 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, ri
         rig,
         lines,
         session,
+        peer,
         rights,
     };
     // Reading and answering side by side: a stop acts when it is read, not when its turn to be answered comes. When the writer gives up
@@ -119,6 +122,7 @@ struct Client {
     rig: Rc<RigHandle>,
     lines: mpsc::Sender<String>,
     session: u64,
+    peer: Peer,
     rights: Rights,
 }
 
@@ -127,7 +131,7 @@ impl Client {
         let hello = Hello {
             protocol: PROTOCOL_VERSION,
             server: self.rig.facts.server.clone(),
-            session: format!("{}-{}", std::process::id(), self.session),
+            session: self.peer.session.clone(),
         };
         if self.say(&json!({ "hello": hello })).await.is_err() {
             return;
@@ -150,6 +154,9 @@ impl Client {
         let rig = &*self.rig;
         if self.rights == Rights::OnlyStop && envelope.request != (Request::Stop {}) {
             return answer::<()>(id, Err(no_place()));
+        }
+        if self.rights == Rights::Watch && !envelope.request.is_for_watchers() {
+            return answer::<()>(id, Err(only_watching()));
         }
         match envelope.request {
             Request::Describe {} => answer(id, Ok(describe::describe(rig))),
@@ -194,6 +201,11 @@ fn no_place() -> WireError {
     let message =
         format!("{MOST_CLIENTS} clients are connected, the most that are served: close one first; you may only stop");
     WireError::new(ErrorCode::TooManyClients, message)
+}
+
+fn only_watching() -> WireError {
+    let message = "this socket is for watching and for stopping: connect to the control socket to change anything";
+    WireError::new(ErrorCode::ReadOnly, message)
 }
 
 fn unreadable(error: &LinesCodecError) -> WireError {
