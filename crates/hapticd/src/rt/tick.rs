@@ -4,10 +4,11 @@
 //! stop? new scene? command? -> device read -> velocity -> Renderer::tick -> SafetyLimiter -> device write -> record, answers
 //! ```
 
-use crate::rig_state::{Fault, Rig};
+use crate::rig_state::{Command, Fault, Rig};
 use crate::rt::clock::{Wake, now_ns};
 use crate::rt::handoff::{CommandWord, CompiledScene, Outcome, Shared};
 use crate::rt::lateness::Lateness;
+use crate::rt::transition::Transition;
 use crate::telemetry::ring::{Producer, TickRecord};
 use device_io::{Device, DeviceError, Measurement};
 use haptic_core::limiter::SafetyLimiter;
@@ -90,6 +91,8 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     shared: Arc<Shared>,
     telemetry: Producer,
     scene: Box<CompiledScene>,
+    /// The scene before, while its force fades out.
+    leaving: Option<Leaving>,
     scenes_seen: u64,
     rig: Rig,
     /// Whether force flowed in the tick before.
@@ -134,6 +137,7 @@ impl<D: Device + ?Sized> Tick<D> {
             shared,
             telemetry,
             scene,
+            leaving: None,
             scenes_seen: 0,
             rig,
             was_live: false,
@@ -166,6 +170,10 @@ impl<D: Device + ?Sized> Tick<D> {
         }
         if self.rig.is_live() && self.lateness.is_too_late(wake.began_ns, missed_periods) {
             self.rig.fail(Fault::TooLate);
+        }
+        if self.shared.has_lapsed(wake.began_ns) && self.rig.is_live() {
+            // It cannot be refused while force flows, and makes no difference while it already goes.
+            self.rig.command(Command::Release).unwrap_or_default();
         }
         let new_scene = self.take_scene();
         let command = self.take_command(stops);
@@ -247,10 +255,54 @@ impl<D: Device + ?Sized> Tick<D> {
             return false;
         };
         let step = new.renderer.take_over(&self.scene.renderer);
-        self.bump.add(step);
+        let fade_s = match new.transition {
+            Transition::Fade { over_s } => over_s,
+            Transition::AtOnce | Transition::Steps(_) => 0.0,
+        };
         let old = std::mem::replace(&mut self.scene, new);
-        self.shared.retire(old);
+        if let Some(gone) = self.leaving.take() {
+            // The force of a scene that was still fading goes the way of every step.
+            self.bump.add(gone.excess);
+            self.shared.retire(gone.scene);
+        }
+        if fade_s > 0.0 && self.rig.is_live() {
+            self.leaving = Some(Leaving {
+                scene: old,
+                left_s: fade_s,
+                over_s: fade_s,
+                excess: 0.0,
+            });
+        } else {
+            self.bump.add(step);
+            self.shared.retire(old);
+        }
         true
+    }
+
+    /// Moves a change of scene on that takes its time; at once to its end while no force flows.
+    fn go_on_changing(&mut self, elapsed_s: f64) {
+        let CompiledScene {
+            renderer, transition, ..
+        } = &mut *self.scene;
+        if let Transition::Steps(steps) = transition {
+            if self.was_live {
+                if let Some(step) = steps.advance(elapsed_s, renderer) {
+                    self.bump.add(step);
+                }
+            } else {
+                steps.finish(renderer);
+            }
+            self.shared.answers.came_in(steps.taken());
+        }
+        if let Some(leaving) = &mut self.leaving {
+            leaving.left_s = if self.was_live { leaving.left_s - elapsed_s } else { 0.0 };
+            if leaving.left_s <= 0.0
+                && self.shared.can_retire()
+                && let Some(gone) = self.leaving.take()
+            {
+                self.shared.retire(gone.scene);
+            }
+        }
     }
 
     fn take_command(&mut self, stops: u64) -> Option<(CommandWord, bool)> {
@@ -323,6 +375,7 @@ impl<D: Device + ?Sized> Tick<D> {
 
     /// The force in the coupling and the force on the hand, N.
     fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64) -> (f64, f64) {
+        self.go_on_changing(our_elapsed_s);
         let renderer = &mut self.scene.renderer;
         if !self.was_live || !self.rig.is_live() {
             // Without force the block goes with the hand, and from there force begins: wherever the hand has come to meanwhile,
@@ -340,9 +393,11 @@ impl<D: Device + ?Sized> Tick<D> {
         }
         let gain = self.rig.advance(our_elapsed_s);
         self.was_live = self.rig.is_live();
-        let coupling_force = renderer
-            .tick(elapsed_s, self.device_position, self.device_velocity)
-            .coupling_force;
+        let (position, velocity) = (self.device_position, self.device_velocity);
+        let mut coupling_force = renderer.tick(elapsed_s, position, velocity).coupling_force;
+        if let Some(leaving) = &mut self.leaving {
+            coupling_force += leaving.tick(elapsed_s, position, velocity, coupling_force);
+        }
         if !self.was_live {
             // The ramp has come to its end in this tick.
             self.limiter.zero();
@@ -380,6 +435,25 @@ impl<D: Device + ?Sized> Tick<D> {
         if let Some((stops, state)) = stopped {
             answers.stopped(stops, self.tick, state);
         }
+    }
+}
+
+/// A scene whose force fades out.
+#[derive(Debug)]
+struct Leaving {
+    scene: Box<CompiledScene>,
+    left_s: f64,
+    over_s: f64,
+    /// What it last added to the force of the scene that comes, N.
+    excess: f64,
+}
+
+impl Leaving {
+    /// What is left of its force, beyond that of the scene that comes, N.
+    fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64, coming_force: f64) -> f64 {
+        let force = self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force;
+        self.excess = (force - coming_force) * (self.left_s / self.over_s).max(0.0);
+        self.excess
     }
 }
 
@@ -422,7 +496,6 @@ impl Bump {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rig_state::Command;
     use crate::rt::lateness::LatePolicy;
     use crate::telemetry::ring;
     use device_io::protocol::message::ErrorCode;
@@ -537,10 +610,10 @@ mod tests {
     }
 
     fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
-        CompiledScene {
-            renderer: Renderer::new(scene, Scheme::Exact, 1e-3).expect("a valid scene"),
+        CompiledScene::at_once(
+            Renderer::new(scene, Scheme::Exact, 1e-3).expect("a valid scene"),
             revision,
-        }
+        )
     }
 
     impl Bench {
