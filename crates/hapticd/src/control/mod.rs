@@ -2,7 +2,7 @@
 
 mod advise;
 mod change;
-mod compile;
+pub(crate) mod compile;
 mod describe;
 mod devices;
 mod diff;
