@@ -6,6 +6,7 @@
 pub mod attack;
 pub mod fake_rig;
 mod held;
+pub mod measure;
 pub mod pid1;
 pub mod schema;
 pub mod simulated_rig;

@@ -16,6 +16,7 @@ fn document() -> PathBuf {
 fn the_document_is_that_of_the_types() {
     let mut drawn = serde_json::to_string_pretty(&haptic_ipc::schema::protocol()).expect("it is JSON");
     drawn.push('\n');
+    assert!(!drawn.contains("[`"), "a link that leads nowhere");
     if std::env::var_os("HAPTICD_UPDATE_SCHEMA").is_some() {
         fs::write(document(), &drawn).expect("it can be written");
     }
@@ -26,6 +27,31 @@ fn the_document_is_that_of_the_types() {
         "docs/control-protocol.schema.json is stale from line {} on; draw it again with `HAPTICD_UPDATE_SCHEMA=1 cargo test -p system-tests --test schema`",
         differs.map_or(kept.lines().count().min(drawn.lines().count()), |line| line) + 1
     );
+}
+
+#[test]
+fn the_page_lists_every_error_code_and_no_other() {
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/control.md")).expect("it is there");
+    let (_, table) = page
+        .split_once("| code | because | what to do |")
+        .expect("a table of the codes");
+    let mut listed: Vec<&str> = table
+        .lines()
+        .skip(2)
+        .take_while(|row| row.starts_with('|'))
+        .map(|row| row.split('`').nth(1).expect("a code"))
+        .collect();
+    let schema = haptic_ipc::schema::protocol();
+    let codes = schema["$defs"]["FromServer"]["ErrorCode"]["oneOf"]
+        .as_array()
+        .expect("codes");
+    let mut codes: Vec<&str> = codes
+        .iter()
+        .map(|code| code["const"].as_str().expect("a word"))
+        .collect();
+    listed.sort_unstable();
+    codes.sort_unstable();
+    assert_eq!(listed, codes);
 }
 
 #[test]
