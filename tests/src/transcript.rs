@@ -95,7 +95,7 @@ impl Transcript {
         }
         let mut arguments = vec!["--scene-dir", path(&scenes), "--watch-socket", path(&watch)];
         arguments.extend(self.arguments.iter().map(String::as_str));
-        let daemon = Daemon::start(&arguments);
+        let daemon = Daemon::start_at(&directory.path().join("run/control.sock"), &arguments);
         let mut connections: HashMap<&str, Connection> = HashMap::new();
         let schemas = Schemas::new();
         for (name, said, number) in &self.lines {
