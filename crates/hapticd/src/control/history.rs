@@ -88,7 +88,6 @@ impl History {
                 if !one_step {
                     self.push(before);
                 }
-                self.redo.clear();
                 self.dragged = Some(now);
             }
             Move::Undo => {
