@@ -43,7 +43,7 @@ fn engaged(arguments: &[&str]) -> Daemon {
 }
 
 fn change(turn: u64) -> Request {
-    let mass = if turn % 2 == 0 { 0.5 } else { 0.6 };
+    let mass = if turn.is_multiple_of(2) { 0.5 } else { 0.6 };
     Request::set([("M", mass)].into_iter().collect::<Changes>())
 }
 
