@@ -1,7 +1,8 @@
 //! `status`: how the rig and the daemon are.
 
+use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{Daemon, output};
+use crate::output;
 use haptic_ipc::{LinkStatus, Request, Status};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
