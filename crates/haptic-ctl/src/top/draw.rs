@@ -293,7 +293,7 @@ q, Ctrl-C    quit; the rig stays as it is
 
 A stop is shown with the tick that carried it out.";
     let area = frame.area();
-    let (width, height) = (54.min(area.width), 10.min(area.height));
+    let (width, height) = (58.min(area.width), 10.min(area.height));
     let area = Rect {
         x: (area.width - width) / 2,
         y: (area.height - height) / 2,
