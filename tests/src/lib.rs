@@ -79,7 +79,11 @@ impl Daemon {
         let directory = tempfile::tempdir().expect("a directory");
         let socket = directory.path().join("run/control.sock");
         let mut command = Command::new(binary("hapticd"));
-        command.args(["--device", device]).args(arguments);
+        command
+            .args(["--device", device])
+            .arg("--scene-dir")
+            .arg(directory.path().join("scenes"))
+            .args(arguments);
         let mut daemon = Self::spawn(command, &socket);
         daemon._directory = Some(directory);
         daemon
@@ -132,6 +136,16 @@ impl Daemon {
     #[must_use]
     pub fn socket(&self) -> &Path {
         &self.socket
+    }
+
+    /// Where a daemon with a place of its own keeps the scenes that are saved.
+    ///
+    /// # Panics
+    /// It has no place of its own.
+    #[must_use]
+    pub fn scene_dir(&self) -> PathBuf {
+        let directory = self._directory.as_ref().expect("a place of its own");
+        directory.path().join("scenes")
     }
 
     /// The process.

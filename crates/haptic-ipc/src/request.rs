@@ -316,7 +316,9 @@ fn explain(line: &str, error: &serde_json::Error) -> WireError {
             )
             .about("op");
         }
-        return WireError::new(ErrorCode::BadRequest, message).about("topics");
+        // So can a law.
+        let field = if message.contains("`karnopp`") { "law" } else { "topics" };
+        return WireError::new(ErrorCode::BadRequest, message).about(field);
     }
     match quoted("missing field `") {
         Some(field) => WireError::new(ErrorCode::BadRequest, message).about(field),

@@ -22,7 +22,7 @@ impl Compiled {
     ///
     /// # Errors
     /// The scene cannot be rendered.
-    pub(super) fn new(from: &Scene, to: &Scene, scheme: Scheme, period_s: f64, ramp_s: f64) -> Result<Self, WireError> {
+    pub(crate) fn new(from: &Scene, to: &Scene, scheme: Scheme, period_s: f64, ramp_s: f64) -> Result<Self, WireError> {
         let compile = |scene: &Scene| -> Result<Renderer, SceneError> { Renderer::new(scene, scheme, period_s) };
         let renderer = compile(to)?;
         if ramp_s <= 0.0 {
@@ -80,7 +80,7 @@ impl Compiled {
     }
 
     /// What the real-time thread takes.
-    pub(super) fn into_scene(self, revision: u64) -> CompiledScene {
+    pub(crate) fn into_scene(self, revision: u64) -> CompiledScene {
         CompiledScene {
             renderer: self.renderer,
             revision,

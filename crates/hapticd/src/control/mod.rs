@@ -2,7 +2,7 @@
 
 mod advise;
 mod change;
-mod compile;
+pub(crate) mod compile;
 mod describe;
 mod devices;
 mod diff;
@@ -13,10 +13,12 @@ mod journal;
 pub(crate) mod lease;
 mod library;
 mod log;
+mod peer;
 mod pulse;
 mod rig;
 pub(crate) mod server;
 mod session;
+pub(crate) mod socket;
 mod status;
 mod subscribe;
 mod timing;
