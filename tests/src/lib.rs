@@ -7,6 +7,7 @@ pub mod fake_rig;
 mod held;
 pub mod pid1;
 pub mod simulated_rig;
+pub mod terminal;
 
 pub use held::{HeldThread, real_time_thread};
 
@@ -199,7 +200,6 @@ impl Daemon {
     ///
     /// # Panics
     /// It fails.
-    #[must_use]
     pub fn ctl_ok(&self, arguments: &[&str]) -> String {
         let output = self.ctl(arguments);
         assert!(
