@@ -158,6 +158,10 @@ fn a_shell_completes_parameters_scenes_and_subcommands() {
     assert_eq!(complete(&["haptic-ctl", "set", "vel"]), ["velocity_threshold="]);
     assert_eq!(complete(&["haptic-ctl", "set", "Fs"]), ["Fs=", "Fs+=", "Fs-="]);
     assert_eq!(complete(&["haptic-ctl", "scene", "load", "visc"]), ["viscous-drag"]);
+    assert_eq!(
+        complete(&["haptic-ctl", "wait", "--until", "device_v"]),
+        ["device_velocity_mps"]
+    );
     assert_eq!(complete(&["haptic-ctl", "sce"]), ["scene"]);
     assert_eq!(complete(&["haptic-ctl", "scene", "d"]), ["diff"]);
 }

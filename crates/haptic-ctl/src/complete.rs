@@ -1,5 +1,6 @@
 //! What the shell completes beyond the command line's own words: parameters, and the scenes of a running daemon.
 
+use crate::{condition, units};
 use clap_complete::engine::CompletionCandidate;
 use haptic_core::parameters::TABLE;
 use haptic_ipc::{Client, Request, SceneListReply, socket_path};
@@ -20,8 +21,22 @@ pub(crate) fn assignments(current: &OsStr) -> Vec<CompletionCandidate> {
         })
         .filter(|(text, _)| text.starts_with(&*begun))
         .map(|(text, row)| {
-            CompletionCandidate::new(text).help(Some(format!("{} .. {} {}", row.min, row.max, row.unit).into()))
+            CompletionCandidate::new(text).help(Some(
+                format!("{} .. {} {}", row.min, row.max, units::shown(row.unit)).into(),
+            ))
         })
+        .collect()
+}
+
+/// Fields of a condition, after whatever comparisons there are already; states and operators are a person's.
+pub(crate) fn conditions(current: &OsStr) -> Vec<CompletionCandidate> {
+    let text = current.to_string_lossy();
+    let begins = text.rfind(char::is_whitespace).map_or(0, |space| space + 1);
+    let (before, begun) = text.split_at(begins);
+    condition::fields()
+        .split(", ")
+        .filter(|field| field.starts_with(begun))
+        .map(|field| CompletionCandidate::new(format!("{before}{field}")))
         .collect()
 }
 

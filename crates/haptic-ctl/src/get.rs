@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::scene::reference;
-use crate::{complete, output};
+use crate::{complete, output, units};
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::parameters::TABLE;
 use haptic_ipc::{Request, SceneReply};
@@ -41,7 +41,7 @@ pub(crate) async fn run(
                 row.name.to_owned(),
                 row.symbol.to_owned(),
                 value,
-                row.unit.to_owned(),
+                units::shown(row.unit).to_owned(),
             ])
         })
         .collect();

@@ -11,6 +11,13 @@ use std::time::Duration;
 use tokio::process::{Child, Command};
 use tokio::signal::unix::{SignalKind, signal};
 
+/// For the help text.
+pub(crate) const HELP: &str = "\
+The exit code is the command's. After a command that ends with 0 the rig stays as the command has left it; after any other end it is released. \
+SIGTERM and SIGHUP are passed on to the command.
+
+    haptic-ctl lease --timeout 200ms -- python3 experiment.py";
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// How long haptic-ctl may be silent before the rig is released, from 20ms to 60s

@@ -54,14 +54,16 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
             output::line("nothing has been changed since the daemon began")?;
         }
     }
-    while arguments.follow {
+    if !arguments.follow {
+        return Ok(());
+    }
+    loop {
         if let Event::Log(entry) = daemon.next_event().await?
             && entry.seq > shown
         {
             show(&entry, json)?;
         }
     }
-    Ok(())
 }
 
 fn show(entry: &JournalEntry, json: bool) -> Result<(), Failure> {

@@ -48,20 +48,23 @@ use std::process::ExitCode;
 struct Arguments {
     /// The daemon's control socket [default: $HAPTICD_SOCKET, else the first that exists of hapticd/control.sock in
     /// the user's runtime directory and /run/hapticd/control.sock]
-    #[arg(long, global = true, value_name = "PATH")]
+    #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     socket: Option<PathBuf>,
 
     /// Print JSON, with the field names of the control protocol
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = GLOBAL)]
     json: bool,
 
     /// Print what would be sent to the daemon, and send nothing
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = GLOBAL)]
     print_request: bool,
 
     #[command(subcommand)]
     command: Command,
 }
+
+/// Below those of a subcommand itself.
+const GLOBAL: &str = "Options of every subcommand";
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer or not so in time, \
@@ -101,6 +104,7 @@ enum Command {
     #[command(after_help = wait::help())]
     Wait(wait::Arguments),
     /// Run a command, and release the rig should it fail, or haptic-ctl die or hang
+    #[command(after_help = lease::HELP)]
     Lease(lease::Arguments),
     /// Show samples as they come, until interrupted; with --json an object a line
     #[command(visible_alias = "stream")]

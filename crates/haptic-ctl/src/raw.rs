@@ -42,9 +42,10 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments) -> Result<
             conversation.ask(&mut writer, line, &mut next_id).await?;
         }
     }
-    while arguments.follow {
-        let line = conversation.next().await?;
-        output::line(&line)?;
+    if arguments.follow {
+        loop {
+            output::line(&conversation.next().await?)?;
+        }
     }
     match conversation.worst {
         0 => Ok(()),

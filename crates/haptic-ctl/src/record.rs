@@ -4,7 +4,8 @@ use crate::condition::{Condition, Known};
 use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
-use crate::{output, progress};
+use crate::{complete, output, progress};
+use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Event, Request, SceneReply, Status, SubscribeReply, Topic};
 use haptic_lab::recording::{Metadata, Recorder, Totals};
 use std::fs::File;
@@ -22,7 +23,7 @@ pub(crate) struct Arguments {
     length: Option<Duration>,
 
     /// End when this is so, as in state=stopped; `haptic-ctl wait --help` says what can be asked for
-    #[arg(long, value_name = "CONDITION")]
+    #[arg(long, value_name = "CONDITION", add = ArgValueCompleter::new(complete::conditions))]
     until: Option<Condition>,
 
     /// Samples a second, Hz [default: every tick]

@@ -62,7 +62,7 @@ pub(crate) fn parameter_help() -> String {
             vec![
                 format!("  {}", row.name),
                 format!("{}{directions}", row.symbol),
-                format!("{} .. {} {}", row.min, row.max, row.unit),
+                format!("{} .. {} {}", row.min, row.max, units::shown(row.unit)),
             ]
         })
         .collect();

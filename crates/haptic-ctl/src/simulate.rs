@@ -1,8 +1,8 @@
 //! `simulate`: a scene along a recorded motion, offline, by the code that the daemon runs.
 
 use crate::failure::Failure;
-use crate::output;
 use crate::scene::reference;
+use crate::{output, progress};
 use clap::Args;
 use haptic_core::Scheme;
 use haptic_lab::{motion, simulate};
@@ -65,12 +65,14 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         position_m: arguments.block_position,
         velocity_mps: arguments.block_velocity,
     };
+    let bar = progress::busy("simulating");
     let run = simulate::simulate(&scene, arguments.scheme, &motion, start).map_err(refused)?;
     write(&arguments.out, |file| simulate::write_rows(&run.rows, file))?;
     if let Some(path) = &arguments.events {
         write(path, |file| simulate::write_events(&run.events, file))?;
     }
     let cost = simulate::measure_cost(&scene, arguments.scheme, &motion, start).map_err(refused)?;
+    bar.finish_and_clear();
     let ticks = motion.len() - 1;
     if as_json {
         return output::json(&json!({

@@ -52,8 +52,8 @@ fn split(text: &str) -> Option<(&str, &str)> {
     if !begins.starts_with(|first: char| first.is_ascii_digit() || first == '.') {
         return None;
     }
-    let ends = text.char_indices().map(|(at, _)| at).chain([text.len()]);
-    let end = ends.filter(|&end| text[..end].parse::<f64>().is_ok()).next_back()?;
+    let mut ends = text.char_indices().map(|(at, _)| at).chain([text.len()]);
+    let end = ends.rfind(|&end| text[..end].parse::<f64>().is_ok())?;
     Some((&text[..end], text[end..].trim()))
 }
 
@@ -99,6 +99,11 @@ fn scaled(number: &str, shift: i32) -> Option<f64> {
     let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
     let exponent = exponent.parse::<i32>().ok()?.checked_add(shift)?;
     format!("{mantissa}e{exponent}").parse().ok()
+}
+
+/// A unit behind a number: a bare number has none.
+pub(crate) fn shown(si: &str) -> &str {
+    if si == "1" { "" } else { si }
 }
 
 /// The units, for the help text.

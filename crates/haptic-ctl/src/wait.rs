@@ -4,7 +4,8 @@ use crate::condition::{self, Condition, Known};
 use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
-use crate::output;
+use crate::{complete, output};
+use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Request, RigState, SubscribeReply};
 use std::time::{Duration, Instant};
 
@@ -12,7 +13,7 @@ use std::time::{Duration, Instant};
 pub(crate) struct Arguments {
     /// What is waited for: comparisons of a field with a value by = != < <= > >=, joined by `and`, as in
     /// 'state=engaged and device_position_m>0.01'
-    #[arg(long, value_name = "CONDITION")]
+    #[arg(long, value_name = "CONDITION", add = ArgValueCompleter::new(complete::conditions))]
     until: Condition,
 
     /// How long at most, as in 5s [default: for ever]
