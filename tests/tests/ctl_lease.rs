@@ -23,11 +23,8 @@ fn lease(daemon: &Daemon, timeout: &str, command: &[&str]) -> Child {
 /// Holds a lease while `cat` waits for its input to end.
 fn held(daemon: &Daemon, timeout: &str) -> Child {
     let mut client = daemon.client();
-    let before = status(&mut client).clients;
     let child = lease(daemon, timeout, &["cat"]);
-    system_tests::wait_for(&mut client, "the client with the lease", |status| {
-        status.clients > before
-    });
+    system_tests::wait_for(&mut client, "the lease", |status| status.leases > 0);
     child
 }
 

@@ -1,16 +1,16 @@
 //! `haptic-ctl wait`, and the waiting of `engage` and `release`.
 
+use haptic_ipc::Client;
 use std::process::{Child, Command, Stdio};
-use system_tests::{Daemon, binary};
+use system_tests::{Daemon, binary, status, wait_for};
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// Waits in the background until the daemon serves it.
-fn waiting(daemon: &Daemon, condition: &str) -> Child {
-    let mut client = daemon.client();
-    let before = system_tests::status(&mut client).clients;
+/// Waits in the background; returns when the daemon serves it.
+fn waiting(daemon: &Daemon, client: &mut Client, condition: &str) -> Child {
+    let before = status(client).clients;
     let child = Command::new(binary("haptic-ctl"))
         .args(["wait", "--timeout", "30s", "--until", condition, "--socket"])
         .arg(daemon.socket())
@@ -18,7 +18,7 @@ fn waiting(daemon: &Daemon, condition: &str) -> Child {
         .stderr(Stdio::piped())
         .spawn()
         .expect("haptic-ctl starts");
-    system_tests::wait_for(&mut client, "the client that waits", |status| status.clients > before);
+    wait_for(client, "the client that waits", |status| status.clients > before);
     child
 }
 
@@ -30,10 +30,11 @@ fn ended(child: Child) -> (Option<i32>, String) {
 #[test]
 fn what_is_waited_for_ends_the_wait() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
-    let engaged = waiting(&daemon, "state=engaged");
-    let heavier = waiting(&daemon, "revision>=2 and mass=1.5kg");
-    let moving = waiting(&daemon, "device_velocity_mps!=0 and state=engaged");
-    let stopped = waiting(&daemon, "state=stopped");
+    let mut client = daemon.client();
+    let engaged = waiting(&daemon, &mut client, "state=engaged");
+    let heavier = waiting(&daemon, &mut client, "revision>=2 and mass=1.5kg");
+    let moving = waiting(&daemon, &mut client, "device_velocity_mps!=0 and state=engaged");
+    let stopped = waiting(&daemon, &mut client, "state=stopped");
     daemon.ctl_ok(&["engage"]);
     daemon.ctl_ok(&["set", "mass=1.5"]);
     let (code, said) = ended(engaged);
@@ -48,8 +49,9 @@ fn what_is_waited_for_ends_the_wait() {
 #[test]
 fn a_stop_ends_what_waits_for_another_state_with_6() {
     let daemon = Daemon::start(&[]);
-    let engaged = waiting(&daemon, "state=engaged");
-    let heavier = waiting(&daemon, "mass=1.5");
+    let mut client = daemon.client();
+    let engaged = waiting(&daemon, &mut client, "state=engaged");
+    let heavier = waiting(&daemon, &mut client, "mass=1.5");
     daemon.ctl_ok(&["stop"]);
     let (code, said) = ended(engaged);
     assert_eq!(code, Some(6), "{said}");
@@ -65,6 +67,8 @@ fn a_stop_ends_what_waits_for_another_state_with_6() {
 #[test]
 fn what_does_not_come_in_time_ends_with_5_and_a_daemon_that_goes_with_3() {
     let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let engaged = waiting(&daemon, &mut client, "state=engaged");
     let output = daemon.ctl(&["wait", "--until", "state=engaged", "--timeout", "50ms"]);
     assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
     assert!(
@@ -72,7 +76,6 @@ fn what_does_not_come_in_time_ends_with_5_and_a_daemon_that_goes_with_3() {
         "{}",
         text(&output.stderr)
     );
-    let engaged = waiting(&daemon, "state=engaged");
     drop(daemon);
     assert_eq!(ended(engaged).0, Some(3));
 }

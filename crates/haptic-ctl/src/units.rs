@@ -128,7 +128,7 @@ mod tests {
                 .find(|(si, _)| *si == row.unit)
                 .unwrap_or_else(|| panic!("{} has the unit {}", row.name, row.unit));
             if row.unit != "1" {
-                assert_eq!(value(row.name, &format!("2{}", row.unit)), Ok(2.0), "{}", row.name);
+                assert_eq!(value(row.name, &format!("2 {}", row.unit)), Ok(2.0), "{}", row.name);
                 assert_eq!(accepted[0].1, 0);
             }
         }
