@@ -10,6 +10,7 @@ pub mod measure;
 pub mod pid1;
 pub mod schema;
 pub mod simulated_rig;
+pub mod terminal;
 pub mod transcript;
 
 pub use held::{HeldThread, real_time_thread};
@@ -198,7 +199,6 @@ impl Daemon {
     ///
     /// # Panics
     /// It fails.
-    #[must_use]
     pub fn ctl_ok(&self, arguments: &[&str]) -> String {
         let output = self.ctl(arguments);
         assert!(

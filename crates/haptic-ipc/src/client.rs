@@ -59,7 +59,8 @@ pub enum ClientError {
 
 impl ClientError {
     /// Sorts what connecting to `path` gave.
-    pub(crate) fn connecting(path: &Path, source: io::Error) -> Self {
+    #[must_use]
+    pub fn connecting(path: &Path, source: io::Error) -> Self {
         let path = path.to_path_buf();
         match source.kind() {
             io::ErrorKind::PermissionDenied => Self::Permission { path, source },
