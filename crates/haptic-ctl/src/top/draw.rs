@@ -110,17 +110,24 @@ fn draw_scene(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(Paragraph::new(shown), area);
 }
 
-/// A fault stays in sight; else the last answer is.
+/// The last answer, and a fault for as long as there is one.
 fn draw_message(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let bad = theme.colour(Color::Red).add_modifier(Modifier::BOLD);
     let fault = model.state.as_ref().and_then(|state| state.fault.as_ref());
-    let (text, style) = match (&model.message, fault) {
-        (Some(message), _) if message.is_bad => (message.text.clone(), bad),
-        (_, Some(fault)) => (format!("fault: {fault}; R resets"), bad),
-        (Some(message), None) => (message.text.clone(), Style::new().add_modifier(Modifier::BOLD)),
-        (None, None) => return,
+    let fault = fault.map(|fault| format!("fault: {fault}; R resets"));
+    let message = model.message.as_ref();
+    let is_bad = fault.is_some() || message.is_some_and(|message| message.is_bad);
+    let texts: Vec<String> = message
+        .map(|message| message.text.clone())
+        .into_iter()
+        .chain(fault)
+        .collect();
+    let style = if is_bad {
+        bad
+    } else {
+        Style::new().add_modifier(Modifier::BOLD)
     };
-    frame.render_widget(Paragraph::new(format!(" {text}")).style(style), area);
+    frame.render_widget(Paragraph::new(format!(" {}", texts.join("   "))).style(style), area);
 }
 
 /// A value over time, with its newest on a gauge.
@@ -273,12 +280,19 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
 
 #[expect(clippy::cast_precision_loss, reason = "durations below 2^53 ns")]
 fn percentiles(name: &str, of: &Percentiles) -> Line<'static> {
-    let us = |ns: u64| ns as f64 * 1e-3;
+    let shown = |ns: u64| {
+        let us = ns as f64 * 1e-3;
+        if us < 1e5 {
+            format!("{us:.1}")
+        } else {
+            format!("{:.0} ms", us * 1e-3)
+        }
+    };
     Line::from(format!(
-        "{name:9}{:>9.1}{:>9.1}{:>9.1}",
-        us(of.p50),
-        us(of.p99),
-        us(of.max)
+        "{name:9}{:>9}{:>9}{:>9}",
+        shown(of.p50),
+        shown(of.p99),
+        shown(of.max)
     ))
 }
 
