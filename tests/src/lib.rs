@@ -3,11 +3,15 @@
 //! Nothing here sleeps for a state to come about: a daemon is ready when it has named its socket, an answer is there when it is read, and a
 //! condition is waited for by asking the daemon.
 
+pub mod attack;
 pub mod fake_rig;
 mod held;
+pub mod measure;
 pub mod pid1;
+pub mod schema;
 pub mod simulated_rig;
 pub mod terminal;
+pub mod transcript;
 
 pub use held::{HeldThread, real_time_thread};
 
@@ -176,12 +180,7 @@ impl Daemon {
     /// It is not served.
     #[must_use]
     pub fn raw(&self) -> Raw {
-        let stream = UnixStream::connect(&self.socket).expect("the daemon serves");
-        stream.set_read_timeout(Some(PATIENCE)).expect("a time-out can be set");
-        let mut raw = Raw {
-            reader: BufReader::new(stream.try_clone().expect("a second handle")),
-            stream,
-        };
+        let mut raw = Raw::connect(&self.socket);
         let hello = raw.line();
         assert_eq!(hello["hello"]["protocol"], 1, "{hello}");
         raw
@@ -269,6 +268,20 @@ pub struct Raw {
 }
 
 impl Raw {
+    /// Connects, and reads nothing yet.
+    ///
+    /// # Panics
+    /// Nobody listens.
+    #[must_use]
+    pub fn connect(socket: &Path) -> Self {
+        let stream = UnixStream::connect(socket).expect("the daemon serves");
+        stream.set_read_timeout(Some(PATIENCE)).expect("a time-out can be set");
+        Self {
+            reader: BufReader::new(stream.try_clone().expect("a second handle")),
+            stream,
+        }
+    }
+
     /// Sends bytes as they are.
     ///
     /// # Panics

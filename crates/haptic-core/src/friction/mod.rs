@@ -42,6 +42,7 @@ use crate::parameters::Parameter;
 /// What a stuck spring is anchored to when a slide ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Reseat {
     /// Where the spring has the force that there was: the force is continuous.
@@ -56,6 +57,7 @@ pub enum Reseat {
 /// The friction law of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(tag = "law", rename_all = "kebab-case"))]
 pub enum Friction {
     /// Stiction, kinetic and viscous friction with a true stuck state.

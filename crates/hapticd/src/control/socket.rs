@@ -25,12 +25,16 @@ use tokio::net::{UnixListener, UnixStream};
 /// Why a socket cannot be made.
 #[derive(Debug, Error)]
 pub(crate) enum SocketError {
-    #[error("{} is in use by a daemon that is running: stop it first, or name another socket with --socket", .0.display())]
-    InUse(PathBuf),
-    #[error("{} exists and is not a socket: remove it, or name another socket with --socket", .0.display())]
-    NotASocket(PathBuf),
-    #[error("the socket {} cannot be made: {source}; name another place with --socket", .path.display())]
-    Io { path: PathBuf, source: io::Error },
+    #[error("{} is in use by a daemon that is running: stop it first, or name another socket with {option}", .path.display())]
+    InUse { path: PathBuf, option: &'static str },
+    #[error("{} exists and is not a socket: remove it, or name another socket with {option}", .path.display())]
+    NotASocket { path: PathBuf, option: &'static str },
+    #[error("the socket {} cannot be made: {source}; name another place with {option}", .path.display())]
+    Io {
+        path: PathBuf,
+        option: &'static str,
+        source: io::Error,
+    },
     #[error(
         "{} cannot be given to the group {group}: {source}; the user who runs hapticd must be a member of it (`sudo usermod -aG {group} USER`), or root",
         .path.display()
@@ -81,6 +85,14 @@ impl Access {
         }
     }
 
+    /// The option that says where the socket is.
+    fn option(&self) -> &'static str {
+        match self {
+            Self::Owner | Self::Group(_) => "--socket",
+            Self::Watchers => "--watch-socket",
+        }
+    }
+
     /// Whether a client may come in.
     pub(crate) fn admits(&self, client: &UnixStream) -> bool {
         let is_owner = || {
@@ -117,6 +129,7 @@ impl Access {
         }
         set_permissions(path, Permissions::from_mode(mode)).map_err(|source| SocketError::Io {
             path: path.to_path_buf(),
+            option: self.option(),
             source,
         })
     }
@@ -147,21 +160,32 @@ pub(crate) struct Socket {
 impl Socket {
     /// Makes the socket. One left behind by a daemon that is gone is replaced.
     pub(crate) fn bind(path: &Path, access: Access) -> Result<Self, SocketError> {
+        let option = access.option();
         let failed = |source| SocketError::Io {
             path: path.to_path_buf(),
+            option,
             source,
+        };
+        let in_use = || SocketError::InUse {
+            path: path.to_path_buf(),
+            option,
         };
         let (directory_mode, socket_mode) = access.modes();
         for directory in missing_directories(path).into_iter().rev() {
             DirBuilder::new().mode(0o700).create(directory).map_err(failed)?;
             access.share(directory, directory_mode)?;
         }
-        let lock = lock(path)?;
+        let lock = lock(path).map_err(failed)?.ok_or_else(in_use)?;
         match std::fs::symlink_metadata(path) {
-            Ok(found) if !found.file_type().is_socket() => return Err(SocketError::NotASocket(path.to_path_buf())),
+            Ok(found) if !found.file_type().is_socket() => {
+                return Err(SocketError::NotASocket {
+                    path: path.to_path_buf(),
+                    option,
+                });
+            }
             // Whoever listens here does not hold the lock, but is alive.
             Ok(_) => match std::os::unix::net::UnixStream::connect(path) {
-                Ok(_) => return Err(SocketError::InUse(path.to_path_buf())),
+                Ok(_) => return Err(in_use()),
                 Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
                     std::fs::remove_file(path).map_err(failed)?;
                 }
@@ -200,16 +224,16 @@ impl Socket {
             Access::Group(group) => (format!("the group {}", group.name), group.name.as_str()),
             Access::Owner | Access::Watchers => ("everybody".to_owned(), "GROUP"),
         };
-        let closed = closed.display();
+        let (closed, option) = (closed.display(), self.access.option());
         Some(Problem {
             what: format!(
                 "{} is for {whom}, who may not pass through {closed}",
                 self.path.display()
             ),
             remedy: match self.access {
-                Access::Watchers => format!("`chmod a+x {closed}`, or name another place with --watch-socket"),
+                Access::Watchers => format!("`chmod a+x {closed}`, or name another place with {option}"),
                 Access::Group(_) | Access::Owner => {
-                    format!("`chgrp {group} {closed} && chmod g+x {closed}`, or name another place with --socket")
+                    format!("`chgrp {group} {closed} && chmod g+x {closed}`, or name another place with {option}")
                 }
             },
         })
@@ -231,24 +255,19 @@ fn missing_directories(path: &Path) -> Vec<&Path> {
         .collect()
 }
 
-/// Takes the lock beside the socket. The kernel lets it go with the process, however that ends.
-fn lock(path: &Path) -> Result<File, SocketError> {
+/// Takes the lock beside the socket, if nobody has it. The kernel lets it go with the process, however that ends.
+fn lock(path: &Path) -> io::Result<Option<File>> {
     let mut name = path.as_os_str().to_owned();
     name.push(".lock");
-    let failed = |source| SocketError::Io {
-        path: path.to_path_buf(),
-        source,
-    };
     let file = File::options()
         .create(true)
         .truncate(false)
         .write(true)
         .mode(0o600)
-        .open(name)
-        .map_err(failed)?;
+        .open(name)?;
     match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => Ok(file),
-        Err(Errno::WOULDBLOCK) => Err(SocketError::InUse(path.to_path_buf())),
-        Err(error) => Err(failed(error.into())),
+        Ok(()) => Ok(Some(file)),
+        Err(Errno::WOULDBLOCK) => Ok(None),
+        Err(error) => Err(error.into()),
     }
 }
