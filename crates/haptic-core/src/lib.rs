@@ -42,6 +42,7 @@ pub mod passivity;
 mod renderer;
 pub mod scene;
 mod scheme;
+mod toward;
 pub mod velocity;
 
 pub use friction::Directional;

@@ -332,7 +332,8 @@ pub const TABLE: [ParameterInfo; 13] = [
 
 impl Parameter {
     /// One direction of it.
-    pub(crate) const fn in_direction(self, direction: Direction) -> ParameterKey {
+    #[must_use]
+    pub const fn in_direction(self, direction: Direction) -> ParameterKey {
         ParameterKey {
             parameter: self,
             direction: Some(direction),

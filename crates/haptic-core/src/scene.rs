@@ -300,7 +300,7 @@ impl Scene {
     }
 
     /// Where a parameter is kept, if the scene has it.
-    fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
+    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
         let on_device = self.is_on_device();
         match parameter {
             Parameter::Mass => self.block.as_mut().map(|block| Slot::One(&mut block.mass)),

@@ -47,6 +47,7 @@ fn connected(state: RigState) -> Panel {
     let path = SOCKET.into();
     let scene = Scene::paper();
     let description = Description {
+        laws: Vec::new(),
         law: scene.friction.law().to_owned(),
         parameters: ParameterDescription::all_of(&scene),
         sample_columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),

@@ -10,6 +10,9 @@ pub struct Description {
     /// The scene's friction law.
     #[serde(default)]
     pub law: String,
+    /// The laws that there are.
+    #[serde(default)]
+    pub laws: Vec<String>,
     /// The parameters of the scene, in the order in which people read them.
     pub parameters: Vec<ParameterDescription>,
     /// Names of a sample's columns.

@@ -36,6 +36,25 @@ pub struct JournalEntry {
     pub message: Option<String>,
 }
 
+impl JournalEntry {
+    /// An entry of which only the operation is known yet.
+    #[must_use]
+    pub fn of(op: &str) -> Self {
+        Self {
+            seq: 0,
+            time_unix_s: 0.0,
+            tick: None,
+            by: None,
+            op: op.to_owned(),
+            revision: 0,
+            state: None,
+            changes: Vec::new(),
+            ramp_ms: None,
+            message: None,
+        }
+    }
+}
+
 /// A change of the rig's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StateChange {

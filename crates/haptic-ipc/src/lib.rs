@@ -31,7 +31,7 @@
 //! |---|---|---|---|
 //! | `describe` | | [`Description`]: the parameter table and the columns of a sample | |
 //! | `get` | `scene`: another than the one in force | [`SceneReply`]: a scene | |
-//! | `set` | `params`: names or symbols to numbers; *how* | [`ChangeReply`] | the tick that applied all of it |
+//! | `set` | `params`: names or symbols to numbers; `merge`; *how* | [`ChangeReply`] | the tick that applied all of it |
 //! | `scene.load` | `scene`; *how* | [`ChangeReply`] | the tick that applied all of it |
 //! | `undo`, `redo` | *how* | [`ChangeReply`] | the tick that applied all of it |
 //! | `scene.save` | `name`; `scene`: another than the one in force; `replace` | [`SceneSaveReply`] | the file is written |
@@ -65,7 +65,8 @@
 //! A client may send one `set` after another without waiting: each is answered with the tick that first rendered it *or a newer one*.
 //!
 //! Every change gets the next revision, `undo` and `redo` as well; they go through the changes of all clients alike. A change after an `undo`
-//! ends what `redo` could bring back.
+//! ends what `redo` could bring back. A `set` with `merge` is undone together with the change before it, if that was the same client's and of the
+//! same parameters, so that a slider that was dragged goes back in one step.
 //!
 //! ## Lease
 //! A client with a lease is a dead man's switch: should it close its connection, or send no line for `timeout_ms` (20 to 60000), the

@@ -30,6 +30,10 @@ pub enum Request {
         /// Only say what would happen.
         #[serde(default, skip_serializing_if = "is_false")]
         dry_run: bool,
+        /// Let `undo` take it back together with the change before, if that was this client's and of the same parameters: for a
+        /// slider that is dragged.
+        #[serde(default, skip_serializing_if = "is_false")]
+        merge: bool,
     },
     /// Put a whole scene in force.
     #[serde(rename = "scene.load")]
@@ -156,6 +160,7 @@ impl Request {
             if_revision: None,
             ramp_ms: None,
             dry_run: false,
+            merge: false,
         }
     }
 
@@ -311,7 +316,9 @@ fn explain(line: &str, error: &serde_json::Error) -> WireError {
             )
             .about("op");
         }
-        return WireError::new(ErrorCode::BadRequest, message).about("topics");
+        // So can a law.
+        let field = if message.contains("`karnopp`") { "law" } else { "topics" };
+        return WireError::new(ErrorCode::BadRequest, message).about(field);
     }
     match quoted("missing field `") {
         Some(field) => WireError::new(ErrorCode::BadRequest, message).about(field),

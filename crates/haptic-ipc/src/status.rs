@@ -36,8 +36,17 @@ pub struct Status {
     pub energy_excess_j: f64,
     /// Position of the device in the last tick, m.
     pub device_position_m: f64,
+    /// Changes that `undo` can take back.
+    #[serde(default)]
+    pub undo_depth: usize,
+    /// Changes that `redo` can bring back.
+    #[serde(default)]
+    pub redo_depth: usize,
     /// Clients connected.
     pub clients: usize,
+    /// Clients that hold a lease.
+    #[serde(default)]
+    pub leases: usize,
     /// The rig.
     pub device: DeviceStatus,
     /// The real-time thread.

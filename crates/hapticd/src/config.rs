@@ -93,6 +93,11 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
 
+    /// Where saved scenes are kept [default: scenes in the service's state directory, else hapticd/scenes in the user's data
+    /// directory, else /var/lib/hapticd/scenes]
+    #[arg(long, value_name = "DIR")]
+    scene_dir: Option<PathBuf>,
+
     /// How the block is integrated: `exact`, `literal` as the paper prints it, or `literal:N` with N steps a tick
     /// [default: exact]
     #[arg(long, value_name = "SCHEME")]
@@ -291,6 +296,21 @@ pub(crate) enum ConfigError {
     OnlyFake,
 }
 
+/// Where saved scenes are kept unless a place is named.
+fn default_scene_dir() -> PathBuf {
+    let of = |name| {
+        std::env::var_os(name)
+            .filter(|value| !value.is_empty())
+            .map(PathBuf::from)
+    };
+    // The service manager names the first one; the others are those of the XDG base directories.
+    let service = of("STATE_DIRECTORY").map(|state| state.join("scenes"));
+    let data = of("XDG_DATA_HOME").or_else(|| of("HOME").map(|home| home.join(".local/share")));
+    service
+        .or_else(|| data.map(|data| data.join("hapticd/scenes")))
+        .unwrap_or_else(|| "/var/lib/hapticd/scenes".into())
+}
+
 /// How the daemon runs.
 #[derive(Debug)]
 pub(crate) struct Config {
@@ -303,6 +323,7 @@ pub(crate) struct Config {
     pub(crate) keep_cpus_awake: bool,
     pub(crate) late_policy: LatePolicy,
     pub(crate) scene: Scene,
+    pub(crate) scene_dir: PathBuf,
     pub(crate) scheme: Scheme,
     pub(crate) velocity: Method,
     pub(crate) limits: Limits,
@@ -343,7 +364,7 @@ impl Options {
         if let Some(path) = self.config.clone() {
             let file: Self = read_toml(&path)?;
             fall_back!(
-                self, file: device, socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scheme,
+                self, file: device, socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scene_dir, scheme,
                 velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2, passivity_control_n, ramp_ms, stale_ms, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
                 arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m,
@@ -415,6 +436,7 @@ impl Options {
             keep_cpus_awake: self.keep_cpus_awake.unwrap_or(true),
             late_policy: self.late_policy.map_or(LatePolicy::Warn, |name| name.0),
             scene,
+            scene_dir: self.scene_dir.clone().unwrap_or_else(default_scene_dir),
             scheme: self.scheme.map_or(Scheme::Exact, |name| name.0),
             velocity: self.velocity.map_or(Method::default(), |name| name.0),
             limits: Limits {

@@ -102,11 +102,12 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         introduce(&rig, &server);
         if demo {
             // At the first tick nothing can forbid it; whatever else it says is in the status line.
-            drop(rig.command(Command::Engage, rig.stops()).await);
+            drop(rig.command(Command::Engage, rig.stops(), None).await);
         }
         tokio::select! {
             () = server.serve(Rc::clone(&rig)) => {}
             () = pump(&rig) => {}
+            () = control::lease::watch(&rig) => {}
             () = manager.watch(&rig) => {}
             () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
@@ -178,10 +179,8 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
     let (producer, records) = telemetry::ring::ring();
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
-    let scene = Box::new(CompiledScene {
-        renderer: Renderer::new(&config.scene, config.scheme, period_s)?,
-        revision: FIRST_REVISION,
-    });
+    let renderer = Renderer::new(&config.scene, config.scheme, period_s)?;
+    let scene = Box::new(CompiledScene::at_once(renderer, FIRST_REVISION));
     let PreparedDevice { device, link, losses } = prepare_device(config.rig, config.period_ns);
     let description = device.description();
     let resolution = device.resolution_m();
@@ -220,6 +219,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         period_ns: config.period_ns,
         scheme: config.scheme,
         velocity: config.velocity,
+        scene_dir: config.scene_dir,
         real_time: RealTimeStatus::default(),
     };
     Ok(Prepared {
@@ -348,7 +348,7 @@ async fn pump(rig: &RigHandle) {
 /// Lets the force down along its ramp before the end.
 async fn release(rig: &RigHandle) {
     // A rig that is stopped or faulted refuses, and has no force to let down.
-    if rig.command(Command::Release, rig.stops()).await.is_err() {
+    if rig.command(Command::Release, rig.stops(), None).await.is_err() {
         return;
     }
     while rig.feed().newest().is_some_and(|record| record.state.is_live()) {

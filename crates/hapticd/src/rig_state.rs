@@ -19,6 +19,17 @@ pub(crate) enum Command {
     Reset,
 }
 
+impl Command {
+    /// Its name on the wire.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Engage => "engage",
+            Self::Release => "release",
+            Self::Reset => "reset",
+        }
+    }
+}
+
 /// Why a check took the force away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {

@@ -159,10 +159,8 @@ fn back_to_back(seen: &mut Histogram<u64>, tick: &mut Tick<dyn Device>, control:
     let mut clock_ns = now_ns();
     for count in 0..TICKS_BACK_TO_BACK {
         if count.is_multiple_of(TICKS_A_SCENE) {
-            control.shared.scenes.post(CompiledScene {
-                renderer: renderer.clone(),
-                revision: count,
-            });
+            let scene = CompiledScene::at_once(renderer.clone(), count);
+            control.shared.scenes.post(scene);
             control.shared.drop_retired();
         }
         clock_ns += period_ns;

@@ -77,6 +77,18 @@ pub enum Friction {
     Viscous(Viscous),
 }
 
+/// The names of the laws, in the order of this module's table.
+pub const LAWS: [&str; 8] = [
+    "karnopp",
+    "dahl",
+    "hayward-armstrong",
+    "reset-integrator",
+    "lugre",
+    "elasto-plastic",
+    "salcudean-vlaar",
+    "viscous",
+];
+
 /// Where a parameter of a scene is kept.
 #[derive(Debug)]
 pub(crate) enum Slot<'a> {

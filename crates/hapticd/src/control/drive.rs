@@ -2,10 +2,15 @@
 
 use crate::control::RigHandle;
 use crate::rig_state::Command;
-use haptic_ipc::{StateReply, WireError};
+use haptic_ipc::{Peer, StateReply, WireError};
 
-pub(super) async fn command(rig: &RigHandle, command: Command, stops_known: u64) -> Result<StateReply, WireError> {
-    let outcome = rig.command(command, stops_known).await?;
+pub(super) async fn command(
+    rig: &RigHandle,
+    command: Command,
+    stops_known: u64,
+    by: &Peer,
+) -> Result<StateReply, WireError> {
+    let outcome = rig.command(command, stops_known, Some(by)).await?;
     Ok(StateReply {
         state: outcome.state,
         tick: outcome.tick,

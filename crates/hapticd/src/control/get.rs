@@ -1,13 +1,16 @@
-//! `get`: the scene in force.
+//! `get`: the scene in force, or another.
 
-use crate::control::RigHandle;
-use haptic_ipc::{SceneReply, params_of};
+use crate::control::{RigHandle, library};
+use haptic_ipc::{SceneRef, SceneReply, WireError, params_of};
 
-pub(super) fn get(rig: &RigHandle) -> SceneReply {
-    let scene = rig.scene();
-    SceneReply {
+pub(super) async fn get(rig: &RigHandle, which: Option<SceneRef>) -> Result<SceneReply, WireError> {
+    let scene = match which {
+        Some(which) => library::find(rig, which).await?,
+        None => rig.scene(),
+    };
+    Ok(SceneReply {
         revision: rig.revision(),
         params: params_of(&scene),
         scene,
-    }
+    })
 }

@@ -1,14 +1,22 @@
 //! The control plane: the socket, its clients, and one file for each operation.
 
 mod advise;
+mod change;
+pub(crate) mod compile;
 mod describe;
 mod devices;
+mod diff;
 mod drive;
 mod get;
+mod history;
+mod journal;
+pub(crate) mod lease;
+mod library;
+mod log;
+mod pulse;
 mod rig;
 pub(crate) mod server;
 mod session;
-mod set;
 mod status;
 mod subscribe;
 mod timing;

@@ -1,17 +1,23 @@
 //! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and what comes back.
 
+use crate::control::compile::Compiled;
+use crate::control::history::{History, Move};
+use crate::control::journal::{Journal, Until};
+use crate::control::lease::Leases;
+use crate::control::pulse::Pulse;
 use crate::rig_state::Command;
-use crate::rt::handoff::{CompiledScene, Outcome, Shared};
-use crate::telemetry::feed::Feed;
+use crate::rt::handoff::{Outcome, Shared};
+use crate::telemetry::feed::{Feed, KnownScene};
 use device_io::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
-use haptic_core::{Renderer, Scene, Scheme};
-use haptic_ipc::{ErrorCode, RealTimeStatus, RigState, WireError};
-use std::cell::{Cell, RefCell, RefMut};
+use haptic_core::{Scene, Scheme};
+use haptic_ipc::{ErrorCode, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange, WireError};
+use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::collections::VecDeque;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -32,6 +38,8 @@ pub(crate) struct Facts {
     pub(crate) period_ns: u64,
     pub(crate) scheme: Scheme,
     pub(crate) velocity: Method,
+    /// Where saved scenes are.
+    pub(crate) scene_dir: PathBuf,
     pub(crate) real_time: RealTimeStatus,
 }
 
@@ -54,12 +62,50 @@ impl Facts {
     }
 }
 
-/// Takes a command back when nobody waits for its answer any more. After the answer there is nothing left to take back.
-struct WithdrawOnDrop<'a>(&'a Shared);
+/// Takes a command back when nobody waits for its answer any more, and enters in the journal what has come of it. After the answer there is nothing left to take back.
+struct WithdrawOnDrop<'a> {
+    rig: &'a RigHandle,
+    serial: u32,
+    command: Command,
+    before: RigState,
+    by: Option<&'a Peer>,
+}
 
 impl Drop for WithdrawOnDrop<'_> {
     fn drop(&mut self) {
-        self.0.withdraw();
+        let shared = &self.rig.shared;
+        shared.withdraw();
+        let Some(outcome) = shared.answers.command(self.serial).filter(|outcome| !outcome.refused) else {
+            return;
+        };
+        let entry = JournalEntry {
+            tick: Some(outcome.tick),
+            by: self.by.cloned(),
+            state: Some(StateChange {
+                before: self.before,
+                after: outcome.state,
+            }),
+            ..JournalEntry::of(self.command.name())
+        };
+        self.rig.enter(Until::Done, entry);
+    }
+}
+
+/// The way to the newest scene, where it takes some time.
+#[derive(Debug)]
+struct Ramp {
+    revision: u64,
+    from: Scene,
+    /// Steps that it is made of.
+    steps: usize,
+}
+
+impl Ramp {
+    /// Where it has come to.
+    fn at(&self, taken: usize, to: &Scene) -> Scene {
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred steps")]
+        let share = (taken as f64 / self.steps as f64).min(1.0);
+        self.from.toward(to, share).unwrap_or_else(|| to.clone())
     }
 }
 
@@ -72,8 +118,15 @@ pub(crate) struct RigHandle {
     pub(crate) facts: Facts,
     shared: Arc<Shared>,
     feed: RefCell<Feed>,
-    /// The scenes from the one in force to the newest, each with its revision; never empty.
-    scenes: RefCell<VecDeque<(u64, Scene)>>,
+    /// The scenes from the one in force to the newest; never empty.
+    scenes: RefCell<VecDeque<KnownScene>>,
+    history: RefCell<History>,
+    journal: RefCell<Journal>,
+    /// The way from one scene to another on which the newest change is.
+    ramp: RefCell<Option<Ramp>>,
+    leases: Leases,
+    /// Whether the newest record was a fault's.
+    faulted: Cell<bool>,
     clients: Cell<usize>,
     closing: Cell<bool>,
     serial: Cell<u32>,
@@ -87,7 +140,21 @@ impl RigHandle {
             facts,
             shared,
             feed: RefCell::new(feed),
-            scenes: RefCell::new(VecDeque::from([(revision, scene)])),
+            scenes: RefCell::new(VecDeque::from([KnownScene {
+                revision,
+                scene: scene.clone(),
+                undo_depth: 0,
+                redo_depth: 0,
+            }])),
+            history: RefCell::new({
+                let mut history = History::default();
+                history.keep(revision, scene);
+                history
+            }),
+            journal: RefCell::new(Journal::default()),
+            ramp: RefCell::new(None),
+            leases: Leases::default(),
+            faulted: Cell::new(false),
             clients: Cell::new(0),
             closing: Cell::new(false),
             serial: Cell::new(0),
@@ -98,11 +165,56 @@ impl RigHandle {
     /// Moves telemetry on, and frees what the real-time thread gave back.
     pub(crate) fn pump(&self) {
         self.shared.drop_retired();
-        let mut scenes = self.scenes.borrow_mut();
-        let in_force = self.feed.borrow_mut().pump(&scenes);
-        // At least one is kept: the one in force.
-        while scenes.len() > 1 && scenes.front().is_some_and(|(revision, _)| *revision < in_force) {
-            scenes.pop_front();
+        {
+            let mut scenes = self.scenes.borrow_mut();
+            let in_force = self.feed.borrow_mut().pump(&scenes);
+            // At least one is kept: the one in force.
+            while scenes.len() > 1 && scenes.front().is_some_and(|known| known.revision < in_force) {
+                scenes.pop_front();
+            }
+        }
+        self.keep_journal();
+    }
+
+    /// Completes what the journal has waited for, and tells the subscribers.
+    fn keep_journal(&self) {
+        let news = self.feed.borrow_mut().take_news();
+        let mut journal = self.journal.borrow_mut();
+        for record in &news {
+            let was = self.faulted.replace(record.state == RigState::Faulted);
+            if record.state == RigState::Faulted && !was {
+                let entry = JournalEntry {
+                    tick: Some(record.tick),
+                    revision: record.revision,
+                    message: record.fault.map(|fault| fault.to_string()),
+                    ..JournalEntry::of("fault")
+                };
+                journal.enter(Until::Done, entry);
+            }
+        }
+        let whole = journal.completed(|until, entry| match until {
+            Until::Done => true,
+            Until::Rendered(revision) => {
+                // Where the record itself is at hand it tells the very tick.
+                let seen = news.iter().find(|record| record.revision >= revision);
+                let tick = seen
+                    .map(|record| record.tick)
+                    .or_else(|| self.shared.answers.applied(revision));
+                entry.tick = tick;
+                tick.is_some()
+            }
+            Until::Stopped(stop) => match self.shared.answers.stop(stop) {
+                Some((tick, after)) => {
+                    entry.tick = Some(tick);
+                    entry.state = entry.state.map(|change| StateChange { after, ..change });
+                    true
+                }
+                None => false,
+            },
+        });
+        let feed = self.feed.borrow();
+        for entry in &whole {
+            feed.tell(entry);
         }
     }
 
@@ -112,16 +224,49 @@ impl RigHandle {
         self.feed.borrow_mut()
     }
 
+    fn newest(&self) -> Ref<'_, KnownScene> {
+        Ref::map(self.scenes.borrow(), |scenes| {
+            scenes.back().expect("there is always a scene")
+        })
+    }
+
     /// The newest scene; it may still be on its way to the real-time thread.
     pub(crate) fn scene(&self) -> Scene {
-        let scenes = self.scenes.borrow();
-        let (_, newest) = scenes.back().expect("there is always a scene");
-        newest.clone()
+        self.newest().scene.clone()
     }
 
     /// Revision of the newest scene.
     pub(crate) fn revision(&self) -> u64 {
-        self.scenes.borrow().back().map_or(0, |(revision, _)| *revision)
+        self.newest().revision
+    }
+
+    pub(crate) fn history(&self) -> Ref<'_, History> {
+        self.history.borrow()
+    }
+
+    /// The newest entries of the journal.
+    pub(crate) fn journal(&self, after: u64, limit: usize) -> LogReply {
+        self.pump();
+        self.journal.borrow().entries(after, limit)
+    }
+
+    pub(crate) fn leases(&self) -> &Leases {
+        &self.leases
+    }
+
+    /// State of the rig in its newest record.
+    pub(crate) fn state(&self) -> RigState {
+        let feed = self.feed();
+        match feed.newest() {
+            Some(record) => record.state,
+            None if feed.link().is_some() => RigState::Disconnected,
+            None => RigState::Idle,
+        }
+    }
+
+    /// Says when the rig is to be released by the real-time thread, unless that is moved on.
+    pub(crate) fn lease_until(&self, until_ns: u64) {
+        self.shared.lease_until(until_ns);
     }
 
     /// From now on the daemon ends: force may be let out, and not in.
@@ -133,17 +278,74 @@ impl RigHandle {
         &self.clients
     }
 
-    /// Puts a scene in force; returns its revision and the tick that first rendered it.
+    /// Compiles a scene, and the way to it from the one in force where it is to take some time, s.
     ///
     /// # Errors
-    /// It cannot be rendered, and nothing has changed; or the real-time thread does not answer: should it go on, it will render the scene.
-    pub(crate) async fn apply(&self, scene: Scene) -> Result<(u64, u64), WireError> {
-        let renderer = Renderer::new(&scene, self.facts.scheme, self.facts.period_s())?;
+    /// It cannot be rendered.
+    pub(crate) fn compile(&self, scene: &Scene, ramp_s: f64) -> Result<Compiled, WireError> {
+        Compiled::new(
+            &self.rendered_now(),
+            scene,
+            self.facts.scheme,
+            self.facts.period_s(),
+            ramp_s,
+        )
+    }
+
+    /// The newest scene, as far as the way to it has been gone.
+    fn rendered_now(&self) -> Scene {
+        let newest = self.scene();
+        match &*self.ramp.borrow() {
+            Some(ramp) if self.shared.answers.applied(ramp.revision).is_some() => {
+                ramp.at(self.shared.answers.steps(), &newest)
+            }
+            Some(ramp) => ramp.from.clone(),
+            None => newest,
+        }
+    }
+
+    /// Sends a compiled scene to the real-time thread; returns its revision.
+    pub(crate) fn put(&self, scene: Scene, compiled: Compiled, step: Move, entry: JournalEntry) -> u64 {
         let revision = self.revision() + 1;
-        self.scenes.borrow_mut().push_back((revision, scene));
-        self.shared.scenes.post(CompiledScene { renderer, revision });
-        let tick = self.answer(|shared| shared.answers.applied(revision)).await?;
-        Ok((revision, tick))
+        *self.ramp.borrow_mut() = compiled.steps().map(|steps| Ramp {
+            revision,
+            from: self.rendered_now(),
+            steps,
+        });
+        let mut history = self.history.borrow_mut();
+        history.moved(step, self.scene());
+        history.keep(revision, scene.clone());
+        let (undo_depth, redo_depth) = history.depth();
+        self.scenes.borrow_mut().push_back(KnownScene {
+            revision,
+            scene,
+            undo_depth,
+            redo_depth,
+        });
+        self.enter(Until::Rendered(revision), JournalEntry { revision, ..entry });
+        self.shared.scenes.post(compiled.into_scene(revision));
+        revision
+    }
+
+    /// Waits for the tick that first renders a revision, or a newer one.
+    ///
+    /// # Errors
+    /// The real-time thread does not answer: should it go on, it will render the scene.
+    pub(crate) async fn rendered(&self, revision: u64) -> Result<u64, WireError> {
+        self.answer(|shared| shared.answers.applied(revision)).await
+    }
+
+    /// Takes an entry into the journal.
+    pub(crate) fn enter(&self, until: Until, entry: JournalEntry) {
+        let entry = JournalEntry {
+            revision: if entry.revision == 0 {
+                self.revision()
+            } else {
+                entry.revision
+            },
+            ..entry
+        };
+        self.journal.borrow_mut().enter(until, entry);
     }
 
     /// Stops asked for so far.
@@ -151,31 +353,39 @@ impl RigHandle {
         self.shared.stops()
     }
 
-    /// Has a command carried out that was asked for when there had been `stops_known` stops: one that a stop has overtaken since, in whichever
-    /// queue it waited, is refused.
+    /// Has a command carried out that was asked for, by a client or by the daemon itself, when there had been `stops_known` stops: one that a stop
+    /// has overtaken since, in whichever queue it waited, is refused.
     ///
     /// # Errors
     /// The rig's state does not allow it, or the real-time thread does not answer.
-    pub(crate) async fn command(&self, command: Command, stops_known: u64) -> Result<Outcome, WireError> {
+    pub(crate) async fn command(
+        &self,
+        command: Command,
+        stops_known: u64,
+        by: Option<&Peer>,
+    ) -> Result<Outcome, WireError> {
         let _turn = self.commanding.lock().await;
         if self.closing.get() && command == Command::Engage {
             return Err(WireError::new(ErrorCode::WrongState, "cannot engage: the daemon is ending").about("state"));
         }
+        let before = self.state();
         let serial = self.serial.get().wrapping_add(1);
         self.serial.set(serial);
         self.shared.send(serial, command, stops_known);
         // Nobody may find later that a command was carried out which was given up here.
-        let withdraw = WithdrawOnDrop(&self.shared);
+        let withdraw = WithdrawOnDrop {
+            rig: self,
+            serial,
+            command,
+            before,
+            by,
+        };
         let outcome = self.answer(|shared| shared.answers.command(serial)).await?;
         drop(withdraw);
         if !outcome.refused {
             return Ok(outcome);
         }
-        let verb = match command {
-            Command::Engage => "engage",
-            Command::Release => "release",
-            Command::Reset => "reset",
-        };
+        let verb = command.name();
         let (code, hint) = match outcome.state {
             RigState::Stopped if command == Command::Reset => (ErrorCode::Stopped, "another stop came in between"),
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
@@ -191,8 +401,23 @@ impl RigHandle {
     }
 
     /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows the stop.
-    pub(crate) fn raise_stop(&self) -> u64 {
-        self.shared.stop()
+    pub(crate) fn raise_stop(&self, by: &Peer) -> u64 {
+        let stop = self.shared.stop();
+        let before = self
+            .feed
+            .borrow()
+            .newest()
+            .map_or(RigState::Idle, |record| record.state);
+        let entry = JournalEntry {
+            by: Some(by.clone()),
+            state: Some(StateChange {
+                before,
+                after: RigState::Stopped,
+            }),
+            ..JournalEntry::of("stop")
+        };
+        self.enter(Until::Stopped(stop), entry);
+        stop
     }
 
     /// Waits until a stop has taken the force away; returns the tick that did and the state.
@@ -205,6 +430,10 @@ impl RigHandle {
 
     async fn answer<T>(&self, answered: impl Fn(&Shared) -> Option<T>) -> Result<T, WireError> {
         let asked = Instant::now();
+        let mut pulse = Pulse::new(
+            self.facts.period_ns,
+            self.feed.borrow().newest().map(|record| record.deadline_ns),
+        );
         loop {
             if let Some(answer) = answered(&self.shared) {
                 return Ok(answer);
@@ -219,7 +448,7 @@ impl RigHandle {
                 ));
             }
             // The real-time thread wakes nobody: that would be a system call.
-            tokio::time::sleep(Duration::from_millis(1)).await;
+            pulse.next().await;
         }
     }
 }

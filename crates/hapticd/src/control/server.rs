@@ -2,7 +2,7 @@
 
 use crate::control::RigHandle;
 use crate::control::session::{self, MOST_CLIENTS, Rights};
-use haptic_ipc::{ErrorCode, WireError};
+use haptic_ipc::{ErrorCode, Peer, WireError};
 use rustix::fs::{FlockOperation, Mode, flock};
 use rustix::io::Errno;
 use rustix::process::{geteuid, umask};
@@ -114,11 +114,12 @@ impl Server {
                     refuse(stream, error).await;
                     return;
                 }
+                let peer = peer_of(&stream, session);
                 let _place = Place::take(&rig);
                 if connected < MOST_CLIENTS {
-                    session::run(Rc::clone(&rig), stream, session, Rights::All).await;
+                    session::run(Rc::clone(&rig), stream, session, peer, Rights::All).await;
                 } else {
-                    let brief = session::run(Rc::clone(&rig), stream, session, Rights::OnlyStop);
+                    let brief = session::run(Rc::clone(&rig), stream, session, peer, Rights::OnlyStop);
                     // It has had its chance to stop; nothing is lost with the rest.
                     drop(tokio::time::timeout(STOPPING_TIME, brief).await);
                 }
@@ -161,6 +162,17 @@ fn is_ours(stream: &UnixStream) -> bool {
     stream
         .peer_cred()
         .is_ok_and(|peer| peer.uid() == geteuid().as_raw() || peer.uid() == 0)
+}
+
+/// Who the client is, as the kernel says.
+fn peer_of(stream: &UnixStream, session: u64) -> Peer {
+    let known = stream.peer_cred().ok();
+    Peer {
+        session: format!("{}-{session}", std::process::id()),
+        uid: known.map_or(u32::MAX, |peer| peer.uid()),
+        pid: known.and_then(|peer| peer.pid()),
+        ..Peer::default()
+    }
 }
 
 /// One of the places for clients, given back however its session ends.

@@ -1,11 +1,15 @@
 //! One client: reads its lines, answers each, and sends it its events.
 
-use crate::control::{RigHandle, advise, describe, devices, drive, get, set, status, subscribe, timing};
+use crate::control::change::{self, Begun, By, How};
+use crate::control::{
+    RigHandle, advise, describe, devices, diff, drive, get, lease, library, log, status, subscribe, timing,
+};
 use crate::rig_state::Command;
 use crate::telemetry::feed::BACKLOG_LINES;
-use haptic_ipc::{BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Request, WireError};
+use haptic_ipc::{BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Peer, Request, WireError};
 use serde::Serialize;
 use serde_json::json;
+use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -24,6 +28,9 @@ pub(super) const MOST_CLIENTS: usize = 32;
 /// Requests of a client that may wait to be answered. One that pipelines more is read no further until there is room.
 const WAITING_REQUESTS: usize = 64;
 
+/// Changes of a client that may be on their way to the real-time thread at once.
+const CHANGES_UNDER_WAY: usize = 64;
+
 /// What a client may do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rights {
@@ -34,7 +41,7 @@ pub(super) enum Rights {
 }
 
 /// Talks to one client until it goes.
-pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, rights: Rights) {
+pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, peer: Peer, rights: Rights) {
     let (mut reader, writer) = stream.into_split();
     let (lines, outgoing) = mpsc::channel(BACKLOG_LINES);
     let (requests, waiting) = mpsc::channel(WAITING_REQUESTS);
@@ -43,15 +50,17 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, ri
         rig,
         lines,
         session,
+        peer,
         rights,
     };
     // Reading and answering side by side: a stop acts when it is read, not when its turn to be answered comes. When the writer gives up
     // on a client that does not read, the conversation ends too.
     tokio::select! {
-        ((), ()) = async { tokio::join!(read(&client.rig, &mut reader, requests), client.converse(waiting)) } => {}
+        ((), ()) = async { tokio::join!(client.read(&mut reader, requests), client.converse(waiting)) } => {}
         () = client.lines.closed() => {}
     }
     client.rig.feed().unsubscribe(session);
+    lease::gone(&client.rig, session).await;
     drop(client);
     // What is still queued is written, or given up after the time that every line has.
     drop(writing.await);
@@ -63,46 +72,6 @@ enum Incoming {
     Request { envelope: Envelope, stops: u64 },
     /// Something that is no request.
     Refused { id: Option<u64>, error: WireError },
-}
-
-/// Reads a client's lines until it hangs up. Raises its stops at once.
-async fn read(rig: &RigHandle, reader: &mut (impl AsyncReadExt + Unpin), requests: mpsc::Sender<Incoming>) {
-    let mut codec = LinesCodec::new_with_max_length(MAX_LINE_BYTES);
-    let mut buffer = BytesMut::new();
-    loop {
-        loop {
-            let incoming = match codec.decode(&mut buffer) {
-                Ok(None) => break,
-                Ok(Some(line)) if line.trim().is_empty() => continue,
-                Ok(Some(line)) => match Envelope::parse(&line) {
-                    Ok(envelope) => Incoming::Request {
-                        stops: match envelope.request {
-                            Request::Stop {} => rig.raise_stop(),
-                            _ => rig.stops(),
-                        },
-                        envelope,
-                    },
-                    Err(BadLine { id, error, means_stop }) => {
-                        if means_stop {
-                            rig.raise_stop();
-                        }
-                        Incoming::Refused { id, error }
-                    }
-                },
-                Err(error) => Incoming::Refused {
-                    id: None,
-                    error: unreadable(&error),
-                },
-            };
-            if requests.send(incoming).await.is_err() {
-                return;
-            }
-        }
-        // A client that hangs up in the middle of a line asked for nothing.
-        if !matches!(reader.read_buf(&mut buffer).await, Ok(1..)) {
-            return;
-        }
-    }
 }
 
 /// Writes the lines queued for a client, until there are no more or the client does not read them.
@@ -119,25 +88,122 @@ struct Client {
     rig: Rc<RigHandle>,
     lines: mpsc::Sender<String>,
     session: u64,
+    peer: Peer,
     rights: Rights,
 }
 
+/// A change that the real-time thread has yet to render before it can be answered.
+struct UnderWay {
+    id: u64,
+    change: Begun,
+}
+
+/// What comes of a request.
+enum Answer {
+    Now(serde_json::Value),
+    OnceRendered(UnderWay),
+}
+
+/// Whether a request need not wait until the ones before are answered.
+fn is_change(request: &Request) -> bool {
+    matches!(
+        request,
+        Request::Set { .. } | Request::SceneLoad { .. } | Request::Undo { .. } | Request::Redo { .. }
+    )
+}
+
 impl Client {
+    /// Reads the client's lines until it hangs up. Raises its stops at once.
+    async fn read(&self, reader: &mut (impl AsyncReadExt + Unpin), requests: mpsc::Sender<Incoming>) {
+        let rig = &*self.rig;
+        let mut codec = LinesCodec::new_with_max_length(MAX_LINE_BYTES);
+        let mut buffer = BytesMut::new();
+        loop {
+            loop {
+                let decoded = codec.decode(&mut buffer);
+                if !matches!(decoded, Ok(None)) {
+                    lease::renew(rig, self.session);
+                }
+                let incoming = match decoded {
+                    Ok(None) => break,
+                    Ok(Some(line)) if line.trim().is_empty() => continue,
+                    Ok(Some(line)) => match Envelope::parse(&line) {
+                        Ok(envelope) => Incoming::Request {
+                            stops: match envelope.request {
+                                Request::Stop {} => rig.raise_stop(&self.peer),
+                                _ => rig.stops(),
+                            },
+                            envelope,
+                        },
+                        Err(BadLine { id, error, means_stop }) => {
+                            if means_stop {
+                                rig.raise_stop(&self.peer);
+                            }
+                            Incoming::Refused { id, error }
+                        }
+                    },
+                    Err(error) => Incoming::Refused {
+                        id: None,
+                        error: unreadable(&error),
+                    },
+                };
+                if requests.send(incoming).await.is_err() {
+                    return;
+                }
+            }
+            // A client that hangs up in the middle of a line asked for nothing.
+            if !matches!(reader.read_buf(&mut buffer).await, Ok(1..)) {
+                return;
+            }
+        }
+    }
+
     async fn converse(&self, mut waiting: mpsc::Receiver<Incoming>) {
         let hello = Hello {
             protocol: PROTOCOL_VERSION,
             server: self.rig.facts.server.clone(),
-            session: format!("{}-{}", std::process::id(), self.session),
+            session: self.peer.session.clone(),
         };
         if self.say(&json!({ "hello": hello })).await.is_err() {
             return;
         }
-        while let Some(incoming) = waiting.recv().await {
-            let reply = match incoming {
-                Incoming::Request { envelope, stops } => self.answer(envelope, stops).await,
-                Incoming::Refused { id, error } => answer::<()>(id, Err(error)),
+        // A change need not be rendered before the next is begun: a client may send more of them than there are ticks.
+        let mut under_way = VecDeque::new();
+        loop {
+            let incoming = tokio::select! {
+                biased;
+                reply = self.rendered(&under_way), if !under_way.is_empty() => {
+                    under_way.pop_front();
+                    if self.say(&reply).await.is_err() {
+                        return;
+                    }
+                    continue;
+                }
+                incoming = waiting.recv(), if under_way.len() < CHANGES_UNDER_WAY => incoming,
             };
-            if self.say(&reply).await.is_err() {
+            let reply = match incoming {
+                Some(Incoming::Request { envelope, stops }) => {
+                    if !is_change(&envelope.request) && self.settle(&mut under_way).await.is_err() {
+                        return;
+                    }
+                    match self.take_up(envelope, stops).await {
+                        Answer::Now(reply) => Some(reply),
+                        Answer::OnceRendered(change) => {
+                            under_way.push_back(change);
+                            None
+                        }
+                    }
+                }
+                Some(Incoming::Refused { id, error }) => Some(answer::<()>(id, Err(error))),
+                None => {
+                    // Whether it hears or not: there is nothing more to do for it.
+                    self.settle(&mut under_way).await.unwrap_or_default();
+                    return;
+                }
+            };
+            if let Some(reply) = reply
+                && (self.settle(&mut under_way).await.is_err() || self.say(&reply).await.is_err())
+            {
                 return;
             }
             // One client with much to ask must not keep the others waiting.
@@ -145,19 +211,93 @@ impl Client {
         }
     }
 
-    async fn answer(&self, envelope: Envelope, stops: u64) -> serde_json::Value {
-        let id = Some(envelope.id);
-        let rig = &*self.rig;
-        if self.rights == Rights::OnlyStop && envelope.request != (Request::Stop {}) {
-            return answer::<()>(id, Err(no_place()));
+    /// Waits for the oldest change to be rendered; gives its answer.
+    async fn rendered(&self, under_way: &VecDeque<UnderWay>) -> serde_json::Value {
+        match under_way.front() {
+            Some(UnderWay { id, change }) => answer(Some(*id), change.finished(&self.rig).await),
+            None => std::future::pending().await,
         }
-        match envelope.request {
+    }
+
+    /// Answers all changes that are under way.
+    async fn settle(&self, under_way: &mut VecDeque<UnderWay>) -> Result<(), Gone> {
+        while !under_way.is_empty() {
+            let reply = self.rendered(under_way).await;
+            under_way.pop_front();
+            self.say(&reply).await?;
+        }
+        Ok(())
+    }
+
+    fn may(&self, request: &Request) -> bool {
+        match self.rights {
+            Rights::All => true,
+            Rights::OnlyStop => *request == (Request::Stop {}),
+        }
+    }
+
+    fn by(&self) -> By<'_> {
+        By {
+            session: self.session,
+            peer: &self.peer,
+        }
+    }
+
+    /// Does what is asked, or begins it where it is a change of the scene.
+    async fn take_up(&self, envelope: Envelope, stops: u64) -> Answer {
+        let id = Some(envelope.id);
+        let (rig, by) = (&*self.rig, self.by());
+        if !self.may(&envelope.request) {
+            return Answer::Now(answer::<()>(id, Err(no_place())));
+        }
+        let command = async |command| drive::command(rig, command, stops, by.peer).await;
+        let begun = |begun: Result<Begun, WireError>| match begun {
+            Ok(change) => Answer::OnceRendered(UnderWay {
+                id: envelope.id,
+                change,
+            }),
+            Err(error) => Answer::Now(answer::<()>(id, Err(error))),
+        };
+        let how = |if_revision, ramp_ms, dry_run| How {
+            if_revision,
+            ramp_ms,
+            dry_run,
+        };
+        Answer::Now(match envelope.request {
+            Request::Set {
+                params,
+                if_revision,
+                ramp_ms,
+                dry_run,
+                merge,
+            } => {
+                let how = how(if_revision, ramp_ms, dry_run);
+                return begun(change::set(rig, by, &params, merge, how));
+            }
+            Request::SceneLoad {
+                scene,
+                if_revision,
+                ramp_ms,
+                dry_run,
+            } => return begun(change::load(rig, by, scene, how(if_revision, ramp_ms, dry_run)).await),
+            Request::Undo {
+                if_revision,
+                ramp_ms,
+                dry_run,
+            } => return begun(change::undo(rig, by, how(if_revision, ramp_ms, dry_run))),
+            Request::Redo {
+                if_revision,
+                ramp_ms,
+                dry_run,
+            } => return begun(change::redo(rig, by, how(if_revision, ramp_ms, dry_run))),
             Request::Describe {} => answer(id, Ok(describe::describe(rig))),
-            Request::Get { .. } => answer(id, Ok(get::get(rig))),
-            Request::Set { params, .. } => answer(id, set::set(rig, &params).await),
-            Request::Engage {} => answer(id, drive::command(rig, Command::Engage, stops).await),
-            Request::Release {} => answer(id, drive::command(rig, Command::Release, stops).await),
-            Request::Reset {} => answer(id, drive::command(rig, Command::Reset, stops).await),
+            Request::Get { scene } => answer(id, get::get(rig, scene).await),
+            Request::SceneSave { name, scene, replace } => answer(id, library::save(rig, name, scene, replace).await),
+            Request::SceneList {} => answer(id, library::list(rig).await),
+            Request::SceneDiff { from, to } => answer(id, diff::diff(rig, from, to).await),
+            Request::Engage {} => answer(id, command(Command::Engage).await),
+            Request::Release {} => answer(id, command(Command::Release).await),
+            Request::Reset {} => answer(id, command(Command::Reset).await),
             Request::Stop {} => answer(id, drive::stopped(rig, stops).await),
             Request::Status {} => answer(id, Ok(status::status(rig))),
             Request::Timing {} => answer(id, Ok(timing::timing(rig))),
@@ -171,8 +311,9 @@ impl Client {
                 let reply = subscribe::subscribe(rig, self.session, &self.lines, &topics, rate_hz, batch_ms);
                 answer(id, reply)
             }
-            _ => answer::<()>(id, Err(WireError::new(ErrorCode::UnknownOp, "not yet"))),
-        }
+            Request::Log { after, limit } => answer(id, Ok(log::log(rig, after, limit))),
+            Request::Lease { timeout_ms } => answer(id, lease::lease(rig, by, timeout_ms)),
+        })
     }
 
     async fn say(&self, message: &serde_json::Value) -> Result<(), Gone> {

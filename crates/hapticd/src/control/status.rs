@@ -1,7 +1,7 @@
 //! `status`: how the rig and the daemon are.
 
 use crate::control::RigHandle;
-use haptic_ipc::{DeviceStatus, RigState, Status};
+use haptic_ipc::{DeviceStatus, Status};
 
 pub(super) fn status(rig: &RigHandle) -> Status {
     let (newest, uptime_s, link) = {
@@ -9,13 +9,10 @@ pub(super) fn status(rig: &RigHandle) -> Status {
         (feed.newest().copied(), feed.uptime_s(), feed.link())
     };
     let facts = &rig.facts;
+    let (undo_depth, redo_depth) = rig.history().depth();
     Status {
         server: facts.server.clone(),
-        state: match newest {
-            Some(record) => record.state,
-            None if link.is_some() => RigState::Disconnected,
-            None => RigState::Idle,
-        },
+        state: rig.state(),
         fault: newest.and_then(|record| record.fault).map(|fault| fault.to_string()),
         tick: newest.map_or(0, |record| record.tick),
         uptime_s,
@@ -27,7 +24,10 @@ pub(super) fn status(rig: &RigHandle) -> Status {
         command_force_n: newest.map_or(0.0, |record| record.command_force),
         energy_excess_j: newest.map_or(0.0, |record| record.energy_excess),
         device_position_m: newest.map_or(0.0, |record| record.device_position),
+        undo_depth,
+        redo_depth,
         clients: rig.clients().get(),
+        leases: rig.leases().count(),
         device: DeviceStatus {
             description: facts.device.clone(),
             force_limit_n: facts.limits.force_n,

@@ -18,14 +18,28 @@
 use super::outbox::Outbox;
 use super::primitives::{Atomic, AtomicBool, AtomicU64, Ordering, Owned, Pointer, unprotected};
 use crate::rig_state::Command;
+use crate::rt::transition::Transition;
 use haptic_core::Renderer;
 use haptic_ipc::RigState;
 
 /// A scene, compiled, on its way to or from the real-time thread.
 #[derive(Debug)]
 pub(crate) struct CompiledScene {
+    /// What is rendered; while it comes in step by step, the step that it has come to.
     pub(crate) renderer: Renderer,
     pub(crate) revision: u64,
+    pub(crate) transition: Transition,
+}
+
+impl CompiledScene {
+    /// One that comes in at once.
+    pub(crate) fn at_once(renderer: Renderer, revision: u64) -> Self {
+        Self {
+            renderer,
+            revision,
+            transition: Transition::AtOnce,
+        }
+    }
 }
 
 /// Holds the newest scene until the real-time thread takes it.
@@ -95,6 +109,8 @@ pub(crate) struct Shared {
     stops: AtomicU64,
     quit: AtomicBool,
     command: AtomicU64,
+    /// When the first lease lapses, ns on the monotonic clock; never, where it is the largest number.
+    lease_until_ns: AtomicU64,
     pub(crate) answers: Answers,
 }
 
@@ -148,8 +164,19 @@ impl Shared {
             stops: AtomicU64::new(0),
             quit: AtomicBool::new(false),
             command: AtomicU64::new(0),
+            lease_until_ns: AtomicU64::new(u64::MAX),
             answers: Answers::new(),
         }
+    }
+
+    /// Says when the rig is to be released should nobody move that time on.
+    pub(crate) fn lease_until(&self, until_ns: u64) {
+        self.lease_until_ns.store(until_ns, Ordering::Release);
+    }
+
+    /// Whether a lease has lapsed.
+    pub(crate) fn has_lapsed(&self, now_ns: u64) -> bool {
+        now_ns > self.lease_until_ns.load(Ordering::Acquire)
     }
 
     /// Asks for zero force at once; returns the number that this stop has.
@@ -194,18 +221,23 @@ impl Shared {
         CommandWord::unpack(self.command.load(Ordering::Acquire))
     }
 
-    /// The newest scene, if one was posted after the `seen` first ones. Whoever takes it hands one back with [`retire`](Self::retire): without
-    /// room for that the new scene waits, as nothing is freed on the real-time thread.
+    /// The newest scene, if one was posted after the `seen` first ones. Whoever takes it hands up to two back with [`retire`](Self::retire): the
+    /// one before, and one that was still fading out. Without room for that the new scene waits, as nothing is freed on the real-time thread.
     pub(crate) fn new_scene(&self, seen: &mut u64) -> Option<Box<CompiledScene>> {
         let posted = self.scenes.posted();
-        if posted == *seen || !self.retired.has_room() {
+        if posted == *seen || !self.retired.has_room_for(2) {
             return None;
         }
         *seen = posted;
         self.scenes.take()
     }
 
-    /// Hands back the scene that a [new one](Self::new_scene) replaced.
+    /// Whether a scene can be handed back.
+    pub(crate) fn can_retire(&self) -> bool {
+        self.retired.has_room()
+    }
+
+    /// Hands back a scene that is rendered no more, where there was room for it.
     pub(crate) fn retire(&self, scene: Box<CompiledScene>) {
         if let Err(scene) = self.retired.push(scene) {
             // Cannot happen with a single producer; if it did, a leak is better than freeing here.
@@ -224,6 +256,8 @@ impl Shared {
 pub(crate) struct Answers {
     revision: AtomicU64,
     revision_tick: AtomicU64,
+    /// Steps that the newest scene has come in by.
+    steps: AtomicU64,
     command_serial: AtomicU64,
     command_tick: AtomicU64,
     command_outcome: AtomicU64,
@@ -264,6 +298,7 @@ impl Answers {
         Self {
             revision: AtomicU64::new(0),
             revision_tick: AtomicU64::new(0),
+            steps: AtomicU64::new(0),
             command_serial: AtomicU64::new(0),
             command_tick: AtomicU64::new(0),
             command_outcome: AtomicU64::new(0),
@@ -276,6 +311,15 @@ impl Answers {
     pub(crate) fn scene_applied(&self, revision: u64, tick: u64) {
         self.revision_tick.store(tick, Ordering::Relaxed);
         self.revision.store(revision, Ordering::Release);
+    }
+
+    pub(crate) fn came_in(&self, steps: usize) {
+        self.steps.store(steps as u64, Ordering::Relaxed);
+    }
+
+    /// The steps that the newest scene has come in by.
+    pub(crate) fn steps(&self) -> usize {
+        usize::try_from(self.steps.load(Ordering::Relaxed)).unwrap_or(usize::MAX)
     }
 
     /// The tick that first rendered `revision` or a later one.

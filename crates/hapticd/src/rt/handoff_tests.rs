@@ -6,10 +6,10 @@ use haptic_core::{Renderer, Scene, Scheme};
 use std::sync::Arc;
 
 fn compiled(revision: u64) -> CompiledScene {
-    CompiledScene {
-        renderer: Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene"),
+    CompiledScene::at_once(
+        Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene"),
         revision,
-    }
+    )
 }
 
 #[test]

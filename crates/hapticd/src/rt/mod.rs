@@ -19,3 +19,4 @@ mod purity_tests;
 mod stall_tests;
 pub(crate) mod thread;
 pub(crate) mod tick;
+pub(crate) mod transition;

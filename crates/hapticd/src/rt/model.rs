@@ -218,10 +218,7 @@ fn model(body: impl Fn() + Sync + Send + 'static) {
 }
 
 fn compiled(renderer: &Renderer, revision: u64) -> CompiledScene {
-    CompiledScene {
-        renderer: renderer.clone(),
-        revision,
-    }
+    CompiledScene::at_once(renderer.clone(), revision)
 }
 
 #[test]

@@ -15,7 +15,12 @@ impl<T> Outbox<T> {
 
     /// Whether a push will succeed. For the producer; what it says stays true until it pushes.
     pub(crate) fn has_room(&self) -> bool {
-        self.0.len() + 2 <= self.0.capacity()
+        self.has_room_for(1)
+    }
+
+    /// Whether so many pushes will succeed, one after the other.
+    pub(crate) fn has_room_for(&self, pushes: usize) -> bool {
+        self.0.len() + pushes < self.0.capacity()
     }
 
     /// For the producer.

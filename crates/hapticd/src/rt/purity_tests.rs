@@ -206,10 +206,10 @@ impl Device for Failing {
 const PERIOD_NS: u64 = 1_000_000;
 
 fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
-    CompiledScene {
-        renderer: Renderer::new(scene, Scheme::Exact, 1e-3).expect("a valid scene"),
+    CompiledScene::at_once(
+        Renderer::new(scene, Scheme::Exact, 1e-3).expect("a valid scene"),
         revision,
-    }
+    )
 }
 
 /// Every law that the repository has a scene for.

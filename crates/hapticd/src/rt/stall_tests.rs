@@ -191,10 +191,7 @@ fn step_through(round: &impl Fn() -> Round, report: &Report) {
 }
 
 fn compiled(renderer: &Renderer, revision: u64) -> CompiledScene {
-    CompiledScene {
-        renderer: renderer.clone(),
-        revision,
-    }
+    CompiledScene::at_once(renderer.clone(), revision)
 }
 
 /// An engaged loop on the fake rig, between two ticks.

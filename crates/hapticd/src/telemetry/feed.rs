@@ -5,7 +5,9 @@ use crate::telemetry::ring::{Consumer, TickRecord};
 use crate::telemetry::timing::TimingRecorder;
 use device_io::link::LinkMonitor;
 use haptic_core::Scene;
-use haptic_ipc::{Event, LinkStatus, RigState, Sample, SamplesEvent, StateEvent, Timing, Topic, params_of};
+use haptic_ipc::{
+    Event, JournalEntry, LinkStatus, RigState, Sample, SamplesEvent, StateEvent, Timing, Topic, params_of,
+};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 use tokio::sync::mpsc;
@@ -15,6 +17,15 @@ pub(crate) const BACKLOG_LINES: usize = 64;
 
 /// Rows that one event may hold, so that its line stays within the protocol's limit; a longer batch goes out in several.
 const MOST_ROWS: usize = 256;
+
+/// A scene that may be in force, and how far back and forth one can go from it.
+#[derive(Clone, Debug)]
+pub(crate) struct KnownScene {
+    pub(crate) revision: u64,
+    pub(crate) scene: Scene,
+    pub(crate) undo_depth: usize,
+    pub(crate) redo_depth: usize,
+}
 
 /// What a client asked to hear.
 #[derive(Debug)]
@@ -51,6 +62,8 @@ pub(crate) struct Feed {
     last_state: Option<(RigState, u64)>,
     /// The first record of each state that has not been announced yet.
     changes: Vec<TickRecord>,
+    /// The same, until the journal has looked at them.
+    news: Vec<TickRecord>,
     timing_due: Instant,
     /// Records lost in the ring, as far as the subscribers were told.
     ring_dropped: u64,
@@ -67,6 +80,7 @@ impl Feed {
             subscribers: Vec::new(),
             last_state: None,
             changes: Vec::new(),
+            news: Vec::new(),
             timing_due: Instant::now(),
             ring_dropped: 0,
         }
@@ -122,9 +136,21 @@ impl Feed {
         self.subscribers.retain(|subscriber| subscriber.session != session);
     }
 
-    /// Takes in what the loop left since the last call, and sends what is due. `scenes` are those that may be in force, by revision. Returns
+    /// The first record of each state and revision since the last call.
+    pub(crate) fn take_news(&mut self) -> Vec<TickRecord> {
+        std::mem::take(&mut self.news)
+    }
+
+    /// Tells the subscribers of an entry of the journal.
+    pub(crate) fn tell(&self, entry: &JournalEntry) {
+        if self.wanted(Topic::Log) {
+            self.broadcast(Topic::Log, &Event::Log(Box::new(entry.clone())));
+        }
+    }
+
+    /// Takes in what the loop left since the last call, and sends what is due. `scenes` are those that may be in force. Returns
     /// the revision that is.
-    pub(crate) fn pump(&mut self, scenes: &VecDeque<(u64, Scene)>) -> u64 {
+    pub(crate) fn pump(&mut self, scenes: &VecDeque<KnownScene>) -> u64 {
         while let Some(record) = self.consumer.pop() {
             self.take_in(&record);
         }
@@ -157,6 +183,7 @@ impl Feed {
         if self.last_state != state {
             self.last_state = state;
             self.changes.push(*record);
+            self.news.push(*record);
         }
         let lost = record.dropped - self.ring_dropped;
         self.ring_dropped = record.dropped;
@@ -190,7 +217,7 @@ impl Feed {
     }
 
     /// Every change of state to all, and the whole state to those who have heard none yet.
-    fn announce_states(&mut self, scenes: &VecDeque<(u64, Scene)>) {
+    fn announce_states(&mut self, scenes: &VecDeque<KnownScene>) {
         for record in std::mem::take(&mut self.changes) {
             self.announce(&record, scenes, |_| true);
         }
@@ -201,9 +228,9 @@ impl Feed {
         }
     }
 
-    fn announce(&mut self, record: &TickRecord, scenes: &VecDeque<(u64, Scene)>, whom: impl Fn(&Subscriber) -> bool) {
+    fn announce(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>, whom: impl Fn(&Subscriber) -> bool) {
         let listening = |subscriber: &Subscriber| subscriber.wants(Topic::State) && whom(subscriber);
-        let Some((_, scene)) = scenes.iter().find(|(revision, _)| *revision == record.revision) else {
+        let Some(known) = scenes.iter().find(|known| known.revision == record.revision) else {
             return;
         };
         if !self.subscribers.iter().any(listening) {
@@ -214,11 +241,11 @@ impl Feed {
             fault: record.fault.map(|fault| fault.to_string()),
             tick: record.tick,
             revision: record.revision,
-            scene: scene.name.clone(),
-            law: scene.friction.law().to_owned(),
-            params: params_of(scene),
-            undo_depth: 0,
-            redo_depth: 0,
+            scene: known.scene.name.clone(),
+            law: known.scene.friction.law().to_owned(),
+            params: params_of(&known.scene),
+            undo_depth: known.undo_depth,
+            redo_depth: known.redo_depth,
         });
         let line = line(&event);
         for subscriber in self.subscribers.iter_mut().filter(|subscriber| listening(subscriber)) {
@@ -282,6 +309,15 @@ mod tests {
     use super::*;
     use crate::telemetry::ring;
 
+    fn known(revision: u64) -> KnownScene {
+        KnownScene {
+            revision,
+            scene: Scene::paper(),
+            undo_depth: 0,
+            redo_depth: 0,
+        }
+    }
+
     fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, mpsc::Receiver<String>) {
         let (lines, received) = mpsc::channel(backlog);
         let subscription = Subscription {
@@ -305,7 +341,6 @@ mod tests {
         let mut feed = Feed::new(consumer, 1_000_000, None);
         let (subscription, mut received) = subscription(&[Topic::State], 1, 8);
         feed.subscribe(1, subscription);
-        let scene = Scene::paper();
         for (tick, state, revision) in [
             (0, RigState::Idle, 1),
             (1, RigState::Idle, 1),
@@ -315,7 +350,7 @@ mod tests {
             let mut record = ring::tests::record(tick);
             (record.state, record.revision) = (state, revision);
             producer.push(record);
-            feed.pump(&VecDeque::from([(1, scene.clone()), (2, scene.clone())]));
+            feed.pump(&VecDeque::from([known(1), known(2)]));
         }
         let ticks: Vec<u64> = events(&mut received)
             .iter()
@@ -333,7 +368,7 @@ mod tests {
         let mut feed = Feed::new(consumer, 1_000_000, None);
         let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
         feed.subscribe(1, subscription);
-        let scenes = VecDeque::from([(1, Scene::paper())]);
+        let scenes = VecDeque::from([known(1)]);
         for tick in 0..10 {
             producer.push(ring::tests::record(tick));
             feed.pump(&scenes);

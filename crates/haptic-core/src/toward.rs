@@ -1,0 +1,103 @@
+//! The way from one scene to another of the same make.
+
+use crate::friction::Slot;
+use crate::parameters::{Direction, Parameter, Scale, TABLE};
+use crate::scene::Scene;
+
+impl Scene {
+    /// The scene at a share of the way to another, from 0 (this one) to 1 (the other): every parameter moves evenly, one with a logarithmic scale by equal
+    /// ratios. What is no number is the other's.
+    ///
+    /// Nothing where there is no way: the laws differ, or the parts. What lies in between may break a bound that both ends keep;
+    /// [`validate`](Scene::validate) tells.
+    #[must_use]
+    pub fn toward(&self, other: &Self, share: f64) -> Option<Self> {
+        let same_parts =
+            (self.block.is_some(), self.coupling.is_some()) == (other.block.is_some(), other.coupling.is_some());
+        if !same_parts || self.friction.law() != other.friction.law() {
+            return None;
+        }
+        let mut between = other.clone();
+        for row in &TABLE {
+            let (Some(here), Some(there)) = (self.value(row.parameter), other.value(row.parameter)) else {
+                continue;
+            };
+            if here == there {
+                continue;
+            }
+            let at = |direction| {
+                let (here, there) = (here.get(direction), there.get(direction));
+                let even = here + (there - here) * share;
+                if row.scale == Scale::Logarithmic && here > 0.0 && there > 0.0 {
+                    here * crate::math::powf(there / here, share)
+                } else {
+                    even
+                }
+            };
+            put(
+                &mut between,
+                row.parameter,
+                at(Direction::Positive),
+                at(Direction::Negative),
+            );
+        }
+        Some(between)
+    }
+}
+
+fn put(scene: &mut Scene, parameter: Parameter, positive: f64, negative: f64) {
+    match scene.slot(parameter) {
+        Some(Slot::One(value)) => *value = positive,
+        Some(Slot::Two(value)) => (value.positive, value.negative) = (positive, negative),
+        None => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::ParameterKey;
+
+    fn paper_with(changes: &[(&str, f64)]) -> Scene {
+        let changes: alloc::vec::Vec<(ParameterKey, f64)> = changes
+            .iter()
+            .map(|(name, value)| (name.parse().expect("a parameter"), *value))
+            .collect();
+        Scene::paper().with(&changes).expect("a valid scene")
+    }
+
+    #[test]
+    fn half_way_lies_in_the_middle_of_a_linear_scale_and_at_the_mean_ratio_of_a_logarithmic_one() {
+        let (from, to) = (
+            paper_with(&[("M", 0.5), ("Fs", 4.0)]),
+            paper_with(&[("M", 2.0), ("Fs+", 6.0), ("Fs-", 5.0)]),
+        );
+        let middle = from.toward(&to, 0.5).expect("the same make");
+        let value = |parameter| middle.value(parameter).expect("it has it");
+        assert!((value(Parameter::Mass).positive - 1.0).abs() < 1e-12);
+        let limit = value(Parameter::StaticForce);
+        assert_eq!((limit.positive, limit.negative), (5.0, 4.5));
+        assert_eq!(from.toward(&to, 0.0).map(|scene| scene.friction), Some(from.friction));
+        assert_eq!(
+            from.toward(&to, 1.0).as_ref().map(|scene| scene.friction),
+            Some(to.friction)
+        );
+    }
+
+    #[test]
+    fn between_two_laws_there_is_no_way() {
+        let viscous = Scene {
+            friction: crate::friction::Friction::Viscous(crate::friction::Viscous {
+                viscous: crate::Directional::both(1.0),
+            }),
+            ..Scene::paper()
+        };
+        assert_eq!(Scene::paper().toward(&viscous, 0.5), None);
+        let on_device = Scene {
+            block: None,
+            coupling: None,
+            ..Scene::paper()
+        };
+        assert_eq!(Scene::paper().toward(&on_device, 0.5), None);
+    }
+}

@@ -1,0 +1,174 @@
+//! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered it. `set`, `scene.load`, `undo` and `redo` all go this way.
+
+use crate::control::history::{Dragged, Move};
+use crate::control::{RigHandle, advise, library};
+use haptic_core::{Direction, ParameterKey, Scene};
+use haptic_ipc::{
+    ChangeReply, Changes, Difference, ErrorCode, JournalEntry, Peer, SceneRef, Value, WireError, differences,
+};
+use std::collections::BTreeMap;
+
+/// Longest ramp, ms.
+const LONGEST_RAMP_MS: f64 = 10_000.0;
+
+/// What all changes may ask for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct How {
+    pub(super) if_revision: Option<u64>,
+    pub(super) ramp_ms: Option<f64>,
+    pub(super) dry_run: bool,
+}
+
+/// A client, as the journal and the history know it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct By<'a> {
+    pub(super) session: u64,
+    pub(super) peer: &'a Peer,
+}
+
+/// A change that is on its way to the real-time thread, or was only tried.
+#[derive(Debug)]
+pub(super) struct Begun {
+    reply: ChangeReply,
+    /// Ticks that the way there takes.
+    ramp_ticks: Option<u64>,
+}
+
+impl Begun {
+    /// What it is answered with once it is rendered.
+    ///
+    /// # Errors
+    /// The real-time thread does not answer; should it go on, it will render the scene.
+    pub(super) async fn finished(&self, rig: &RigHandle) -> Result<ChangeReply, WireError> {
+        let mut reply = self.reply.clone();
+        if !reply.dry_run {
+            let tick = rig.rendered(reply.revision).await?;
+            reply.tick = Some(tick);
+            reply.ramp_ends_tick = self.ramp_ticks.map(|ticks| tick + ticks);
+        }
+        Ok(reply)
+    }
+}
+
+/// Begins a change of parameters.
+///
+/// # Errors
+/// It is refused, and nothing has changed.
+pub(super) fn set(rig: &RigHandle, by: By<'_>, params: &Changes, merge: bool, how: How) -> Result<Begun, WireError> {
+    let changes = params.resolve()?;
+    let scene = rig.scene().with(&changes)?;
+    let dragged = Dragged {
+        session: by.session,
+        parameters: changes.iter().map(|(key, _)| *key).collect(),
+        goes_on: merge,
+    };
+    let mut begun = begin(rig, by, "set", scene, how, Move::Merge(dragged))?;
+    begun.reply.applied = changes.iter().map(|(key, value)| (key.to_string(), *value)).collect();
+    Ok(begun)
+}
+
+/// Begins to put another scene in force.
+///
+/// # Errors
+/// There is no such scene, or it is refused, and nothing has changed.
+pub(super) async fn load(rig: &RigHandle, by: By<'_>, scene: SceneRef, how: How) -> Result<Begun, WireError> {
+    let scene = library::find(rig, scene).await?;
+    begin(rig, by, "scene.load", scene, how, Move::Forward)
+}
+
+/// Begins to take the newest change back.
+///
+/// # Errors
+/// There is none, or the scene cannot be rendered, and nothing has changed.
+pub(super) fn undo(rig: &RigHandle, by: By<'_>, how: How) -> Result<Begun, WireError> {
+    let before = rig
+        .history()
+        .back()
+        .cloned()
+        .ok_or_else(|| WireError::new(ErrorCode::NothingToUndo, "there is no change to take back"))?;
+    begin(rig, by, "undo", before, how, Move::Undo)
+}
+
+/// Begins to bring back what was undone.
+///
+/// # Errors
+/// There is nothing, or the scene cannot be rendered, and nothing has changed.
+pub(super) fn redo(rig: &RigHandle, by: By<'_>, how: How) -> Result<Begun, WireError> {
+    let after = rig.history().forth().cloned().ok_or_else(|| {
+        let message = "there is no change to bring back: nothing was undone, or something else was changed since";
+        WireError::new(ErrorCode::NothingToRedo, message)
+    })?;
+    begin(rig, by, "redo", after, how, Move::Redo)
+}
+
+fn begin(rig: &RigHandle, by: By<'_>, op: &str, scene: Scene, how: How, step: Move) -> Result<Begun, WireError> {
+    let newest = rig.revision();
+    if let Some(wanted) = how.if_revision.filter(|wanted| *wanted != newest) {
+        let message = format!(
+            "if_revision = {wanted}, but the scene is at revision {newest}: somebody has changed it since; look at it again"
+        );
+        #[expect(clippy::cast_precision_loss, reason = "revisions are below 2^53")]
+        let (wanted, newest) = (wanted as f64, newest as f64);
+        return Err(WireError::new(ErrorCode::Conflict, message)
+            .about("if_revision")
+            .within(wanted, newest, newest, "1"));
+    }
+    let ramp_ms = how.ramp_ms.unwrap_or(0.0);
+    if !(0.0..=LONGEST_RAMP_MS).contains(&ramp_ms) {
+        let message = format!("ramp_ms = {ramp_ms} ms is out of range: it must be from 0 to {LONGEST_RAMP_MS} ms");
+        return Err(WireError::new(ErrorCode::OutOfRange, message).about("ramp_ms").within(
+            ramp_ms,
+            0.0,
+            LONGEST_RAMP_MS,
+            "ms",
+        ));
+    }
+    let changes = differences(&rig.scene(), &scene);
+    let reply = ChangeReply {
+        revision: newest,
+        tick: None,
+        ramp_ends_tick: None,
+        dry_run: how.dry_run,
+        applied: brought(&changes),
+        advice: advise::warnings(rig, &scene),
+        changes,
+    };
+    let compiled = rig.compile(&scene, ramp_ms * 1e-3)?;
+    let ramp_ticks = compiled.ramp_ticks();
+    if how.dry_run {
+        return Ok(Begun {
+            reply,
+            ramp_ticks: None,
+        });
+    }
+    let entry = JournalEntry {
+        by: Some(by.peer.clone()),
+        changes: reply.changes.clone(),
+        ramp_ms: (ramp_ms > 0.0).then_some(ramp_ms),
+        ..JournalEntry::of(op)
+    };
+    let revision = rig.put(scene, compiled, step, entry);
+    Ok(Begun {
+        reply: ChangeReply { revision, ..reply },
+        ramp_ticks,
+    })
+}
+
+/// The values that a scene brought, by full name.
+fn brought(changes: &[Difference]) -> BTreeMap<String, f64> {
+    let mut applied = BTreeMap::new();
+    for change in changes {
+        let (Some(Value::Number(value)), Ok(key)) = (&change.after, change.param.parse::<ParameterKey>()) else {
+            continue;
+        };
+        if value.is_symmetric() {
+            applied.insert(change.param.clone(), value.positive);
+            continue;
+        }
+        for direction in Direction::BOTH {
+            let one = key.parameter.in_direction(direction);
+            applied.insert(one.to_string(), value.get(direction));
+        }
+    }
+    applied
+}

@@ -1,0 +1,15 @@
+//! `scene.diff`: in what two scenes differ.
+
+use crate::control::{RigHandle, library};
+use haptic_ipc::{SceneDiffReply, SceneRef, WireError, differences};
+
+pub(super) async fn diff(rig: &RigHandle, from: SceneRef, to: Option<SceneRef>) -> Result<SceneDiffReply, WireError> {
+    let from = library::find(rig, from).await?;
+    let to = match to {
+        Some(to) => library::find(rig, to).await?,
+        None => rig.scene(),
+    };
+    Ok(SceneDiffReply {
+        differences: differences(&from, &to),
+    })
+}

@@ -1,0 +1,215 @@
+//! The library of scenes: those that come with the daemon, and those that were saved, one TOML file each.
+
+use crate::control::RigHandle;
+use haptic_core::Scene;
+use haptic_ipc::{ErrorCode, ListedScene, SceneListReply, SceneRef, SceneSaveReply, WireError};
+use std::fs::Permissions;
+use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+/// The scenes that come with the daemon, by name.
+const BUILT_IN: &[(&str, &str)] = &[
+    (
+        "simulated-friction",
+        include_str!("../../../../scenes/simulated-friction.toml"),
+    ),
+    ("no-friction", include_str!("../../../../scenes/no-friction.toml")),
+    ("high-stiction", include_str!("../../../../scenes/high-stiction.toml")),
+    ("viscous-drag", include_str!("../../../../scenes/viscous-drag.toml")),
+    (
+        "aluminium-on-teflon",
+        include_str!("../../../../scenes/aluminium-on-teflon.toml"),
+    ),
+    (
+        "stuck-spring-on-the-device",
+        include_str!("../../../../scenes/stuck-spring-on-the-device.toml"),
+    ),
+    (
+        "asymmetric-with-memory",
+        include_str!("../../../../scenes/asymmetric-with-memory.toml"),
+    ),
+    ("lugre", include_str!("../../../../scenes/lugre.toml")),
+];
+
+/// Longest name.
+const LONGEST_NAME: usize = 64;
+
+/// The scene that is meant.
+///
+/// # Errors
+/// There is none of this name or revision, or its file cannot be read.
+pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, WireError> {
+    match scene {
+        SceneRef::Scene(scene) => {
+            scene.validate()?;
+            Ok(*scene)
+        }
+        SceneRef::Revision(revision) => rig.history().scene(revision).cloned().ok_or_else(|| {
+            let message = format!(
+                "there is no revision {revision}: those from {} to {} are known",
+                rig.history().oldest(),
+                rig.revision()
+            );
+            WireError::new(ErrorCode::NoSuchScene, message).about("scene")
+        }),
+        SceneRef::Name(name) => {
+            if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
+                return read(&name, text);
+            }
+            let path = path_of(rig, &name)?;
+            on_a_thread(move || match std::fs::read_to_string(&path) {
+                Ok(text) => read(&path.display().to_string(), &text),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                    let message =
+                        format!("there is no scene `{name}` in the library: `scene.list` names those that there are");
+                    Err(WireError::new(ErrorCode::NoSuchScene, message).about("scene"))
+                }
+                Err(error) => Err(file_error(&path, &error)),
+            })
+            .await
+        }
+    }
+}
+
+/// All scenes of the library.
+///
+/// # Errors
+/// Its directory is there and cannot be read.
+pub(super) async fn list(rig: &RigHandle) -> Result<SceneListReply, WireError> {
+    let directory = rig.facts.scene_dir.clone();
+    on_a_thread(move || {
+        let mut scenes: Vec<ListedScene> = BUILT_IN
+            .iter()
+            .map(|(name, text)| listed(name, None, read(name, text)))
+            .collect();
+        let entries = match std::fs::read_dir(&directory) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(SceneListReply { scenes }),
+            Err(error) => return Err(file_error(&directory, &error)),
+        };
+        let built_in = scenes.len();
+        for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
+            let Some(name) = path.file_stem().and_then(|stem| stem.to_str()) else {
+                continue;
+            };
+            if path.extension().is_none_or(|extension| extension != "toml") || check(name).is_err() {
+                continue;
+            }
+            let scene = std::fs::read_to_string(&path)
+                .map_err(|error| file_error(&path, &error))
+                .and_then(|text| read(&path.display().to_string(), &text));
+            scenes.push(listed(name, Some(&path), scene));
+        }
+        scenes[built_in..].sort_by(|one, other| one.name.cmp(&other.name));
+        Ok(SceneListReply { scenes })
+    })
+    .await
+}
+
+fn listed(name: &str, path: Option<&Path>, scene: Result<Scene, WireError>) -> ListedScene {
+    let (title, law, problem) = match scene {
+        Ok(scene) => (scene.name, scene.friction.law().to_owned(), None),
+        Err(error) => (String::new(), String::new(), Some(error.message)),
+    };
+    ListedScene {
+        name: name.to_owned(),
+        title,
+        law,
+        path: path.map(|path| path.display().to_string()),
+        problem,
+    }
+}
+
+/// Keeps a scene. A file is there as a whole, or not at all.
+///
+/// # Errors
+/// The name is none, or taken; or the file cannot be written.
+pub(super) async fn save(
+    rig: &RigHandle,
+    name: String,
+    scene: Option<SceneRef>,
+    replace: bool,
+) -> Result<SceneSaveReply, WireError> {
+    if BUILT_IN.iter().any(|(known, _)| *known == name) {
+        let message = format!("the scene `{name}` comes with the daemon and stays as it is: choose another name");
+        return Err(WireError::new(ErrorCode::SceneExists, message).about("name"));
+    }
+    let path = path_of(rig, &name)?;
+    let scene = match scene {
+        Some(scene) => find(rig, scene).await?,
+        None => rig.scene(),
+    };
+    let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
+    on_a_thread(move || {
+        let written = path
+            .parent()
+            .map_or(Ok(()), std::fs::create_dir_all)
+            .and_then(|()| write(&path, &text, replace));
+        match written {
+            Ok(()) => Ok(SceneSaveReply {
+                name,
+                path: path.display().to_string(),
+            }),
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
+                let message = format!("the library has a scene `{name}` already: say `replace` to write over it");
+                Err(WireError::new(ErrorCode::SceneExists, message).about("name"))
+            }
+            Err(error) => Err(file_error(&path, &error)),
+        }
+    })
+    .await
+}
+
+fn write(path: &Path, text: &str, replace: bool) -> std::io::Result<()> {
+    let mut file = tempfile::NamedTempFile::new_in(path.parent().unwrap_or(Path::new(".")))?;
+    file.write_all(text.as_bytes())?;
+    file.as_file().sync_all()?;
+    // Others may read what one of them has tuned.
+    file.as_file().set_permissions(Permissions::from_mode(0o644))?;
+    if replace {
+        file.persist(path)?;
+    } else {
+        file.persist_noclobber(path)?;
+    }
+    Ok(())
+}
+
+fn path_of(rig: &RigHandle, name: &str) -> Result<PathBuf, WireError> {
+    check(name)?;
+    Ok(rig.facts.scene_dir.join(format!("{name}.toml")))
+}
+
+/// Whether a name can be one in the library, where it is the name of a file.
+fn check(name: &str) -> Result<(), WireError> {
+    let fits = |letter: char| letter.is_ascii_alphanumeric() || "-_. ".contains(letter);
+    let sound = name.starts_with(|first: char| first.is_ascii_alphanumeric()) && name.chars().all(fits);
+    if sound && name.len() <= LONGEST_NAME && name.trim_end() == name {
+        return Ok(());
+    }
+    let message = format!(
+        "`{name}` cannot be the name of a scene: it must begin with a letter or digit, have only those, `-`, `_`, `.` and spaces, and at most {LONGEST_NAME} of them"
+    );
+    Err(WireError::new(ErrorCode::BadName, message).about("name"))
+}
+
+fn read(whence: &str, text: &str) -> Result<Scene, WireError> {
+    let scene: Scene = toml::from_str(text)
+        .map_err(|error| WireError::new(ErrorCode::SceneFile, format!("{whence}: {error}")).about("scene"))?;
+    scene.validate()?;
+    Ok(scene)
+}
+
+fn file_error(path: &Path, error: &std::io::Error) -> WireError {
+    WireError::new(ErrorCode::SceneFile, format!("{}: {error}", path.display())).about("scene")
+}
+
+/// A disk may take its time; a stop must not wait for it.
+async fn on_a_thread<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, WireError> + Send + 'static,
+) -> Result<T, WireError> {
+    match tokio::task::spawn_blocking(work).await {
+        Ok(done) => done,
+        Err(error) => Err(WireError::new(ErrorCode::SceneFile, error.to_string())),
+    }
+}

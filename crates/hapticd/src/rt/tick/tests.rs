@@ -1,0 +1,565 @@
+mod changes;
+
+use super::*;
+use crate::rt::lateness::LatePolicy;
+use crate::telemetry::ring;
+use device_io::protocol::message::ErrorCode;
+use haptic_core::limiter::Limits;
+use haptic_core::passivity::RigLosses;
+use haptic_core::velocity::Method;
+use haptic_core::{Renderer, Scene, Scheme};
+use proptest::prelude::*;
+
+/// A rig of which the test decides every reading.
+struct Scripted {
+    readings: Vec<Result<f64, DeviceError>>,
+    /// Time between two samples, ns.
+    sample_ns: u64,
+    time_ns: u64,
+    written: Arc<std::sync::Mutex<Vec<f64>>>,
+    next: u32,
+    refuses_writes: bool,
+    repeats: bool,
+}
+
+impl Device for Scripted {
+    fn description(&self) -> String {
+        "scripted".to_owned()
+    }
+
+    fn resolution_m(&self) -> f64 {
+        0.0
+    }
+
+    fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {
+        if !self.repeats {
+            self.next += 1;
+            self.time_ns += self.sample_ns;
+        }
+        let index = self.next - 1;
+        self.readings[index as usize].map(|position_m| Measurement {
+            sequence: index,
+            time_ns: self.time_ns,
+            position_m,
+        })
+    }
+
+    fn write(&mut self, force_n: f64, _enabled: bool) -> Result<(), DeviceError> {
+        if self.refuses_writes {
+            return Err(DeviceError::Disconnected);
+        }
+        self.written.lock().expect("one thread").push(force_n);
+        Ok(())
+    }
+}
+
+struct Bench {
+    tick: Tick<Scripted>,
+    shared: Arc<Shared>,
+    records: ring::Consumer,
+    written: Arc<std::sync::Mutex<Vec<f64>>>,
+    serial: u32,
+    clock_ns: u64,
+}
+
+const MAX_FORCE: f64 = 20.0;
+
+const LIMITS: Limits = Limits {
+    force_n: MAX_FORCE,
+    slew_n_per_s: 1e6,
+    speed_mps: 5.0,
+    // The tests' hands move roughly; the one test of this limit sets it.
+    acceleration_mps2: 1e6,
+};
+
+const NO_LOSSES: RigLosses = RigLosses {
+    damping: 0.0,
+    friction: 0.0,
+};
+
+/// Ticks until the velocity estimate has settled on the ramp.
+const SETTLE: usize = 50;
+
+fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench {
+    let shared = Arc::new(Shared::new());
+    let (producer, records) = ring::ring();
+    let written = Arc::default();
+    let device = Scripted {
+        readings: readings.into_iter().collect(),
+        sample_ns: 1_000_000,
+        time_ns: 0,
+        written: Arc::clone(&written),
+        next: 0,
+        refuses_writes: false,
+        repeats: false,
+    };
+    let tick = Tick::new(
+        Box::new(device),
+        Arc::clone(&shared),
+        producer,
+        Box::new(compiled(&Scene::paper(), 1)),
+        Parts {
+            rig: Rig::new(0.02, 0.005),
+            limiter: SafetyLimiter::new(LIMITS),
+            passivity: PassivityObserver::new(NO_LOSSES, 0.0),
+            lateness: Lateness::new(LatePolicy::Fault { most_in_a_second: 5 }),
+            velocity: Velocity {
+                method: Method::default(),
+                period_s: 1e-3,
+            },
+            stale_ns: 50_000_000,
+        },
+    );
+    Bench {
+        tick,
+        shared,
+        records,
+        written,
+        serial: 0,
+        clock_ns: 1_000_000_000,
+    }
+}
+
+fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
+    CompiledScene::at_once(
+        Renderer::new(scene, Scheme::Exact, 1e-3).expect("a valid scene"),
+        revision,
+    )
+}
+
+impl Bench {
+    fn tick(&mut self) -> TickRecord {
+        self.clock_ns += 1_000_000;
+        let wake = Wake {
+            deadline_ns: self.clock_ns,
+            began_ns: self.clock_ns,
+        };
+        self.tick.run(wake, 0);
+        self.records.pop().expect("every tick leaves a record")
+    }
+
+    fn ticks(&mut self, count: usize) {
+        for _ in 0..count {
+            self.tick();
+        }
+    }
+
+    fn command(&mut self, command: Command) -> Outcome {
+        self.serial += 1;
+        self.shared.send(self.serial, command, self.shared.stops());
+        self.tick();
+        self.shared.answers.command(self.serial).expect("answered in the tick")
+    }
+
+    fn last_written(&self) -> f64 {
+        *self
+            .written
+            .lock()
+            .expect("one thread")
+            .last()
+            .expect("something was written")
+    }
+}
+
+/// A ramp of 0.2 m/s: in the paper scene the friction is soon at its limit.
+fn ramp() -> impl Iterator<Item = Result<f64, DeviceError>> {
+    (0..10_000).map(|k| Ok(2e-4 * f64::from(k)))
+}
+
+#[test]
+fn force_comes_with_engaging_opposes_the_motion_and_goes_with_a_stop() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    assert_eq!(bench.last_written(), 0.0);
+    assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
+    bench.ticks(300);
+    let record = bench.tick();
+    assert_eq!(record.state, RigState::Engaged);
+    assert!((record.command_force + 3.5).abs() < 0.05, "{record:?}");
+    assert_eq!(record.contact, 1);
+    let stop = bench.shared.stop();
+    assert_eq!(bench.tick().command_force, 0.0);
+    assert_eq!(
+        bench.shared.answers.stop(stop).map(|(_, state)| state),
+        Some(RigState::Stopped)
+    );
+    assert!(bench.command(Command::Engage).refused, "a stop holds until a reset");
+    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
+    assert_eq!(bench.last_written(), 0.0, "a reset does not engage");
+}
+
+#[test]
+fn engaging_begins_without_force_wherever_and_whenever_it_comes() {
+    // In the very first tick, far from the origin; and after a device that was gone has come back elsewhere.
+    let away = || std::iter::repeat_n(Err(DeviceError::Disconnected), 1);
+    let readings = std::iter::repeat_n(Ok(-0.03), 50)
+        .chain(away())
+        .chain(std::iter::repeat_n(Ok(0.4), 50));
+    let mut bench = bench(readings);
+    let still = |bench: &mut Bench| {
+        bench.serial += 1;
+        bench.shared.send(bench.serial, Command::Engage, bench.shared.stops());
+        for _ in 0..30 {
+            let record = bench.tick();
+            assert_eq!((record.coupling_force, record.command_force), (0.0, 0.0), "{record:?}");
+        }
+        assert_eq!(bench.tick().state, RigState::Engaged);
+    };
+    still(&mut bench);
+    bench.ticks(50 - 31);
+    assert_eq!(bench.tick().state, RigState::Disconnected);
+    assert_eq!(bench.tick().state, RigState::Idle);
+    still(&mut bench);
+}
+
+#[test]
+fn engaging_on_a_moving_hand_begins_without_force_and_then_opposes_it() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    bench.serial += 1;
+    bench.shared.send(bench.serial, Command::Engage, bench.shared.stops());
+    let first = bench.tick();
+    assert_eq!(
+        (first.state, first.coupling_force, first.command_force),
+        (RigState::Engaging, 0.0, 0.0)
+    );
+    for _ in 0..10 {
+        let record = bench.tick();
+        assert!(record.command_force <= 0.0, "against the motion: {record:?}");
+    }
+}
+
+#[test]
+fn a_stall_does_not_skip_the_ramp() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    bench.clock_ns += 3_000_000_000;
+    assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
+    bench.clock_ns += 3_000_000_000;
+    assert_eq!(bench.tick().state, RigState::Engaging);
+}
+
+#[test]
+fn a_stop_is_confirmed_only_when_zero_force_was_written() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    bench.tick.device.refuses_writes = true;
+    let stop = bench.shared.stop();
+    bench.tick();
+    assert_eq!(bench.shared.answers.stop(stop), None);
+    bench.tick.device.refuses_writes = false;
+    bench.tick();
+    assert!(bench.shared.answers.stop(stop).is_some());
+}
+
+#[test]
+fn a_device_that_repeats_itself_faults_and_comes_back_idle_after_a_reset() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(60);
+    bench.tick.device.repeats = true;
+    let before = bench.tick();
+    assert!(
+        before.command_force != 0.0,
+        "a late sample is no reason yet: {before:?}"
+    );
+    bench.ticks(50);
+    let lost = bench.tick();
+    assert_eq!((lost.state, lost.command_force), (RigState::Faulted, 0.0));
+    assert_eq!(lost.fault, Some(Fault::Stale));
+    bench.command(Command::Reset);
+    bench.ticks(2);
+    assert_eq!(bench.tick().state, RigState::Disconnected, "there is still nothing new");
+    bench.tick.device.repeats = false;
+    bench.ticks(10);
+    assert_eq!(bench.tick().state, RigState::Idle);
+}
+
+#[test]
+fn a_device_that_has_its_motor_off_faults_and_is_told_apart_from_one_that_is_gone() {
+    for (error, state, fault) in [
+        (
+            DeviceError::MotorOff { watchdog: true },
+            RigState::Faulted,
+            Some(Fault::MotorOff { watchdog: true }),
+        ),
+        (
+            DeviceError::Failed(ErrorCode::Sensor),
+            RigState::Faulted,
+            Some(Fault::Device(ErrorCode::Sensor)),
+        ),
+        (DeviceError::Disconnected, RigState::Disconnected, None),
+    ] {
+        let mut bench = bench(ramp().take(100).chain([Err(error)]).chain(ramp()));
+        bench.tick();
+        bench.command(Command::Engage);
+        bench.ticks(98);
+        let told = bench.tick();
+        assert_eq!((told.state, told.fault, told.command_force), (state, fault, 0.0));
+        assert_eq!(bench.last_written(), 0.0);
+    }
+}
+
+#[test]
+fn a_reset_that_a_stop_has_overtaken_clears_nothing() {
+    let mut bench = bench(ramp());
+    bench.shared.stop();
+    bench.tick();
+    bench.shared.send(7, Command::Reset, bench.shared.stops());
+    bench.shared.stop();
+    bench.tick();
+    let outcome = bench.shared.answers.command(7).expect("answered");
+    assert!(outcome.refused);
+    assert_eq!(outcome.state, RigState::Stopped);
+}
+
+#[test]
+fn a_failed_read_is_zero_force_and_never_engages_by_itself() {
+    let readings = ramp()
+        .take(100)
+        .chain(std::iter::repeat_n(Err(DeviceError::Disconnected), 5))
+        .chain(ramp());
+    let mut bench = bench(readings);
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(99 - SETTLE);
+    assert!(bench.last_written() < -0.1);
+    let lost = bench.tick();
+    assert_eq!((lost.state, lost.command_force), (RigState::Disconnected, 0.0));
+    bench.ticks(4);
+    for _ in 0..50 {
+        let back = bench.tick();
+        assert_eq!((back.state, back.command_force), (RigState::Idle, 0.0));
+    }
+}
+
+#[test]
+fn a_position_that_is_no_number_faults_at_zero_force() {
+    let mut bench = bench(ramp().take(100).chain([Ok(f64::NAN)]).chain(ramp()));
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(99 - SETTLE);
+    let record = bench.tick();
+    assert_eq!(
+        (record.state, record.fault),
+        (RigState::Faulted, Some(Fault::NonFinitePosition))
+    );
+    assert_eq!(record.command_force, 0.0);
+    assert_eq!(bench.tick().command_force, 0.0, "until a reset");
+}
+
+#[test]
+fn a_jump_of_the_encoder_faults_before_it_is_rendered() {
+    // 2 mm within a millisecond, from a hand at 0.1 m/s: slower than the speed limit, and no motion.
+    let jumped = (0..50).map(|k| Ok(0.01 + 2e-3 + 1e-4 * f64::from(k)));
+    let mut bench = bench(ramp().take(100).chain(jumped));
+    bench.tick.limiter = SafetyLimiter::new(Limits {
+        acceleration_mps2: 2000.0,
+        ..LIMITS
+    });
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    let mut before = bench.tick();
+    while before.state.is_live() {
+        let record = bench.tick();
+        let step = record.command_force - before.command_force;
+        assert!(record.command_force == 0.0 || step.abs() < 1.0, "{before:?} {record:?}");
+        before = record;
+    }
+    assert_eq!(bench.tick.rig.fault(), Some(Fault::Jump));
+    assert_eq!(bench.last_written(), 0.0);
+}
+
+#[test]
+fn a_jump_of_the_encoder_is_cut_to_the_force_limit() {
+    let mut bench = bench(ramp().take(100).chain(std::iter::repeat_n(Ok(5.0), 50)));
+    bench.tick();
+    bench.command(Command::Engage);
+    for _ in 2..150 {
+        let record = bench.tick();
+        assert!(record.command_force.abs() <= MAX_FORCE, "{record:?}");
+    }
+}
+
+#[test]
+fn a_new_scene_lands_between_two_ticks_without_a_step_of_force() {
+    for changes in [
+        vec![("K", 3000.0)],
+        vec![("B", 0.0), ("M", 2.0)],
+        vec![("K", 0.0), ("B", 30.0)],
+    ] {
+        let mut bench = bench(ramp());
+        bench.ticks(SETTLE);
+        bench.command(Command::Engage);
+        bench.ticks(200);
+        let before = bench.tick();
+        let changes: Vec<_> = changes
+            .iter()
+            .map(|(name, value)| (name.parse().expect("a parameter"), *value))
+            .collect();
+        let scene = Scene::paper().with(&changes).expect("a valid scene");
+        bench.shared.scenes.post(compiled(&scene, 2));
+        let after = bench.tick();
+        assert_eq!((before.revision, after.revision), (1, 2));
+        assert_eq!(bench.shared.answers.applied(2), Some(after.tick));
+        let step = (after.command_force - before.command_force).abs();
+        assert!(step < 1.0, "{changes:?}: {step} N");
+        bench.shared.drop_retired();
+    }
+}
+
+#[test]
+fn a_device_that_goes_too_fast_faults_at_zero_force() {
+    // 8 m/s, from rest, while it is engaged.
+    let fast = (0..200).map(|k| Ok(0.2 * 0.1 + 8e-3 * f64::from(k)));
+    let mut bench = bench(ramp().take(100).chain(fast));
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(100);
+    assert_eq!(bench.tick.rig.fault(), Some(Fault::TooFast));
+    assert_eq!(bench.last_written(), 0.0);
+}
+
+#[test]
+fn a_loop_that_is_too_late_faults_where_the_policy_says_so() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(50);
+    let mut run = |missed: u64| {
+        bench.clock_ns += 1_000_000;
+        let wake = Wake {
+            deadline_ns: bench.clock_ns,
+            began_ns: bench.clock_ns,
+        };
+        bench.tick.run(wake, missed);
+        (bench.tick.rig.fault(), bench.last_written())
+    };
+    assert_eq!(run(4).0, None);
+    assert_eq!(run(5), (Some(Fault::TooLate), 0.0));
+}
+
+/// Something that can happen to the loop between two ticks, or in one.
+#[derive(Clone, Debug)]
+enum Happening {
+    Command(Command),
+    Stop,
+    Scene(usize),
+    /// A reading, or none; and time that goes by, ns.
+    Tick(Option<f64>, u64),
+    Repeat,
+    RefusedWrite,
+}
+
+fn scenes() -> Vec<Scene> {
+    let mut scenes = vec![Scene::paper()];
+    for (name, value) in [("K", 3e5), ("M", 100.0), ("b", 1e4), ("DV", 0.5)] {
+        let key = name.parse().expect("a parameter");
+        scenes.push(Scene::paper().with(&[(key, value)]).expect("a valid scene"));
+    }
+    // On the device itself, with a stiff spring and with drag.
+    for law in [
+        r#"{"law":"karnopp","static_force":40,"dynamic_force":30,"contact_stiffness":10000000}"#,
+        r#"{"law":"viscous","viscous":10000}"#,
+        r#"{"law":"lugre","static_force":40,"dynamic_force":30,"stribeck_velocity":0.001,"contact_stiffness":1000000,"contact_damping":1000}"#,
+    ] {
+        scenes.push(Scene {
+            block: None,
+            coupling: None,
+            friction: serde_json::from_str(law).expect("a law"),
+            ..Scene::paper()
+        });
+    }
+    scenes
+}
+
+fn happening() -> impl Strategy<Value = Happening> {
+    let position = prop_oneof![
+        20 => (-0.1..0.1f64).prop_map(Some),
+        1 => Just(None),
+        1 => prop_oneof![Just(f64::NAN), Just(f64::INFINITY), Just(1e300), Just(-1e9), Just(f64::MIN_POSITIVE)].prop_map(Some),
+    ];
+    let tick = (
+        position,
+        prop_oneof![8 => Just(1_000_000_u64), 1 => 0..2_000_000_u64, 1 => 0..100_000_000_u64],
+    );
+    prop_oneof![
+        2 => Just(Happening::Command(Command::Engage)),
+        1 => Just(Happening::Command(Command::Release)),
+        2 => Just(Happening::Command(Command::Reset)),
+        1 => Just(Happening::Stop),
+        2 => (0..8_usize).prop_map(Happening::Scene),
+        30 => tick.prop_map(|(position, after_ns)| Happening::Tick(position, after_ns)),
+        1 => Just(Happening::Repeat),
+        1 => Just(Happening::RefusedWrite),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever is measured, commanded and changed: the force is a number within the limits, and zero where none may flow.
+    #[test]
+    fn force_stays_within_its_limits_and_where_it_belongs(
+        happenings in prop::collection::vec(happening(), 1..150),
+        steps in prop::collection::vec(-2e-3..2e-3f64, 150),
+    ) {
+        let scenes = scenes();
+        let mut bench = bench([]);
+        let slew_n_per_s = 5000.0;
+        bench.tick.limiter = SafetyLimiter::new(Limits { slew_n_per_s, ..LIMITS });
+        bench.tick.passivity = PassivityObserver::new(NO_LOSSES, 3.0);
+        let (mut position, mut revision, mut last) = (0.0, 1, 0.0_f64);
+        for (happening, step) in happenings.into_iter().zip(steps) {
+            let (mut reading, mut after_ns) = (Some(position), 1_000_000);
+            bench.tick.device.repeats = false;
+            bench.tick.device.refuses_writes = false;
+            match happening {
+                Happening::Command(command) => {
+                    bench.serial += 1;
+                    bench.shared.send(bench.serial, command, bench.shared.stops());
+                }
+                Happening::Stop => {
+                    bench.shared.stop();
+                }
+                Happening::Scene(which) => {
+                    revision += 1;
+                    bench.shared.scenes.post(compiled(&scenes[which], revision));
+                }
+                // Mostly a hand that goes on, and now and then a leap to anywhere.
+                Happening::Tick(Some(anywhere), ns) if !anywhere.is_finite() || anywhere.abs() > 0.09 => {
+                    (reading, after_ns) = (Some(anywhere), ns);
+                }
+                Happening::Tick(None, ns) => (reading, after_ns) = (None, ns),
+                Happening::Tick(Some(_), ns) => {
+                    position += step;
+                    (reading, after_ns) = (Some(position), ns);
+                }
+                Happening::Repeat => bench.tick.device.repeats = bench.tick.device.next > 0,
+                Happening::RefusedWrite => bench.tick.device.refuses_writes = true,
+            }
+            if !bench.tick.device.repeats {
+                bench.tick.device.readings.push(reading.ok_or(DeviceError::Disconnected));
+            }
+            let wrote_before = bench.written.lock().expect("one thread").len();
+            bench.clock_ns += after_ns;
+            let wake = Wake { deadline_ns: bench.clock_ns, began_ns: bench.clock_ns };
+            bench.tick.run(wake, 0);
+            let record = bench.records.pop().expect("a record");
+            bench.shared.drop_retired();
+            let force = record.command_force;
+            prop_assert!(force.is_finite() && force.abs() <= MAX_FORCE, "{record:?}");
+            // The controller's own few newtons come on top of the slew limit.
+            let most = slew_n_per_s * after_ns as f64 * 1e-9 + 2.0 * 3.0 + 1e-9;
+            prop_assert!(force.abs() - last.abs() <= most, "from {last} N to {force} N in {after_ns} ns");
+            let written = bench.written.lock().expect("one thread").clone();
+            if written.len() > wrote_before {
+                prop_assert_eq!(*written.last().expect("a force"), force);
+                let live = record.state.is_live() || force == 0.0;
+                prop_assert!(live, "force without a live rig: {:?}", record);
+            }
+            last = force;
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! A change of scene never jerks the hand, whatever the two scenes, the state of the surface, and the way from one to the other.
+
+use super::*;
+use crate::control::compile::Compiled;
+use haptic_core::Directional;
+use haptic_core::scene::{Block, Coupling};
+use serde_json::json;
+
+/// What time the tests' samples are apart, s.
+const PERIOD_S: f64 = 1e-3;
+
+fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    (low..high).prop_map(|exponent: f64| 10_f64.powf(exponent))
+}
+
+prop_compose! {
+    /// Scenes of every law, behind a block and on the device, symmetric and not; a few of them are refused.
+    fn any_scene()(
+        law in 0..8_usize,
+        with_block in any::<bool>(),
+        mass in decades(-2.0, 1.0),
+        stiffness in decades(2.0, 5.0),
+        damping in 0.0..30.0f64,
+        dynamic_force in 0.0..8.0f64,
+        stiction in 1.0..2.0f64,
+        skew in prop_oneof![Just(1.0), 0.5..1.0f64],
+        viscous in prop_oneof![Just(0.0), decades(-1.0, 2.0)],
+        contact_stiffness in decades(3.0, 5.5),
+        velocity in prop_oneof![Just(0.0), 0.001..0.05f64],
+        rising_rate in prop_oneof![Just(0.0), 0.1..20.0f64],
+    ) -> Scene {
+        let name = haptic_core::friction::LAWS[law];
+        let pair = |value: f64| json!(Directional { positive: value, negative: skew * value });
+        let mut friction = json!({ "law": name, "viscous": pair(viscous) });
+        let mut put = |field: &str, value: serde_json::Value| {
+            friction[field] = value;
+        };
+        if name != "viscous" {
+            if name != "dahl" && name != "hayward-armstrong" {
+                put("static_force", pair(stiction * dynamic_force));
+            }
+            if name != "salcudean-vlaar" {
+                put("dynamic_force", pair(dynamic_force));
+            }
+            if name != "karnopp" || !with_block {
+                put("contact_stiffness", json!(contact_stiffness));
+            }
+            if name == "lugre" || name == "elasto-plastic" {
+                put("stribeck_velocity", json!(0.001 + velocity));
+            }
+            if name == "karnopp" {
+                put("velocity_threshold", json!(velocity));
+                put("rising_rate", json!(rising_rate));
+            }
+        }
+        Scene {
+            name: name.to_owned(),
+            block: with_block.then_some(Block { mass }),
+            coupling: with_block.then_some(Coupling { stiffness, damping }),
+            friction: serde_json::from_value(friction).unwrap_or_else(|error| panic!("{name}: {error}")),
+        }
+    }
+}
+
+fn valid_scene() -> impl Strategy<Value = Scene> {
+    any_scene().prop_filter("it can be rendered", |scene| {
+        Renderer::new(scene, Scheme::Exact, PERIOD_S).is_ok()
+    })
+}
+
+impl Bench {
+    /// Engaged on a scene, with a hand that has gone at a speed for so many ticks and then, if it is to, has come to rest.
+    fn dragged(scene: &Scene, speed: f64, ticks: usize, at_rest: bool) -> (Self, f64) {
+        let mut bench = bench([]);
+        bench.tick.limiter = SafetyLimiter::new(SLEWED);
+        bench.tick.rig = Rig::new(1e-3, 0.005);
+        bench.shared.scenes.post(compiled(scene, 2));
+        let mut position = 0.0;
+        let mut go = |bench: &mut Self, speed: f64| {
+            position += speed * PERIOD_S;
+            bench.tick.device.readings.push(Ok(position));
+            bench.tick()
+        };
+        for _ in 0..SETTLE {
+            go(&mut bench, 0.0);
+        }
+        bench.serial += 1;
+        bench.shared.send(bench.serial, Command::Engage, bench.shared.stops());
+        for _ in 0..5 {
+            go(&mut bench, 0.0);
+        }
+        for _ in 0..ticks {
+            go(&mut bench, speed);
+        }
+        for _ in 0..if at_rest { 300 } else { 0 } {
+            go(&mut bench, 0.0);
+        }
+        bench.shared.drop_retired();
+        (bench, position)
+    }
+
+    /// A tick with another sample after no time at all.
+    fn tick_at_once(&mut self, position: f64) -> TickRecord {
+        self.tick.device.readings.push(Ok(position));
+        self.tick.device.sample_ns = 0;
+        self.clock_ns -= 1_000_000;
+        let record = self.tick();
+        self.tick.device.sample_ns = 1_000_000;
+        record
+    }
+}
+
+/// As the daemon has them by default.
+const SLEWED: Limits = Limits {
+    slew_n_per_s: 50_000.0,
+    ..LIMITS
+};
+
+/// What a change may add to the force at once, N: rounding.
+const STEP_N: f64 = 1e-6;
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// In the very moment of the change the force stays what it was; from there on it grows by no more than the slew limit allows. Over a ramp that
+    /// holds for every step of it.
+    #[test]
+    fn a_change_of_scene_makes_no_step_of_force(
+        from in valid_scene(),
+        to in valid_scene(),
+        speed in prop_oneof![-0.3..0.3f64, -0.005..0.005f64],
+        ticks in 0..150_usize,
+        at_rest in any::<bool>(),
+        ramp_s in prop_oneof![Just(0.0), 0.002..0.3f64],
+        interrupted_by in prop::option::of(valid_scene()),
+    ) {
+        let (mut bench, mut position) = Bench::dragged(&from, speed, ticks, at_rest);
+        let speed = if at_rest { 0.0 } else { speed };
+        let mut before = bench.tick_at_once(position);
+        prop_assert!(before.state.is_live(), "{before:?}");
+        let mut revision = 2;
+        let mut scene = from.clone();
+        for to in [Some(to), interrupted_by].into_iter().flatten() {
+            revision += 1;
+            let compiled = Compiled::new(&scene, &to, Scheme::Exact, PERIOD_S, ramp_s).expect("both are valid");
+            bench.shared.scenes.post(compiled.into_scene(revision));
+            let after = bench.tick_at_once(position);
+            prop_assert_eq!(after.revision, revision);
+            prop_assert!(
+                (after.command_force - before.command_force).abs() <= STEP_N,
+                "{} N, then {} N", before.command_force, after.command_force
+            );
+            before = after;
+            for _ in 0..60 {
+                position += speed * PERIOD_S;
+                bench.tick.device.readings.push(Ok(position));
+                let record = bench.tick();
+                prop_assert!(record.state.is_live(), "{record:?}");
+                let grown = record.command_force.abs() - before.command_force.abs();
+                prop_assert!(grown <= SLEWED.slew_n_per_s * PERIOD_S + STEP_N, "{grown} N in one tick");
+                before = record;
+            }
+            bench.shared.drop_retired();
+            before = {
+                let still = bench.tick_at_once(position);
+                // After no time there is nothing but what the ramp itself does.
+                prop_assert!(
+                    (still.command_force - before.command_force).abs() <= STEP_N,
+                    "{} N, then {} N", before.command_force, still.command_force
+                );
+                still
+            };
+            scene = to;
+        }
+    }
+}
+
+/// The force on a hand that goes steadily, in each tick after a change that takes a while.
+fn forces_over_a_ramp(from: &Scene, to: &Scene, ramp_s: f64) -> Vec<f64> {
+    let (mut bench, mut position) = Bench::dragged(from, 0.1, 1500, false);
+    let compiled = Compiled::new(from, to, Scheme::Exact, PERIOD_S, ramp_s).expect("both are valid");
+    bench.shared.scenes.post(compiled.into_scene(3));
+    (0..400)
+        .map(|_| {
+            position += 0.1 * PERIOD_S;
+            bench.tick.device.readings.push(Ok(position));
+            -bench.tick().command_force
+        })
+        .collect()
+}
+
+#[test]
+fn a_ramp_leads_evenly_from_one_force_to_the_other() {
+    let paper = Scene::paper();
+    let key = |name: &str| name.parse().expect("a parameter");
+    let twice = paper
+        .with(&[(key("Fd"), 7.0), (key("Fs"), 8.0)])
+        .expect("a valid scene");
+    let drag = Scene {
+        friction: serde_json::from_value(json!({ "law": "viscous", "viscous": 70 })).expect("a law"),
+        ..paper.clone()
+    };
+    // In steps from 3.5 N to 7 N, and by fading over to a drag of 7 N at this speed.
+    for to in [twice, drag] {
+        let forces = forces_over_a_ramp(&paper, &to, 0.2);
+        for (tick, force) in (0_u32..).zip(&forces) {
+            let share = (f64::from(tick) / 200.0).min(1.0);
+            let expected = 3.5 + 3.5 * share;
+            let law = to.friction.law();
+            assert!(
+                (force - expected).abs() < 0.4,
+                "{law}: tick {tick}: {force} N, not {expected} N"
+            );
+        }
+        assert!((forces[399] - 7.0).abs() < 0.05, "{}", forces[399]);
+    }
+}
+
+#[test]
+fn a_ramp_ends_at_once_where_no_force_flows() {
+    let mut bench = bench((0..200).map(|_| Ok(0.0)));
+    bench.ticks(SETTLE);
+    let change = [("M".parse().expect("a parameter"), 2.0)];
+    let to = Scene::paper().with(&change).expect("a valid scene");
+    let compiled = Compiled::new(&Scene::paper(), &to, Scheme::Exact, PERIOD_S, 5.0).expect("both are valid");
+    bench.shared.scenes.post(compiled.into_scene(2));
+    bench.ticks(2);
+    assert_eq!(bench.shared.answers.steps(), 250);
+}
+
+#[test]
+fn a_lease_that_lapses_lets_the_force_out_by_the_loop_alone() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(100);
+    bench.shared.lease_until(bench.clock_ns + 10_500_000);
+    bench.ticks(10);
+    assert_eq!(bench.tick.rig.state(), RigState::Engaged);
+    assert_eq!(bench.tick().state, RigState::Releasing);
+    bench.ticks(30);
+    assert_eq!((bench.tick.rig.state(), bench.last_written()), (RigState::Idle, 0.0));
+    // A lease that has lapsed, and that nobody has ended, keeps the force out.
+    bench.command(Command::Engage);
+    bench.ticks(30);
+    assert_eq!(bench.tick.rig.state(), RigState::Idle);
+}
