@@ -1,7 +1,8 @@
-//! Offline work on scenes: the very code that the daemon runs, fed with a motion from a file instead of a rig.
+//! Offline work on scenes and recordings: the very code that the daemon runs, fed with a motion from a file instead of a rig.
 #![forbid(unsafe_code)]
 
 pub mod accuracy;
 pub mod cost;
 pub mod motion;
+pub mod recording;
 pub mod simulate;

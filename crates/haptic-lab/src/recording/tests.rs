@@ -1,0 +1,372 @@
+use super::*;
+use haptic_ipc::{Event, SAMPLE_COLUMNS, Sample, SamplesEvent, StateEvent};
+use proptest::prelude::*;
+use std::io::Write;
+
+fn scene() -> Scene {
+    Scene::paper()
+}
+
+fn metadata() -> Metadata {
+    Metadata {
+        server: "hapticd 0.1.0".into(),
+        device: "fake rig, \"of glass\"".into(),
+        loop_rate_hz: 1000.0,
+        rate_hz: 1000.0,
+        started_unix_s: 1.763_748_187_123e9,
+        revision: 7,
+        scene: scene(),
+    }
+}
+
+fn sample(tick: u64) -> Sample {
+    Sample {
+        tick,
+        t_s: 1e-3 * f64::from(u32::try_from(tick).expect("small")),
+        state: RigState::Engaged,
+        contact: -1,
+        device_position_m: 0.1,
+        device_velocity_mps: -0.2,
+        block_position_m: 1.0 / 3.0,
+        block_velocity_mps: 0.0,
+        coupling_force_n: 5.5,
+        command_force_n: -5.5,
+        revision: 7,
+        wake_latency_ns: 100,
+        tick_ns: 200,
+        device_round_trip_ns: 0,
+    }
+}
+
+fn state(tick: u64, state: RigState, revision: u64) -> Event {
+    Event::State(StateEvent {
+        state,
+        fault: None,
+        tick,
+        revision,
+        scene: "another".into(),
+        law: "karnopp".into(),
+        params: haptic_ipc::params_of(&scene()),
+        undo_depth: 0,
+        redo_depth: 0,
+    })
+}
+
+fn samples(ticks: std::ops::Range<u64>, dropped: u64) -> Event {
+    Event::Samples(SamplesEvent {
+        seq: 0,
+        dropped,
+        rows: ticks.map(sample).collect(),
+    })
+}
+
+fn recording(rows: &[Sample]) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut writer = Writer::new(&mut bytes, &metadata()).expect("memory takes everything");
+    writer.rows(rows).expect("written");
+    writer.finish().expect("written");
+    bytes
+}
+
+fn read_bytes(bytes: &[u8]) -> Result<Recording, RecordingError> {
+    Reader::new(bytes)?.into_recording()
+}
+
+#[test]
+fn a_recording_reads_as_its_description_shows_it() {
+    let text = String::from_utf8(recording(&[sample(1)])).expect("text");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "# hapticd recording 1");
+    assert!(
+        lines[1].starts_with(r##"# {"server":"hapticd 0.1.0","device":"fake rig, \"of glass\"","loop_rate_hz""##),
+        "{}",
+        lines[1]
+    );
+    assert_eq!(lines[2], SAMPLE_COLUMNS.join(","));
+    assert_eq!(
+        lines[3],
+        "1,0.001,engaged,-1,0.1,-0.2,0.3333333333333333,0.0,5.5,-5.5,7,100,200,0"
+    );
+    assert_eq!(lines[4], r##"# {"mark":"end","rows":1,"lost":0}"##);
+}
+
+#[test]
+fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_early() {
+    let mut bytes = Vec::new();
+    let mut recorder = Recorder::new(&mut bytes, &metadata()).expect("begun");
+    for event in [
+        state(0, RigState::Idle, 7),
+        samples(1..11, 0),
+        // Early: its tick is among rows that are still to come.
+        state(15, RigState::Engaging, 8),
+        samples(11..21, 3),
+        // Late: rows of its tick are there already.
+        state(18, RigState::Engaged, 8),
+        samples(21..31, 0),
+        // After the last row.
+        state(40, RigState::Stopped, 8),
+    ] {
+        recorder.event(&event).expect("written");
+    }
+    let (_, totals) = recorder.finish().expect("written");
+    assert_eq!((totals.rows, totals.lost), (30, 3));
+    assert!((totals.length_s - 0.029).abs() < 1e-12);
+    assert_eq!(totals.bytes, bytes.len() as u64);
+    let recording = read_bytes(&bytes).expect("reads");
+    assert_eq!(recording.ending, Ending::Complete);
+    let places: Vec<(usize, &str)> = recording
+        .marks
+        .iter()
+        .map(|(row, mark)| {
+            let kind = match mark {
+                Mark::Scene { .. } => "scene",
+                Mark::State { state, .. } => match state {
+                    RigState::Idle => "idle",
+                    RigState::Engaging => "engaging",
+                    RigState::Engaged => "engaged",
+                    _ => "stopped",
+                },
+                Mark::Lost { .. } => "lost",
+                Mark::End { .. } => "end",
+            };
+            (*row, kind)
+        })
+        .collect();
+    assert_eq!(
+        places,
+        [
+            (0, "idle"),
+            (10, "lost"),
+            (14, "scene"),
+            (14, "engaging"),
+            (20, "engaged"),
+            (30, "stopped"),
+            (30, "end")
+        ]
+    );
+}
+
+#[test]
+fn a_recording_that_was_broken_off_reads_up_to_its_last_whole_row() {
+    let rows: Vec<Sample> = (1..6).map(sample).collect();
+    let whole = recording(&rows);
+    let text = String::from_utf8(whole.clone()).expect("text");
+    let header_ends = text.match_indices('\n').nth(2).expect("three lines").0 + 1;
+    for length in header_ends..whole.len() {
+        let cut = read_bytes(&whole[..length]).expect("what is whole reads");
+        let whole_lines = text[header_ends..length].matches('\n').count();
+        assert_eq!(cut.rows, rows[..whole_lines], "cut at {length}");
+        if text[..length].ends_with('\n') {
+            assert_eq!(cut.ending, Ending::Open, "cut at {length}");
+        } else {
+            assert!(matches!(cut.ending, Ending::BrokenOff { .. }), "cut at {length}");
+            assert!(cut.ending.to_string().contains("broken off in line"), "{}", cut.ending);
+        }
+    }
+    assert_eq!(read_bytes(&whole).expect("reads").ending, Ending::Complete);
+    let error = read_bytes(&whole[..header_ends - 1]).expect_err("there is no row");
+    assert!(error.to_string().contains("before its first row"), "{error}");
+}
+
+#[test]
+fn a_writer_that_dies_has_passed_on_all_but_its_last_second() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("dies.csv");
+    let mut writer = Writer::new(std::fs::File::create(&path).expect("created"), &metadata()).expect("begun");
+    assert_eq!(read(&path).expect("the header is there at once").ending, Ending::Open);
+    writer.rows(&[sample(1)]).expect("written");
+    std::thread::sleep(std::time::Duration::from_millis(1010));
+    writer.rows(&[sample(2)]).expect("written");
+    let found = read(&path).expect("reads while it is being written");
+    assert_eq!(found.rows.len(), 2);
+    // As a process that is killed: what is in memory is lost.
+    std::mem::forget(writer);
+}
+
+#[test]
+fn what_is_no_recording_is_refused_by_its_line() {
+    let whole = String::from_utf8(recording(&[sample(1), sample(2)])).expect("text");
+    for (damaged, parts) in [
+        (String::new(), vec!["line 1"]),
+        (
+            "t_s,device_position_m\n0,0\n".to_owned(),
+            vec!["begins with `t_s,device_position_m`"],
+        ),
+        ("\u{7f}ELF".to_owned(), vec!["not a recording"]),
+        (
+            whole.replace("recording 1", "recording 2"),
+            vec!["version 2", "reads version 1"],
+        ),
+        (whole.replace("\"rate_hz\"", "\"rate\""), vec!["metadata", "rate_hz"]),
+        (whole.replace("# {\"server", "# {server"), vec!["line 2", "metadata"]),
+        (
+            whole.replace("block_position_m", "block_m"),
+            vec!["line 3", "column 7", "`block_position_m`", "`block_m`"],
+        ),
+        (whole.replace("2,0.002,", "2,soon,"), vec!["line 5", "soon"]),
+        (
+            whole.replace("2,0.002,engaged", "2,0.002,asleep"),
+            vec!["line 5", "asleep"],
+        ),
+        (whole.replace(",200,0\n2,", "\n2,"), vec!["line 4", "is no row"]),
+        (
+            whole.replace("\"rows\":2", "\"rows\":two"),
+            vec!["line 6", "is no mark"],
+        ),
+        (format!("{}\n", "9".repeat(2 << 20)), vec!["line 1 is longer"]),
+    ] {
+        let error = read_bytes(damaged.as_bytes()).expect_err("damaged").to_string();
+        for part in parts {
+            assert!(error.contains(part), "{error} lacks {part}");
+        }
+    }
+    let error = read(std::path::Path::new("/nonexistent.csv"))
+        .expect_err("no file")
+        .to_string();
+    assert!(error.contains("/nonexistent.csv"), "{error}");
+}
+
+#[test]
+fn remarks_and_what_a_later_version_adds_are_passed_over() {
+    let whole = String::from_utf8(recording(&[sample(1)])).expect("text");
+    let later = whole
+        .replace("device_round_trip_ns\n", "device_round_trip_ns,mood\n")
+        .replace(
+            ",200,0\n",
+            ",200,0,good\n\n# a remark\n# {\"mark\":\"weather\",\"wind\":3}\n",
+        );
+    assert_ne!(later, whole);
+    assert_eq!(
+        read_bytes(later.as_bytes()).expect("reads"),
+        read_bytes(whole.as_bytes()).expect("reads")
+    );
+    let windows = whole.replace('\n', "\r\n");
+    assert_eq!(
+        read_bytes(windows.as_bytes()).expect("reads"),
+        read_bytes(whole.as_bytes()).expect("reads")
+    );
+}
+
+#[test]
+fn a_full_disk_is_an_error_and_not_a_short_recording() {
+    let Ok(mut full) = std::fs::OpenOptions::new().write(true).open("/dev/full") else {
+        eprintln!("skipped: this system has no /dev/full");
+        return;
+    };
+    assert!(full.write(b"x").is_err());
+    let error = Writer::new(full, &metadata()).map(drop).expect_err("nothing fits");
+    assert_eq!(error.kind(), std::io::ErrorKind::StorageFull);
+}
+
+fn any_number() -> impl Strategy<Value = f64> {
+    any::<f64>().prop_filter("NaN equals nothing", |number| !number.is_nan())
+}
+
+fn any_sample() -> impl Strategy<Value = Sample> {
+    let state = prop::sample::select(vec![
+        RigState::Disconnected,
+        RigState::Idle,
+        RigState::Engaging,
+        RigState::Engaged,
+        RigState::Releasing,
+        RigState::Stopped,
+        RigState::Faulted,
+    ]);
+    let counts = (any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>());
+    (state, -1_i8..=1, prop::collection::vec(any_number(), 7), counts).prop_map(|(state, contact, x, counts)| Sample {
+        tick: counts.0,
+        t_s: x[0],
+        state,
+        contact,
+        device_position_m: x[1],
+        device_velocity_mps: x[2],
+        block_position_m: x[3],
+        block_velocity_mps: x[4],
+        coupling_force_n: x[5],
+        command_force_n: x[6],
+        revision: counts.1,
+        wake_latency_ns: counts.2,
+        tick_ns: counts.3,
+        device_round_trip_ns: counts.4,
+    })
+}
+
+fn any_mark() -> impl Strategy<Value = Mark> {
+    let finite = || any::<f64>().prop_filter("JSON has finite numbers only", |number| number.is_finite());
+    prop_oneof![
+        (any::<u64>(), any::<u64>(), ".{0,20}", finite(), finite()).prop_map(|(tick, revision, name, one, other)| {
+            let params = [
+                ("mass".to_owned(), Directional::both(one)),
+                (
+                    "static_force".to_owned(),
+                    Directional {
+                        positive: one,
+                        negative: other,
+                    },
+                ),
+            ];
+            Mark::Scene {
+                tick,
+                revision,
+                name,
+                law: "karnopp".into(),
+                params: params.into(),
+            }
+        }),
+        (any::<u64>(), prop::option::of(".{0,20}")).prop_map(|(tick, fault)| Mark::State {
+            tick,
+            state: RigState::Faulted,
+            fault
+        }),
+        any::<u32>().prop_map(|rows| Mark::Lost { rows: rows.into() }),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_is_what_is_read(
+        entries in prop::collection::vec(prop_oneof![any_sample().prop_map(Entry::Row), any_mark().prop_map(Entry::Mark)], 0..40),
+        started in 0.0..1e11_f64,
+        mass in 1e-6..100.0_f64,
+    ) {
+        let mut about = metadata();
+        about.started_unix_s = started;
+        about.scene.block.as_mut().expect("the scene has a block").mass = mass;
+        let mut bytes = Vec::new();
+        let mut writer = Writer::new(&mut bytes, &about).expect("begun");
+        for entry in &entries {
+            match entry {
+                Entry::Row(row) => writer.rows(std::slice::from_ref(row)),
+                Entry::Mark(mark) => writer.mark(mark),
+            }
+            .expect("written");
+        }
+        writer.finish().expect("written");
+        let mut reader = Reader::new(bytes.as_slice()).expect("reads");
+        prop_assert_eq!(reader.metadata(), &about);
+        let mut read: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>().expect("reads");
+        let ends = matches!(read.pop(), Some(Entry::Mark(Mark::End { .. })));
+        prop_assert!(ends);
+        prop_assert_eq!(read, entries);
+        prop_assert_eq!(reader.ending(), Some(Ending::Complete));
+    }
+
+    #[test]
+    fn no_bytes_panic_the_reader(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        drop(read_bytes(&bytes));
+    }
+
+    #[test]
+    fn no_damage_panics_the_reader(
+        places in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        end in any::<prop::sample::Index>(),
+    ) {
+        let mut bytes = recording(&[sample(1), sample(2), sample(3)]);
+        for (place, byte) in places {
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+        }
+        bytes.truncate(end.index(bytes.len() + 1));
+        drop(read_bytes(&bytes));
+    }
+}
