@@ -14,18 +14,6 @@ const USUAL_STRIBECK_VELOCITY_MPS: f64 = 0.01;
 const USUAL_DRAG_NSPM: f64 = 2.0;
 
 impl Friction {
-    /// The laws' names in scene files and on the wire, the most usual first.
-    pub const LAWS: [&'static str; 8] = [
-        "karnopp",
-        "dahl",
-        "lugre",
-        "elasto-plastic",
-        "hayward-armstrong",
-        "reset-integrator",
-        "salcudean-vlaar",
-        "viscous",
-    ];
-
     /// A law of this name with the paper's forces, and nothing where there is none.
     #[must_use]
     pub fn usual(law: &str) -> Option<Self> {
@@ -177,6 +165,7 @@ fn raise(static_force: &mut Directional, dynamic_force: Directional) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::LAWS;
 
     fn on_device() -> Scene {
         Scene {
@@ -189,10 +178,10 @@ mod tests {
     #[test]
     fn every_law_is_reached_from_every_other() {
         for scene in [Scene::paper(), on_device()] {
-            for from in Friction::LAWS {
+            for from in LAWS {
                 let first = scene.with_law(from).expect("a law").expect("a scene");
                 assert_eq!(first.friction.law(), from);
-                for to in Friction::LAWS {
+                for to in LAWS {
                     let second = first.with_law(to).expect("a law");
                     let second = second.unwrap_or_else(|error| panic!("{from} to {to}: {error}"));
                     assert_eq!(second.friction.law(), to);

@@ -3,16 +3,18 @@
 use haptic_gui::connection::Connection;
 use haptic_gui::export;
 use haptic_gui::{Format, Intent, Model, Update};
+use haptic_lab::recording;
 use std::path::PathBuf;
 use std::sync::mpsc;
+use std::thread;
 use std::time::Instant;
 
 /// Ties the connection to the panel.
 pub(crate) struct App {
     model: Model,
     connection: Connection,
-    /// Screenshots come back on another thread.
-    exported: (mpsc::Sender<Result<PathBuf, String>>, mpsc::Receiver<Result<PathBuf, String>>),
+    /// News from threads of the panel's own: screenshots, and recordings that were read.
+    own: (mpsc::Sender<Update>, mpsc::Receiver<Update>),
     /// When the panel was drawn last, by its own clock in s and by the system's.
     drawn: (f64, Instant),
 }
@@ -22,7 +24,7 @@ impl App {
         Self {
             model: Model::new(),
             connection,
-            exported: mpsc::channel(),
+            own: mpsc::channel(),
             drawn: (0.0, Instant::now()),
         }
     }
@@ -30,7 +32,24 @@ impl App {
     fn carry_out(&mut self, ctx: &egui::Context, intent: Intent) {
         match intent {
             Intent::Export { format, folder } => self.export(ctx, format, folder),
+            Intent::Open { path } => self.open(ctx, path),
             intent => self.connection.send(intent),
+        }
+    }
+
+    /// Reads a recording on a thread of its own: an hour takes seconds, and the stop button must work meanwhile.
+    pub(crate) fn open(&self, ctx: &egui::Context, path: PathBuf) {
+        let (own, ctx) = (self.own.0.clone(), ctx.clone());
+        let reads = move || {
+            let result = recording::read(&path);
+            let result = result.map(Box::new);
+            let result = result.map_err(|error| format!("cannot open {}: {error}", path.display()));
+            own.send(Update::Opened { path, result }).unwrap_or(());
+            ctx.request_repaint();
+        };
+        if let Err(error) = thread::Builder::new().name("read".to_owned()).spawn(reads) {
+            let failed = Update::Exported(Err(format!("no thread to read with: {error}")));
+            self.own.0.send(failed).unwrap_or(());
         }
     }
 
@@ -39,13 +58,13 @@ impl App {
             Format::Csv => export::csv(&self.model),
             Format::Svg => export::svg(&self.model),
             Format::Png => {
-                let (exported, ctx_of_callback) = (self.exported.0.clone(), ctx.clone());
+                let (own, ctx_of_callback) = (self.own.0.clone(), ctx.clone());
                 let (part, scale) = (self.model.plots_area(), ctx.pixels_per_point());
                 ctx.request_screenshot(move |image| {
                     let content = export::png(&image, part, scale);
                     let written = content.and_then(|content| export::write(&folder, format, &content));
                     // Nobody listens only when the window is gone.
-                    exported.send(written).unwrap_or(());
+                    own.send(Update::Exported(written)).unwrap_or(());
                     ctx_of_callback.request_repaint();
                 });
                 return;
@@ -62,8 +81,8 @@ impl eframe::App for App {
         for update in self.connection.updates() {
             self.model.apply(update);
         }
-        while let Ok(result) = self.exported.1.try_recv() {
-            self.model.apply(Update::Exported(result));
+        while let Ok(update) = self.own.1.try_recv() {
+            self.model.apply(update);
         }
         // The clock of a hidden window stands still.
         let now = self.drawn.0 + self.drawn.1.elapsed().as_secs_f64();

@@ -6,11 +6,13 @@
 //! a stop is safe, too little is not.
 
 use crate::intent::Intent;
+use crate::recording::Taking;
 use crate::update::{Answer, Update};
 use haptic_ipc::{
     Client, ClientError, ErrorCode, Event, Receiver, Request, Sender, ServerLine, StateEvent, Topic, WireError,
 };
 use serde::de::DeserializeOwned;
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::fmt;
 use std::io;
@@ -18,7 +20,10 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// News is drawn this often at most, Hz.
+pub const FRAMES_HZ: f64 = 30.0;
 
 /// Time between batches of samples, ms. Each batch is one repaint, so this is also the frame time: 30 a second.
 const BATCH_MS: u32 = 34;
@@ -53,14 +58,15 @@ pub struct Connection {
 
 impl Connection {
     /// Starts to connect to the socket that `locate` names, asked anew before each attempt: the daemon may be started later
-    /// and elsewhere. `repaint` is called from another thread whenever there is news to draw.
+    /// and elsewhere. `repaint` is called from another thread whenever there is news to draw, with how long it may wait: what
+    /// comes in one after the other is drawn at once, [`FRAMES_HZ`] at most.
     ///
     /// # Errors
     /// The system has no thread left.
     pub fn start(
         locate: impl Fn() -> PathBuf + Send + 'static,
         patience: Patience,
-        repaint: impl Fn() + Send + 'static,
+        repaint: impl Fn(Duration) + Send + 'static,
     ) -> io::Result<Self> {
         let (intents, asked) = mpsc::channel();
         let (news, updates) = mpsc::channel();
@@ -70,6 +76,7 @@ impl Connection {
             news,
             repaint: Box::new(repaint),
             patience,
+            next_frame: Cell::new(Instant::now()),
         };
         thread::Builder::new()
             .name("listen".to_owned())
@@ -117,6 +124,10 @@ struct Outgoing {
     stop_waits: bool,
     /// A stop was asked for since the last attempt to connect: the next is due at once.
     hurries: bool,
+    /// The recording that is being made.
+    taking: Option<Taking>,
+    /// News that the listening thread has not told yet.
+    untold: Vec<Update>,
     advice: Follow<u64>,
     scene: Follow<u64>,
     /// By law and parameters: the table is another where those are.
@@ -192,6 +203,36 @@ impl Outgoing {
         Ok(())
     }
 
+    /// Begins a recording, or ends it.
+    fn record(&mut self, intent: Intent) {
+        let ended = self.taking.take().map(Taking::end);
+        self.untold.extend(ended.map(Update::Recording));
+        if let Intent::Record { folder, metadata } = intent {
+            match Taking::begin(&folder, *metadata) {
+                Ok(taking) => {
+                    self.untold.push(Update::Recording(taking.news()));
+                    self.taking = Some(taking);
+                }
+                Err(news) => self.untold.push(Update::Recording(news)),
+            }
+        }
+    }
+
+    /// Writes an event into the recording that is being made.
+    fn keep(&mut self, event: &Event) {
+        let Some(taking) = &mut self.taking else {
+            return;
+        };
+        let news = match taking.hear(event) {
+            Ok(()) => taking.news(),
+            Err(news) => {
+                self.taking = None;
+                news
+            }
+        };
+        self.untold.push(Update::Recording(news));
+    }
+
     /// Hears of the scene in force.
     fn hear(&mut self, state: &StateEvent) {
         let revision = self.advice.newest.max(Some(state.revision));
@@ -229,10 +270,11 @@ fn ask(intents: &mpsc::Receiver<Intent>, shared: &Shared) {
             waiting.insert(0, Intent::Stop);
         }
         for intent in waiting {
+            let mut outgoing = shared.outgoing();
             let Some(request) = intent.request() else {
+                outgoing.record(intent);
                 continue;
             };
-            let mut outgoing = shared.outgoing();
             let sent = outgoing.send(request, Asked::Intent(intent.clone()));
             // Anything but a stop is void with its connection, and the listening thread tells of the loss.
             if sent.is_err() && intent == Intent::Stop {
@@ -269,7 +311,9 @@ impl From<ClientError> for End {
 struct Listener {
     shared: Arc<Shared>,
     news: mpsc::Sender<Update>,
-    repaint: Box<dyn Fn() + Send>,
+    repaint: Box<dyn Fn(Duration) + Send>,
+    /// When the newest frame that was asked for is due.
+    next_frame: Cell<Instant>,
     patience: Patience,
 }
 
@@ -284,6 +328,8 @@ impl Listener {
                 End::Lost(reason) => reason,
             };
             let was_connected = self.hang_up();
+            let untold = std::mem::take(&mut self.shared.outgoing().untold);
+            untold.into_iter().try_for_each(|update| self.tell(update))?;
             let lost = Update::Disconnected { path, reason };
             if was_connected || told.as_ref() != Some(&lost) {
                 self.tell(lost.clone())?;
@@ -299,7 +345,17 @@ impl Listener {
 
     fn tell(&self, update: Update) -> Result<(), PanelGone> {
         self.news.send(update).map_err(|_| PanelGone)?;
-        (self.repaint)();
+        let now = Instant::now();
+        let due = self.next_frame.get();
+        // A frame that is still to come shows this as well.
+        if due <= now {
+            let period = Duration::from_secs_f64(1.0 / FRAMES_HZ);
+            // On the beat where it is kept, so that a batch that is a little late does not cost a frame.
+            self.next_frame.set((due + period).max(now + period / 2));
+            (self.repaint)(Duration::from_millis(1));
+        } else {
+            (self.repaint)(due - now);
+        }
         Ok(())
     }
 
@@ -320,7 +376,9 @@ impl Listener {
             hello,
         })?;
         loop {
-            if let Some(update) = self.next(&mut receiver)? {
+            let update = self.next(&mut receiver)?;
+            let untold = std::mem::take(&mut self.shared.outgoing().untold);
+            for update in untold.into_iter().chain(update) {
                 self.tell(update)?;
             }
         }
@@ -354,6 +412,7 @@ impl Listener {
         match receiver.receive() {
             Ok(ServerLine::Event(event)) => {
                 let mut outgoing = self.shared.outgoing();
+                outgoing.keep(&event);
                 match &event {
                     Event::State(state) => {
                         outgoing.hear(state);
@@ -405,6 +464,9 @@ impl Listener {
             .any(|asked| matches!(asked, Asked::Intent(Intent::Stop)));
         outgoing.stop_waits |= stop_was_unanswered;
         outgoing.asked.clear();
+        // What follows from another daemon would be another recording.
+        let ended = outgoing.taking.take().map(Taking::end);
+        outgoing.untold.extend(ended.map(Update::Recording));
         outgoing.advice = Follow::default();
         outgoing.scene = Follow::default();
         outgoing.description = Follow::default();
@@ -438,10 +500,14 @@ fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Resul
             Ok(Some(Update::Described(description)))
         }
         Asked::Advise => Ok(Some(Update::Advised(read(result, "a request for advice")))),
-        Asked::Scene => Ok(Some(Update::Scene(read(result, "a request for the scene").map(Box::new)))),
+        Asked::Scene => Ok(Some(Update::Scene(
+            read(result, "a request for the scene").map(Box::new),
+        ))),
         Asked::Library => Ok(Some(Update::Library(read(result, "a request for the library")))),
         Asked::Journal => Ok(Some(Update::Journal(read(result, "a request for the log")))),
-        Asked::Status => Ok(Some(Update::Status(read(result, "a request for the status").map(Box::new)))),
+        Asked::Status => Ok(Some(Update::Status(
+            read(result, "a request for the status").map(Box::new),
+        ))),
         Asked::Intent(intent) => {
             let answer = match intent {
                 Intent::Set { .. } | Intent::Load { .. } | Intent::Undo | Intent::Redo | Intent::TakeBack { .. } => {

@@ -21,7 +21,9 @@ pub(crate) fn show(ui: &mut Ui, title: &str, buckets: &[Bucket], percentiles: &P
         let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::hover());
         paint(ui, rect, used(buckets));
         response
-            .on_hover_text("The last 10 s. Each bar is twice as wide a range as the one before; heights are logarithmic.")
+            .on_hover_text(
+                "The last 10 s. Each bar is twice as wide a range as the one before; heights are logarithmic.",
+            )
             .accessible_name(format!("{title} histogram"));
     });
 }
@@ -58,7 +60,11 @@ fn paint(ui: &Ui, rect: Rect, buckets: &[Bucket]) {
         if left - LABEL_DISTANCE / 2.0 >= free_from && left <= ground.right() + 0.5 {
             let color = ui.visuals().text_color();
             let at = pos2(left, rect.bottom());
-            let anchor = if left > ground.right() - LABEL_DISTANCE / 2.0 { Align2::RIGHT_BOTTOM } else { Align2::CENTER_BOTTOM };
+            let anchor = if left > ground.right() - LABEL_DISTANCE / 2.0 {
+                Align2::RIGHT_BOTTOM
+            } else {
+                Align2::CENTER_BOTTOM
+            };
             painter.text(at, anchor, duration(bucket.up_to), FontId::proportional(11.0), color);
             free_from = left + LABEL_DISTANCE / 2.0;
         }

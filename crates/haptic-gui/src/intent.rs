@@ -2,6 +2,7 @@
 
 use haptic_core::Direction;
 use haptic_ipc::{Request, SceneRef};
+use haptic_lab::recording::Metadata;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -85,10 +86,12 @@ pub enum Intent {
         /// In this folder.
         folder: PathBuf,
     },
-    /// Write every sample from now on into a file.
+    /// Write every sample from now on into a new file.
     Record {
-        /// The file.
-        path: PathBuf,
+        /// The folder.
+        folder: PathBuf,
+        /// What stands at its head.
+        metadata: Box<Metadata>,
     },
     /// End the recording.
     EndRecording,
@@ -183,7 +186,7 @@ impl fmt::Display for Intent {
             Self::Save { name, .. } => write!(f, "save {name}"),
             Self::Compare { what, .. } => write!(f, "compare with {what}"),
             Self::Export { format, .. } => write!(f, "export {}", format.extension()),
-            Self::Record { path } => write!(f, "record {}", path.display()),
+            Self::Record { folder, .. } => write!(f, "record in {}", folder.display()),
             Self::EndRecording => f.write_str("end the recording"),
             Self::Open { path } => write!(f, "open {}", path.display()),
         }

@@ -16,6 +16,7 @@ mod intent;
 mod model;
 mod plots;
 mod readouts;
+mod recording;
 mod scene;
 mod scope;
 mod stop_button;
@@ -26,6 +27,7 @@ mod update;
 
 pub use intent::{Format, Intent, Target};
 pub use model::Model;
+pub use recording::RecordingNews;
 pub use update::{Answer, Update};
 
 use egui::{CentralPanel, Panel, Ui};
@@ -62,6 +64,9 @@ pub fn ui(ui: &mut Ui, model: &mut Model) -> Vec<Intent> {
             plots::show(ui, model, &mut intents);
         } else {
             top_bar::explain_no_daemon(ui, model);
+            ui.add_space(12.0);
+            ui.horizontal(|ui| plots::recordings::show(ui, model, &mut intents));
+            plots::recordings::show_news(ui, model);
         }
     });
     model.scene_mut().asked(&intents);

@@ -2,12 +2,15 @@
 
 use crate::intent::Intent;
 use crate::plots::Shown;
+use crate::recording::{Opened, RecordingNews};
 use crate::scene::SceneModel;
 use crate::scope::Scope;
+use crate::scope::tape::Tape;
 use crate::update::{Answer, Update};
 use egui::Rect;
 use haptic_core::Scene;
 use haptic_ipc::{Event, RigState, SamplesEvent, StateReply, Status, Timing, WireError};
+use haptic_lab::recording::{Metadata, Recording};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -30,6 +33,12 @@ pub struct Model {
     clipping: Option<f64>,
     /// What became of the last export.
     exported: Option<Result<PathBuf, String>>,
+    /// What becomes of the recording that is being made.
+    recording: Option<RecordingNews>,
+    /// The recording that is looked at, or why it cannot be.
+    opened: Option<Result<Opened, String>>,
+    /// The recording to open, as it is typed.
+    pub(crate) open_path: String,
     pub(crate) plots_shown: Shown,
     pub(crate) plots_area: Rect,
     /// Whether the user wants to see the histograms; nothing where he has not said.
@@ -93,6 +102,9 @@ impl Default for Model {
             status: None,
             clipping: None,
             exported: None,
+            recording: None,
+            opened: None,
+            open_path: String::new(),
             plots_shown: Shown::default(),
             plots_area: Rect::NOTHING,
             histograms_shown: None,
@@ -141,6 +153,8 @@ impl Model {
                 self.clipping = self.share_at_limit(&status);
                 self.status = Some(*status);
             }
+            Update::Recording(news) => self.recording = Some(news),
+            Update::Opened { path, result } => self.take_opened(path, result),
             Update::Exported(result) => self.exported = Some(result),
             Update::Advised(result) => self.scene.advised.take(result, self.scene.revision),
             // A topic of a later daemon.
@@ -197,13 +211,45 @@ impl Model {
         &mut self.scope
     }
 
-    /// What the plots need, which is not all of the model.
+    /// What the plots need, which is not all of the model: the scene is that of what is looked at.
     pub(crate) fn scope_and_scene(&mut self) -> (&mut Scope, Option<&Scene>, Shown) {
-        (&mut self.scope, self.scene.in_force.as_ref(), self.plots_shown)
+        let scene = match &self.opened {
+            Some(Ok(opened)) if self.scope.is_of_recording() => {
+                let newest = self.scope.tape().at(self.scope.seen().to_s);
+                newest.and_then(|sample| opened.scene_at(sample.tick))
+            }
+            _ => self.scene.in_force.as_ref(),
+        };
+        (&mut self.scope, scene, self.plots_shown)
     }
 
-    pub(crate) fn status(&self) -> Option<&Status> {
-        self.status.as_ref()
+    pub(crate) fn recording(&self) -> Option<&RecordingNews> {
+        self.recording.as_ref()
+    }
+
+    pub(crate) fn opened(&self) -> Option<&Result<Opened, String>> {
+        self.opened.as_ref()
+    }
+
+    /// Looks at the live rig again.
+    pub(crate) fn close_recording(&mut self) {
+        self.scope.close();
+        self.opened = None;
+    }
+
+    /// What stands at the head of a recording that begins now; nothing before the daemon has said what it takes.
+    pub(crate) fn metadata(&self) -> Option<Metadata> {
+        let status = self.status.as_ref().filter(|_| self.is_connected())?;
+        Some(Metadata {
+            server: status.server.clone(),
+            device: status.device.description.clone(),
+            loop_rate_hz: status.rate_hz,
+            rate_hz: status.rate_hz,
+            // The clock is that of whoever writes it.
+            started_unix_s: 0.0,
+            revision: self.scene.revision?,
+            scene: self.scene.in_force.clone()?,
+        })
     }
 
     /// Share of the last seconds in which the force was cut by its limit; nothing while no force is on.
@@ -257,6 +303,14 @@ impl Model {
         (self.timing, self.status, self.clipping) = (None, None, None);
         self.losses = Losses::default();
         self.refusal = None;
+    }
+
+    fn take_opened(&mut self, path: PathBuf, result: Result<Box<Recording>, String>) {
+        self.opened = Some(result.map(|recording| {
+            let opened = Opened::new(path, &recording);
+            self.scope.open(Tape::recorded(recording.rows));
+            opened
+        }));
     }
 
     fn take_samples(&mut self, batch: SamplesEvent) {

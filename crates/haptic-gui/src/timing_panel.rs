@@ -27,7 +27,11 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
     }
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Min), |ui| {
         let toggle = egui::Button::selectable(shows, RichText::new("Histograms").small()).frame_when_inactive(true);
-        if ui.add(toggle).on_hover_text("How long wake-ups and ticks took").clicked() {
+        if ui
+            .add(toggle)
+            .on_hover_text("How long wake-ups and ticks took")
+            .clicked()
+        {
             shows = !shows;
             model.histograms_shown = Some(shows);
         }
@@ -48,7 +52,9 @@ fn show_histograms(ui: &mut Ui, window: &TimingWindow) {
 fn show_clipping(ui: &mut Ui, share: f64) {
     let palette = Palette::of(ui);
     let text = format!("At the force limit {:.1} %", share * 100.0);
-    let hint = format!("Share of the last {CLIPPING_OVER_S} s with force on in which it was cut: the hand felt less than the scene asks for");
+    let hint = format!(
+        "Share of the last {CLIPPING_OVER_S} s with force on in which it was cut: the hand felt less than the scene asks for"
+    );
     count(ui, text, share == 0.0, &hint);
     let (bar, _) = ui.allocate_exact_size(egui::vec2(48.0, 8.0), egui::Sense::hover());
     ui.painter().rect_filled(bar, 2, ui.visuals().extreme_bg_color);

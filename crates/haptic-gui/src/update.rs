@@ -1,10 +1,12 @@
 //! What the panel hears from the daemon, and about it.
 
 use crate::intent::Intent;
+use crate::recording::RecordingNews;
 use haptic_ipc::{
     AdviceReply, ChangeReply, Description, Event, Hello, LogReply, SceneDiffReply, SceneListReply, SceneReply,
     SceneSaveReply, StateReply, Status, WireError,
 };
+use haptic_lab::recording::Recording;
 use std::path::PathBuf;
 
 /// One piece of news.
@@ -52,6 +54,15 @@ pub enum Update {
     },
     /// What became of an export: the file, or why there is none.
     Exported(Result<PathBuf, String>),
+    /// What becomes of the recording that is being made.
+    Recording(RecordingNews),
+    /// A recording to look at, or why it cannot be.
+    Opened {
+        /// Its file.
+        path: PathBuf,
+        /// What is in it.
+        result: Result<Box<Recording>, String>,
+    },
     /// A line that this program cannot read, as a later daemon may send.
     Unreadable {
         /// What is wrong with it.

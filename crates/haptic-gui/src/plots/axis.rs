@@ -10,7 +10,9 @@ const MARGIN: f64 = 0.08;
 pub(crate) fn reach(values: impl IntoIterator<Item = f64>, smallest_span: f64) -> (f64, f64) {
     let (low, high) = values
         .into_iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
     let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
     let half = ((high - low) / 2.0 * (1.0 + 2.0 * MARGIN)).max(smallest_span / 2.0);
     let middle = low.midpoint(high);

@@ -5,7 +5,7 @@ use crate::scope::Scope;
 use crate::scope::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
 use egui::{TextStyle, Ui};
-use egui_plot::{Legend, Line, LineStyle, Plot, PlotBounds, PlotPoints, Points, VLine, uniform_grid_spacer};
+use egui_plot::{Corner, Legend, Line, LineStyle, Plot, PlotBounds, PlotPoints, Points, VLine, uniform_grid_spacer};
 use haptic_core::{Parameter, Scene};
 
 /// How long a trail the dot has, s.
@@ -26,7 +26,10 @@ pub(crate) fn curve(scene: &Scene, fastest_mmps: f64) -> Vec<[f64; 2]> {
             let share = (f64::from(step) / f64::from(CURVE_POINTS)).powi(2);
             // The least that is not rest, so that the force is that of a slide in this direction.
             let speed = (share * fastest_mmps / MM_PER_M).max(f64::MIN_POSITIVE);
-            [direction * speed * MM_PER_M, scene.friction.steady_force(direction * speed)]
+            [
+                direction * speed * MM_PER_M,
+                scene.friction.steady_force(direction * speed),
+            ]
         })
     };
     let mut points: Vec<[f64; 2]> = slide(-1.0).collect();
@@ -40,7 +43,11 @@ pub(crate) fn curve(scene: &Scene, fastest_mmps: f64) -> Vec<[f64; 2]> {
 
 /// Half of the width of the band in which sticking is decided, mm/s.
 fn band(scene: Option<&Scene>) -> f64 {
-    let of = |parameter| scene.and_then(|scene| scene.value(parameter)).map_or(0.0, |value| value.positive);
+    let of = |parameter| {
+        scene
+            .and_then(|scene| scene.value(parameter))
+            .map_or(0.0, |value| value.positive)
+    };
     let [threshold, stribeck] = [Parameter::VelocityThreshold, Parameter::StribeckVelocity].map(of);
     (4.0 * threshold.max(stribeck) * MM_PER_M).max(NARROW_BAND_MMPS)
 }
@@ -54,7 +61,9 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, scene: Option<&Scene>, height
     let height = height - ui.spacing().interact_size.y - ui.spacing().item_spacing.y;
     let trail = trail(scope);
     let threshold = scene.and_then(|scene| scene.value(Parameter::VelocityThreshold));
-    let threshold = threshold.map(|value| value.positive * MM_PER_M).filter(|mmps| *mmps > 0.0);
+    let threshold = threshold
+        .map(|value| value.positive * MM_PER_M)
+        .filter(|mmps| *mmps > 0.0);
     let fastest = trail.iter().map(|[velocity, _]| velocity.abs()).fold(0.0, f64::max);
     let widest = if scope.zooms_to_stick_band {
         band(scene)
@@ -80,7 +89,12 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, scene: Option<&Scene>, height
         .x_axis_formatter(|mark, _| format!("{:.*}", decimals(mark.step_size), mark.value))
         .y_axis_formatter(|mark, _| format!("{:.*}", decimals(mark.step_size), mark.value))
         .y_axis_min_width(AXIS_WIDTH)
-        .legend(Legend::default().text_style(TextStyle::Small).follow_insertion_order(true));
+        .legend(
+            Legend::default()
+                .position(Corner::LeftTop)
+                .text_style(TextStyle::Small)
+                .follow_insertion_order(true),
+        );
     let shown = plot.show(ui, |plot| {
         plot.set_plot_bounds(PlotBounds::from_min_max([-widest, low], [widest, high]));
         for mark in threshold.into_iter().flat_map(|mmps| [-mmps, mmps]) {
@@ -127,6 +141,10 @@ mod tests {
         let drag = Scene::paper().with_law("viscous").expect("a law").expect("a scene");
         let curve = curve(&drag, 1000.0);
         assert_eq!(curve.last(), Some(&[1000.0, 2.0]));
-        assert!(curve.iter().all(|[velocity, force]| (force - velocity / 500.0).abs() < 1e-9));
+        assert!(
+            curve
+                .iter()
+                .all(|[velocity, force]| (force - velocity / 500.0).abs() < 1e-9)
+        );
     }
 }

@@ -4,6 +4,7 @@ pub(crate) mod axis;
 pub(crate) mod contact_ribbon;
 pub(crate) mod force_velocity;
 pub(crate) mod over_time;
+pub(crate) mod recordings;
 mod toolbar;
 
 use crate::intent::Intent;

@@ -8,7 +8,9 @@ use crate::scope::trigger::Mode;
 use crate::scope::{Scope, While};
 use crate::theme::Palette;
 use egui::{Color32, Pos2, RichText, Sense, TextStyle, Ui, vec2};
-use egui_plot::{HLine, Legend, Line, LineStyle, Plot, PlotBounds, PlotPoints, PlotResponse, VLine, uniform_grid_spacer};
+use egui_plot::{
+    Corner, HLine, Legend, Line, LineStyle, Plot, PlotBounds, PlotPoints, PlotResponse, VLine, uniform_grid_spacer,
+};
 
 const TIME_LABEL_HEIGHT: f32 = 18.0;
 const RIBBON_HEIGHT: f32 = 10.0;
@@ -95,7 +97,9 @@ fn show_one(ui: &mut Ui, scope: &Scope, quantity: Quantity, height: f32, has_tim
     let seen = scope.seen();
     let columns = f64::from((ui.available_width() - AXIS_WIDTH).max(1.0) * ui.pixels_per_point());
     let traces = traces(scope, quantity, &seen, columns);
-    let values = traces.iter().flat_map(|trace| trace.points.iter().map(|[_, value]| *value));
+    let values = traces
+        .iter()
+        .flat_map(|trace| trace.points.iter().map(|[_, value]| *value));
     let (low, high) = reach(values, quantity.smallest_span());
     let (left, right) = (seen.from_s - seen.zero_s, seen.to_s - seen.zero_s);
     let time_axis = match (has_time, scope.follows(), scope.trigger.mode()) {
@@ -104,7 +108,10 @@ fn show_one(ui: &mut Ui, scope: &Scope, quantity: Quantity, height: f32, has_tim
         (true, true, _) => "Time from the trigger (s)",
         (true, false, _) => "Time (s)",
     };
-    let legend = Legend::default().text_style(TextStyle::Small).follow_insertion_order(true);
+    let legend = Legend::default()
+        .position(Corner::LeftTop)
+        .text_style(TextStyle::Small)
+        .follow_insertion_order(true);
     let name = format!("{} plot", quantity.name());
     let cursor_group = egui::Id::unique("time of the plots");
     let plot = Plot::new(&name)
@@ -136,7 +143,12 @@ fn show_one(ui: &mut Ui, scope: &Scope, quantity: Quantity, height: f32, has_tim
         if scope.trigger.mode() != Mode::Off {
             let marks = LineStyle::dashed_loose();
             if scope.trigger.signal.quantity() == quantity {
-                plot.hline(HLine::new("", scope.trigger.level).color(palette.mark).style(marks).allow_hover(false));
+                plot.hline(
+                    HLine::new("", scope.trigger.level)
+                        .color(palette.mark)
+                        .style(marks)
+                        .allow_hover(false),
+                );
             }
             plot.vline(VLine::new("", 0.0).color(palette.mark).style(marks).allow_hover(false));
         }

@@ -1,5 +1,6 @@
 //! What can be done with the plots: run and freeze, zoom and move, choose, trigger, measure, keep.
 
+use super::recordings;
 use crate::intent::{Format, Intent};
 use crate::model::Model;
 use crate::scope::Scope;
@@ -32,7 +33,9 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         show_trigger_mode(ui, scope);
         show_cursors_toggle(ui, scope);
         show_keeping(ui, model, intents);
+        recordings::show(ui, model, intents);
     });
+    recordings::show_news(ui, model);
     let scope = model.scope_mut();
     if scope.trigger.mode() != Mode::Off && !scope.is_of_recording() {
         ui.horizontal_wrapped(|ui| show_trigger(ui, scope));
@@ -107,7 +110,9 @@ fn show_trigger_mode(ui: &mut Ui, scope: &mut Scope) {
 
 fn show_trigger(ui: &mut Ui, scope: &mut Scope) {
     let trigger = &mut scope.trigger;
-    let combo = ComboBox::from_id_salt("trigger signal").width(140.0).selected_text(trigger.signal.name());
+    let combo = ComboBox::from_id_salt("trigger signal")
+        .width(140.0)
+        .selected_text(trigger.signal.name());
     let shown = combo.show_ui(ui, |ui| {
         for signal in Signal::ALL {
             ui.selectable_value(&mut trigger.signal, signal, signal.name());
@@ -141,8 +146,14 @@ fn show_trigger(ui: &mut Ui, scope: &mut Scope) {
 fn show_cursors_toggle(ui: &mut Ui, scope: &mut Scope) {
     let seen = scope.seen();
     let toggle = Button::selectable(scope.cursors.shown, "Cursors").frame_when_inactive(true);
-    if ui.add(toggle).on_hover_text("Two cursors in time, to be dragged or typed").clicked() {
-        scope.cursors.toggle((seen.from_s - seen.zero_s, seen.to_s - seen.zero_s));
+    if ui
+        .add(toggle)
+        .on_hover_text("Two cursors in time, to be dragged or typed")
+        .clicked()
+    {
+        scope
+            .cursors
+            .toggle((seen.from_s - seen.zero_s, seen.to_s - seen.zero_s));
     }
 }
 
@@ -161,16 +172,23 @@ fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
             ui.add(DragValue::new(at_s).speed(speed).max_decimals(4).suffix(" s"))
                 .accessible_name(name);
         }
-        let frequency = cursors.frequency_hz().map_or_else(|| "∞".to_owned(), |hz| format!("{hz:.4}"));
+        let frequency = cursors
+            .frequency_hz()
+            .map_or_else(|| "∞".to_owned(), |hz| format!("{hz:.4}"));
         ui.label(RichText::new(format!("dt {:.4} s, 1/dt {frequency} Hz", cursors.distance_s())).strong());
         for reading in &readings {
             let Some(difference) = reading.difference() else {
                 continue;
             };
             let (name, unit) = (reading.signal.name(), reading.signal.quantity().unit());
-            let values = reading.values.map(|value| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.3}")));
+            let values = reading
+                .values
+                .map(|value| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.3}")));
             ui.label(RichText::new(format!("{name} {difference:+.3} {unit}")).small())
-                .on_hover_text(format!("{} at the first, {} {unit} at the second", values[0], values[1]));
+                .on_hover_text(format!(
+                    "{} at the first, {} {unit} at the second",
+                    values[0], values[1]
+                ));
         }
     });
 }

@@ -8,7 +8,11 @@ use haptic_ipc::JournalEntry;
 pub(crate) fn show(ui: &mut Ui, scene: &SceneModel) {
     CollapsingHeader::new("Changes").default_open(false).show(ui, |ui| {
         if scene.journal.is_empty() {
-            ui.label(RichText::new("Nothing was changed since the panel listens").small().weak());
+            ui.label(
+                RichText::new("Nothing was changed since the panel listens")
+                    .small()
+                    .weak(),
+            );
         }
         for entry in scene.journal.iter().rev() {
             ui.add(Label::new(RichText::new(line(entry)).small()).wrap());
@@ -18,7 +22,10 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneModel) {
 
 /// An entry in a line.
 pub(crate) fn line(entry: &JournalEntry) -> String {
-    let by = entry.by.as_ref().map_or_else(|| "the daemon".to_owned(), ToString::to_string);
+    let by = entry
+        .by
+        .as_ref()
+        .map_or_else(|| "the daemon".to_owned(), ToString::to_string);
     let mut parts = vec![format!("{} UTC {by}: {}", clock(entry.time_unix_s), entry.op)];
     if let Some(state) = &entry.state {
         parts.push(format!("{} -> {}", state.before, state.after));

@@ -20,7 +20,10 @@ pub(crate) fn show(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent
 fn show_presets(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
         ui.label("Go there over");
-        let ramp = DragValue::new(&mut scene.ramp_ms).range(0.0..=10_000.0).speed(10.0).suffix(" ms");
+        let ramp = DragValue::new(&mut scene.ramp_ms)
+            .range(0.0..=10_000.0)
+            .speed(10.0)
+            .suffix(" ms");
         ui.add(ramp)
             .accessible_name("ramp")
             .on_hover_text("Time over which a scene is loaded; 0 is between two ticks, and no jerk either");
@@ -49,7 +52,9 @@ fn show_presets(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) 
 
 fn show_saving(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
-        let field = TextEdit::singleline(&mut scene.save_as).desired_width(150.0).hint_text("name");
+        let field = TextEdit::singleline(&mut scene.save_as)
+            .desired_width(150.0)
+            .hint_text("name");
         ui.add(field).accessible_name("name to save as");
         let name = scene.save_as.trim();
         let save = ui.add_enabled(!name.is_empty(), Button::new("Save"));
@@ -91,7 +96,10 @@ fn comparable(scene: &SceneModel) -> Vec<(String, SceneRef)> {
 fn show_comparison(ui: &mut Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
         ui.label("Compare with");
-        let shown = scene.comparison.as_ref().map_or("choose", |comparison| comparison.with.as_str());
+        let shown = scene
+            .comparison
+            .as_ref()
+            .map_or("choose", |comparison| comparison.with.as_str());
         let combo = ComboBox::from_id_salt("compare").width(150.0).selected_text(shown);
         let chosen = combo.show_ui(ui, |ui| {
             for (what, other) in comparable(scene) {

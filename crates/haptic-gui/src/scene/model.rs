@@ -234,7 +234,8 @@ impl SceneModel {
             }
             (Intent::TakeBack { .. }, result) => {
                 let result = self.take_applied(result);
-                self.trial.went_back(result.map(|reply| reply.revision).map_err(refusal));
+                self.trial
+                    .went_back(result.map(|reply| reply.revision).map_err(refusal));
             }
             (Intent::Save { .. }, Ok(Answer::Saved(reply))) => {
                 self.would_replace = None;

@@ -1,7 +1,7 @@
 //! The scene: its law, its parameters with a slider and a field for each, the library, and who changed what.
 
-use super::{advice_lines, journal, library, parameter_row, tools};
 use super::model::SceneModel;
+use super::{advice_lines, journal, library, parameter_row, tools};
 use crate::intent::Intent;
 use crate::theme::Palette;
 use egui::{Align, Label, Layout, RichText, ScrollArea, Ui};
@@ -44,7 +44,9 @@ fn show_parameters(ui: &mut Ui, scene: &mut SceneModel) {
             group.clone_from(&parameter.about.group);
             ui.label(RichText::new(sentence_case(&group)).small().weak());
         }
-        ui.push_id(parameter.about.name.clone(), |ui| parameter_row::show(ui, parameter, advised));
+        ui.push_id(parameter.about.name.clone(), |ui| {
+            parameter_row::show(ui, parameter, advised)
+        });
         ui.add_space(3.0);
     }
     advice_lines::show_all(ui, advised, checks_are_open);
@@ -64,7 +66,10 @@ fn show_reports(ui: &mut Ui, scene: &SceneModel) {
         Err(why) => (why.as_str(), palette.error_text),
     });
     let trial = scene.trial.failure().map(|why| (why, palette.caution_text));
-    let felt = scene.trial.is_felt().then_some(("Trying: goes back by itself", palette.caution_text));
+    let felt = scene
+        .trial
+        .is_felt()
+        .then_some(("Trying: goes back by itself", palette.caution_text));
     for (text, color) in [report, trial, felt].into_iter().flatten() {
         ui.add(Label::new(RichText::new(text).small().color(color)).wrap());
     }

@@ -190,7 +190,12 @@ fn round_to_step(value: f64, step: f64) -> f64 {
 
 fn explanation(about: &ParameterDescription) -> String {
     let ParameterDescription { min, max, unit, .. } = about;
-    let range = format!("Accepted: {} to {} {unit}; typed as {}", number(*min), number(*max), quantity::accepted(unit));
+    let range = format!(
+        "Accepted: {} to {} {unit}; typed as {}",
+        number(*min),
+        number(*max),
+        quantity::accepted(unit)
+    );
     format!("More of it: {}.\n{range}", about.feel)
 }
 

@@ -4,7 +4,7 @@ use super::model::SceneModel;
 use super::trial::TRIAL_S;
 use crate::intent::Intent;
 use egui::{Align, Button, ComboBox, Key, KeyboardShortcut, Layout, Modifiers, RichText, Ui};
-use haptic_core::friction::Friction;
+use haptic_core::friction::LAWS;
 use haptic_ipc::SceneRef;
 
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
@@ -33,10 +33,24 @@ pub(crate) fn show(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent
         show_law(ui, scene, intents);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let last = scene.journal.iter().rev().find(|entry| !entry.changes.is_empty());
-            let last = last.map_or_else(String::new, |entry| format!("\nLast change: {}", super::journal::line(entry)));
+            let last = last.map_or_else(String::new, |entry| {
+                format!("\nLast change: {}", super::journal::line(entry))
+            });
             for (name, depth, keys, hint, intent) in [
-                ("Redo", scene.redo_depth, "Ctrl+Shift+Z", "Brings back what was undone", Intent::Redo),
-                ("Undo", scene.undo_depth, "Ctrl+Z", "Takes the newest change back, whoever made it", Intent::Undo),
+                (
+                    "Redo",
+                    scene.redo_depth,
+                    "Ctrl+Shift+Z",
+                    "Brings back what was undone",
+                    Intent::Redo,
+                ),
+                (
+                    "Undo",
+                    scene.undo_depth,
+                    "Ctrl+Z",
+                    "Takes the newest change back, whoever made it",
+                    Intent::Undo,
+                ),
             ] {
                 let button = Button::new(format!("{name} {depth}"));
                 let button = ui.add_enabled(depth > 0, button).accessible_name(name.to_lowercase());
@@ -59,7 +73,7 @@ fn show_law(ui: &mut Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
     let combo = ComboBox::from_id_salt("law").width(140.0).selected_text(&scene.law);
     let chosen = combo.show_ui(ui, |ui| {
         let mut chosen = None;
-        for law in Friction::LAWS {
+        for law in LAWS {
             if ui.selectable_label(law == scene.law, law).clicked() {
                 chosen = Some(law);
             }
@@ -72,7 +86,11 @@ fn show_law(ui: &mut Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
     let Some(law) = chosen.inner.flatten().filter(|law| *law != scene.law) else {
         return;
     };
-    let changed = scene.in_force.as_ref().and_then(|scene| scene.with_law(law)).and_then(Result::ok);
+    let changed = scene
+        .in_force
+        .as_ref()
+        .and_then(|scene| scene.with_law(law))
+        .and_then(Result::ok);
     if let Some(changed) = changed {
         intents.push(scene.load(format!("law {law}"), SceneRef::Scene(Box::new(changed))));
     }
@@ -93,7 +111,9 @@ fn show_slots(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
         }
         let kept = scene.slots[place].clone();
         let go = Button::selectable(in_force == Some(place), slot).frame_when_inactive(true);
-        let go = ui.add_enabled(kept.is_some(), go).accessible_name(format!("go to {slot}"));
+        let go = ui
+            .add_enabled(kept.is_some(), go)
+            .accessible_name(format!("go to {slot}"));
         if go.on_hover_text(format!("Puts {slot} in force")).clicked()
             && let Some(kept) = kept
         {
@@ -103,7 +123,9 @@ fn show_slots(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
     let next = in_force.map_or(0, |place| 1 - place);
     let other = scene.slots[next].clone();
     let both = scene.slots.iter().all(Option::is_some);
-    let switch = ui.add_enabled(both, Button::new("A/B")).accessible_name("switch between A and B");
+    let switch = ui
+        .add_enabled(both, Button::new("A/B"))
+        .accessible_name("switch between A and B");
     if switch.on_hover_text("Puts the other of the two in force").clicked()
         && let Some(other) = other
     {

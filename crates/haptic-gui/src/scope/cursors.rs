@@ -69,15 +69,15 @@ mod tests {
     fn the_cursors_read_what_lies_under_them() {
         let tape = Tape::recorded((0..100).map(|i| {
             let mut row = at(f64::from(i));
-            row.device_position_m = f64::from(i) * 1e-3;
+            row.device_position_m = f64::from(i);
             row
         }));
         let mut cursors = Cursors::default();
         cursors.toggle((-60.0, -30.0));
         assert_eq!(cursors.at_s, [-50.0, -40.0]);
         let reading = cursors.read(Signal::DevicePosition, &tape, 99.0);
-        assert_eq!(reading.values, [Some(49.0), Some(59.0)]);
-        assert_eq!(reading.difference(), Some(10.0));
+        assert_eq!(reading.values, [Some(49e3), Some(59e3)]);
+        assert_eq!(reading.difference(), Some(10e3));
         assert_eq!(cursors.frequency_hz(), Some(0.1));
         assert_eq!((cursors.nearest(-49.0), cursors.nearest(-44.0)), (0, 1));
         cursors.at_s = [-500.0, -40.0];

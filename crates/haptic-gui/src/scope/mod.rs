@@ -62,7 +62,11 @@ impl Scope {
         let before = self.live.last().copied();
         self.live.extend(rows.iter().copied());
         // A recording that is looked at has a view of its own.
-        let view = if self.is_of_recording() { &self.live_view } else { &self.view };
+        let view = if self.is_of_recording() {
+            &self.live_view
+        } else {
+            &self.view
+        };
         let span_s = view.span_s();
         self.trigger.look(before, &rows, self.live.oldest_s(), span_s);
         self.trigger.catch(&self.live, span_s);
@@ -185,7 +189,11 @@ impl Scope {
     /// The plots that are shown, in their order.
     pub(crate) fn quantities(&self) -> impl Iterator<Item = Quantity> {
         let shown = self.shown;
-        Quantity::ALL.into_iter().zip(shown).filter(|(_, shown)| *shown).map(|(quantity, _)| quantity)
+        Quantity::ALL
+            .into_iter()
+            .zip(shown)
+            .filter(|(_, shown)| *shown)
+            .map(|(quantity, _)| quantity)
     }
 }
 
@@ -210,7 +218,10 @@ mod tests {
         assert_eq!((scope.seen().from_s, scope.seen().to_s), (15.0, 20.0));
         scope.shift(-1.0);
         more(&mut scope);
-        assert_eq!((scope.seen().from_s, scope.seen().to_s, scope.seen().zero_s), (14.0, 19.0, 20.0));
+        assert_eq!(
+            (scope.seen().from_s, scope.seen().to_s, scope.seen().zero_s),
+            (14.0, 19.0, 20.0)
+        );
         scope.follow();
         assert!(scope.seen().to_s > 29.9);
     }
@@ -250,9 +261,23 @@ mod tests {
             row
         });
         scope.extend(rows.collect());
-        assert_eq!(scope.seen(), While { zero_s: 1.0, from_s: 0.75, to_s: 1.25 });
+        assert_eq!(
+            scope.seen(),
+            While {
+                zero_s: 1.0,
+                from_s: 0.75,
+                to_s: 1.25
+            }
+        );
         scope.shift(0.1);
-        assert_eq!(scope.seen(), While { zero_s: 1.0, from_s: 0.85, to_s: 1.35 });
+        assert_eq!(
+            scope.seen(),
+            While {
+                zero_s: 1.0,
+                from_s: 0.85,
+                to_s: 1.35
+            }
+        );
         more(&mut scope);
         assert_eq!(scope.seen().zero_s, 1.0);
     }

@@ -74,10 +74,6 @@ impl Tape {
         self.samples.front().map(|sample| sample.t_s)
     }
 
-    pub(crate) fn len(&self) -> usize {
-        self.samples.len()
-    }
-
     /// The samples from one time to another, s on the daemon's clock, both included.
     pub(crate) fn within(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = &Sample> + Clone {
         self.samples.range(self.places(from_s, to_s))
@@ -151,7 +147,7 @@ pub(crate) mod tests {
         tape.extend([0.0, 10.0, 65.0].map(at));
         assert_eq!(times(&tape), [10.0, 65.0]);
         tape.extend((0..250_000).map(|i| at(66.0 + f64::from(i) * 1e-6)));
-        assert_eq!(tape.len(), MAX_LIVE_SAMPLES);
+        assert_eq!(times(&tape).len(), MAX_LIVE_SAMPLES);
         assert_eq!(times(&Tape::recorded([0.0, 10.0, 500.0].map(at))).len(), 3);
     }
 

@@ -72,11 +72,6 @@ impl View {
         }
         self.span_s = span_s;
     }
-
-    /// Moves towards later times, s.
-    pub(crate) fn shift(&mut self, by_s: f64) {
-        self.right_s += by_s;
-    }
 }
 
 #[cfg(test)]
@@ -97,8 +92,7 @@ mod tests {
         let mut view = View::default();
         view.zoom(5.0, -3.0);
         assert_eq!(view.edges(), (-1.0, 0.0));
-        view.hold(42.0, 0.0);
-        view.shift(-0.5);
+        view.hold(42.0, -0.5);
         assert_eq!((view.zero, view.edges()), (Zero::At(42.0), (-1.5, -0.5)));
         view.follow();
         assert_eq!((view.zero, view.edges()), (Zero::Newest, (-1.0, 0.0)));
