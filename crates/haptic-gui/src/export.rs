@@ -2,7 +2,7 @@
 
 use crate::intent::Format;
 use crate::model::Model;
-use crate::plots::axis::{decimals, reach, steps};
+use crate::plots::axis::{USUAL_COUNT, number, reach, steps};
 use crate::plots::contact_ribbon;
 use crate::plots::over_time::{stroke, traces};
 use crate::scope::signal::Quantity;
@@ -175,12 +175,11 @@ fn across(t_s: f64, seen: &While) -> f64 {
 
 /// The numbers of an axis.
 fn marks(low: f64, high: f64) -> Vec<(f64, String)> {
-    let [_, step, _] = steps((low, high));
+    let [_, step, _] = steps((low, high), USUAL_COUNT);
     let mut marks = Vec::new();
     let mut mark = (low / step).ceil() * step;
     while mark <= high {
-        // No "-0".
-        marks.push((mark, format!("{:.*}", decimals(step), mark + 0.0)));
+        marks.push((mark, number(mark, (low, high))));
         mark += step;
     }
     marks

@@ -166,7 +166,7 @@ impl Model {
                 self.take_rig(state, fault, tick);
             }
             Update::Event(Event::Timing(timing)) => self.timing = Some(*timing),
-            Update::Event(Event::Samples(batch)) => self.take_samples(batch),
+            Update::Event(Event::Samples(batch)) => self.take_samples(&batch),
             Update::Answered { intent, result } => self.take_answer(&intent, result),
             Update::Unreadable { reason } => {
                 self.losses.unreadable += 1;
@@ -179,6 +179,12 @@ impl Model {
     #[must_use]
     pub fn is_connected(&self) -> bool {
         matches!(self.link, Link::Connected { .. })
+    }
+
+    /// Shows so long a while, s.
+    pub fn show_span(&mut self, span_s: f64) {
+        let factor = self.scope.span_s() / span_s;
+        self.scope.zoom(factor, 0.0);
     }
 
     /// Where the plots were drawn, points.
@@ -313,9 +319,9 @@ impl Model {
         }));
     }
 
-    fn take_samples(&mut self, batch: SamplesEvent) {
+    fn take_samples(&mut self, batch: &SamplesEvent) {
         self.losses.rows = self.losses.rows.saturating_add(batch.dropped);
-        self.scope.extend(batch.rows);
+        self.scope.extend(&batch.rows);
     }
 
     /// Share of the last seconds with force on in which it was at its limit, or at that of the device.

@@ -1,6 +1,6 @@
 //! Force against velocity: what the block does, over what its law says of a steady slide.
 
-use super::axis::{AXIS_WIDTH, decimals, reach, steps};
+use super::axis::{AXIS_WIDTH, USUAL_COUNT, number, reach, steps};
 use crate::scope::Scope;
 use crate::scope::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
@@ -13,6 +13,9 @@ const TRAIL_S: f64 = 1.0;
 
 /// Points of the law's curve in each direction: enough for a Stribeck fall in the middle of a wide plot.
 const CURVE_POINTS: u32 = 200;
+
+/// Numbers at the axis of velocity, which is short.
+const FEW: f64 = 2.0;
 
 /// Half of the stick band's width where the scene has no threshold, mm/s.
 const NARROW_BAND_MMPS: f64 = 5.0;
@@ -84,10 +87,10 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, scene: Option<&Scene>, height
         .allow_double_click_reset(false)
         .x_axis_label("Block velocity (mm/s)")
         .y_axis_label("Coupling force (N)")
-        .x_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds)))
-        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds)))
-        .x_axis_formatter(|mark, _| format!("{:.*}", decimals(mark.step_size), mark.value))
-        .y_axis_formatter(|mark, _| format!("{:.*}", decimals(mark.step_size), mark.value))
+        .x_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, FEW)))
+        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, USUAL_COUNT)))
+        .x_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
+        .y_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
         .y_axis_min_width(AXIS_WIDTH)
         .legend(
             Legend::default()

@@ -1,6 +1,6 @@
 //! Force, position and velocity over time, one below the other on one time axis, under the ribbon of contact.
 
-use super::axis::{AXIS_WIDTH, decimals, reach, steps};
+use super::axis::{AXIS_WIDTH, USUAL_COUNT, number, reach, steps};
 use super::contact_ribbon;
 use crate::scope::outline::outline;
 use crate::scope::signal::{Quantity, Signal};
@@ -126,10 +126,10 @@ fn show_one(ui: &mut Ui, scope: &Scope, quantity: Quantity, height: f32, has_tim
         .link_cursor(cursor_group, [true, false])
         .x_axis_label(time_axis)
         .y_axis_label(format!("{} ({})", quantity.name(), quantity.unit()))
-        .x_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds)))
-        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds)))
-        .x_axis_formatter(|mark, _| format!("{:.*}", decimals(mark.step_size), mark.value))
-        .y_axis_formatter(|mark, _| format!("{:.*}", decimals(mark.step_size), mark.value))
+        .x_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, USUAL_COUNT)))
+        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, USUAL_COUNT)))
+        .x_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
+        .y_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
         .y_axis_min_width(AXIS_WIDTH)
         .sense(Sense::drag())
         .legend(legend);
@@ -138,7 +138,8 @@ fn show_one(ui: &mut Ui, scope: &Scope, quantity: Quantity, height: f32, has_tim
         for trace in traces {
             let (color, width) = stroke(palette, trace.signal);
             let line = Line::new(trace.signal.name(), PlotPoints::new(trace.points));
-            plot.line(line.color(color).width(width));
+            // A band would have gaps where one column of pixels lies wholly above the next.
+            plot.line(line.color(color).width(width).allow_band(false));
         }
         if scope.trigger.mode() != Mode::Off {
             let marks = LineStyle::dashed_loose();

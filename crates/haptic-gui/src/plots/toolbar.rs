@@ -162,7 +162,7 @@ fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
     let zero_s = scope.seen().zero_s;
     let readings: Vec<_> = scope
         .quantities()
-        .flat_map(|quantity| quantity.signals())
+        .flat_map(Quantity::signals)
         .map(|signal| scope.cursors.read(signal, scope.tape(), zero_s))
         .collect();
     let speed = scope.span_s() / 500.0;

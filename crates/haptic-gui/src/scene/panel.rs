@@ -45,7 +45,7 @@ fn show_parameters(ui: &mut Ui, scene: &mut SceneModel) {
             ui.label(RichText::new(sentence_case(&group)).small().weak());
         }
         ui.push_id(parameter.about.name.clone(), |ui| {
-            parameter_row::show(ui, parameter, advised)
+            parameter_row::show(ui, parameter, advised);
         });
         ui.add_space(3.0);
     }

@@ -58,7 +58,7 @@ pub(crate) struct While {
 
 impl Scope {
     /// Takes new samples of the live rig.
-    pub(crate) fn extend(&mut self, rows: Vec<Sample>) {
+    pub(crate) fn extend(&mut self, rows: &[Sample]) {
         let before = self.live.last().copied();
         self.live.extend(rows.iter().copied());
         // A recording that is looked at has a view of its own.
@@ -68,7 +68,7 @@ impl Scope {
             &self.view
         };
         let span_s = view.span_s();
-        self.trigger.look(before, &rows, self.live.oldest_s(), span_s);
+        self.trigger.look(before, rows, self.live.oldest_s(), span_s);
         self.trigger.catch(&self.live, span_s);
     }
 
@@ -204,12 +204,12 @@ mod tests {
 
     fn running() -> Scope {
         let mut scope = Scope::default();
-        scope.extend((0..=20_000).map(|ms| at(f64::from(ms) * 1e-3)).collect());
+        scope.extend(&(0..=20_000).map(|ms| at(f64::from(ms) * 1e-3)).collect::<Vec<_>>());
         scope
     }
 
     fn more(scope: &mut Scope) {
-        scope.extend((20_001..30_000).map(|ms| at(f64::from(ms) * 1e-3)).collect());
+        scope.extend(&(20_001..30_000).map(|ms| at(f64::from(ms) * 1e-3)).collect::<Vec<_>>());
     }
 
     #[test]
@@ -260,7 +260,7 @@ mod tests {
             row.coupling_force_n = if ms < 1000 { 0.0 } else { 5.0 };
             row
         });
-        scope.extend(rows.collect());
+        scope.extend(&rows.collect::<Vec<_>>());
         assert_eq!(
             scope.seen(),
             While {
