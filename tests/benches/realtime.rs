@@ -15,6 +15,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
+use system_tests::measure::{median, percentile, us};
 use system_tests::{Daemon, binary, processors, wait_for};
 
 const TURNS: usize = 5;
@@ -46,16 +47,6 @@ fn main() {
 /// The last processor, which hapticd takes by default, for cyclictest as well.
 fn processor() -> usize {
     *processors().last().expect("at least one")
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
-#[expect(clippy::cast_precision_loss, reason = "nanoseconds below 2^53")]
-fn us(ns: u64) -> f64 {
-    ns as f64 * 1e-3
 }
 
 /// A column of the table: a name, and p50, p99, p99.9 and the longest of each turn, us.
@@ -222,7 +213,7 @@ fn tick() {
             over.store(true, Ordering::SeqCst);
         });
         took.sort_unstable();
-        let at = |per_mille: usize| us(took[(took.len() - 1) * per_mille / 1000]);
+        let at = |per_mille| us(percentile(&took, per_mille));
         turns.push([at(500), at(990), at(999), at(1000)]);
     }
     table(
@@ -342,21 +333,20 @@ fn set() {
     }
     answered.sort_unstable();
     ticks.sort_unstable();
-    let at = |of: &[u64], per_mille: usize| of[(of.len() - 1) * per_mille / 1000];
     println!(
         "\n## Changes of the scene: {} of them, one after the other\n",
         answered.len()
     );
     println!(
         "from the newest tick known before the change to the tick that renders it: {} (p50), {} (p99), {} (most) ticks",
-        at(&ticks, 500),
-        at(&ticks, 990),
-        at(&ticks, 1000)
+        percentile(&ticks, 500),
+        percentile(&ticks, 990),
+        percentile(&ticks, 1000)
     );
     println!(
         "to its answer: {:.0} us (p50), {:.0} us (p99)",
-        us(at(&answered, 500)),
-        us(at(&answered, 990))
+        us(percentile(&answered, 500)),
+        us(percentile(&answered, 990))
     );
 }
 

@@ -3,11 +3,16 @@
 //! Nothing here sleeps for a state to come about: a daemon is ready when it has named its socket, an answer is there when it is read, and a
 //! condition is waited for by asking the daemon.
 
+pub mod attack;
 pub mod fake_rig;
 mod held;
+pub mod measure;
 pub mod pid1;
+pub mod schema;
 pub mod screen;
 pub mod simulated_rig;
+pub mod terminal;
+pub mod transcript;
 
 pub use held::{HeldThread, real_time_thread};
 
@@ -33,9 +38,6 @@ pub fn binary(name: &str) -> PathBuf {
     let test = std::env::current_exe().expect("a test has a path");
     let directory = test.ancestors().nth(2).expect("it lies in target/PROFILE/deps");
     BUILT.get_or_init(|| {
-        if std::env::var_os("NOBUILD").is_some() {
-            return;
-        }
         let what: &[&str] = if directory.ends_with("release") {
             // A benchmark measures what users run.
             &["--release", "--bins"]
@@ -83,7 +85,11 @@ impl Daemon {
         let directory = tempfile::tempdir().expect("a directory");
         let socket = directory.path().join("run/control.sock");
         let mut command = Command::new(binary("hapticd"));
-        command.args(["--device", device]).args(arguments);
+        command
+            .args(["--device", device])
+            .arg("--scene-dir")
+            .arg(directory.path().join("scenes"))
+            .args(arguments);
         let mut daemon = Self::spawn(command, &socket);
         daemon._directory = Some(directory);
         daemon
@@ -138,6 +144,16 @@ impl Daemon {
         &self.socket
     }
 
+    /// Where a daemon with a place of its own keeps the scenes that are saved.
+    ///
+    /// # Panics
+    /// It has no place of its own.
+    #[must_use]
+    pub fn scene_dir(&self) -> PathBuf {
+        let directory = self._directory.as_ref().expect("a place of its own");
+        directory.path().join("scenes")
+    }
+
     /// The process.
     #[must_use]
     pub fn pid(&self) -> u32 {
@@ -165,12 +181,7 @@ impl Daemon {
     /// It is not served.
     #[must_use]
     pub fn raw(&self) -> Raw {
-        let stream = UnixStream::connect(&self.socket).expect("the daemon serves");
-        stream.set_read_timeout(Some(PATIENCE)).expect("a time-out can be set");
-        let mut raw = Raw {
-            reader: BufReader::new(stream.try_clone().expect("a second handle")),
-            stream,
-        };
+        let mut raw = Raw::connect(&self.socket);
         let hello = raw.line();
         assert_eq!(hello["hello"]["protocol"], 1, "{hello}");
         raw
@@ -189,7 +200,6 @@ impl Daemon {
     ///
     /// # Panics
     /// It fails.
-    #[must_use]
     pub fn ctl_ok(&self, arguments: &[&str]) -> String {
         let output = self.ctl(arguments);
         assert!(
@@ -259,6 +269,20 @@ pub struct Raw {
 }
 
 impl Raw {
+    /// Connects, and reads nothing yet.
+    ///
+    /// # Panics
+    /// Nobody listens.
+    #[must_use]
+    pub fn connect(socket: &Path) -> Self {
+        let stream = UnixStream::connect(socket).expect("the daemon serves");
+        stream.set_read_timeout(Some(PATIENCE)).expect("a time-out can be set");
+        Self {
+            reader: BufReader::new(stream.try_clone().expect("a second handle")),
+            stream,
+        }
+    }
+
     /// Sends bytes as they are.
     ///
     /// # Panics

@@ -74,8 +74,11 @@ impl Machine {
         );
         // With an identity it is no first boot, which would enable whatever this machine has.
         put("etc/machine-id", b"6a70dc4a1f0e4c1c9d5d6f2f6b7a8c90\n");
-        put("usr/bin/hapticd", b"");
-        fs::copy(binary("hapticd"), stage.join("usr/bin/hapticd")).expect("it is built");
+        for name in ["hapticd", "haptic-ctl"] {
+            let place = format!("usr/bin/{name}");
+            put(&place, b"");
+            fs::copy(binary(name), stage.join(place)).expect("it is built");
+        }
         let raises_limits = capabilities() & 1 << CAP_SYS_RESOURCE != 0;
         if !raises_limits {
             put(

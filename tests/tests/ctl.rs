@@ -22,6 +22,17 @@ fn every_subcommand_works_and_has_a_json_form() {
             "revision",
         ),
         (vec!["set", "Fs+=5", "Fs-=3"], "static_force- = 3 N", "advice"),
+        (vec!["undo"], "revision", "changes"),
+        (vec!["redo"], "revision", "changes"),
+        (vec!["scene", "list"], "viscous-drag", "scenes"),
+        (vec!["scene", "show"], "law = ", "friction"),
+        (vec!["scene", "diff", "lugre"], "law: lugre -> karnopp", "differences"),
+        (vec!["scene", "save", "mine", "--replace"], "mine is in", "path"),
+        (vec!["scene", "load", "mine"], "nothing differs", "applied"),
+        (vec!["log"], "scene.load", "seq"),
+        (vec!["devices"], "", "devices"),
+        (vec!["doctor"], "socket", "checks"),
+        (vec!["wait", "--until", "state=idle"], "idle", "waited_s"),
         (vec!["engage"], "eng", "tick"),
         (vec!["release"], "at tick", "tick"),
         (vec!["stop"], "stopped", "tick"),
@@ -45,6 +56,65 @@ fn every_subcommand_works_and_has_a_json_form() {
     }
 }
 
+/// Names that scripts may rely on. What is not listed here may be absent.
+#[test]
+fn the_names_in_json_stay() {
+    let daemon = Daemon::start(&[]);
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("r.csv").display().to_string();
+    for (arguments, names) in [
+        (
+            vec!["status"],
+            "server state tick uptime_s rate_hz scheme velocity_estimator revision scene command_force_N energy_excess_J device_position_m clients device real_time",
+        ),
+        (vec!["describe"], "law parameters sample_columns"),
+        (vec!["get"], "revision params scene"),
+        (vec!["set", "mass=1"], "revision tick applied changes advice"),
+        (vec!["undo"], "revision tick applied changes advice"),
+        (vec!["redo"], "revision tick applied changes advice"),
+        (vec!["scene", "list"], "scenes"),
+        (vec!["scene", "load", "lugre"], "revision tick applied changes advice"),
+        (vec!["scene", "save", "mine"], "name path"),
+        (vec!["scene", "diff", "lugre"], "differences"),
+        (vec!["scene", "show"], "name block coupling friction"),
+        (vec!["log", "-n", "1"], "seq time_unix_s by op revision"),
+        (vec!["engage"], "state tick"),
+        (vec!["release"], "state tick"),
+        (vec!["stop"], "state tick"),
+        (vec!["reset"], "state tick"),
+        (
+            vec!["wait", "--until", "state=idle"],
+            "condition state revision tick waited_s",
+        ),
+        (
+            vec!["watch", "--count", "1"],
+            "tick t_s state contact device_position_m device_velocity_mps block_position_m block_velocity_mps coupling_force_N command_force_N revision wake_latency_ns tick_ns device_round_trip_ns",
+        ),
+        (
+            vec!["stream", "--count", "1"],
+            "tick t_s state contact device_position_m command_force_N",
+        ),
+        (vec!["record", &file, "--for", "20ms"], "file rows lost bytes length_s"),
+        (
+            vec!["timing"],
+            "rate_hz ticks overruns missed_periods telemetry_dropped wake_latency_ns tick_ns device_round_trip_ns period_ns histogram last_10_s",
+        ),
+        (vec!["advise"], "revision advice"),
+        (vec!["devices"], "devices"),
+        (vec!["doctor"], "checks failed"),
+    ] {
+        let said = daemon.ctl_ok(&[arguments.clone(), vec!["--json"]].concat());
+        let value: serde_json::Value = serde_json::from_str(&said).unwrap_or_else(|error| panic!("{said}: {error}"));
+        for name in names.split(' ') {
+            assert!(!value[name].is_null(), "{arguments:?}: {name} is missing from {said}");
+        }
+    }
+    let output = ctl(Path::new("/nonexistent/control.sock"), &["status", "--json"]);
+    let error: serde_json::Value = serde_json::from_slice(&output.stderr).expect("errors have a JSON form too");
+    assert_eq!(error["error"]["code"], "no_daemon");
+    assert!(output.stdout.is_empty());
+}
+
 #[test]
 fn exit_codes_tell_what_went_wrong() {
     let daemon = Daemon::start(&[]);
@@ -56,6 +126,7 @@ fn exit_codes_tell_what_went_wrong() {
         (vec!["set", "mass=NaN"], 2, "not a finite number"),
         (vec!["set"], 2, "NAME=VALUE"),
         (vec!["fly"], 2, "fly"),
+        (vec!["stauts"], 2, "'status'"),
     ] {
         let output = daemon.ctl(&arguments);
         assert_eq!(

@@ -2,7 +2,9 @@
 //! kernel and by the daemon, and not timed.
 #![allow(unsafe_code, reason = "ptrace has no safe wrapper")]
 
-use haptic_ipc::{ChangeReply, Changes, Client, Event, Request, SceneReply, StateReply, SubscribeReply, Timing, Topic};
+use haptic_ipc::{
+    ChangeReply, Changes, Client, Event, Request, SceneRef, SceneReply, StateReply, SubscribeReply, Timing, Topic,
+};
 use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -173,6 +175,26 @@ fn check_grid(from: Moment, to: Moment) {
     );
 }
 
+/// A change that takes a while: back a step, or to another law and home again.
+fn slowly(name: &str) -> Request {
+    let ramp_ms = Some(20.0);
+    let load = |name: &str| Request::SceneLoad {
+        scene: SceneRef::Name(name.to_owned()),
+        if_revision: None,
+        ramp_ms,
+        dry_run: false,
+    };
+    match name {
+        "mass" => load("viscous-drag"),
+        "damping" => load("simulated-friction"),
+        _ => Request::Undo {
+            if_revision: None,
+            ramp_ms,
+            dry_run: false,
+        },
+    }
+}
+
 /// Clients that do all they can until they are told to end.
 struct Load {
     over: AtomicBool,
@@ -228,8 +250,10 @@ impl Load {
                 let factor = if turn % 2 == 0 { 1.1 } else { 1.0 };
                 let params: Changes = [(name.as_str(), value * factor)].into_iter().collect();
                 // Some values do not go with the others; that is refused, and others follow.
-                if client.request::<ChangeReply>(Request::set(params)).is_ok() {
-                    self.sets.fetch_add(1, Ordering::SeqCst);
+                for change in [Request::set(params), slowly(name)] {
+                    if client.request::<ChangeReply>(change).is_ok() {
+                        self.sets.fetch_add(1, Ordering::SeqCst);
+                    }
                 }
             }
         }

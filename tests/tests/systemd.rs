@@ -1,6 +1,6 @@
 //! The packaged unit under a real systemd as PID 1.
 
-use haptic_ipc::{Event, Request, RigState, Sample, StateReply, SubscribeReply, Topic};
+use haptic_ipc::{Event, Request, RigState, Sample, SceneSaveReply, StateReply, SubscribeReply, Topic};
 use rustix::process::{Pid, Signal, kill_process};
 use std::collections::HashMap;
 use std::fs;
@@ -103,6 +103,35 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
         unit,
     ]);
     println!("{}", exposure.lines().last().unwrap_or_default());
+}
+
+#[test]
+fn members_of_the_group_tune_and_all_others_watch_and_stop() {
+    const CONTROL: &str = "/run/hapticd/control.sock";
+    const WATCH: &str = "/run/hapticd-watch/watch.sock";
+    let Some(machine) = machine_with_unit(&format!("watch-socket = \"{WATCH}\"")) else {
+        return;
+    };
+    let nobody = |groups: &str, socket: &str, arguments: &[&str]| {
+        let identity = ["setpriv", "--reuid=nobody", "--regid=nogroup", groups];
+        let client = ["haptic-ctl", "--socket", socket];
+        machine.run(&[&identity, &client[..], arguments].concat()).status.code()
+    };
+    // The exit codes of haptic-ctl: 0 done, 1 refused, 4 no permission.
+    assert_eq!(nobody("--groups=haptic", CONTROL, &["set", "mass=1.5"]), Some(0));
+    assert_eq!(nobody("--clear-groups", CONTROL, &["get"]), Some(4));
+    assert_eq!(nobody("--clear-groups", WATCH, &["get"]), Some(0));
+    assert_eq!(nobody("--clear-groups", WATCH, &["set", "mass=1"]), Some(1));
+    assert_eq!(nobody("--clear-groups", WATCH, &["stop"]), Some(0));
+    let mut client = machine.client();
+    wait_for_state(&mut client, RigState::Stopped);
+    let save = Request::SceneSave {
+        name: "mine".to_owned(),
+        scene: None,
+        replace: false,
+    };
+    let saved: SceneSaveReply = client.request(save).expect("there is room for scenes");
+    assert_eq!(saved.path, "/var/lib/hapticd/scenes/mine.toml");
 }
 
 #[test]

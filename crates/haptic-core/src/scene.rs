@@ -10,6 +10,7 @@ use thiserror::Error;
 /// The block that the hand drags.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Block {
     /// `M`, kg.
@@ -20,6 +21,7 @@ pub struct Block {
 /// The virtual coupling between device and block (Colgate, Stanley and Brown 1995).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Coupling {
     /// `K`, N/m.
@@ -45,6 +47,7 @@ impl Coupling {
 /// [`Renderer::new`](crate::Renderer::new) takes no scene that cannot.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Scene {
     /// What people call it.

@@ -2,7 +2,7 @@
 
 use crate::cost;
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, progress};
 use clap::Args;
 use haptic_lab::accuracy::{self, Measurement, Target, cases};
 use haptic_lab::cost::Probe;
@@ -47,17 +47,22 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         .map(str::to_owned)))?;
     }
     let schemes = accuracy::schemes().len();
-    for (index, case) in cases::all().into_iter().enumerate() {
+    let cases = cases::all();
+    let bar = progress::steps(cases.len());
+    for (index, case) in cases.into_iter().enumerate() {
+        bar.set_message(case.name.clone());
         let counted = counted.as_ref().and_then(|totals| totals.chunks(schemes).nth(index));
         let measured =
             accuracy::measure(&case, counted).map_err(|error| Failure::Usage(format!("{}: {error}", case.name)))?;
+        bar.inc(1);
         for measurement in &measured {
             if !as_json {
-                output::line(&row(cells(measurement)))?;
+                bar.suspend(|| output::line(&row(cells(measurement))))?;
             }
         }
         measurements.extend(measured);
     }
+    bar.finish_and_clear();
     let values: Value = measurements.iter().map(value).collect();
     if let Some(directory) = &arguments.out {
         write(directory, &measurements, &values)

@@ -1,7 +1,8 @@
 //! `advise`: what the scene in force will do to the rig.
 
+use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{Daemon, output};
+use crate::output;
 use haptic_ipc::{AdviceReply, Request};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {

@@ -1,7 +1,7 @@
 //! `cost`: what a tick of each kind of scene costs, in instructions, bytes and nanoseconds.
 
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, progress};
 use haptic_lab::cost::{self, CountError, Probe, SceneCost};
 use serde_json::{Value, json};
 
@@ -41,8 +41,11 @@ pub(crate) fn count(probe: Probe) -> Result<Option<Vec<u64>>, Failure> {
 }
 
 pub(crate) fn run(as_json: bool) -> Result<(), Failure> {
+    let bar = progress::busy("counting instructions");
     let counted = count(Probe::Scenes)?;
+    bar.set_message("measuring");
     let costs = cost::measure(counted.as_deref()).map_err(|error| Failure::Usage(error.to_string()))?;
+    bar.finish_and_clear();
     if as_json {
         let values: Value = costs.iter().map(value).collect();
         return output::json(&values);

@@ -1,7 +1,8 @@
 //! `describe`: the parameter table.
 
+use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{Daemon, output};
+use crate::output;
 use haptic_ipc::{Description, Request};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {

@@ -1,7 +1,8 @@
 //! `devices`: what is plugged in, and why one cannot be used.
 
+use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{Daemon, output};
+use crate::output;
 use haptic_ipc::{DevicesReply, FoundDevice, Request};
 
 #[derive(Debug, clap::Args)]
@@ -11,10 +12,15 @@ pub(crate) struct Arguments {
     probe: Option<String>,
 }
 
-pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
-    let request = Request::Devices {
-        probe: arguments.probe.clone(),
-    };
+impl Arguments {
+    pub(crate) fn request(&self) -> Request {
+        Request::Devices {
+            probe: self.probe.clone(),
+        }
+    }
+}
+
+pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
     let reply: DevicesReply = daemon.ask(request).await?;
     if json {
         return output::json(&reply);

@@ -9,9 +9,17 @@ pub(crate) enum Failure {
     Client(ClientError),
     Usage(String),
     NoAnswer(Duration),
+    /// What was waited for has not come about in time.
+    TimedOut(String),
+    /// The rig was stopped or faulted instead.
+    Halted(String),
     Interrupted,
     /// The output cannot be written.
     Output(std::io::Error),
+    /// A file cannot be written.
+    File(String),
+    /// All has been said already.
+    Silent(u8),
 }
 
 impl From<ClientError> for Failure {
@@ -27,36 +35,50 @@ impl From<std::io::Error> for Failure {
 }
 
 impl Failure {
-    fn code(&self) -> u8 {
+    /// The exit code of a request that the daemon refuses with this.
+    pub(crate) const fn code_of_refusal(code: ErrorCode) -> u8 {
+        match code {
+            ErrorCode::Stopped | ErrorCode::Faulted => 6,
+            ErrorCode::NotPermitted => 4,
+            _ => 1,
+        }
+    }
+
+    /// The exit code, and a name for programs.
+    fn code(&self) -> (u8, &'static str) {
         match self {
-            Self::Client(ClientError::Refused(error)) => match error.code {
-                ErrorCode::Stopped | ErrorCode::Faulted => 6,
-                ErrorCode::NotPermitted => 4,
-                _ => 1,
-            },
-            Self::Client(ClientError::NoDaemon { .. } | ClientError::Closed | ClientError::Io(_)) => 3,
-            Self::Client(ClientError::Permission { .. }) => 4,
-            Self::Client(_) => 1,
-            Self::Usage(_) => 2,
-            Self::NoAnswer(_) => 5,
-            Self::Interrupted => 130,
-            Self::Output(_) => 1,
+            Self::Client(ClientError::Refused(error)) => (Self::code_of_refusal(error.code), "refused"),
+            Self::Client(ClientError::NoDaemon { .. } | ClientError::Closed | ClientError::Io(_)) => (3, "no_daemon"),
+            Self::Client(ClientError::Permission { .. }) => (4, "no_permission"),
+            Self::Client(ClientError::Version { .. }) => (1, "other_version"),
+            Self::Client(_) => (1, "bad_answer"),
+            Self::Usage(_) => (2, "usage"),
+            Self::NoAnswer(_) => (5, "no_answer"),
+            Self::TimedOut(_) => (5, "timed_out"),
+            Self::Halted(_) => (6, "halted"),
+            Self::Interrupted => (130, "interrupted"),
+            Self::Output(_) | Self::File(_) => (1, "cannot_write"),
+            Self::Silent(code) => (*code, ""),
         }
     }
 
     /// Says what went wrong on standard error, and gives the exit code.
     pub(crate) fn report(&self, json: bool) -> ExitCode {
+        let (exit, name) = self.code();
         match self {
             // Whoever read the output has had enough, as `head` does.
             Self::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => return ExitCode::SUCCESS,
-            Self::Interrupted => {}
+            Self::Interrupted | Self::Silent(_) => {}
             Self::Client(ClientError::Refused(error)) if json => {
                 eprintln!("{}", serde_json::json!({ "error": error }));
             }
-            _ if json => eprintln!("{}", serde_json::json!({ "error": { "message": self.to_string() } })),
+            _ if json => eprintln!(
+                "{}",
+                serde_json::json!({ "error": { "code": name, "message": self.to_string() } })
+            ),
             _ => eprintln!("haptic-ctl: {self}"),
         }
-        ExitCode::from(self.code())
+        ExitCode::from(exit)
     }
 }
 
@@ -64,10 +86,13 @@ impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Client(error) => error.fmt(f),
-            Self::Usage(message) => f.write_str(message),
+            Self::Usage(message) | Self::TimedOut(message) | Self::Halted(message) | Self::File(message) => {
+                f.write_str(message)
+            }
             Self::NoAnswer(after) => write!(f, "the daemon has not answered for {} s", after.as_secs()),
             Self::Interrupted => f.write_str("interrupted"),
             Self::Output(error) => write!(f, "cannot write: {error}"),
+            Self::Silent(code) => write!(f, "exit code {code}"),
         }
     }
 }

@@ -2,25 +2,45 @@
 
 mod accuracy;
 mod advise;
+mod change;
+mod colour;
+mod complete;
+mod completions;
+mod condition;
 mod cost;
+mod daemon;
 mod describe;
 mod devices;
+mod doctor;
 mod drive;
+mod duration;
 mod failure;
 mod get;
+mod lease;
+mod log;
+mod man;
 mod output;
+mod progress;
+mod raw;
+mod record;
+mod scene;
 mod set;
 mod simulate;
 mod status;
 mod timing;
+mod top;
+mod undo;
+mod units;
+mod wait;
 mod watch;
 
-use clap::{Parser, Subcommand};
+use change::How;
+use clap::{CommandFactory, Parser, Subcommand};
+use daemon::Daemon;
 use failure::Failure;
-use haptic_ipc::{AsyncClient, Request, socket_path};
+use haptic_ipc::{Envelope, Request, RigState};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
 
 /// Steers a running hapticd: shows and changes what the rig feels like.
 #[derive(Debug, Parser)]
@@ -28,138 +48,222 @@ use std::time::Duration;
 struct Arguments {
     /// The daemon's control socket [default: $HAPTICD_SOCKET, else the first that exists of hapticd/control.sock in
     /// the user's runtime directory and /run/hapticd/control.sock]
-    #[arg(long, global = true, value_name = "PATH")]
+    #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     socket: Option<PathBuf>,
 
     /// Print JSON, with the field names of the control protocol
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = GLOBAL)]
     json: bool,
+
+    /// Print what would be sent to the daemon, and send nothing
+    #[arg(long, global = true, help_heading = GLOBAL)]
+    print_request: bool,
 
     #[command(subcommand)]
     command: Command,
 }
 
+/// Below those of a subcommand itself.
+const GLOBAL: &str = "Options of every subcommand";
+
 const EXIT_CODES: &str = "\
-Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer in time, \
+Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer or not so in time, \
 6 the rig is stopped or faulted, 130 interrupted.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Show the rig's state, the scene, the device and what the real-time thread has
     Status,
+    /// Show everything that moves, live, with keys to stop, engage and release
+    Top,
     /// Show the parameter table: names, symbols, units, ranges, and what each makes the hand feel
     Describe,
-    /// Show the scene in force
-    Get,
+    /// Show the scene in force, or another one
+    Get(get::Arguments),
     /// Change parameters, all of them or none, between two ticks
     #[command(after_help = set::parameter_help())]
     Set(set::Arguments),
+    /// Take the newest change back, whoever made it
+    Undo(How),
+    /// Bring back what was undone last
+    Redo(How),
+    /// Whole scenes: list, load, save, compare and show them
+    #[command(subcommand)]
+    Scene(scene::Command),
+    /// Show who changed what, and when
+    Log(log::Arguments),
     /// Let the force in, along a ramp
-    Engage,
+    Engage(drive::Waiting),
     /// Let the force out, along a ramp
-    Release,
+    Release(drive::Waiting),
     /// Zero force, at once; exits 0 only when the daemon has confirmed it
     Stop,
     /// Clear a stop or a fault; the rig is then idle
     Reset,
+    /// Wait until something is so, as in --until state=engaged
+    #[command(after_help = wait::help())]
+    Wait(wait::Arguments),
+    /// Run a command, and release the rig should it fail, or haptic-ctl die or hang
+    #[command(after_help = lease::HELP)]
+    Lease(lease::Arguments),
+    /// Show samples as they come, until interrupted; with --json an object a line
+    #[command(visible_alias = "stream")]
+    Watch(watch::Arguments),
+    /// Record every tick to a file, until interrupted
+    Record(record::Arguments),
     /// Show how well the loop keeps time
     Timing,
     /// Show what the scene in force will do to the rig: stability, passivity and chatter, with what would mend each
     Advise,
     /// List the devices that are plugged in, how to name them, and why one cannot be used
     Devices(devices::Arguments),
-    /// Show samples as they come, until interrupted
-    Watch(watch::Arguments),
+    /// Check everything between you and the rig, with what mends it; works without a daemon
+    Doctor,
+    /// Send lines of the control protocol as they are, and print the answers
+    Raw(raw::Arguments),
     /// Render a scene along a recorded motion, offline, by the code that the daemon runs
     Simulate(simulate::Arguments),
     /// Measure what each scheme costs and how far it is from the true motion, offline, on easy and hard scenes
     Accuracy(accuracy::Arguments),
     /// Measure what a tick of each kind of scene costs, offline: instructions, bytes of state, nanoseconds
     Cost,
+    /// Print what makes a shell complete this command line
+    Completions { shell: completions::Shell },
+    /// Write the manual pages
+    Man(man::Arguments),
     /// What callgrind counts
     #[command(hide = true, name = cost::PROBE)]
     Probe { probed: cost::Probed },
 }
 
-/// How long an answer may take before the daemon counts as hung.
-const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
+impl Command {
+    /// What the subcommand asks the daemon, in that order; nothing where it works offline.
+    fn requests(&self) -> Result<Vec<Request>, Failure> {
+        Ok(vec![match self {
+            Self::Status => Request::Status {},
+            Self::Top => return Ok(top::requests()),
+            Self::Describe => Request::Describe {},
+            Self::Get(get) => get.request()?,
+            Self::Set(set) => set.request()?,
+            Self::Undo(how) => undo::undo(how),
+            Self::Redo(how) => undo::redo(how),
+            Self::Scene(scene) => scene.request()?,
+            Self::Log(log) => return Ok(log.requests()),
+            Self::Engage(_) => Request::Engage {},
+            Self::Release(_) => Request::Release {},
+            Self::Stop => Request::Stop {},
+            Self::Reset => Request::Reset {},
+            Self::Wait(wait) => wait.request(),
+            Self::Lease(lease) => lease.request()?,
+            Self::Watch(watch) => watch.request(),
+            Self::Record(record) => return Ok(vec![Request::Status {}, record.request(), Request::get()]),
+            Self::Timing => Request::Timing {},
+            Self::Advise => Request::Advise {},
+            Self::Devices(devices) => devices.request(),
+            Self::Doctor => return Ok(doctor::requests()),
+            Self::Raw(_)
+            | Self::Simulate(_)
+            | Self::Accuracy(_)
+            | Self::Cost
+            | Self::Completions { .. }
+            | Self::Man(_)
+            | Self::Probe { .. } => return Ok(Vec::new()),
+        }])
+    }
+
+    /// Whether it ends as it should by itself when it is interrupted.
+    const fn heeds_interrupts(&self) -> bool {
+        matches!(self, Self::Record(_) | Self::Lease(_) | Self::Top)
+    }
+}
 
 fn main() -> ExitCode {
+    clap_complete::CompleteEnv::with_factory(Arguments::command).complete();
     let arguments = Arguments::parse();
+    if arguments.print_request {
+        return ended(print_requests(&arguments.command), arguments.json);
+    }
     let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
         Ok(runtime) => runtime,
         Err(error) => return Failure::from(error).report(arguments.json),
     };
-    let ended = runtime.block_on(async {
+    let result = runtime.block_on(async {
         tokio::select! {
             // In this order, so that offline work is done before the interrupt is caught, which would then be heard only after it.
             biased;
             ended = run(&arguments) => ended,
-            _ = tokio::signal::ctrl_c() => Err(Failure::Interrupted),
+            _ = tokio::signal::ctrl_c(), if !arguments.command.heeds_interrupts() => Err(Failure::Interrupted),
         }
     });
-    match ended {
+    // A thread that reads the terminal may still wait for a key; nobody waits for it.
+    runtime.shutdown_background();
+    ended(result, arguments.json)
+}
+
+fn ended(result: Result<(), Failure>, json: bool) -> ExitCode {
+    match result {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(arguments.json),
+        Err(failure) => failure.report(json),
     }
+}
+
+fn print_requests(command: &Command) -> Result<(), Failure> {
+    if let Command::Raw(raw) = command {
+        return raw::shown(raw).iter().try_for_each(|line| output::line(line));
+    }
+    let requests = command.requests()?;
+    if requests.is_empty() {
+        return Err(Failure::Usage("this subcommand asks nothing of the daemon".to_owned()));
+    }
+    for (id, request) in (1..).zip(requests) {
+        output::json(&Envelope { id, request })?;
+    }
+    Ok(())
 }
 
 async fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let json = arguments.json;
-    let drive = async |request| drive::run(&mut Daemon::connect(arguments).await?, request, json).await;
-    match &arguments.command {
-        Command::Status => status::run(&mut Daemon::connect(arguments).await?, json).await,
-        Command::Describe => describe::run(&mut Daemon::connect(arguments).await?, json).await,
-        Command::Get => get::run(&mut Daemon::connect(arguments).await?, json).await,
-        Command::Set(set) => {
-            // What can be refused here is refused before anybody is asked.
-            let changes = set.changes()?;
-            set::run(&mut Daemon::connect(arguments).await?, changes, json).await
-        }
-        Command::Engage => drive(Request::Engage {}).await,
-        Command::Release => drive(Request::Release {}).await,
-        Command::Stop => drive(Request::Stop {}).await,
-        Command::Reset => drive(Request::Reset {}).await,
-        Command::Timing => timing::run(&mut Daemon::connect(arguments).await?, json).await,
-        Command::Advise => advise::run(&mut Daemon::connect(arguments).await?, json).await,
-        Command::Devices(devices) => devices::run(&mut Daemon::connect(arguments).await?, devices, json).await,
-        Command::Watch(watch) => watch::run(&mut Daemon::connect(arguments).await?, watch, json).await,
-        Command::Simulate(simulate) => simulate::run(simulate, json),
-        Command::Accuracy(accuracy) => accuracy::run(accuracy, json),
-        Command::Cost => cost::run(json),
-        Command::Probe { probed } => cost::probe(*probed),
+    let (json, command) = (arguments.json, &arguments.command);
+    let socket = arguments.socket.as_deref();
+    match command {
+        Command::Doctor => return doctor::run(socket, json).await,
+        Command::Raw(raw) => return raw::run(socket, raw).await,
+        Command::Simulate(simulate) => return simulate::run(simulate, json),
+        Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
+        Command::Cost => return cost::run(json),
+        Command::Completions { shell } => return completions::run(*shell),
+        Command::Man(man) => return man::run(man, Arguments::command()),
+        Command::Probe { probed } => return cost::probe(*probed),
+        _ => {}
     }
-}
-
-async fn in_time<T>(answer: impl Future<Output = Result<T, haptic_ipc::ClientError>>) -> Result<T, Failure> {
-    match tokio::time::timeout(ANSWER_TIMEOUT, answer).await {
-        Ok(answer) => Ok(answer?),
-        Err(_) => Err(Failure::NoAnswer(ANSWER_TIMEOUT)),
-    }
-}
-
-/// The daemon, as the subcommands ask it.
-struct Daemon {
-    client: AsyncClient,
-}
-
-impl Daemon {
-    async fn connect(arguments: &Arguments) -> Result<Self, Failure> {
-        let path = socket_path::for_client(arguments.socket.as_deref());
-        Ok(Self {
-            client: in_time(AsyncClient::connect(&path)).await?,
-        })
-    }
-
-    async fn ask<R: serde::de::DeserializeOwned>(&mut self, request: Request) -> Result<R, Failure> {
-        in_time(self.client.request(request)).await
+    // What can be refused here is refused before anybody is asked.
+    let mut requests = command.requests()?;
+    let request = requests.remove(0);
+    let daemon = &mut Daemon::connect(socket).await?;
+    match command {
+        Command::Status => status::run(daemon, json).await,
+        Command::Top => top::run(daemon, socket).await,
+        Command::Describe => describe::run(daemon, json).await,
+        Command::Get(get) => get::run(daemon, get, request, json).await,
+        Command::Set(_) => set::run(daemon, request, json).await,
+        Command::Undo(_) | Command::Redo(_) => undo::run(daemon, request, json).await,
+        Command::Scene(scene) => scene.run(daemon, request, json).await,
+        Command::Log(log) => log::run(daemon, log, json).await,
+        Command::Engage(waiting) => drive::run_to(daemon, request, RigState::Engaged, waiting, json).await,
+        Command::Release(waiting) => drive::run_to(daemon, request, RigState::Idle, waiting, json).await,
+        Command::Wait(wait) => wait::run(daemon, wait, json).await,
+        Command::Lease(lease) => lease::run(daemon, lease).await,
+        Command::Watch(watch) => watch::run(daemon, watch, request, json).await,
+        Command::Record(record) => record::run(daemon, record, json).await,
+        Command::Timing => timing::run(daemon, json).await,
+        Command::Advise => advise::run(daemon, json).await,
+        Command::Devices(_) => devices::run(daemon, request, json).await,
+        _ => drive::run(daemon, request, json).await,
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_sound() {

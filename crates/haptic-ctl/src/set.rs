@@ -1,23 +1,40 @@
 //! `set`: change parameters.
 
+use crate::change::{How, Shown};
+use crate::complete;
+use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{Daemon, output};
+use crate::{change, output, units};
 use clap::Args;
-use haptic_core::ParameterKey;
+use clap_complete::engine::ArgValueCompleter;
 use haptic_core::parameters::TABLE;
 use haptic_ipc::{ChangeReply, Changes, Request};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// What to change: `mass=1.5 Fs=5 Fd=3.5 b=2 DV=0.002`, one direction as `Fs+=5 Fs-=3`; SI units
-    #[arg(required = true, value_name = "NAME=VALUE")]
+    /// What to change: `mass=500g Fs=5 Fd=3.5N b=2 DV=2mm/s`, one direction as `Fs+=5 Fs-=3`
+    #[arg(required = true, value_name = "NAME=VALUE", add = ArgValueCompleter::new(complete::assignments))]
     changes: Vec<String>,
+
+    #[command(flatten)]
+    how: How,
 }
 
 impl Arguments {
     /// Reads the changes; whether they fit the scene is for the daemon to say.
-    pub(crate) fn changes(&self) -> Result<Changes, Failure> {
-        self.changes.iter().map(|text| assignment(text)).collect()
+    pub(crate) fn request(&self) -> Result<Request, Failure> {
+        let params: Changes = self
+            .changes
+            .iter()
+            .map(|text| assignment(text))
+            .collect::<Result<_, _>>()?;
+        Ok(Request::Set {
+            params,
+            if_revision: self.how.if_revision,
+            ramp_ms: self.how.ramp_ms(),
+            dry_run: self.how.dry_run,
+            merge: false,
+        })
     }
 }
 
@@ -27,14 +44,12 @@ fn assignment(text: &str) -> Result<(String, f64), Failure> {
             "`{text}` is no change: write NAME=VALUE, as in mass=1.5"
         )));
     };
-    let (name, value) = (name.trim(), value.trim());
-    match value.parse::<f64>() {
-        Ok(number) if number.is_finite() => Ok((name.to_owned(), number)),
-        _ => Err(Failure::Usage(format!("{name} = `{value}` is not a finite number"))),
-    }
+    let name = name.trim();
+    let value = units::value(name, value.trim()).map_err(Failure::Usage)?;
+    Ok((name.to_owned(), value))
 }
 
-/// The parameters, for the help text.
+/// The parameters and units, for the help text.
 pub(crate) fn parameter_help() -> String {
     let rows: Vec<Vec<String>> = TABLE
         .iter()
@@ -47,39 +62,20 @@ pub(crate) fn parameter_help() -> String {
             vec![
                 format!("  {}", row.name),
                 format!("{}{directions}", row.symbol),
-                format!("{} .. {} {}", row.min, row.max, row.unit),
+                format!("{} .. {} {}", row.min, row.max, units::shown(row.unit)),
             ]
         })
         .collect();
     format!(
-        "Parameters, by name or symbol (`haptic-ctl describe` says what each feels like):\n{}",
-        output::table(&rows)
+        "Parameters, by name or symbol (`haptic-ctl describe` says what each feels like):\n{}\n\n{}",
+        output::table(&rows),
+        units::help()
     )
 }
 
-pub(crate) async fn run(daemon: &mut Daemon, params: Changes, json: bool) -> Result<(), Failure> {
-    let reply: ChangeReply = daemon.ask(Request::set(params)).await?;
-    if json {
-        return output::json(&reply);
-    }
-    let applied: Vec<String> = reply
-        .applied
-        .iter()
-        .map(|(name, value)| {
-            let unit = name.parse::<ParameterKey>().map_or("", |key| key.parameter.info().unit);
-            format!("{name} = {value} {unit}")
-        })
-        .collect();
-    output::line(&format!(
-        "revision {} from tick {}: {}",
-        reply.revision,
-        reply.tick.unwrap_or_default(),
-        applied.join(", ")
-    ))?;
-    for advice in &reply.advice {
-        output::line(&format!("note: {}", advice.message))?;
-    }
-    Ok(())
+pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+    let reply: ChangeReply = daemon.ask(request).await?;
+    change::show(&reply, Shown::Applied, json)
 }
 
 #[cfg(test)]
@@ -92,6 +88,7 @@ mod tests {
         assert_eq!(read("mass=1.5"), Ok(("mass".into(), 1.5)));
         assert_eq!(read("Fs+=5"), Ok(("Fs+".into(), 5.0)));
         assert_eq!(read("Fs-=-3e-1"), Ok(("Fs-".into(), -0.3)));
+        assert_eq!(read("mass = 500 g"), Ok(("mass".into(), 0.5)));
         for bad in ["mass", "mass=", "mass=heavy", "mass=nan", "mass=inf"] {
             assert!(read(bad).is_err(), "{bad}");
         }

@@ -1,9 +1,10 @@
 //! `simulate`: a scene along a recorded motion, offline, by the code that the daemon runs.
 
 use crate::failure::Failure;
-use crate::output;
+use crate::scene::reference;
+use crate::{output, progress};
 use clap::Args;
-use haptic_core::{Scene, Scheme};
+use haptic_core::Scheme;
 use haptic_lab::{motion, simulate};
 use serde_json::json;
 use std::fs::File;
@@ -51,17 +52,8 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         }
     }
     refuse_overwriting(arguments)?;
-    let mut scene = read_scene(&arguments.scene)?;
-    if scene.name.is_empty() {
-        scene.name = arguments
-            .scene
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-    }
+    let scene = reference::file(&arguments.scene)?;
     let refused = |error| Failure::Usage(format!("{}: {error}", arguments.scene.display()));
-    scene.validate().map_err(refused)?;
     if scene.is_on_device() && (arguments.block_position.is_some() || arguments.block_velocity != 0.0) {
         return Err(Failure::Usage(format!(
             "{}: --block-position and --block-velocity place a block, and this scene has none",
@@ -73,12 +65,14 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         position_m: arguments.block_position,
         velocity_mps: arguments.block_velocity,
     };
+    let bar = progress::busy("simulating");
     let run = simulate::simulate(&scene, arguments.scheme, &motion, start).map_err(refused)?;
     write(&arguments.out, |file| simulate::write_rows(&run.rows, file))?;
     if let Some(path) = &arguments.events {
         write(path, |file| simulate::write_events(&run.events, file))?;
     }
     let cost = simulate::measure_cost(&scene, arguments.scheme, &motion, start).map_err(refused)?;
+    bar.finish_and_clear();
     let ticks = motion.len() - 1;
     if as_json {
         return output::json(&json!({
@@ -128,14 +122,6 @@ fn same_file(a: &Path, b: &Path) -> bool {
         (Ok(a), Ok(b)) => a == b,
         _ => a == b,
     }
-}
-
-fn read_scene(path: &Path) -> Result<Scene, Failure> {
-    let refused = |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| refused(&error))?;
-    let scene: Scene = toml::from_str(&text).map_err(|error| refused(&error))?;
-    scene.validate().map_err(|error| refused(&error))?;
-    Ok(scene)
 }
 
 fn write(path: &Path, rows: impl FnOnce(BufWriter<File>) -> std::io::Result<()>) -> Result<(), Failure> {

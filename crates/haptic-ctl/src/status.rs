@@ -1,8 +1,9 @@
 //! `status`: how the rig and the daemon are.
 
+use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{Daemon, output};
-use haptic_ipc::{LinkStatus, Request, Status};
+use crate::{colour, output};
+use haptic_ipc::{LinkStatus, Request, RigState, Status};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let status: Status = daemon.ask(Request::Status {}).await?;
@@ -10,7 +11,7 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         return output::json(&status);
     }
     let real_time = &status.real_time;
-    let mut rows = vec![("state", status.state.to_string())];
+    let mut rows = vec![("state", state(status.state))];
     rows.extend(status.fault.clone().map(|fault| ("fault", fault)));
     rows.extend([
         (
@@ -84,6 +85,15 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         .map(|(name, value)| vec![name.to_owned(), value])
         .collect();
     output::line(&output::table(&rows))
+}
+
+fn state(state: RigState) -> String {
+    let style = match state {
+        RigState::Stopped | RigState::Faulted => colour::BAD,
+        _ if state.is_live() => colour::GOOD,
+        _ => return state.to_string(),
+    };
+    colour::paint(&state.to_string(), style)
 }
 
 /// The link to the rig: who is there, how quick, and what went wrong on the way.

@@ -1,7 +1,8 @@
 //! `timing`: how well the loop keeps time.
 
+use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{Daemon, output};
+use crate::output;
 use haptic_ipc::{Bucket, Percentiles, Request, Timing, TimingHistogram, TimingWindow};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
@@ -18,15 +19,14 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     } = &timing.last_10_s.histogram;
     for (what, buckets) in [("wake-up latency", wake_latency_ns), ("tick", tick_ns)] {
         if !buckets.is_empty() {
-            output::line(&format!("\n{what}, last 10 s\n{}", histogram(buckets)))?;
+            output::line(&format!("\n{what}, last 10 s\n{}", histogram(buckets, 40.0)))?;
         }
     }
     Ok(())
 }
 
-/// A bar for each bucket, as long as the logarithm of its count: the rare ones are those to be seen.
-pub(crate) fn histogram(buckets: &[Bucket]) -> String {
-    const WIDTH: f64 = 40.0;
+/// A bar for each bucket, as long as the logarithm of its count: the rare ones are those to be seen. The longest is as long as `width`.
+pub(crate) fn histogram(buckets: &[Bucket], width: f64) -> String {
     #[expect(clippy::cast_precision_loss, reason = "counts of ticks")]
     let size = |count: u64| (1.0 + count as f64).log10();
     let most = buckets.iter().map(|bucket| size(bucket.count)).fold(1e-9, f64::max);
@@ -34,8 +34,12 @@ pub(crate) fn histogram(buckets: &[Bucket]) -> String {
         .iter()
         .skip_while(|bucket| bucket.count == 0)
         .map(|bucket| {
-            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 40")]
-            let bar = (WIDTH * size(bucket.count) / most).round() as usize;
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "from 0 to the width"
+            )]
+            let bar = (width * size(bucket.count) / most).round() as usize;
             vec![
                 format!("up to {}", microseconds(bucket.up_to)),
                 bucket.count.to_string(),

@@ -1,7 +1,8 @@
 //! `watch`: samples as they come.
 
+use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{Daemon, output};
+use crate::output;
 use clap::Args;
 use haptic_ipc::{Event, Request, Sample, SubscribeReply, Topic};
 
@@ -36,23 +37,32 @@ impl std::str::FromStr for Rate {
     }
 }
 
-pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
-    let rate_hz = match arguments.rate {
-        Rate::All => None,
-        Rate::Hz(rate) => Some(rate),
-    };
-    let subscribe = Request::Subscribe {
-        topics: vec![Topic::Samples],
-        rate_hz,
-        batch_ms: None,
-    };
-    let _: SubscribeReply = daemon.ask(subscribe).await?;
+impl Arguments {
+    pub(crate) fn request(&self) -> Request {
+        Request::Subscribe {
+            topics: vec![Topic::Samples],
+            rate_hz: match self.rate {
+                Rate::All => None,
+                Rate::Hz(rate) => Some(rate),
+            },
+            batch_ms: None,
+        }
+    }
+}
+
+pub(crate) async fn run(
+    daemon: &mut Daemon,
+    arguments: &Arguments,
+    request: Request,
+    json: bool,
+) -> Result<(), Failure> {
+    let _: SubscribeReply = daemon.ask(request).await?;
     let mut left = arguments.count.unwrap_or(u64::MAX);
     if !json {
         output::line(&header())?;
     }
     while left > 0 {
-        let Event::Samples(batch) = daemon.client.next_event().await? else {
+        let Event::Samples(batch) = daemon.next_event().await? else {
             continue;
         };
         let Some(first) = batch.rows.first() else {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// A remark on a scene that is accepted all the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Advice {
     /// The parameter concerned: the one to change, where changing one mends it.
     pub param: String,
@@ -18,6 +19,7 @@ pub struct Advice {
 
 /// A bound on the scene, and how the scene keeps it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Finding {
     /// Name of the check.
     pub check: String,
@@ -69,6 +71,7 @@ impl From<Note> for Advice {
 
 /// Answer to `advise`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AdviceReply {
     /// Revision of the scene that was looked at.
     pub revision: u64,

@@ -84,3 +84,18 @@ impl<'de> Deserialize<'de> for Changes {
         deserializer.deserialize_map(Pairs)
     }
 }
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Changes {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Changes".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "Parameters by name or symbol, as `describe` lists them, with `+` or `-` after it for one direction.",
+            "type": "object",
+            "additionalProperties": generator.subschema_for::<Directional>(),
+        })
+    }
+}

@@ -26,7 +26,7 @@ pub enum ClientError {
         source: io::Error,
     },
     /// The socket may not be used.
-    #[error("no permission to use {}: {source}; the socket belongs to the user who started the daemon", .path.display())]
+    #[error("no permission to use {}: {source}; it is for the user who started the daemon, and for the group that its --socket-group names", .path.display())]
     Permission {
         /// The socket.
         path: PathBuf,
@@ -59,7 +59,8 @@ pub enum ClientError {
 
 impl ClientError {
     /// Sorts what connecting to `path` gave.
-    pub(crate) fn connecting(path: &Path, source: io::Error) -> Self {
+    #[must_use]
+    pub fn connecting(path: &Path, source: io::Error) -> Self {
         let path = path.to_path_buf();
         match source.kind() {
             io::ErrorKind::PermissionDenied => Self::Permission { path, source },

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Answer to `describe`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Description {
     /// The scene's friction law.
     #[serde(default)]
@@ -21,6 +22,7 @@ pub struct Description {
 
 /// A row of the parameter table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ParameterDescription {
     /// Name on the wire.
     pub name: String,

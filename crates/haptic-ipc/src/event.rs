@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 /// A line that answers no request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Event {
     /// The whole state: at once after `subscribe`, and at every change.
@@ -23,11 +24,13 @@ pub enum Event {
     Log(Box<JournalEntry>),
     /// A topic of a later server.
     #[serde(other)]
+    #[cfg_attr(feature = "schema", schemars(skip))]
     Unknown,
 }
 
 /// The rig's state and the scene in force.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StateEvent {
     /// State of the rig.
     pub state: RigState,
@@ -55,6 +58,7 @@ pub struct StateEvent {
 
 /// A batch of ticks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SamplesEvent {
     /// Counts the sample events of the subscription, from 0.
     pub seq: u64,
@@ -66,6 +70,7 @@ pub struct SamplesEvent {
 
 /// Answer to `subscribe`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SubscribeReply {
     /// What will be heard of.
     pub topics: Vec<Topic>,

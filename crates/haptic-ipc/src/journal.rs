@@ -7,6 +7,7 @@ use std::fmt;
 
 /// Something that was changed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct JournalEntry {
     /// Counts the entries since the daemon began, from 1.
     pub seq: u64,
@@ -57,6 +58,7 @@ impl JournalEntry {
 
 /// A change of the rig's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StateChange {
     /// What it was.
     pub before: RigState,
@@ -66,6 +68,7 @@ pub struct StateChange {
 
 /// A client, as the kernel knows it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Peer {
     /// Name of its connection, as in its greeting.
     pub session: String,
@@ -98,6 +101,7 @@ impl fmt::Display for Peer {
 
 /// Answer to `log`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LogReply {
     /// The entries, oldest first.
     pub entries: Vec<JournalEntry>,
@@ -107,6 +111,7 @@ pub struct LogReply {
 
 /// Answer to `lease`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LeaseReply {
     /// How long the client may be silent, ms; 0 where there is no lease any more.
     pub timeout_ms: u32,

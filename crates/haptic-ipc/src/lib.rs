@@ -97,8 +97,15 @@
 //! ignore fields that it does not know. The server refuses fields that it does not know, so that a misspelt one is never
 //! silently without effect.
 //!
+//! # For machines
+//! `docs/control-protocol.schema.json` is a JSON Schema of all lines, generated from these types.
+//!
+//! # A socket for watchers
+//! The daemon may have a second socket, on which only what leaves everything as it is may be asked, and `stop`
+//! ([`Request::is_for_watchers`]); all else is refused with `read_only`.
+//!
 //! # Limits
-//! 32 clients. While all places are taken further ones may still `stop`, and nothing else.
+//! 32 clients on either socket. While all places are taken further ones may still `stop`, and nothing else.
 
 mod advice;
 mod async_client;
@@ -114,6 +121,8 @@ pub mod quantity;
 mod request;
 mod sample;
 mod scene;
+#[cfg(feature = "schema")]
+pub mod schema;
 pub mod socket_path;
 mod state;
 mod status;

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// What the server says first.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Hello {
     /// Version of the protocol.
     pub protocol: u32,

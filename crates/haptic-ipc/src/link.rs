@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// The link to a rig, as `status` shows it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkStatus {
     /// The device that is connected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -29,6 +30,7 @@ pub struct LinkStatus {
 
 /// A device at the other end of a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkedDevice {
     /// Name and version of its firmware.
     pub firmware: String,
@@ -43,6 +45,7 @@ pub struct LinkedDevice {
 
 /// What was counted on a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkCounts {
     /// Samples taken.
     pub samples: u64,
@@ -68,6 +71,7 @@ pub struct LinkCounts {
 
 /// The answer to `devices`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DevicesReply {
     /// What is plugged in, or the one that was asked.
     pub devices: Vec<FoundDevice>,
@@ -75,6 +79,7 @@ pub struct DevicesReply {
 
 /// A device that may be a rig.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FoundDevice {
     /// How to name it, for `hapticd --device`.
     pub address: String,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a client asks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "op", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Request {
     /// The parameter table.
@@ -234,6 +235,7 @@ const OPERATIONS: &str = "describe, get, set, scene.load, scene.save, scene.list
 
 /// A request with the number that its answer will carry.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Envelope {
     /// Chosen by the client.
     pub id: u64,
@@ -328,6 +330,7 @@ fn explain(line: &str, error: &serde_json::Error) -> WireError {
 
 /// What can be subscribed to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
     /// The rig's state and the scene in force, at once and at every change.

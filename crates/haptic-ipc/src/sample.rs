@@ -10,6 +10,7 @@ macro_rules! sample {
     ($($(#[$doc:meta])* $field:ident $column:literal : $type:ty),* $(,)?) => {
         /// One tick. On the wire it is a row: an array in the order of [`SAMPLE_COLUMNS`].
         #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(from = "Row", into = "Row")]
         pub struct Sample {
             $($(#[$doc])* pub $field: $type,)*
@@ -39,6 +40,28 @@ macro_rules! sample {
                     }
                 }
                 deserializer.deserialize_seq(Cells)
+            }
+        }
+
+        #[cfg(feature = "schema")]
+        impl schemars::JsonSchema for Row {
+            fn schema_name() -> std::borrow::Cow<'static, str> {
+                "Row".into()
+            }
+
+            fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+                let cells = [$({
+                    let mut cell = generator.subschema_for::<$type>();
+                    cell.insert("title".to_owned(), $column.into());
+                    cell
+                }),*];
+                let least = cells.len();
+                schemars::json_schema!({
+                    "description": "One tick: a number or word for each column. A later server may have more columns.",
+                    "type": "array",
+                    "prefixItems": cells,
+                    "minItems": least,
+                })
             }
         }
 

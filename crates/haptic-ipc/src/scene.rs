@@ -47,8 +47,27 @@ impl<'de> Deserialize<'de> for SceneRef {
     }
 }
 
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for SceneRef {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "SceneRef".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "Which scene is meant.",
+            "oneOf": [
+                { "type": "integer", "minimum": 0, "description": "One that was in force, by its revision." },
+                { "type": "string", "description": "One in the library, by its name there." },
+                generator.subschema_for::<Scene>(),
+            ],
+        })
+    }
+}
+
 /// Answer to `get`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneReply {
     /// Revision of the newest scene; it grows by one with every change.
     pub revision: u64,
@@ -69,6 +88,7 @@ pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
 
 /// Answer to `set`, `scene.load`, `undo` and `redo`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChangeReply {
     /// Revision of the changed scene; where it was only tried, the one that is still the newest.
     pub revision: u64,
@@ -92,6 +112,7 @@ pub struct ChangeReply {
 
 /// Something in which two scenes differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Difference {
     /// A parameter, or `name`, `law`, `reseat`.
     pub param: String,
@@ -108,6 +129,7 @@ pub struct Difference {
 
 /// A number, or a word.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Value {
     /// Of a parameter, SI units.
@@ -168,6 +190,7 @@ pub fn differences(before: &Scene, after: &Scene) -> Vec<Difference> {
 
 /// Answer to `scene.list`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneListReply {
     /// The library, by name.
     pub scenes: Vec<ListedScene>,
@@ -175,6 +198,7 @@ pub struct SceneListReply {
 
 /// A scene in the library.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ListedScene {
     /// Its name there, as `scene.load` takes it.
     pub name: String,
@@ -192,6 +216,7 @@ pub struct ListedScene {
 
 /// Answer to `scene.save`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneSaveReply {
     /// Its name in the library.
     pub name: String,
@@ -201,6 +226,7 @@ pub struct SceneSaveReply {
 
 /// Answer to `scene.diff`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneDiffReply {
     /// In what the scenes differ; empty where they are alike.
     pub differences: Vec<Difference>,

@@ -5,6 +5,7 @@ use std::fmt;
 
 /// State of the rig.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum RigState {
     /// No device; zero force.
@@ -47,6 +48,7 @@ impl fmt::Display for RigState {
 
 /// Answer to `engage`, `release`, `stop` and `reset`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StateReply {
     /// State of the rig after the tick.
     pub state: RigState,

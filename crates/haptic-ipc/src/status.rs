@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Answer to `status`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Status {
     /// Name and version of the server.
     pub server: String,
@@ -55,6 +56,7 @@ pub struct Status {
 
 /// The rig, as `status` shows it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceStatus {
     /// What it is.
     pub description: String,
@@ -77,6 +79,7 @@ pub struct DeviceStatus {
 
 /// The real-time thread, as `status` shows it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RealTimeStatus {
     /// Its SCHED_FIFO priority, absent when it runs at an ordinary one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -133,6 +136,7 @@ impl RealTimeStatus {
 
 /// Something that the real-time thread could not have.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Problem {
     /// What it is, and what the system said.
     pub what: String,

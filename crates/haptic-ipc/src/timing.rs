@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Answer to `timing`, and the timing event: counts and percentiles since the loop began.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Timing {
     /// Nominal rate of the loop, Hz.
     pub rate_hz: f64,
@@ -20,6 +21,7 @@ pub struct Timing {
 
 /// How well the loop kept time over a while.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TimingWindow {
     /// Ticks done.
     pub ticks: u64,
@@ -44,6 +46,7 @@ pub struct TimingWindow {
 
 /// Durations in buckets. The buckets follow one another; the first begins at 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TimingHistogram {
     /// How long after its deadline a tick began.
     pub wake_latency_ns: Vec<Bucket>,
@@ -53,6 +56,7 @@ pub struct TimingHistogram {
 
 /// A bucket of a histogram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Bucket {
     /// The durations in it are up to this, ns, and above that of the bucket before.
     pub up_to: u64,
@@ -62,6 +66,7 @@ pub struct Bucket {
 
 /// Percentiles of a duration, ns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Percentiles {
     /// Half are below.
     pub p50: u64,

@@ -1,5 +1,6 @@
 //! What the daemon is told: the command line, a configuration file with the same names, and the defaults.
 
+use crate::control::socket::Group;
 use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, Policy, available_cpus, default_cpu};
 use clap::{Parser, ValueEnum};
@@ -58,6 +59,14 @@ pub(crate) struct Options {
     /// runtime directory, else /run/hapticd/control.sock]
     #[arg(long, value_name = "PATH")]
     socket: Option<PathBuf>,
+
+    /// Serve the members of this group on the control socket as well, by name or number; without it only the daemon's own user and root
+    #[arg(long, value_name = "GROUP")]
+    socket_group: Option<String>,
+
+    /// Where to make a second socket for watchers: whoever can reach it may read everything and stop the rig, and nothing else [default: none]
+    #[arg(long, value_name = "PATH")]
+    watch_socket: Option<PathBuf>,
 
     /// Ticks a second, Hz, from 100 to 20000 [default: 1000]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
@@ -292,6 +301,12 @@ pub(crate) enum ConfigError {
         "name the rig: --device serial:/dev/ttyACM0, or --device fake for a simulated one; or try `hapticd --demo`"
     )]
     NoDevice,
+    #[error(
+        "socket-group = {0}: there is no such group; make it with `sudo groupadd --system {0}`, and its members with `sudo usermod -aG {0} USER`"
+    )]
+    NoSuchGroup(String),
+    #[error("watch-socket = {} is the control socket: name another place for the watchers", .0.display())]
+    WatchOnControl(PathBuf),
     #[error("--demo and --self-test run on the built-in fake rig: leave --device out")]
     OnlyFake,
 }
@@ -315,6 +330,9 @@ fn default_scene_dir() -> PathBuf {
 #[derive(Debug)]
 pub(crate) struct Config {
     pub(crate) socket: PathBuf,
+    /// Whom the control socket serves beside the daemon's own user and root.
+    pub(crate) socket_group: Option<Group>,
+    pub(crate) watch_socket: Option<PathBuf>,
     pub(crate) period_ns: u64,
     pub(crate) cpu: Option<usize>,
     pub(crate) available_cpus: Vec<usize>,
@@ -364,7 +382,7 @@ impl Options {
         if let Some(path) = self.config.clone() {
             let file: Self = read_toml(&path)?;
             fall_back!(
-                self, file: device, socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scene_dir, scheme,
+                self, file: device, socket, socket_group, watch_socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scene_dir, scheme,
                 velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2, passivity_control_n, ramp_ms, stale_ms, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
                 arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m,
@@ -426,8 +444,18 @@ impl Options {
         scene
             .validate_rate(period_ns as f64 * 1e-9)
             .map_err(ConfigError::StartScene)?;
+        let socket = haptic_ipc::socket_path::for_server(self.socket.as_deref());
+        if let Some(path) = self.watch_socket.as_ref().filter(|path| **path == socket) {
+            return Err(ConfigError::WatchOnControl(path.clone()));
+        }
+        let group = self
+            .socket_group
+            .as_ref()
+            .map(|name| Group::find(name).ok_or_else(|| ConfigError::NoSuchGroup(name.clone())));
         Ok(Config {
-            socket: haptic_ipc::socket_path::for_server(self.socket.as_deref()),
+            socket,
+            socket_group: group.transpose()?,
+            watch_socket: self.watch_socket.clone(),
             period_ns,
             cpu: self.cpu.or_else(|| default_cpu(&available_cpus)),
             available_cpus,
@@ -657,6 +685,10 @@ mod tests {
             (vec!["--stale-ms", "0"], vec!["stale-ms", "0", "1", "1000", "ms"]),
             (vec!["--priority", "0"], vec!["priority", "1", "99"]),
             (vec!["--cpu", "4000"], vec!["cpu", "4000", "processors"]),
+            (
+                vec!["--socket-group", "nosuch"],
+                vec!["socket-group", "nosuch", "groupadd"],
+            ),
             (vec!["--hand", "file:/nowhere.csv"], vec!["/nowhere.csv"]),
             (vec!["--scene", "/nowhere.toml"], vec!["/nowhere.toml"]),
         ] {

@@ -18,7 +18,8 @@ mod telemetry;
 
 use clap::Parser;
 use config::{Config, ConfigError, Options, RigChoice};
-use control::server::{Server, SocketError};
+use control::server::Server;
+use control::socket::SocketError;
 use control::{Facts, RigHandle};
 use device_io::Device;
 use device_io::link::{Keeper, LinkMonitor};
@@ -93,7 +94,11 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
     let local = tokio::task::LocalSet::new();
     local.block_on(&runtime, async move {
         // Before anything moves: a second daemon must not touch the rig.
-        let server = Server::bind(&config.socket)?;
+        let server = Server::bind(
+            &config.socket,
+            config.socket_group.clone(),
+            config.watch_socket.as_deref(),
+        )?;
         let mut stop_signals = StopSignals::new()?;
         let ramp = Duration::from_secs_f64(config.ramp_s);
         let (mut running, rig) = start_loop(config)?;
@@ -325,6 +330,12 @@ fn introduce(rig: &RigHandle, server: &Server) {
     let real_time = &facts.real_time;
     say(&facts.device);
     say(&format!("control socket {}", server.path().display()));
+    if let Some(path) = server.watch_path() {
+        say(&format!("watchers' socket {}", path.display()));
+    }
+    for problem in server.problems() {
+        say_problem(&problem);
+    }
     say(&format!(
         "{:.0} Hz, {}, {}, {}",
         1.0 / facts.period_s(),

@@ -20,6 +20,7 @@ use crate::parameters::{Direction, Parameter};
 /// Dahl friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Dahl {
     /// `Fd` (Dahl's `Fc`; `Dp` and `Dn` by direction), N: the force of a long slide.

@@ -141,3 +141,28 @@ mod wire {
         }
     }
 }
+
+#[cfg(feature = "schema")]
+impl schemars::JsonSchema for Directional {
+    fn schema_name() -> alloc::borrow::Cow<'static, str> {
+        "Directional".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "One value, or one for each direction of motion.",
+            "oneOf": [
+                { "type": "number" },
+                {
+                    "type": "object",
+                    "properties": {
+                        "positive": { "type": "number", "description": "Along the positive axis." },
+                        "negative": { "type": "number", "description": "Along the negative axis." },
+                    },
+                    "required": ["positive", "negative"],
+                    "additionalProperties": false,
+                },
+            ],
+        })
+    }
+}

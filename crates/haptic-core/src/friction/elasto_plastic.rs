@@ -16,6 +16,7 @@ use core::f64::consts::PI;
 /// Elasto-plastic friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ElastoPlastic {
     /// `Fs`, N: the most that the bristle holds at rest.

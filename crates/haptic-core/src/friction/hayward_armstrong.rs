@@ -16,6 +16,7 @@ use crate::parameters::Parameter;
 /// Hayward-Armstrong friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct HaywardArmstrong {
     /// `Fd`, N: the force of a long slide, `sigma zmax`.

@@ -30,6 +30,7 @@ use crate::parameters::Parameter;
 /// limit: see [`Karnopp::breakaway_force`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Karnopp {
     /// `Fs`, N: the force that a block at rest withstands.

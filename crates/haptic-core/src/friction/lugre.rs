@@ -15,6 +15,7 @@ use crate::parameters::Parameter;
 /// LuGre friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Lugre {
     /// `Fs`, N: the most that the bristle holds at rest.

@@ -43,6 +43,7 @@ use level::{Level, Stribeck};
 /// What a stuck spring is anchored to when a slide ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Reseat {
     /// Where the spring has the force that there was: the force is continuous.
@@ -57,6 +58,7 @@ pub enum Reseat {
 /// The friction law of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(tag = "law", rename_all = "kebab-case"))]
 pub enum Friction {
     /// Stiction, kinetic and viscous friction with a true stuck state.

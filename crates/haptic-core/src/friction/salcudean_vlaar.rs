@@ -14,6 +14,7 @@ use crate::parameters::Parameter;
 /// Salcudean-Vlaar friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SalcudeanVlaar {
     /// `Fs`, N: what the spring holds.

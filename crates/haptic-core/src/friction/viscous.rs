@@ -6,6 +6,7 @@ use crate::parameters::Parameter;
 /// Drag in proportion to velocity. 35 N s/m is the paper's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Viscous {
     /// `b`, N s/m.

@@ -84,6 +84,12 @@ impl<W: Write> Recorder<W> {
         Ok((out, totals))
     }
 
+    /// Time of the first row, s, once there is one.
+    #[must_use]
+    pub const fn first_s(&self) -> Option<f64> {
+        self.first_s
+    }
+
     /// How much it holds by now.
     #[must_use]
     pub fn totals(&self) -> Totals {

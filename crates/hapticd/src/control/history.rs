@@ -88,7 +88,6 @@ impl History {
                 if !one_step {
                     self.push(before);
                 }
-                self.redo.clear();
                 self.dragged = Some(now);
             }
             Move::Undo => {
@@ -150,18 +149,19 @@ mod tests {
     proptest! {
         /// Against two plain stacks.
         #[test]
-        fn steps_lead_back_and_forth_through_the_same_scenes(moves in prop::collection::vec(0..3u8, 0..200)) {
+        fn steps_lead_back_and_forth_through_the_same_scenes(moves in prop::collection::vec(0..4u8, 0..200)) {
             let mut history = History::default();
             let (mut back, mut forth, mut now, mut next) = (Vec::new(), Vec::new(), 0, 1);
             for step in moves {
                 match step {
-                    0 => {
-                        history.moved(Move::Forward, named(now));
+                    0 | 1 => {
+                        let set = Move::Merge(Dragged { session: 1, parameters: Vec::new(), goes_on: false });
+                        history.moved(if step == 0 { set } else { Move::Forward }, named(now));
                         back.push(now);
                         forth.clear();
                         (now, next) = (next, next + 1);
                     }
-                    1 => if let Some(to) = back.pop() {
+                    2 => if let Some(to) = back.pop() {
                         prop_assert_eq!(history.back().cloned(), Some(named(to)));
                         history.moved(Move::Undo, named(now));
                         forth.push(now);

@@ -36,6 +36,8 @@ const CHANGES_UNDER_WAY: usize = 64;
 pub(super) enum Rights {
     /// Everything.
     All,
+    /// What leaves everything as it is, and stop.
+    Watch,
     /// Stop, as there is no place left for more.
     OnlyStop,
 }
@@ -229,10 +231,12 @@ impl Client {
         Ok(())
     }
 
-    fn may(&self, request: &Request) -> bool {
+    /// Why the client may not ask this, if it may not.
+    fn refusal(&self, request: &Request) -> Option<WireError> {
         match self.rights {
-            Rights::All => true,
-            Rights::OnlyStop => *request == (Request::Stop {}),
+            Rights::All => None,
+            Rights::Watch => (!request.is_for_watchers()).then(only_watching),
+            Rights::OnlyStop => (*request != (Request::Stop {})).then(no_place),
         }
     }
 
@@ -247,8 +251,8 @@ impl Client {
     async fn take_up(&self, envelope: Envelope, stops: u64) -> Answer {
         let id = Some(envelope.id);
         let (rig, by) = (&*self.rig, self.by());
-        if !self.may(&envelope.request) {
-            return Answer::Now(answer::<()>(id, Err(no_place())));
+        if let Some(refusal) = self.refusal(&envelope.request) {
+            return Answer::Now(answer::<()>(id, Err(refusal)));
         }
         let command = async |command| drive::command(rig, command, stops, by.peer).await;
         let begun = |begun: Result<Begun, WireError>| match begun {
@@ -335,6 +339,11 @@ fn no_place() -> WireError {
     let message =
         format!("{MOST_CLIENTS} clients are connected, the most that are served: close one first; you may only stop");
     WireError::new(ErrorCode::TooManyClients, message)
+}
+
+fn only_watching() -> WireError {
+    let message = "this socket is for watching and for stopping: connect to the control socket to change anything";
+    WireError::new(ErrorCode::ReadOnly, message)
 }
 
 fn unreadable(error: &LinesCodecError) -> WireError {

@@ -5,6 +5,7 @@
 //! All of it is counted, not timed, so that a busy machine cannot disturb it.
 #![allow(unsafe_code, reason = "a counting allocator, a seccomp filter and a signal handler")]
 
+use crate::control::compile::Compiled;
 use crate::rig_state::Command;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::{CompiledScene, Shared};
@@ -18,7 +19,7 @@ use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
 use device_io::protocol::view::View;
 use device_io::{Device, DeviceError, Measurement};
-use haptic_core::{Renderer, Scene, Scheme};
+use haptic_core::{Scene, Scheme};
 use haptic_ipc::{RealTimeStatus, RigState};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -206,10 +207,14 @@ impl Device for Failing {
 const PERIOD_NS: u64 = 1_000_000;
 
 fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
-    CompiledScene::at_once(
-        Renderer::new(scene, Scheme::Exact, 1e-3).expect("a valid scene"),
-        revision,
-    )
+    on_the_way(scene, scene, 0.0, revision)
+}
+
+/// A scene that comes in over a time, from another.
+fn on_the_way(from: &Scene, to: &Scene, ramp_s: f64, revision: u64) -> CompiledScene {
+    Compiled::new(from, to, Scheme::Exact, 1e-3, ramp_s)
+        .expect("a valid scene")
+        .into_scene(revision)
 }
 
 /// Every law that the repository has a scene for.
@@ -356,6 +361,13 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
         filtered: Arc::clone(&filtered),
     });
     let scenes = scenes();
+    let mass = "mass".parse().expect("a parameter");
+    let heavy = Scene::paper().with(&[(mass, 5.0)]).expect("a valid scene");
+    let drag = scenes
+        .iter()
+        .find(|scene| scene.friction.law() == "viscous")
+        .expect("a drag")
+        .clone();
     let mut running = start(device, &shared, &scenes[0], producer);
 
     let began = Instant::now();
@@ -364,10 +376,22 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     let (mut faults, mut lost, mut live, mut stopped, mut pushed) = (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
     let commands = [Command::Reset, Command::Engage, Command::Engage, Command::Release];
     while newest.is_none_or(|record: ring::TickRecord| record.tick < watch_until + 10) {
-        if shared.answers.applied(revision).is_some() {
+        // Some come in over twenty ticks, and are given ten or thirty.
+        let long = [10, 30][usize::from(revision % 4 == 0)] * u64::from(revision % 10 < 2);
+        if shared
+            .answers
+            .applied(revision)
+            .is_some_and(|tick| newest.is_some_and(|record| record.tick >= tick + long))
+        {
             revision += 1;
             let index = usize::try_from(revision).expect("few scenes") % scenes.len();
-            shared.scenes.post(compiled(&scenes[index], revision));
+            shared.scenes.post(match revision % 10 {
+                0 => on_the_way(&Scene::paper(), &heavy, 0.02, revision),
+                1 => on_the_way(&scenes[index], &drag, 0.02, revision),
+                _ => compiled(&scenes[index], revision),
+            });
+            // A lease that has lapsed lets the force out; most of the time there is none.
+            shared.lease_until(if revision % 50 < 3 { 0 } else { u64::MAX });
             // Now and then one that is replaced before it is taken, and one stop for every few scenes.
             if revision % 7 == 0 {
                 revision += 1;

@@ -1,0 +1,62 @@
+//! What the shell completes beyond the command line's own words: parameters, and the scenes of a running daemon.
+
+use crate::{condition, units};
+use clap_complete::engine::CompletionCandidate;
+use haptic_core::parameters::TABLE;
+use haptic_ipc::{Client, Request, SceneListReply, socket_path};
+use std::ffi::OsStr;
+
+/// Parameters, up to the value that only a person knows.
+pub(crate) fn assignments(current: &OsStr) -> Vec<CompletionCandidate> {
+    let begun = current.to_string_lossy();
+    TABLE
+        .iter()
+        .flat_map(|row| {
+            let directions: &[&str] = if row.directional { &["", "+", "-"] } else { &[""] };
+            let names = [row.name, row.symbol];
+            names
+                .into_iter()
+                .flat_map(move |name| directions.iter().map(move |direction| format!("{name}{direction}=")))
+                .map(move |text| (text, row))
+        })
+        .filter(|(text, _)| text.starts_with(&*begun))
+        .map(|(text, row)| {
+            CompletionCandidate::new(text).help(Some(
+                format!("{} .. {} {}", row.min, row.max, units::shown(row.unit)).into(),
+            ))
+        })
+        .collect()
+}
+
+/// Fields of a condition, after whatever comparisons there are already; states and operators are a person's.
+pub(crate) fn conditions(current: &OsStr) -> Vec<CompletionCandidate> {
+    let text = current.to_string_lossy();
+    let begins = text.rfind(char::is_whitespace).map_or(0, |space| space + 1);
+    let (before, begun) = text.split_at(begins);
+    condition::fields()
+        .split(", ")
+        .filter(|field| field.starts_with(begun))
+        .map(|field| CompletionCandidate::new(format!("{before}{field}")))
+        .collect()
+}
+
+/// The library of the daemon, where one runs, and files.
+pub(crate) fn scenes(current: &OsStr) -> Vec<CompletionCandidate> {
+    let begun = current.to_string_lossy().into_owned();
+    let listed: Option<SceneListReply> = Client::connect(&socket_path::for_client(None))
+        .ok()
+        .and_then(|mut client| client.request(Request::SceneList {}).ok());
+    let mut candidates: Vec<CompletionCandidate> = listed
+        .unwrap_or_default()
+        .scenes
+        .into_iter()
+        .filter(|scene| scene.name.starts_with(&begun))
+        .map(|scene| CompletionCandidate::new(scene.name).help(Some(scene.law.into())))
+        .collect();
+    let is_scene = |path: &std::path::Path| path.extension().is_some_and(|extension| extension == "toml");
+    candidates.extend(clap_complete::engine::ValueCompleter::complete(
+        &clap_complete::PathCompleter::file().filter(is_scene),
+        current,
+    ));
+    candidates
+}

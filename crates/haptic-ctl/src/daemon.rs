@@ -1,0 +1,51 @@
+//! The daemon, as the subcommands ask it.
+
+use crate::failure::Failure;
+use haptic_ipc::{AsyncClient, ClientError, Event, Hello, Request, socket_path};
+use serde::de::DeserializeOwned;
+use std::path::Path;
+use std::time::Duration;
+
+/// How long an answer may take before the daemon counts as hung.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A connection.
+pub(crate) struct Daemon {
+    client: AsyncClient,
+}
+
+impl Daemon {
+    /// Connects to the socket given, else to the first default that exists.
+    pub(crate) async fn connect(socket: Option<&Path>) -> Result<Self, Failure> {
+        let path = socket_path::for_client(socket);
+        Ok(Self {
+            client: in_time(AsyncClient::connect(&path)).await?,
+        })
+    }
+
+    /// What it said first.
+    pub(crate) fn hello(&self) -> &Hello {
+        self.client.hello()
+    }
+
+    pub(crate) async fn ask<R: DeserializeOwned>(&mut self, request: Request) -> Result<R, Failure> {
+        in_time(self.client.request(request)).await
+    }
+
+    /// Waits for the next event, however long. Safe to drop half-way.
+    pub(crate) async fn next_event(&mut self) -> Result<Event, Failure> {
+        Ok(self.client.next_event().await?)
+    }
+
+    /// Waits for the next event of a subscription that brings one each second. Safe to drop half-way.
+    pub(crate) async fn regular_event(&mut self) -> Result<Event, Failure> {
+        in_time(self.client.next_event()).await
+    }
+}
+
+async fn in_time<T>(answer: impl Future<Output = Result<T, ClientError>>) -> Result<T, Failure> {
+    match tokio::time::timeout(ANSWER_TIMEOUT, answer).await {
+        Ok(answer) => Ok(answer?),
+        Err(_) => Err(Failure::NoAnswer(ANSWER_TIMEOUT)),
+    }
+}

@@ -1,0 +1,108 @@
+//! `lease`: a command as a dead man's switch. The rig is released should haptic-ctl, and with it the command, die or hang.
+
+use crate::daemon::Daemon;
+use crate::duration::duration;
+use crate::failure::Failure;
+use haptic_ipc::{LeaseReply, Request};
+use std::ffi::OsString;
+use std::os::unix::process::ExitStatusExt;
+use std::process::ExitStatus;
+use std::time::Duration;
+use tokio::process::{Child, Command};
+use tokio::signal::unix::{SignalKind, signal};
+
+/// For the help text.
+pub(crate) const HELP: &str = "\
+The exit code is the command's. After a command that ends with 0 the rig stays as the command has left it; after any other end it is released. \
+SIGTERM and SIGHUP are passed on to the command.
+
+    haptic-ctl lease --timeout 200ms -- python3 experiment.py";
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// How long haptic-ctl may be silent before the rig is released, from 20ms to 60s
+    #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = duration)]
+    timeout: Duration,
+
+    /// What to run, after `--`
+    #[arg(required = true, last = true, value_name = "COMMAND")]
+    command: Vec<OsString>,
+}
+
+impl Arguments {
+    pub(crate) fn request(&self) -> Result<Request, Failure> {
+        // A time below a millisecond must not become 0, which ends a lease.
+        let timeout_ms = self.timeout.as_millis().max(1);
+        let timeout_ms = u32::try_from(timeout_ms).map_err(|_| {
+            Failure::Usage(format!(
+                "--timeout = {timeout_ms} ms is out of range: it must be from 20 to 60000 ms"
+            ))
+        })?;
+        Ok(Request::Lease { timeout_ms })
+    }
+}
+
+pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<(), Failure> {
+    let request = arguments.request()?;
+    // Caught before the command runs, so that none of them ends haptic-ctl and leaves the command behind.
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut hang_up = signal(SignalKind::hangup())?;
+    let _: LeaseReply = daemon.ask(request.clone()).await?;
+    let (program, rest) = arguments
+        .command
+        .split_first()
+        .ok_or_else(|| Failure::Usage("there is no command to run".to_owned()))?;
+    let mut child = match Command::new(program).args(rest).spawn() {
+        Ok(child) => child,
+        Err(error) => {
+            end(daemon).await?;
+            return Err(Failure::Usage(format!("{}: {error}", program.display())));
+        }
+    };
+    // Three renewals in the time: one may come late.
+    let mut renewals = tokio::time::interval(arguments.timeout / 3);
+    renewals.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut lost = None;
+    let status = loop {
+        tokio::select! {
+            ended = child.wait() => break ended?,
+            _ = renewals.tick(), if lost.is_none() => {
+                if let Err(failure) = daemon.ask::<LeaseReply>(request.clone()).await {
+                    eprintln!("haptic-ctl: the lease is lost: {failure}");
+                    lost = Some(failure);
+                }
+            }
+            // A terminal sends this to the command too.
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => pass_on(&child, rustix::process::Signal::TERM),
+            _ = hang_up.recv() => pass_on(&child, rustix::process::Signal::HUP),
+        }
+    };
+    match (code(status), lost) {
+        (0, Some(failure)) => Err(failure),
+        (0, None) => end(daemon).await,
+        // The lease is not ended: with the connection it lapses, and the rig is released.
+        (code, _) => Err(Failure::Silent(code)),
+    }
+}
+
+async fn end(daemon: &mut Daemon) -> Result<(), Failure> {
+    let _: LeaseReply = daemon.ask(Request::Lease { timeout_ms: 0 }).await?;
+    Ok(())
+}
+
+fn pass_on(child: &Child, signal: rustix::process::Signal) {
+    let pid = child.id().and_then(|id| i32::try_from(id).ok());
+    if let Some(pid) = pid.and_then(rustix::process::Pid::from_raw)
+        && let Err(error) = rustix::process::kill_process(pid, signal)
+    {
+        eprintln!("haptic-ctl: the signal cannot be passed on: {error}");
+    }
+}
+
+/// As a shell has it: the code, or 128 and the signal.
+fn code(status: ExitStatus) -> u8 {
+    let code = status.code().or_else(|| status.signal().map(|signal| 128 + signal));
+    code.and_then(|code| u8::try_from(code).ok()).unwrap_or(1)
+}

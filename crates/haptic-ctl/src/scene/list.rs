@@ -1,0 +1,26 @@
+//! `scene list`: the library.
+
+use crate::daemon::Daemon;
+use crate::failure::Failure;
+use crate::output;
+use haptic_ipc::{Request, SceneListReply};
+
+pub(super) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+    let reply: SceneListReply = daemon.ask(request).await?;
+    if json {
+        return output::json(&reply);
+    }
+    let mut rows = vec![["name", "law", "title", "file"].map(str::to_owned).to_vec()];
+    rows.extend(reply.scenes.iter().map(|scene| {
+        vec![
+            scene.name.clone(),
+            scene.law.clone(),
+            scene
+                .problem
+                .as_ref()
+                .map_or_else(|| scene.title.clone(), |problem| format!("cannot be loaded: {problem}")),
+            scene.path.clone().unwrap_or_else(|| "built in".to_owned()),
+        ]
+    }));
+    output::line(&output::table(&rows))
+}

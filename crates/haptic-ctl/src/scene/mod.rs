@@ -1,0 +1,48 @@
+//! `scene`: whole scenes, from the library, from what was in force before, or from a file.
+
+mod diff;
+mod list;
+mod load;
+pub(crate) mod reference;
+mod save;
+mod show;
+
+use crate::daemon::Daemon;
+use crate::failure::Failure;
+use haptic_ipc::Request;
+
+#[derive(Debug, clap::Subcommand)]
+pub(crate) enum Command {
+    /// List the library: the scenes that come with the daemon, and those that were saved
+    List,
+    /// Put a whole scene in force
+    Load(load::Arguments),
+    /// Keep a scene in the library
+    Save(save::Arguments),
+    /// Show in what two scenes differ
+    Diff(diff::Arguments),
+    /// Print a scene as TOML, as `scene load` takes it
+    Show(show::Arguments),
+}
+
+impl Command {
+    pub(crate) fn request(&self) -> Result<Request, Failure> {
+        match self {
+            Self::List => Ok(Request::SceneList {}),
+            Self::Load(load) => load.request(),
+            Self::Save(save) => save.request(),
+            Self::Diff(diff) => diff.request(),
+            Self::Show(show) => show.request(),
+        }
+    }
+
+    pub(crate) async fn run(&self, daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+        match self {
+            Self::List => list::run(daemon, request, json).await,
+            Self::Load(_) => load::run(daemon, request, json).await,
+            Self::Save(_) => save::run(daemon, request, json).await,
+            Self::Diff(_) => diff::run(daemon, request, json).await,
+            Self::Show(_) => show::run(daemon, request, json).await,
+        }
+    }
+}

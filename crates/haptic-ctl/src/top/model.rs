@@ -1,0 +1,146 @@
+//! What is shown, and what the keys mean.
+
+use crate::failure::Failure;
+use haptic_ipc::{Event, Request, Sample, StateEvent, StateReply, Status, Timing};
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use std::collections::VecDeque;
+
+/// Samples a second that are shown, Hz.
+pub(super) const RATE_HZ: f64 = 50.0;
+/// How much of the past is shown, s.
+pub(super) const WINDOW_S: f64 = 10.0;
+
+/// What a key asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Intent {
+    Quit,
+    Stop,
+    Engage,
+    Release,
+    Reset,
+    /// How everything is.
+    Look,
+}
+
+impl Intent {
+    pub(super) const fn request(self) -> Option<Request> {
+        match self {
+            Self::Quit => None,
+            Self::Stop => Some(Request::Stop {}),
+            Self::Engage => Some(Request::Engage {}),
+            Self::Release => Some(Request::Release {}),
+            Self::Reset => Some(Request::Reset {}),
+            Self::Look => Some(Request::Status {}),
+        }
+    }
+}
+
+/// The last thing to say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Message {
+    pub(super) text: String,
+    pub(super) is_bad: bool,
+}
+
+pub(super) struct Model {
+    pub(super) server: String,
+    pub(super) state: Option<StateEvent>,
+    pub(super) status: Option<Status>,
+    pub(super) timing: Option<Box<Timing>>,
+    pub(super) past: VecDeque<Sample>,
+    /// Samples that did not come through.
+    pub(super) lost: u64,
+    pub(super) message: Option<Message>,
+    pub(super) help: bool,
+}
+
+impl Model {
+    pub(super) const fn new(server: String) -> Self {
+        Self {
+            server,
+            state: None,
+            status: None,
+            timing: None,
+            past: VecDeque::new(),
+            lost: 0,
+            message: None,
+            help: false,
+        }
+    }
+
+    pub(super) fn take(&mut self, event: Event) {
+        match event {
+            Event::State(state) => self.state = Some(state),
+            Event::Timing(timing) => self.timing = Some(timing),
+            Event::Samples(samples) => {
+                self.lost += samples.dropped;
+                self.past.extend(samples.rows);
+                let newest_s = self.past.back().map_or(0.0, |sample| sample.t_s);
+                while self.past.front().is_some_and(|oldest| oldest.t_s < newest_s - WINDOW_S) {
+                    self.past.pop_front();
+                }
+            }
+            Event::Log(_) | Event::Unknown => {}
+        }
+    }
+
+    /// What a key asks for. Every key that a hand in a hurry may hit for a stop is one.
+    pub(super) fn key(&mut self, key: KeyEvent) -> Option<Intent> {
+        if key.modifiers.contains(KeyModifiers::CONTROL) {
+            return (key.code == KeyCode::Char('c')).then_some(Intent::Quit);
+        }
+        match key.code {
+            KeyCode::Char(' ') | KeyCode::Esc => return Some(Intent::Stop),
+            KeyCode::Char('q') => return Some(Intent::Quit),
+            KeyCode::Char('e') => return Some(Intent::Engage),
+            KeyCode::Char('r') => return Some(Intent::Release),
+            KeyCode::Char('R') => return Some(Intent::Reset),
+            KeyCode::Char('?' | 'h') => self.help = !self.help,
+            _ => self.help = false,
+        }
+        None
+    }
+
+    pub(super) fn moved(&mut self, intent: Intent, reply: &StateReply) {
+        let text = if intent == Intent::Stop {
+            format!("stop confirmed at tick {}: {}", reply.tick, reply.state)
+        } else {
+            format!("{} at tick {}", reply.state, reply.tick)
+        };
+        self.message = Some(Message { text, is_bad: false });
+    }
+
+    /// Nothing more can be asked before something has been answered.
+    pub(super) fn hung(&mut self) {
+        self.message = Some(Message {
+            text: "the daemon does not answer: switch the motor off".to_owned(),
+            is_bad: true,
+        });
+    }
+
+    pub(super) fn refused(&mut self, failure: &Failure) {
+        self.message = Some(Message {
+            text: failure.to_string(),
+            is_bad: true,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stop_keys_stop_even_while_the_help_is_shown() {
+        let mut model = Model::new(String::new());
+        let mut press = |code| model.key(KeyEvent::new(code, KeyModifiers::NONE));
+        assert_eq!(press(KeyCode::Char('?')), None);
+        assert_eq!(press(KeyCode::Char(' ')), Some(Intent::Stop));
+        assert_eq!(press(KeyCode::Esc), Some(Intent::Stop));
+        assert_eq!(press(KeyCode::Char('r')), Some(Intent::Release));
+        assert_eq!(press(KeyCode::Char('R')), Some(Intent::Reset));
+        assert_eq!(press(KeyCode::Char('x')), None);
+        let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+        assert_eq!(model.key(interrupt), Some(Intent::Quit));
+    }
+}

@@ -1,0 +1,59 @@
+"""Steers hapticd from Python, with nothing but the standard library.
+
+    python3 examples/client.py [SOCKET]       engages, makes the block heavier, and stops
+
+or in a program of yours, with this file beside it:
+    from client import Hapticd, Refused
+    rig = Hapticd("/run/hapticd/control.sock")
+    rig.request("set", params={"mass": 1.5, "Fs": 5.0})     # kg, N; all of it between two ticks, or nothing
+"""
+import itertools, json, os, socket, sys
+
+
+class Refused(Exception):
+    """The daemon said no: `error["code"]` for programs, `error["message"]` for people. docs/control.md lists the codes."""
+
+    def __init__(self, error):
+        super().__init__(error["message"])
+        self.error = error
+
+
+class Hapticd:
+    def __init__(self, path):
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self.socket.connect(path)
+        self.lines = self.socket.makefile("r", encoding="utf-8")  # one JSON object a line
+        self.ids, self.heard = itertools.count(1), []
+        first = self.read()  # the server speaks first
+        if "error" in first:
+            raise Refused(first["error"])
+        self.hello = first["hello"]
+
+    def read(self):
+        if line := self.lines.readline():
+            return json.loads(line)
+        raise ConnectionError("hapticd closed the connection")
+
+    def request(self, op, **fields):
+        """Asks and waits for the answer; `rig.request("get")` gives what `ok` holds."""
+        asked = next(self.ids)
+        self.socket.sendall(json.dumps({"id": asked, "op": op, **fields}).encode() + b"\n")
+        while (line := self.read()).get("id", "event") != asked:  # events may come in between
+            self.heard.append(line)
+        if "error" in line:
+            raise Refused(line["error"])
+        return line["ok"]
+
+    def events(self):  # what was subscribed to, for ever
+        while True:
+            yield self.heard.pop(0) if self.heard else self.read()
+
+
+if __name__ == "__main__":
+    usual = os.environ.get("XDG_RUNTIME_DIR", "/run") + "/hapticd/control.sock"
+    rig = Hapticd(sys.argv[1] if len(sys.argv) > 1 else os.environ.get("HAPTICD_SOCKET", usual))
+    rig.request("subscribe", topics=["state"])
+    rig.request("engage")  # the force rises along its ramp
+    next(event for event in rig.events() if event["state"] == "engaged")
+    print("applied at tick", rig.request("set", params={"mass": 1.5, "Fs": 5.0})["tick"])
+    print("the rig is", rig.request("stop")["state"])  # zero force in the next tick; only `reset` clears it

@@ -1,0 +1,231 @@
+//! What a client can do to a daemon without its leave: each an attack that goes on until it is told to end.
+
+use serde_json::json;
+use std::io::{Read, Write};
+use std::net::Shutdown;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// An attack.
+#[derive(Clone, Copy, Debug)]
+pub struct Attack {
+    /// What is done.
+    pub name: &'static str,
+    run: fn(&Path, &AtomicBool),
+}
+
+impl Attack {
+    /// Attacks a socket until it is over.
+    pub fn run(&self, socket: &Path, over: &AtomicBool) {
+        (self.run)(socket, over);
+    }
+}
+
+/// All of them.
+pub const ALL: [Attack; 8] = [
+    Attack {
+        name: "eight subscribers that never read",
+        run: never_read,
+    },
+    Attack {
+        name: "eight clients that write a byte a second",
+        run: a_byte_a_second,
+    },
+    Attack {
+        name: "lines beyond the limit, and one without an end",
+        run: endless_lines,
+    },
+    Attack {
+        name: "1000 connections a second",
+        run: connect_again_and_again,
+    },
+    Attack {
+        name: "clients killed in mid-write",
+        run: killed_in_mid_write,
+    },
+    Attack {
+        name: "garbage",
+        run: garbage,
+    },
+    Attack {
+        name: "half-closed connections",
+        run: half_closed,
+    },
+    Attack {
+        name: "four clients that ask without pause",
+        run: ask_without_pause,
+    },
+];
+
+fn goes_on(over: &AtomicBool) -> bool {
+    !over.load(Ordering::Relaxed)
+}
+
+/// A connection, where there is one to be had: the daemon may have had enough.
+fn connect(socket: &Path) -> Option<UnixStream> {
+    let stream = UnixStream::connect(socket).ok()?;
+    let patience = Some(Duration::from_millis(100));
+    stream.set_read_timeout(patience).ok()?;
+    stream.set_write_timeout(patience).ok()?;
+    Some(stream)
+}
+
+/// Whether the daemon took it. An attacker does not mind being cut off.
+fn send(stream: &mut UnixStream, bytes: &[u8]) -> bool {
+    stream.write_all(bytes).is_ok()
+}
+
+fn subscription() -> Vec<u8> {
+    let topics = ["state", "timing", "samples", "log"];
+    format!(
+        "{}\n",
+        json!({ "id": 1, "op": "subscribe", "topics": topics, "batch_ms": 1 })
+    )
+    .into_bytes()
+}
+
+fn never_read(socket: &Path, over: &AtomicBool) {
+    let mut deaf: Vec<UnixStream> = Vec::new();
+    while goes_on(over) {
+        // Whoever was cut off comes again.
+        deaf.retain_mut(|stream| send(stream, b"\n"));
+        while deaf.len() < 8
+            && let Some(mut stream) = connect(socket)
+        {
+            send(&mut stream, &subscription());
+            deaf.push(stream);
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+fn a_byte_a_second(socket: &Path, over: &AtomicBool) {
+    let mut slow: Vec<UnixStream> = (0..8).filter_map(|_| connect(socket)).collect();
+    let mut bytes = br#"{"id":1,"op":"set","params":{"mass":9"#.iter().cycle();
+    while goes_on(over) {
+        if let Some(byte) = bytes.next() {
+            slow.retain_mut(|stream| send(stream, &[*byte]));
+        }
+        wait(over, Duration::from_secs(1));
+    }
+}
+
+/// Waits, and no longer than the attack goes on.
+fn wait(over: &AtomicBool, time: Duration) {
+    let began = Instant::now();
+    while goes_on(over) && began.elapsed() < time {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+fn endless_lines(socket: &Path, over: &AtomicBool) {
+    let mut long = vec![b' '; haptic_ipc::MAX_LINE_BYTES + 1];
+    long.push(b'\n');
+    let mut without_end = connect(socket);
+    while goes_on(over) {
+        if let Some(mut stream) = connect(socket) {
+            for _ in 0..8 {
+                send(&mut stream, &long);
+                swallow(&mut stream);
+            }
+        }
+        if !without_end
+            .as_mut()
+            .is_some_and(|stream| send(stream, &long[..haptic_ipc::MAX_LINE_BYTES]))
+        {
+            without_end = connect(socket);
+        }
+    }
+}
+
+/// Reads what is there.
+fn swallow(stream: &mut UnixStream) -> bool {
+    let mut buffer = [0; 1 << 16];
+    stream.read(&mut buffer).is_ok_and(|read| read > 0)
+}
+
+fn connect_again_and_again(socket: &Path, over: &AtomicBool) {
+    let began = Instant::now();
+    let mut connections: u32 = 0;
+    while goes_on(over) {
+        drop(connect(socket));
+        connections += 1;
+        // By the clock, so that the rate is kept.
+        let due = began + Duration::from_millis(1) * connections;
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+    }
+}
+
+fn killed_in_mid_write(socket: &Path, over: &AtomicBool) {
+    while goes_on(over) {
+        let Some(mut stream) = connect(socket) else { continue };
+        send(&mut stream, br#"{"id":1,"op":"set","params":{"mass":9"#);
+        let writing = Command::new("cat")
+            .arg("/dev/zero")
+            .stdin(Stdio::null())
+            .stdout(OwnedFd::from(stream))
+            .stderr(Stdio::null())
+            .spawn();
+        let Ok(mut writing) = writing else { continue };
+        std::thread::sleep(Duration::from_millis(20));
+        // SIGKILL, while it waits in the middle of a write.
+        if writing.kill().is_ok() && writing.wait().is_err() {
+            return;
+        }
+    }
+}
+
+fn garbage(socket: &Path, over: &AtomicBool) {
+    // Knuth's linear congruential generator: the same bytes in every run.
+    let mut state: u64 = 1;
+    let mut bytes = vec![0; 4096];
+    while goes_on(over) {
+        let Some(mut stream) = connect(socket) else { continue };
+        for _ in 0..16 {
+            for byte in &mut bytes {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                *byte = state.to_be_bytes()[0];
+            }
+            send(&mut stream, &bytes);
+            swallow(&mut stream);
+        }
+    }
+}
+
+fn half_closed(socket: &Path, over: &AtomicBool) {
+    while goes_on(over) {
+        let mut held = Vec::new();
+        for which in [Shutdown::Write, Shutdown::Read].into_iter().cycle().take(8) {
+            let Some(mut stream) = connect(socket) else { break };
+            send(&mut stream, &subscription());
+            if stream.shutdown(which).is_ok() {
+                held.push(stream);
+            }
+        }
+        wait(over, Duration::from_millis(100));
+    }
+}
+
+fn ask_without_pause(socket: &Path, over: &AtomicBool) {
+    let mut request = String::new();
+    for op in ["describe", "get", "status", "timing", "advise", "scene.list", "log"] {
+        request.push_str(&format!("{}\n", json!({ "id": 1, "op": op })));
+    }
+    let ask = || {
+        let Some(mut stream) = connect(socket) else { return };
+        while goes_on(over) && send(&mut stream, request.as_bytes()) && swallow(&mut stream) {}
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..4 {
+            scope.spawn(|| {
+                while goes_on(over) {
+                    ask();
+                }
+            });
+        }
+    });
+}

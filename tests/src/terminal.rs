@@ -1,0 +1,164 @@
+//! A program on a terminal of its own, and what somebody in front of it sees.
+
+use crate::PATIENCE;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{LocalModes, Winsize, tcgetattr, tcsetwinsize};
+use std::fs::File;
+use std::io::{Read, Write};
+use std::num::NonZeroU16;
+use std::os::fd::OwnedFd;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::Instant;
+
+const ROWS: u16 = 24;
+const COLUMNS: u16 = 80;
+
+/// A terminal of 80 columns and 24 lines with a program on it. The program is killed when the test ends.
+pub struct Terminal {
+    child: Child,
+    master: File,
+    /// Kept open, so that what the program has set of the terminal can be looked at after its end.
+    slave: OwnedFd,
+    screen: vt100::Parser,
+    written: Vec<u8>,
+}
+
+impl Terminal {
+    /// Starts a program.
+    ///
+    /// # Panics
+    /// The system has no terminals, or the program cannot be started.
+    #[must_use]
+    pub fn start(mut command: Command) -> Self {
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+        grantpt(&master).expect("granted");
+        unlockpt(&master).expect("unlocked");
+        let name = ptsname(&master, Vec::new()).expect("its name");
+        let slave = rustix::fs::open(name, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).expect("its other end");
+        tcsetwinsize(
+            &slave,
+            Winsize {
+                ws_row: ROWS,
+                ws_col: COLUMNS,
+                ws_xpixel: 0,
+                ws_ypixel: 0,
+            },
+        )
+        .expect("its size");
+        let handle = || Stdio::from(slave.try_clone().expect("another handle"));
+        let child = command
+            .env("TERM", "xterm-256color")
+            .stdin(handle())
+            .stdout(handle())
+            .stderr(handle())
+            .spawn()
+            .expect("the program starts");
+        let size = |of| NonZeroU16::new(of).expect("not zero");
+        Self {
+            child,
+            master: master.into(),
+            slave,
+            screen: vt100::Parser::new(size(ROWS), size(COLUMNS), 0),
+            written: Vec::new(),
+        }
+    }
+
+    /// The process.
+    #[must_use]
+    pub fn pid(&self) -> rustix::process::Pid {
+        rustix::process::Pid::from_child(&self.child)
+    }
+
+    /// Types.
+    ///
+    /// # Panics
+    /// The terminal is gone.
+    pub fn type_in(&mut self, keys: &str) {
+        self.master.write_all(keys.as_bytes()).expect("typed");
+    }
+
+    /// What is on the screen.
+    #[must_use]
+    pub fn screen(&self) -> &vt100::Screen {
+        self.screen.screen()
+    }
+
+    /// Everything that was written to the terminal so far.
+    #[must_use]
+    pub fn written(&self) -> String {
+        String::from_utf8_lossy(&self.written).into_owned()
+    }
+
+    /// Waits until what is on the screen is as wanted, and returns its text.
+    ///
+    /// # Panics
+    /// It does not come to that.
+    pub fn wait_for(&mut self, what: &str, wanted: impl Fn(&str) -> bool) -> String {
+        let began = Instant::now();
+        loop {
+            let shown = self.screen().contents();
+            if wanted(&shown) {
+                return shown;
+            }
+            assert!(began.elapsed() < PATIENCE, "waited in vain for {what}:\n{shown}");
+            self.read();
+        }
+    }
+
+    /// Waits for the end of the program, and reads what it still wrote.
+    ///
+    /// # Panics
+    /// It does not end.
+    pub fn end(&mut self) -> ExitStatus {
+        let began = Instant::now();
+        loop {
+            let ended = self.child.try_wait().expect("it is ours");
+            let quiet = !self.read();
+            if let Some(status) = ended
+                && quiet
+            {
+                return status;
+            }
+            assert!(began.elapsed() < PATIENCE, "the program does not end");
+        }
+    }
+
+    /// Whether the terminal edits lines and shows what is typed, as a shell finds it.
+    ///
+    /// # Panics
+    /// The terminal is gone.
+    #[must_use]
+    pub fn is_as_a_shell_wants_it(&self) -> bool {
+        let modes = tcgetattr(&self.slave).expect("its modes").local_modes;
+        modes.contains(LocalModes::ICANON | LocalModes::ECHO | LocalModes::ISIG)
+            && !self.screen().alternate_screen()
+            && !self.screen().hide_cursor()
+    }
+
+    /// Takes in what was written, and says whether there was anything for a tenth of a second.
+    fn read(&mut self) -> bool {
+        let mut ready = [PollFd::new(&self.master, PollFlags::IN)];
+        let a_while = Timespec {
+            tv_sec: 0,
+            tv_nsec: 100_000_000,
+        };
+        if poll(&mut ready, Some(&a_while)).expect("it can be waited for") == 0 {
+            return false;
+        }
+        let mut bytes = [0; 4096];
+        let read = self.master.read(&mut bytes).expect("the terminal is there");
+        self.screen.process(&bytes[..read]);
+        self.written.extend_from_slice(&bytes[..read]);
+        read > 0
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        // It may have ended already; either way nothing of it stays.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}

@@ -1,0 +1,325 @@
+//! Recorded conversations with a daemon, and how today's is held against them.
+//!
+//! ```text
+//! # a remark
+//! ! --ramp-ms 50                                  arguments of the daemon, before the first line of the conversation
+//! F broken.toml law = 7                           a file in its directory of scenes, likewise
+//! S {"hello":{"protocol":1}}                      what the server must say
+//! C {"id":1,"op":"stop"}                          what the client sends, as it stands; <N spaces> stands for so many
+//! S {"id":1,"ok":{"state":"stopped","tick":"<number>"}}
+//! C2 {"id":1,"op":"get"}                          a second client; those that begin with CW are on the watchers' socket
+//! ```
+//!
+//! What the server says must have every field of the transcript, with an equal value. It may have more: that is how a protocol grows. A list may be
+//! longer at its end, but `[]` is an empty one. `"<number>"`, `"<string>"`, `"<boolean>"`, `"<list>"` and `"<object>"` stand for any of their kind. An answer must be the next answer of its
+//! connection; an event the next of its kind that matches, since how many there are depends on the time.
+
+use crate::schema::{Part, validator};
+use crate::{Daemon, PATIENCE, Raw};
+use jsonschema::Validator;
+use serde_json::Value;
+use std::collections::{HashMap, VecDeque};
+use std::path::Path;
+use std::time::Instant;
+
+/// A line of a conversation.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Said {
+    /// By a client, as it is sent.
+    Client(String),
+    /// By the server, as it must at least be.
+    Server(Value),
+}
+
+/// A recorded conversation.
+#[derive(Clone, Debug, Default)]
+pub struct Transcript {
+    /// Arguments of the daemon.
+    pub arguments: Vec<String>,
+    /// Files in its directory of scenes, with what they hold.
+    pub files: Vec<(String, String)>,
+    /// The lines, each with the name of its connection and its number in the file.
+    pub lines: Vec<(String, Said, usize)>,
+}
+
+impl Transcript {
+    /// Reads a transcript.
+    ///
+    /// # Panics
+    /// It is none.
+    #[must_use]
+    pub fn parse(text: &str) -> Self {
+        let mut transcript = Self::default();
+        for (line, number) in text.lines().zip(1..) {
+            let (mark, rest) = line.split_once(' ').unwrap_or((line, ""));
+            match mark.chars().next() {
+                None | Some('#') => {}
+                Some('!') => transcript.arguments.extend(rest.split_whitespace().map(str::to_owned)),
+                Some('F') => {
+                    let (name, text) = rest.split_once(' ').unwrap_or((rest, ""));
+                    transcript.files.push((name.to_owned(), text.replace("\\n", "\n")));
+                }
+                Some('C') => {
+                    let said = Said::Client(spaces(rest));
+                    transcript.lines.push((mark[1..].to_owned(), said, number));
+                }
+                Some('S') => {
+                    let expected =
+                        serde_json::from_str(rest).unwrap_or_else(|error| panic!("line {number}: {error}: {rest}"));
+                    transcript
+                        .lines
+                        .push((mark[1..].to_owned(), Said::Server(expected), number));
+                }
+                Some(_) => panic!("line {number} begins with none of # ! F C S: {line}"),
+            }
+        }
+        transcript
+    }
+
+    /// Holds the conversation with a daemon of its own.
+    ///
+    /// # Errors
+    /// Where it goes otherwise than it did: the line, what was expected, and what came.
+    ///
+    /// # Panics
+    /// The daemon does not come up, or closes a connection.
+    pub fn replay(&self) -> Result<(), String> {
+        let directory = tempfile::tempdir().expect("a directory");
+        let (scenes, watch) = (
+            directory.path().join("scenes"),
+            directory.path().join("watch/watch.sock"),
+        );
+        std::fs::create_dir(&scenes).expect("a directory");
+        for (name, text) in &self.files {
+            std::fs::write(scenes.join(name), text).expect("it can be written");
+        }
+        let mut arguments = vec!["--scene-dir", path(&scenes), "--watch-socket", path(&watch)];
+        arguments.extend(self.arguments.iter().map(String::as_str));
+        let daemon = Daemon::start_at(&directory.path().join("run/control.sock"), &arguments);
+        let mut connections: HashMap<&str, Connection> = HashMap::new();
+        let schemas = Schemas::new();
+        for (name, said, number) in &self.lines {
+            let connection = connections.entry(name).or_insert_with(|| {
+                let socket = if name.starts_with('W') { &watch } else { daemon.socket() };
+                Connection::new(Raw::connect(socket))
+            });
+            match said {
+                Said::Client(line) => connection.ask(line),
+                Said::Server(expected) => connection
+                    .hear(expected, &schemas)
+                    .map_err(|why| format!("line {number}: {why}"))?,
+            }
+        }
+        Ok(())
+    }
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().expect("a plain path")
+}
+
+/// Writes out `<N spaces>`.
+fn spaces(line: &str) -> String {
+    let Some((before, rest)) = line.split_once('<') else {
+        return line.to_owned();
+    };
+    match rest.split_once(" spaces>") {
+        Some((count, after)) => match count.parse() {
+            Ok(count) => format!("{before}{}{after}", " ".repeat(count)),
+            Err(_) => line.to_owned(),
+        },
+        None => line.to_owned(),
+    }
+}
+
+/// The schemas of what is said.
+struct Schemas {
+    request: Validator,
+    server: Validator,
+}
+
+impl Schemas {
+    fn new() -> Self {
+        Self {
+            request: validator(Part::Request),
+            server: validator(Part::Server),
+        }
+    }
+}
+
+/// A client of the conversation.
+struct Connection {
+    raw: Raw,
+    /// What was asked and not answered yet.
+    asked: VecDeque<String>,
+    /// Events that nobody has waited for yet.
+    events: VecDeque<Value>,
+}
+
+impl Connection {
+    fn new(raw: Raw) -> Self {
+        Self {
+            raw,
+            asked: VecDeque::new(),
+            events: VecDeque::new(),
+        }
+    }
+
+    fn ask(&mut self, line: &str) {
+        self.raw.send(format!("{line}\n"));
+        self.asked.push_back(line.to_owned());
+    }
+
+    /// The next line of the server, which must be of the protocol.
+    fn line(&mut self, schemas: &Schemas) -> Result<Value, String> {
+        let line = self.raw.line();
+        match schemas.server.validate(&line) {
+            Ok(()) => Ok(line),
+            Err(error) => Err(format!(
+                "not in the schema: {error} at {}: {line}",
+                error.instance_path()
+            )),
+        }
+    }
+
+    fn hear(&mut self, expected: &Value, schemas: &Schemas) -> Result<(), String> {
+        if expected.get("event").is_some() {
+            return self.hear_event(expected, schemas);
+        }
+        let line = loop {
+            let line = self.line(schemas)?;
+            if line.get("event").is_none() {
+                break line;
+            }
+            self.events.push_back(line);
+        };
+        matches(expected, &line, "")?;
+        if line.get("hello").is_none() {
+            self.check_answer(&line, schemas)?;
+        }
+        Ok(())
+    }
+
+    /// The line and what was asked must be in the schema too, the one as the answer to the other.
+    fn check_answer(&mut self, line: &Value, schemas: &Schemas) -> Result<(), String> {
+        let asked = self.asked.pop_front().ok_or("an answer that nobody waits for")?;
+        let Some(ok) = line.get("ok") else {
+            return Ok(());
+        };
+        let request: Value = serde_json::from_str(&asked).map_err(|error| format!("{asked}: {error}"))?;
+        if let Err(error) = schemas.request.validate(&request) {
+            return Err(format!("taken by the daemon and not in the schema: {error}: {request}"));
+        }
+        let op = request["op"].as_str().unwrap_or_default();
+        match validator(Part::Answer(op)).validate(ok) {
+            Ok(()) => Ok(()),
+            Err(error) => Err(format!("not the schema's answer to {op}: {error}: {ok}")),
+        }
+    }
+
+    fn hear_event(&mut self, expected: &Value, schemas: &Schemas) -> Result<(), String> {
+        let (began, mut last) = (Instant::now(), String::new());
+        loop {
+            let found = self
+                .events
+                .iter()
+                .position(|event| matches(expected, event, "").is_ok());
+            if let Some(found) = found {
+                // Those of its kind that came before it were not waited for.
+                let mut index = 0;
+                self.events.retain(|event| {
+                    index += 1;
+                    index - 1 > found || (index - 1 < found && event["event"] != expected["event"])
+                });
+                return Ok(());
+            }
+            if began.elapsed() > PATIENCE {
+                return Err(format!("waited in vain for {expected}; the last of its kind: {last}"));
+            }
+            let line = self.line(schemas)?;
+            if line.get("event").is_none() {
+                return Err(format!("waited for {expected}, and was answered {line} without asking"));
+            }
+            if line["event"] == expected["event"] {
+                last = line.to_string();
+            }
+            self.events.push_back(line);
+        }
+    }
+}
+
+/// Whether what was said has everything that is expected.
+///
+/// # Errors
+/// The first place at which it has not.
+pub fn matches(expected: &Value, said: &Value, place: &str) -> Result<(), String> {
+    let differs = || {
+        Err(format!(
+            "{}: expected {expected}, got {said}",
+            if place.is_empty() { "/" } else { place }
+        ))
+    };
+    let kind = |is: bool| if is { Ok(()) } else { differs() };
+    match (expected, said) {
+        (Value::String(text), _) if text == "<number>" => kind(said.is_number()),
+        (Value::String(text), _) if text == "<string>" => kind(said.is_string()),
+        (Value::String(text), _) if text == "<boolean>" => kind(said.is_boolean()),
+        (Value::String(text), _) if text == "<list>" => kind(said.is_array()),
+        (Value::String(text), _) if text == "<object>" => kind(said.is_object()),
+        (Value::Object(fields), Value::Object(_)) => fields.iter().try_for_each(|(name, value)| {
+            let place = format!("{place}/{name}");
+            match said.get(name) {
+                Some(found) => matches(value, found, &place),
+                None => Err(format!("{place}: expected {value}, and there is none in {said}")),
+            }
+        }),
+        (Value::Array(items), Value::Array(found)) => {
+            if found.len() < items.len() || (items.is_empty() && !found.is_empty()) {
+                return differs();
+            }
+            let mut each = items.iter().zip(found).zip(0..);
+            each.try_for_each(|((item, found), index): (_, usize)| matches(item, found, &format!("{place}/{index}")))
+        }
+        // 1 and 1.0 are one number.
+        (Value::Number(number), Value::Number(found)) => kind(number == found || number.as_f64() == found.as_f64()),
+        _ => kind(expected == said),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn what_was_said_before_must_be_said_again_and_more_may_be() {
+        let before = json!({"id":1,"ok":{"tick":"<number>","state":"idle","list":[1,{"a":2}],"none":[]}});
+        let again = json!({"id":1.0,"ok":{"tick":7,"state":"idle","list":[1,{"a":2.0,"b":1},3],"none":[],"more":1}});
+        matches(&before, &again, "").expect("it has everything");
+        for otherwise in [
+            json!({"id":2,"ok":{"tick":7,"state":"idle","list":[1,{"a":2}],"none":[]}}),
+            json!({"id":1,"ok":{"tick":"7","state":"idle","list":[1,{"a":2}],"none":[]}}),
+            json!({"id":1,"ok":{"tick":7,"state":"engaged","list":[1,{"a":2}],"none":[]}}),
+            json!({"id":1,"ok":{"tick":7,"list":[1,{"a":2}],"none":[]}}),
+            json!({"id":1,"ok":{"tick":7,"state":"idle","list":[1],"none":[]}}),
+            json!({"id":1,"ok":{"tick":7,"state":"idle","list":[1,{"b":2}],"none":[]}}),
+            json!({"id":1,"ok":{"tick":7,"state":"idle","list":[1,{"a":2}],"none":[1]}}),
+            json!({"id":1,"error":{"code":"stopped"}}),
+        ] {
+            matches(&before, &otherwise, "").expect_err(&otherwise.to_string());
+        }
+    }
+
+    #[test]
+    fn a_transcript_reads_as_it_is_described() {
+        let text = "# remark\n\n! --rate 100\nF a.toml x\\ny\nC {\"id\":1}<3 spaces>\nSW {\"id\":1}\n";
+        let read = Transcript::parse(text);
+        assert_eq!(read.arguments, ["--rate", "100"]);
+        assert_eq!(read.files, [("a.toml".to_owned(), "x\ny".to_owned())]);
+        assert_eq!(
+            read.lines[0],
+            (String::new(), Said::Client("{\"id\":1}   ".to_owned()), 5)
+        );
+        assert_eq!(read.lines[1], ("W".to_owned(), Said::Server(json!({"id":1})), 6));
+    }
+}

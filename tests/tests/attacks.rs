@@ -1,0 +1,354 @@
+//! The control socket in a hostile world: who comes in, and what those who do cannot bring about.
+
+use haptic_ipc::{
+    ChangeReply, Changes, Client, ClientError, ErrorCode, JournalEntry, LogReply, Request, RigState, SceneReply,
+    StateReply, Timing,
+};
+use rustix::process::{Gid, Uid, geteuid};
+use rustix::thread::{set_thread_groups, set_thread_res_gid, set_thread_res_uid};
+use std::fs::{self, Permissions};
+use std::io::ErrorKind;
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+use system_tests::attack::{self, Attack};
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, status, wait_for, wait_for_state};
+
+const NOBODY: u32 = 65_534;
+/// A group that every Debian has, and of which nobody is a member by himself.
+const GROUP: (&str, u32) = ("daemon", 1);
+
+/// Somewhere that other users can reach.
+fn public_directory() -> tempfile::TempDir {
+    let directory = tempfile::tempdir().expect("a directory");
+    open(directory.path(), 0o755);
+    directory
+}
+
+fn open(path: &Path, mode: u32) {
+    fs::set_permissions(path, Permissions::from_mode(mode)).expect("it is ours");
+}
+
+fn mode(path: &Path) -> u32 {
+    fs::metadata(path).expect("it is there").mode() & 0o7777
+}
+
+/// Whether this process may become other users; says so aloud where it may not.
+fn is_root() -> bool {
+    if !geteuid().is_root() {
+        eprintln!("SKIPPED: only root can try it as another user");
+    }
+    geteuid().is_root()
+}
+
+/// Does something as another user: on Linux every thread has an identity of its own, and the kernel tells the daemon that of the one that connects.
+fn as_user<T: Send>(uid: u32, gid: u32, groups: &[u32], act: impl FnOnce() -> T + Send) -> T {
+    let (uid, gid) = (Uid::from_raw(uid), Gid::from_raw(gid));
+    let groups: Vec<Gid> = groups.iter().copied().map(Gid::from_raw).collect();
+    std::thread::scope(|scope| {
+        let other = scope.spawn(move || {
+            set_thread_groups(&groups).expect("root may");
+            set_thread_res_gid(gid, gid, gid).expect("root may");
+            set_thread_res_uid(uid, uid, uid).expect("root may");
+            act()
+        });
+        other.join().expect("it ends")
+    })
+}
+
+fn as_nobody<T: Send>(act: impl FnOnce() -> T + Send) -> T {
+    as_user(NOBODY, NOBODY, &[], act)
+}
+
+fn heavier() -> Request {
+    Request::set([("mass", 1.5)].into_iter().collect::<Changes>())
+}
+
+fn code(refused: ClientError) -> ErrorCode {
+    match refused {
+        ClientError::Refused(error) => error.code,
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn another_user_is_kept_out_by_the_mode_and_by_the_kernels_word() {
+    if !is_root() {
+        return;
+    }
+    let directory = public_directory();
+    let socket = directory.path().join("run/control.sock");
+    let daemon = Daemon::start_at(&socket, &[]);
+    assert_eq!((mode(socket.parent().expect("run")), mode(&socket)), (0o700, 0o600));
+    let refused = as_nobody(|| Client::connect(&socket)).expect_err("the directory is closed");
+    assert!(matches!(refused, ClientError::Permission { .. }), "{refused}");
+    // Somebody has changed the modes.
+    open(socket.parent().expect("run"), 0o777);
+    open(&socket, 0o777);
+    let refused = as_nobody(|| Client::connect(&socket)).expect_err("another user");
+    assert_eq!(code(refused), ErrorCode::NotPermitted);
+    // By group he is no better off: no group was named.
+    let refused = as_user(NOBODY, 0, &[GROUP.1], || Client::connect(&socket)).expect_err("another user");
+    assert_eq!(code(refused), ErrorCode::NotPermitted);
+    let _: SceneReply = daemon.client().request(Request::get()).expect("we are served");
+}
+
+#[test]
+fn a_member_of_the_group_tunes_and_nobody_else_does() {
+    if !is_root() {
+        return;
+    }
+    let directory = public_directory();
+    let socket = directory.path().join("a/run/control.sock");
+    let daemon = Daemon::start_at(&socket, &["--socket-group", GROUP.0]);
+    for (path, wanted) in [
+        (socket.parent().expect("run"), 0o750),
+        (&directory.path().join("a"), 0o750),
+        (&socket, 0o660),
+    ] {
+        let found = fs::metadata(path).expect("it is there");
+        assert_eq!(
+            (found.mode() & 0o7777, found.gid()),
+            (wanted, GROUP.1),
+            "{}",
+            path.display()
+        );
+    }
+    let change = || Client::connect(&socket)?.request::<ChangeReply>(heavier());
+    as_user(NOBODY, GROUP.1, &[], change).expect("his first group");
+    as_user(NOBODY, NOBODY, &[4, GROUP.1, 7], change).expect("one of his further groups");
+    let many: Vec<u32> = (1000..1200).chain([GROUP.1]).collect();
+    as_user(NOBODY, NOBODY, &many, change).expect("the last of many groups");
+    // The journal knows them by name.
+    let log: LogReply = daemon
+        .client()
+        .request(Request::Log {
+            after: None,
+            limit: None,
+        })
+        .expect("the log");
+    let by: Vec<_> = log
+        .entries
+        .iter()
+        .map(|JournalEntry { by, .. }| by.as_ref().expect("a client"))
+        .collect();
+    assert_eq!(by.len(), 3, "{log:?}");
+    for peer in by {
+        assert_eq!((peer.uid, peer.user.as_deref()), (NOBODY, Some("nobody")), "{peer:?}");
+        assert_eq!(peer.pid, i32::try_from(std::process::id()).ok());
+        assert!(
+            peer.program.as_ref().is_some_and(|name| name.starts_with("attacks")),
+            "{peer:?}"
+        );
+    }
+    let refused = as_nobody(|| Client::connect(&socket)).expect_err("no member");
+    assert!(matches!(refused, ClientError::Permission { .. }), "{refused}");
+    open(&directory.path().join("a"), 0o755);
+    open(socket.parent().expect("run"), 0o755);
+    open(&socket, 0o666);
+    let refused = as_user(NOBODY, NOBODY, &[2, 3], || Client::connect(&socket)).expect_err("no member");
+    assert!(refused.to_string().contains(GROUP.0), "{refused}");
+    assert_eq!(code(refused), ErrorCode::NotPermitted);
+}
+
+#[test]
+fn a_daemon_says_whom_the_directories_keep_from_its_socket() {
+    if !is_root() {
+        return;
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    open(directory.path(), 0o700);
+    let socket = directory.path().join("run/control.sock");
+    let daemon = Daemon::start_at(&socket, &["--socket-group", GROUP.0]);
+    let said = daemon.said().join("");
+    let closed = directory.path().display().to_string();
+    assert!(
+        said.contains(&format!("the group {}, who may not pass through {closed}", GROUP.0)),
+        "{said}"
+    );
+    assert!(said.contains(&format!("chgrp {} {closed}", GROUP.0)), "{said}");
+}
+
+#[test]
+fn a_watcher_may_look_and_stop_and_takes_nobodys_place() {
+    let directory = public_directory();
+    let (control, watch) = (
+        directory.path().join("run/control.sock"),
+        directory.path().join("watch/watch.sock"),
+    );
+    let daemon = Daemon::start_at(&control, &["--watch-socket", watch.to_str().expect("a plain path")]);
+    assert_eq!((mode(watch.parent().expect("watch")), mode(&watch)), (0o755, 0o666));
+    assert_eq!((mode(control.parent().expect("run")), mode(&control)), (0o700, 0o600));
+    let looks_and_stops = || {
+        let mut watcher = Client::connect(&watch).expect("anybody may watch");
+        let _: SceneReply = watcher.request(Request::get()).expect("the scene");
+        for request in [
+            heavier(),
+            Request::Engage {},
+            Request::Release {},
+            Request::Reset {},
+            Request::undo(),
+        ] {
+            let refused = watcher
+                .request::<serde_json::Value>(request.clone())
+                .expect_err("it changes something");
+            assert_eq!(code(refused), ErrorCode::ReadOnly, "{request:?}");
+        }
+        let stopped: StateReply = watcher.request(Request::Stop {}).expect("anybody may stop");
+        assert_eq!(stopped.state, RigState::Stopped);
+    };
+    if is_root() {
+        as_nobody(looks_and_stops);
+    } else {
+        looks_and_stops();
+    }
+    assert_eq!(daemon.ctl(&["reset"]).status.code(), Some(0));
+    let watchers: Vec<Client> = (0..40)
+        .map(|_| Client::connect(&watch).expect("a place, or one to stop from"))
+        .collect();
+    let tuners: Vec<Client> = (0..31).map(|_| daemon.client()).collect();
+    let mut last = daemon.client();
+    let _: ChangeReply = last.request(heavier()).expect("the 32nd tuner is served");
+    drop((watchers, tuners));
+}
+
+/// What a daemon has taken of the system.
+#[derive(Clone, Copy, Debug)]
+struct Held {
+    descriptors: usize,
+    resident_kib: u64,
+}
+
+impl Held {
+    fn by(daemon: &Daemon) -> Self {
+        let of = |file: &str| PathBuf::from(format!("/proc/{}/{file}", daemon.pid()));
+        let memory = fs::read_to_string(of("status")).expect("it runs");
+        let resident = memory
+            .lines()
+            .find_map(|line| line.strip_prefix("VmRSS:"))
+            .expect("its memory");
+        Self {
+            descriptors: fs::read_dir(of("fd")).expect("it runs").count(),
+            resident_kib: resident.trim().trim_end_matches(" kB").parse().expect("a size"),
+        }
+    }
+}
+
+/// Longest that a stop may take while somebody attacks. The loop needs a millisecond; the rest is the tests' busy machine.
+const LONGEST_STOP: Duration = Duration::from_millis(500);
+
+/// Attacks for a while, and goes on using the daemon meanwhile.
+fn survives(daemon: &Daemon, attack: Attack, time: Duration) {
+    let mut user = daemon.client();
+    let over = AtomicBool::new(false);
+    let mut stops = Vec::new();
+    std::thread::scope(|scope| {
+        let attacking = scope.spawn(|| attack.run(daemon.socket(), &over));
+        let began = Instant::now();
+        while began.elapsed() < time {
+            let _: StateReply = user.request(Request::Engage {}).expect("it is idle");
+            let _: ChangeReply = user.request(heavier()).expect("a valid change");
+            let asked = Instant::now();
+            let stopped: StateReply = user.request(Request::Stop {}).expect("a stop always works");
+            stops.push(asked.elapsed());
+            assert_eq!(stopped.state, RigState::Stopped, "{}", attack.name);
+            let idle: StateReply = user.request(Request::Reset {}).expect("it is stopped");
+            assert_eq!(idle.state, RigState::Idle, "{}", attack.name);
+        }
+        over.store(true, Ordering::Relaxed);
+        attacking.join().expect("it ends");
+    });
+    stops.sort_unstable();
+    let (median, longest) = (stops[stops.len() / 2], stops[stops.len() - 1]);
+    eprintln!(
+        "{}: {} stops, {median:?} (median), {longest:?} (longest)",
+        attack.name,
+        stops.len()
+    );
+    assert!(longest < LONGEST_STOP, "{}: a stop took {longest:?}", attack.name);
+    wait_for(&mut user, "the attackers to be gone", |status| status.clients == 1);
+    let scene: SceneReply = daemon.client().request(Request::get()).expect("others are served");
+    assert_eq!(
+        scene.params["mass"].positive, 1.5,
+        "{}: nobody else changed it",
+        attack.name
+    );
+}
+
+#[test]
+fn whatever_clients_do_others_are_served_and_nothing_is_left_behind() {
+    let daemon = Daemon::start(&[]);
+    // What is taken once stays: places for clients, the runtime's and the allocator's.
+    for attack in attack::ALL {
+        survives(&daemon, attack, Duration::from_millis(300));
+    }
+    let before = Held::by(&daemon);
+    for attack in attack::ALL {
+        let time = if attack.name.starts_with("1000 connections") {
+            10
+        } else {
+            2
+        };
+        survives(&daemon, attack, Duration::from_secs(time));
+    }
+    let began = Instant::now();
+    let after = loop {
+        // The last hang-ups are noticed one by one.
+        let held = Held::by(&daemon);
+        if held.descriptors <= before.descriptors || began.elapsed() > PATIENCE {
+            break held;
+        }
+        std::thread::yield_now();
+    };
+    assert!(after.descriptors <= before.descriptors, "{before:?}, then {after:?}");
+    assert!(
+        after.resident_kib < before.resident_kib + 16 * 1024,
+        "{before:?}, then {after:?}"
+    );
+    let timing: Timing = daemon.client().request(Request::Timing {}).expect("the timing");
+    assert!(timing.since_start.ticks > 0, "{timing:?}");
+}
+
+#[test]
+fn without_descriptors_those_who_are_connected_are_served_and_later_all() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("run/control.sock");
+    let mut command = Command::new("sh");
+    command
+        .args(["-c", "ulimit -n 32; exec \"$0\" \"$@\""])
+        .arg(binary("hapticd"))
+        .args(["--device", "fake"]);
+    let daemon = Daemon::spawn(command, &socket);
+    let mut user = daemon.client();
+    let mut crowd = Vec::new();
+    while Held::by(&daemon).descriptors < 32 {
+        match std::os::unix::net::UnixStream::connect(&socket) {
+            Ok(stream) => crowd.push(stream),
+            // So many wait that no more may.
+            Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock, "{error}"),
+        }
+        assert!(crowd.len() < 1000, "it has no limit");
+        // It takes them one by one.
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let stopped: StateReply = user.request(Request::Stop {}).expect("a stop always works");
+    assert_eq!(stopped.state, RigState::Stopped);
+    let ticking = status(&mut user).tick;
+    wait_for(&mut user, "another tick", |status| status.tick > ticking);
+    drop(crowd);
+    let _: SceneReply = daemon.client().request(Request::get()).expect("there is room again");
+}
+
+#[test]
+fn a_client_of_a_loop_that_hangs_is_told_so() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    let held = HeldThread::real_time(daemon.pid());
+    let refused = client.request::<ChangeReply>(heavier()).expect_err("nobody renders it");
+    assert!(refused.to_string().contains("cut the power"), "{refused}");
+    assert_eq!(code(refused), ErrorCode::NotResponding);
+    drop(held);
+}

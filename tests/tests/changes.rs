@@ -1,0 +1,265 @@
+//! How the scene changes, by whom, and back again.
+
+use haptic_ipc::{
+    ChangeReply, Changes, Client, ClientError, ErrorCode, Event, JournalEntry, LogReply, Request, SceneRef, SceneReply,
+    StateReply, SubscribeReply, Topic,
+};
+use system_tests::{Daemon, status, wait_for, wait_for_state};
+
+fn params(changes: &[(&str, f64)]) -> Changes {
+    changes.iter().copied().collect()
+}
+
+fn mass(client: &mut Client) -> f64 {
+    let reply: SceneReply = client.request(Request::get()).expect("the scene");
+    reply.params["mass"].positive
+}
+
+fn change(client: &mut Client, request: Request) -> ChangeReply {
+    client.request(request).expect("it is accepted")
+}
+
+fn refused(client: &mut Client, request: Request) -> haptic_ipc::WireError {
+    match client.request::<ChangeReply>(request) {
+        Err(ClientError::Refused(error)) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn log(client: &mut Client) -> Vec<JournalEntry> {
+    let request = Request::Log {
+        after: None,
+        limit: Some(2000),
+    };
+    let reply: LogReply = client.request(request).expect("the journal");
+    reply.entries
+}
+
+#[test]
+fn one_client_takes_back_what_another_did_and_the_journal_says_who_did_what() {
+    let daemon = Daemon::start(&[]);
+    let (mut ada, mut bob) = (daemon.client(), daemon.client());
+    let first = change(&mut ada, Request::set(params(&[("M", 1.5), ("Fs+", 5.0)])));
+    change(&mut bob, Request::set(params(&[("M", 2.0)])));
+    assert_eq!(mass(&mut ada), 2.0);
+    let undone = change(&mut ada, Request::undo());
+    assert_eq!(
+        (undone.revision, mass(&mut bob)),
+        (4, 1.5),
+        "a step back is a change too"
+    );
+    change(&mut ada, Request::undo());
+    assert_eq!(mass(&mut bob), 0.5);
+    assert_eq!(refused(&mut ada, Request::undo()).code, ErrorCode::NothingToUndo);
+    change(&mut bob, Request::redo());
+    let again = change(&mut bob, Request::redo());
+    assert_eq!((mass(&mut ada), again.applied["mass"]), (2.0, 2.0));
+    assert_eq!(refused(&mut bob, Request::redo()).code, ErrorCode::NothingToRedo);
+    assert_eq!((status(&mut ada).undo_depth, status(&mut ada).redo_depth), (2, 0));
+
+    let entries = log(&mut ada);
+    let ops: Vec<&str> = entries.iter().map(|entry| entry.op.as_str()).collect();
+    assert_eq!(ops, ["set", "set", "undo", "undo", "redo", "redo"]);
+    let sessions: Vec<&str> = entries
+        .iter()
+        .map(|entry| entry.by.as_ref().expect("a client").session.as_str())
+        .collect();
+    let (ada, bob) = (ada.hello().session.as_str(), bob.hello().session.as_str());
+    assert_eq!(sessions, [ada, bob, ada, ada, bob, bob]);
+    let uid = rustix::process::geteuid().as_raw();
+    assert!(
+        entries
+            .iter()
+            .all(|entry| entry.by.as_ref().is_some_and(|by| by.uid == uid))
+    );
+    assert_eq!(entries[0].tick, first.tick);
+    let said: Vec<String> = entries[0].changes.iter().map(ToString::to_string).collect();
+    assert_eq!(said, ["mass: 0.5 kg -> 1.5 kg", "static_force: 4 N -> +5 -4 N"]);
+    assert!(
+        entries
+            .windows(2)
+            .all(|pair| pair[0].time_unix_s <= pair[1].time_unix_s && pair[0].seq + 1 == pair[1].seq)
+    );
+}
+
+#[test]
+fn what_is_dragged_goes_back_in_one_step() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    for step in 0..20 {
+        let request = Request::Set {
+            params: params(&[("M", 1.0 + f64::from(step))]),
+            if_revision: None,
+            ramp_ms: None,
+            dry_run: false,
+            merge: step > 0,
+        };
+        change(&mut client, request);
+    }
+    change(&mut client, Request::undo());
+    assert_eq!(mass(&mut client), 0.5);
+}
+
+#[test]
+fn a_change_on_an_older_revision_is_refused_and_one_that_is_only_tried_changes_nothing() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let set = |if_revision, dry_run, mass| Request::Set {
+        params: params(&[("M", mass)]),
+        if_revision,
+        ramp_ms: None,
+        dry_run,
+        merge: false,
+    };
+    change(&mut client, set(Some(1), false, 1.0));
+    let error = refused(&mut client, set(Some(1), false, 2.0));
+    assert_eq!(
+        (error.code, error.value, error.min),
+        (ErrorCode::Conflict, Some(1.0), Some(2.0))
+    );
+    let tried = change(&mut client, set(Some(2), true, 3.0));
+    assert_eq!((tried.revision, tried.tick, tried.dry_run), (2, None, true));
+    assert_eq!(tried.changes[0].to_string(), "mass: 1 kg -> 3 kg");
+    assert_eq!(refused(&mut client, set(None, true, -3.0)).code, ErrorCode::OutOfRange);
+    assert_eq!((mass(&mut client), log(&mut client).len()), (1.0, 1));
+}
+
+#[test]
+fn a_thousand_changes_sent_without_waiting_are_each_answered_in_order() {
+    let daemon = Daemon::start(&[]);
+    let mut raw = daemon.raw();
+    let mut client = daemon.client();
+    for burst in 0..20 {
+        let lines: String = (0..50)
+            .map(|step| {
+                let id = 50 * burst + step;
+                format!(
+                    "{{\"id\":{id},\"op\":\"set\",\"params\":{{\"M\":{}}}}}\n",
+                    1.0 + 0.01 * f64::from(id)
+                )
+            })
+            .collect();
+        raw.send(lines);
+        let mut last_tick = 0;
+        for step in 0..50 {
+            let (answer, id) = (raw.line(), 50 * burst + step);
+            assert_eq!(
+                (&answer["id"], &answer["ok"]["revision"]),
+                (&id.into(), &(id + 2).into()),
+                "{answer}"
+            );
+            let tick = answer["ok"]["tick"].as_u64().expect("it was rendered");
+            assert!(tick >= last_tick);
+            last_tick = tick;
+        }
+    }
+    assert!((mass(&mut client) - 10.99).abs() < 1e-12);
+    assert_eq!(log(&mut client).len(), 1000, "each is in the journal");
+}
+
+#[test]
+fn a_client_that_goes_in_the_middle_of_its_changes_leaves_them_in_the_journal() {
+    let daemon = Daemon::start(&["--rate", "100"]);
+    let mut watcher = daemon.client();
+    let mut raw = daemon.raw();
+    raw.send("{\"id\":1,\"op\":\"set\",\"params\":{\"M\":3}}\n{\"id\":2,\"op\":\"set\",\"params\":{\"M\":4}}\n");
+    drop(raw);
+    wait_for(&mut watcher, "both changes", |status| status.revision == 3);
+    wait_for(&mut watcher, "a client less", |status| status.clients == 1);
+    let entries = loop {
+        let entries = log(&mut watcher);
+        if entries.len() == 2 {
+            break entries;
+        }
+    };
+    assert!(entries.iter().all(|entry| entry.tick.is_some()));
+}
+
+#[test]
+fn a_ramp_moves_the_force_evenly_and_the_next_change_goes_on_from_where_it_is() {
+    // The hand goes steadily for a second or more, one way.
+    let daemon = Daemon::start(&[
+        "--hand-frequency-hz",
+        "0.2",
+        "--hand-amplitude-m",
+        "0.1",
+        "--encoder-resolution-m",
+        "0",
+    ]);
+    let (mut client, mut listener) = (daemon.client(), daemon.client());
+    let subscribe = Request::Subscribe {
+        topics: vec![Topic::Samples],
+        rate_hz: None,
+        batch_ms: None,
+    };
+    // Drag in proportion to speed: the force tells the parameter of the moment.
+    change(&mut client, Request::load(SceneRef::Name("viscous-drag".to_owned())));
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, haptic_ipc::RigState::Engaged);
+    let _: SubscribeReply = listener.request(subscribe).expect("a subscription");
+    let set = |drag, ramp_ms| Request::Set {
+        params: params(&[("b", drag)]),
+        if_revision: None,
+        ramp_ms: Some(ramp_ms),
+        dry_run: false,
+        merge: false,
+    };
+    let begun = change(&mut client, set(70.0, 400.0));
+    let tick = begun.tick.expect("it was begun");
+    assert_eq!(begun.ramp_ends_tick, Some(tick + 400));
+    wait_for(&mut client, "half of the ramp", |status| status.tick >= tick + 200);
+    let turned = change(&mut client, set(35.0, 200.0)).tick.expect("it was begun");
+    let mut drags = Vec::new();
+    while drags.last().is_none_or(|(tick, _)| *tick < turned + 300) {
+        if let Event::Samples(batch) = listener.next_event().expect("the daemon goes on") {
+            drags.extend(
+                batch
+                    .rows
+                    .iter()
+                    .filter(|row| row.tick >= tick)
+                    .map(|row| (row.tick, -row.command_force_n / row.device_velocity_mps)),
+            );
+        }
+    }
+    for (at, drag) in &drags {
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
+        let since = |from: u64| at.saturating_sub(from) as f64;
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
+        let peak = 35.0 + 35.0 * (turned - tick) as f64 / 400.0;
+        let expected = if *at < turned {
+            35.0 + 35.0 * since(tick) / 400.0
+        } else {
+            peak + (35.0 - peak) * (since(turned) / 200.0).min(1.0)
+        };
+        assert!(
+            (drag - expected).abs() < 4.0,
+            "tick {at}: {drag} N s/m, not {expected} N s/m"
+        );
+    }
+}
+
+#[test]
+fn whoever_listens_to_the_log_hears_every_change_and_the_stops() {
+    let daemon = Daemon::start(&[]);
+    let (mut client, mut listener) = (daemon.client(), daemon.client());
+    let subscribe = Request::Subscribe {
+        topics: vec![Topic::Log],
+        rate_hz: None,
+        batch_ms: None,
+    };
+    let _: SubscribeReply = listener.request(subscribe).expect("a subscription");
+    change(&mut client, Request::set(params(&[("M", 1.0)])));
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let stopped: StateReply = client.request(Request::Stop {}).expect("always");
+    let _: StateReply = client.request(Request::Reset {}).expect("it is stopped");
+    let mut heard = Vec::new();
+    while heard.len() < 4 {
+        if let Event::Log(entry) = listener.next_event().expect("the daemon goes on") {
+            heard.push(*entry);
+        }
+    }
+    let ops: Vec<&str> = heard.iter().map(|entry| entry.op.as_str()).collect();
+    assert_eq!(ops, ["set", "engage", "stop", "reset"]);
+    assert_eq!(heard[2].tick, Some(stopped.tick));
+    assert_eq!(heard, log(&mut client));
+}

@@ -1,0 +1,91 @@
+//! `haptic-ctl doctor`: what is between a person and the rig.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Output;
+use system_tests::{Daemon, ctl};
+
+fn checks(output: &Output) -> Vec<Value> {
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    found["checks"].as_array().expect("checks").clone()
+}
+
+fn check<'a>(checks: &'a [Value], name: &str) -> &'a Value {
+    checks
+        .iter()
+        .find(|check| check["check"] == name)
+        .unwrap_or_else(|| panic!("{name} is missing: {checks:?}"))
+}
+
+#[test]
+fn with_a_daemon_every_check_is_there_and_none_fails() {
+    let daemon = Daemon::start(&[]);
+    let output = daemon.ctl(&["doctor", "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    let checks = checks(&output);
+    for name in ["socket", "version", "rig"] {
+        assert_eq!(check(&checks, name)["level"], "ok", "{checks:?}");
+    }
+    for name in [
+        "real-time thread",
+        "priority limit",
+        "memory limit",
+        "governor",
+        "isolation",
+    ] {
+        check(&checks, name);
+    }
+    for check in &checks {
+        assert_eq!(
+            check["mend"].is_string(),
+            check["level"] != "ok",
+            "what is wrong can be mended: {check}"
+        );
+    }
+    let people = daemon.ctl_ok(&["doctor"]);
+    assert!(people.contains("ok    socket: "), "{people}");
+    assert!(!people.contains('\x1b'), "no colour where nobody sees it");
+}
+
+#[test]
+fn a_stopped_rig_is_pointed_out_with_what_clears_it() {
+    let daemon = Daemon::start(&[]);
+    daemon.ctl_ok(&["stop"]);
+    let checks = checks(&daemon.ctl(&["doctor", "--json"]));
+    let rig = check(&checks, "rig");
+    assert_eq!(
+        (&rig["level"], &rig["mend"]),
+        (&"warn".into(), &"`haptic-ctl reset`".into())
+    );
+}
+
+#[test]
+fn without_a_daemon_it_says_so_and_what_to_do_and_looks_at_the_rest() {
+    let output = ctl(Path::new("/nonexistent/control.sock"), &["doctor", "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let found = checks(&output);
+    let socket = check(&found, "socket");
+    assert_eq!(socket["level"], "fail");
+    assert!(
+        socket["found"]
+            .as_str()
+            .is_some_and(|text| text.contains("/nonexistent/control.sock"))
+    );
+    assert!(
+        socket["mend"]
+            .as_str()
+            .is_some_and(|text| text.contains("hapticd --demo"))
+    );
+    check(&found, "governor");
+
+    let directory = tempfile::tempdir().expect("a directory");
+    let dead = directory.path().join("control.sock");
+    drop(std::os::unix::net::UnixListener::bind(&dead).expect("a socket"));
+    let output = ctl(&dead, &["doctor"]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        said.contains("fail  socket: ") && said.contains("nobody listens"),
+        "{said}"
+    );
+}

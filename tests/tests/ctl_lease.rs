@@ -1,0 +1,107 @@
+//! `haptic-ctl lease`: a command as a dead man's switch.
+
+use haptic_ipc::RigState;
+use rustix::process::{Pid, Signal, kill_process};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use system_tests::{Daemon, binary, status, wait_for_state};
+
+fn lease(daemon: &Daemon, timeout: &str, command: &[&str]) -> Child {
+    Command::new(binary("haptic-ctl"))
+        .args(["lease", "--timeout", timeout, "--socket"])
+        .arg(daemon.socket())
+        .arg("--")
+        .args(command)
+        .env("HAPTICD_SOCKET", daemon.socket())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("haptic-ctl starts")
+}
+
+/// Holds a lease while `cat` waits for its input to end.
+fn held(daemon: &Daemon, timeout: &str) -> Child {
+    let mut client = daemon.client();
+    let child = lease(daemon, timeout, &["cat"]);
+    system_tests::wait_for(&mut client, "the lease", |status| status.leases > 0);
+    child
+}
+
+fn code(mut child: Child) -> Option<i32> {
+    drop(child.stdin.take());
+    child.wait().expect("it ends").code()
+}
+
+#[test]
+fn the_rig_stays_engaged_for_as_long_as_the_command_runs_and_beyond_if_that_ends_well() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    let holder = held(&daemon, "300ms");
+    daemon.ctl_ok(&["engage", "--wait"]);
+    // Four times as long as the lease lasts without being renewed.
+    let began = Instant::now();
+    while began.elapsed() < Duration::from_millis(1200) {
+        assert_eq!(
+            status(&mut client).state,
+            RigState::Engaged,
+            "after {:?}",
+            began.elapsed()
+        );
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert_eq!(code(holder), Some(0));
+    assert_eq!(status(&mut client).state, RigState::Engaged);
+}
+
+#[test]
+fn the_rig_is_released_when_haptic_ctl_is_killed_or_hangs() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    for signal in [Signal::KILL, Signal::STOP] {
+        let mut holder = held(&daemon, "300ms");
+        daemon.ctl_ok(&["engage", "--wait"]);
+        kill_process(Pid::from_child(&holder), signal).expect("it runs");
+        wait_for_state(&mut client, RigState::Idle);
+        // One that was stopped can be killed all the same; `cat` ends with its input.
+        drop(holder.kill());
+        code(holder);
+    }
+}
+
+#[test]
+fn the_exit_code_is_the_commands_and_a_command_that_fails_releases_the_rig() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    for (script, expected) in [("exit 7", 7), ("kill -TERM $$", 143)] {
+        daemon.ctl_ok(&["engage", "--wait"]);
+        assert_eq!(
+            code(lease(&daemon, "5s", &["sh", "-c", script])),
+            Some(expected),
+            "{script}"
+        );
+        wait_for_state(&mut client, RigState::Idle);
+    }
+    assert_eq!(code(lease(&daemon, "5s", &["true"])), Some(0));
+    assert_eq!(code(lease(&daemon, "5s", &["/nonexistent/command"])), Some(2));
+    assert_eq!(
+        code(lease(&daemon, "1ms", &["true"])),
+        Some(1),
+        "the daemon refuses so short a lease"
+    );
+    assert_eq!(code(lease(&daemon, "2000h", &["true"])), Some(2));
+}
+
+#[test]
+fn a_request_to_end_goes_on_to_the_command() {
+    let daemon = Daemon::start(&[]);
+    let holder = held(&daemon, "5s");
+    kill_process(Pid::from_child(&holder), Signal::TERM).expect("it runs");
+    // The input stays open: only the signal can have ended it.
+    let output = {
+        let mut holder = holder;
+        let status = holder.wait().expect("it ends");
+        status.code()
+    };
+    assert_eq!(output, Some(143));
+}

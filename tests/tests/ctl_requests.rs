@@ -1,0 +1,228 @@
+//! The command line beside the protocol: requests that are shown, lines that are sent as they are, and what shells and readers get.
+
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use system_tests::{Daemon, binary, ctl};
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn lines(text: &str) -> Vec<Value> {
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}")))
+        .collect()
+}
+
+#[test]
+fn every_subcommand_shows_what_it_would_send() {
+    let all = json!(["state", "timing", "samples"]);
+    for (arguments, requests) in [
+        ("status", json!([{"id":1,"op":"status"}])),
+        ("describe", json!([{"id":1,"op":"describe"}])),
+        ("get", json!([{"id":1,"op":"get"}])),
+        ("get @3", json!([{"id":1,"op":"get","scene":3}])),
+        (
+            "set mass=500g Fs+=4",
+            json!([{"id":1,"op":"set","params":{"mass":0.5,"Fs+":4.0}}]),
+        ),
+        (
+            "set M=1 --if-revision 4 --ramp 2s --dry-run",
+            json!([{"id":1,"op":"set","params":{"M":1.0},"if_revision":4,"ramp_ms":2000.0,"dry_run":true}]),
+        ),
+        ("undo --if-revision 4", json!([{"id":1,"op":"undo","if_revision":4}])),
+        ("redo --ramp 5ms", json!([{"id":1,"op":"redo","ramp_ms":5.0}])),
+        ("scene list", json!([{"id":1,"op":"scene.list"}])),
+        ("scene load lugre", json!([{"id":1,"op":"scene.load","scene":"lugre"}])),
+        (
+            "scene save a --replace",
+            json!([{"id":1,"op":"scene.save","name":"a","replace":true}]),
+        ),
+        (
+            "scene diff lugre @2",
+            json!([{"id":1,"op":"scene.diff","from":"lugre","to":2}]),
+        ),
+        ("scene show 2", json!([{"id":1,"op":"get","scene":2}])),
+        ("log -n 5", json!([{"id":1,"op":"log","limit":5}])),
+        (
+            "log --follow",
+            json!([{"id":1,"op":"subscribe","topics":["log"]},{"id":2,"op":"log","limit":20}]),
+        ),
+        ("engage --wait", json!([{"id":1,"op":"engage"}])),
+        ("release", json!([{"id":1,"op":"release"}])),
+        ("stop", json!([{"id":1,"op":"stop"}])),
+        ("reset", json!([{"id":1,"op":"reset"}])),
+        (
+            "wait --until contact=0",
+            json!([{"id":1,"op":"subscribe","topics":["state","samples"]}]),
+        ),
+        (
+            "lease --timeout 1s -- true",
+            json!([{"id":1,"op":"lease","timeout_ms":1000}]),
+        ),
+        (
+            "watch --rate 50",
+            json!([{"id":1,"op":"subscribe","topics":["samples"],"rate_hz":50.0}]),
+        ),
+        (
+            "record x.csv",
+            json!([{"id":1,"op":"status"},{"id":2,"op":"subscribe","topics":all,"batch_ms":20},{"id":3,"op":"get"}]),
+        ),
+        (
+            "top",
+            json!([{"id":1,"op":"subscribe","topics":all,"rate_hz":50.0,"batch_ms":40},{"id":2,"op":"status"}]),
+        ),
+        ("timing", json!([{"id":1,"op":"timing"}])),
+        ("advise", json!([{"id":1,"op":"advise"}])),
+        (
+            "devices --probe serial:x",
+            json!([{"id":1,"op":"devices","probe":"serial:x"}]),
+        ),
+        ("doctor", json!([{"id":1,"op":"status"},{"id":2,"op":"devices"}])),
+        (r#"raw {"op":"get"}"#, json!([{"id":1,"op":"get"}])),
+    ] {
+        let words: Vec<&str> = ["--print-request"].into_iter().chain(arguments.split(' ')).collect();
+        // Nobody is there: nothing is sent.
+        let output = ctl(Path::new("/nonexistent/control.sock"), &words);
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", text(&output.stderr));
+        assert_eq!(Value::from(lines(&text(&output.stdout))), requests, "{arguments}");
+    }
+    let output = ctl(Path::new("/nonexistent"), &["--print-request", "cost"]);
+    assert_eq!(output.status.code(), Some(2), "it asks nothing of the daemon");
+}
+
+#[test]
+fn lines_are_sent_as_they_are_and_answered_with_the_exit_code_of_the_first_refusal() {
+    let daemon = Daemon::start(&[]);
+    let raw = |input: &str| -> Output {
+        let mut child = Command::new(binary("haptic-ctl"))
+            .args(["raw", "--socket"])
+            .arg(daemon.socket())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("haptic-ctl starts");
+        let mut stdin = child.stdin.take().expect("it is piped");
+        stdin.write_all(input.as_bytes()).expect("it reads");
+        drop(stdin);
+        child.wait_with_output().expect("it ends")
+    };
+    let output = raw("{\"op\":\"status\"}\n\n{\"id\":70,\"op\":\"get\"}\n{\"op\":\"stop\"}");
+    assert_eq!(output.status.code(), Some(0));
+    let answers = lines(&text(&output.stdout));
+    let ids: Vec<&Value> = answers.iter().map(|answer| &answer["id"]).collect();
+    assert_eq!(ids, [&json!(1), &json!(70), &json!(2)]);
+    assert_eq!(answers[2]["ok"]["state"], "stopped");
+    for (input, code) in [
+        (r#"{"op":"set","params":{"mass":-1}}"#, 1),
+        (r#"{"op":"engage"}"#, 6),
+        ("not json", 2),
+        (r#"{"op":"dance"}"#, 1),
+    ] {
+        let output = daemon.ctl(&["raw", r#"{"op":"get"}"#, input, r#"{"op":"status"}"#]);
+        assert_eq!(output.status.code(), Some(code), "{input}");
+        let answers = lines(&text(&output.stdout));
+        assert_eq!(answers.len(), 3, "the conversation goes on: {answers:?}");
+        assert!(!answers[1]["error"]["message"].is_null());
+    }
+    assert_eq!(ctl(Path::new("/nonexistent"), &["raw", "{}"]).status.code(), Some(3));
+}
+
+#[test]
+fn a_shell_completes_parameters_scenes_and_subcommands() {
+    let daemon = Daemon::start(&[]);
+    for (shell, mark) in [("bash", "complete "), ("zsh", "compdef"), ("fish", "complete ")] {
+        let script = daemon.ctl_ok(&["completions", shell]);
+        assert!(
+            script.contains(mark) && script.contains("haptic-ctl"),
+            "{shell}: {script}"
+        );
+    }
+    let complete = |words: &[&str]| {
+        let output = Command::new(binary("haptic-ctl"))
+            .arg("--")
+            .args(words)
+            .env("COMPLETE", "bash")
+            .env("_CLAP_IFS", "\n")
+            .env("_CLAP_COMPLETE_INDEX", (words.len() - 1).to_string())
+            .env("_CLAP_COMPLETE_COMP_TYPE", "9")
+            .env("_CLAP_COMPLETE_SPACE", "true")
+            .env("HAPTICD_SOCKET", daemon.socket())
+            .output()
+            .expect("haptic-ctl starts");
+        text(&output.stdout).lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(complete(&["haptic-ctl", "set", "vel"]), ["velocity_threshold="]);
+    assert_eq!(complete(&["haptic-ctl", "set", "Fs"]), ["Fs=", "Fs+=", "Fs-="]);
+    assert_eq!(complete(&["haptic-ctl", "scene", "load", "visc"]), ["viscous-drag"]);
+    assert_eq!(
+        complete(&["haptic-ctl", "wait", "--until", "device_v"]),
+        ["device_velocity_mps"]
+    );
+    assert_eq!(complete(&["haptic-ctl", "sce"]), ["scene"]);
+    assert_eq!(complete(&["haptic-ctl", "scene", "d"]), ["diff"]);
+}
+
+#[test]
+fn there_is_a_manual_page_for_each_subcommand() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let pages = directory.path().join("man1");
+    let output = ctl(Path::new("/nonexistent"), &["man", pages.to_str().expect("text")]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    for page in [
+        "haptic-ctl",
+        "haptic-ctl-set",
+        "haptic-ctl-scene-load",
+        "haptic-ctl-wait",
+        "haptic-ctl-top",
+    ] {
+        let found = std::fs::read_to_string(pages.join(format!("{page}.1"))).expect(page);
+        assert!(found.contains(".SH NAME"), "{page}");
+    }
+}
+
+#[test]
+fn the_help_fits_a_terminal_of_80_columns() {
+    let help = |words: &[&str]| {
+        let output = Command::new(binary("haptic-ctl"))
+            .args(words)
+            .arg("--help")
+            .env("COLUMNS", "80")
+            .output()
+            .expect("haptic-ctl starts");
+        assert!(output.status.success());
+        text(&output.stdout)
+    };
+    let subcommands = |help: &str| -> Vec<String> {
+        let listed = help.lines().skip_while(|line| !line.starts_with("Commands:")).skip(1);
+        listed
+            .take_while(|line| !line.is_empty())
+            .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+            .filter_map(|line| line.split_whitespace().next().map(str::to_owned))
+            .filter(|name| name != "help")
+            .collect()
+    };
+    let top = help(&[]);
+    let mut seen = 0;
+    for name in subcommands(&top) {
+        let page = help(&[&name]);
+        for nested in subcommands(&page) {
+            check(&help(&[&name, &nested]), &nested);
+            seen += 1;
+        }
+        check(&page, &name);
+        seen += 1;
+    }
+    check(&top, "haptic-ctl");
+    assert!(seen > 25, "{seen} pages:\n{top}");
+
+    fn check(page: &str, name: &str) {
+        // A usage is one line however long.
+        for line in page.lines().filter(|line| !line.starts_with("Usage: ")) {
+            assert!(line.chars().count() <= 80, "{name}: {line}");
+        }
+    }
+}

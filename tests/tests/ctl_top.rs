@@ -1,0 +1,123 @@
+//! `haptic-ctl top` on a real terminal.
+
+use rustix::process::{Signal, kill_process};
+use std::process::Command;
+use system_tests::terminal::Terminal;
+use system_tests::{Daemon, binary, wait_for_state};
+
+fn top(daemon: &Daemon, no_color: &str) -> Terminal {
+    let mut command = Command::new(binary("haptic-ctl"));
+    command.arg("top").arg("--socket").arg(daemon.socket());
+    // Somebody may have set it for the tests too.
+    command.env("NO_COLOR", no_color);
+    let mut top = Terminal::start(command);
+    top.wait_for("its first picture", |screen| {
+        screen.contains("wake-up") && screen.contains("SCHED_") | screen.contains("ordinary priority")
+    });
+    top
+}
+
+#[test]
+fn everything_that_moves_is_on_a_small_screen_and_keys_drive_the_rig() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    let mut top = top(&daemon, "");
+    let shown = top.wait_for("all panes", |screen| {
+        screen.contains("p50") && screen.contains("clients")
+    });
+    for part in [
+        "hapticd",
+        "IDLE",
+        "1000 Hz",
+        "simulated friction, karnopp, revision 1",
+        "force on the hand",
+        "position of the device",
+        "overruns",
+        "missed",
+        "space/Esc STOP",
+    ] {
+        assert!(shown.contains(part), "{part} is missing:\n{shown}");
+    }
+    top.type_in("e");
+    top.wait_for("engaged", |screen| screen.contains("ENGAGED"));
+    wait_for_state(&mut client, haptic_ipc::RigState::Engaged);
+    top.type_in("?");
+    top.wait_for("the help", |screen| screen.contains("clear a stop or a fault"));
+    // Even now the largest key stops.
+    top.type_in(" ");
+    let shown = top.wait_for("the stop", |screen| {
+        screen.contains("STOPPED") && screen.contains("stop confirmed at tick")
+    });
+    assert!(shown.contains(": stopped"), "{shown}");
+    wait_for_state(&mut client, haptic_ipc::RigState::Stopped);
+    top.type_in("e");
+    top.wait_for("the refusal", |screen| {
+        screen.contains("cannot engage while the rig is stopped")
+    });
+    top.type_in("R");
+    top.wait_for("idle", |screen| screen.contains("IDLE"));
+    top.type_in("er");
+    wait_for_state(&mut client, haptic_ipc::RigState::Idle);
+    top.type_in("q");
+    assert!(top.end().success());
+    assert!(top.is_as_a_shell_wants_it());
+}
+
+#[test]
+fn escape_stops() {
+    let daemon = Daemon::start(&[]);
+    let mut top = top(&daemon, "");
+    top.type_in("\x1b");
+    top.wait_for("the stop", |screen| screen.contains("stop confirmed at tick"));
+}
+
+#[test]
+fn the_terminal_is_put_back_however_it_ends() {
+    let daemon = Daemon::start(&[]);
+    for (name, end, code) in [
+        ("q", None, Some(0)),
+        ("Ctrl-C", None, Some(0)),
+        ("interrupt", Some(Signal::INT), Some(130)),
+        ("terminate", Some(Signal::TERM), Some(143)),
+        ("hang-up", Some(Signal::HUP), Some(129)),
+    ] {
+        let mut top = top(&daemon, "");
+        assert!(!top.is_as_a_shell_wants_it(), "it has the terminal for itself");
+        match end {
+            Some(signal) => kill_process(top.pid(), signal).expect("it runs"),
+            None if name == "q" => top.type_in("q"),
+            None => top.type_in("\x03"),
+        }
+        assert_eq!(top.end().code(), code, "{name}");
+        assert!(top.is_as_a_shell_wants_it(), "{name}");
+    }
+    let mut top = top(&daemon, "");
+    drop(daemon);
+    assert_eq!(top.end().code(), Some(3), "the daemon has gone");
+    assert!(top.is_as_a_shell_wants_it());
+    assert!(top.screen().contents().contains("closed the connection"));
+}
+
+#[test]
+fn colour_is_left_out_where_it_is_not_wanted() {
+    let daemon = Daemon::start(&[]);
+    let coloured = |no_color| {
+        let mut top = top(&daemon, no_color);
+        top.type_in("q");
+        top.end();
+        let written = top.written();
+        // A foreground colour: 30 to 39 or 38;5;N.
+        (30..39)
+            .any(|colour| written.contains(&format!("\x1b[{colour}m")) || written.contains(&format!("\x1b[{colour};")))
+    };
+    assert!(coloured(""));
+    assert!(!coloured("1"));
+}
+
+#[test]
+fn without_a_terminal_it_says_what_to_use_instead() {
+    let daemon = Daemon::start(&[]);
+    let output = daemon.ctl(&["top"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("haptic-ctl watch"));
+}

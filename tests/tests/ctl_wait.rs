@@ -1,0 +1,106 @@
+//! `haptic-ctl wait`, and the waiting of `engage` and `release`.
+
+use haptic_ipc::Client;
+use std::process::{Child, Command, Stdio};
+use system_tests::{Daemon, binary, status, wait_for};
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Waits in the background; returns when the daemon serves it.
+fn waiting(daemon: &Daemon, client: &mut Client, condition: &str) -> Child {
+    let before = status(client).clients;
+    let child = Command::new(binary("haptic-ctl"))
+        .args(["wait", "--timeout", "30s", "--until", condition, "--socket"])
+        .arg(daemon.socket())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("haptic-ctl starts");
+    wait_for(client, "the client that waits", |status| status.clients > before);
+    child
+}
+
+fn ended(child: Child) -> (Option<i32>, String) {
+    let output = child.wait_with_output().expect("it ends");
+    (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+}
+
+#[test]
+fn what_is_waited_for_ends_the_wait() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    let engaged = waiting(&daemon, &mut client, "state=engaged");
+    let heavier = waiting(&daemon, &mut client, "revision>=2 and mass=1.5kg");
+    let moving = waiting(&daemon, &mut client, "device_velocity_mps!=0 and state=engaged");
+    let stopped = waiting(&daemon, &mut client, "state=stopped");
+    daemon.ctl_ok(&["engage"]);
+    daemon.ctl_ok(&["set", "mass=1.5"]);
+    let (code, said) = ended(engaged);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("state=engaged: engaged, revision"), "{said}");
+    assert_eq!(ended(heavier).0, Some(0));
+    assert_eq!(ended(moving).0, Some(0));
+    daemon.ctl_ok(&["stop"]);
+    assert_eq!(ended(stopped).0, Some(0), "a stop is what was waited for");
+}
+
+#[test]
+fn a_stop_ends_what_waits_for_another_state_with_6() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let engaged = waiting(&daemon, &mut client, "state=engaged");
+    let heavier = waiting(&daemon, &mut client, "mass=1.5");
+    daemon.ctl_ok(&["stop"]);
+    let (code, said) = ended(engaged);
+    assert_eq!(code, Some(6), "{said}");
+    assert!(
+        said.contains("the rig is stopped") && said.contains("haptic-ctl reset"),
+        "{said}"
+    );
+    // A stopped rig can still get a heavier block.
+    daemon.ctl_ok(&["set", "mass=1.5"]);
+    assert_eq!(ended(heavier).0, Some(0));
+}
+
+#[test]
+fn what_does_not_come_in_time_ends_with_5_and_a_daemon_that_goes_with_3() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let engaged = waiting(&daemon, &mut client, "state=engaged");
+    let output = daemon.ctl(&["wait", "--until", "state=engaged", "--timeout", "50ms"]);
+    assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("within 0.05 s; the rig is idle"),
+        "{}",
+        text(&output.stderr)
+    );
+    drop(daemon);
+    assert_eq!(ended(engaged).0, Some(3));
+}
+
+#[test]
+fn a_condition_that_cannot_be_read_is_wrong_usage_and_names_the_fields() {
+    let daemon = Daemon::start(&[]);
+    for (condition, named) in [
+        ("colour=red", "device_position_m"),
+        ("state=asleep", "disconnected, idle, engaging"),
+        ("state", "state=engaged"),
+    ] {
+        let output = daemon.ctl(&["wait", "--until", condition]);
+        assert_eq!(output.status.code(), Some(2), "{condition}");
+        assert!(text(&output.stderr).contains(named), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn engage_and_release_wait_for_the_end_of_their_ramps() {
+    let daemon = Daemon::start(&["--ramp-ms", "100"]);
+    assert!(daemon.ctl_ok(&["engage", "--wait"]).starts_with("engaged at tick"));
+    assert!(daemon.ctl_ok(&["release", "--wait"]).starts_with("idle at tick"));
+    let output = daemon.ctl(&["engage", "--wait", "--timeout", "1ms"]);
+    assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
+    daemon.ctl_ok(&["stop"]);
+    assert_eq!(daemon.ctl(&["engage", "--wait"]).status.code(), Some(6));
+}

@@ -1,0 +1,143 @@
+//! The library of scenes.
+
+use haptic_ipc::{
+    ChangeReply, Client, ClientError, ErrorCode, Request, SceneDiffReply, SceneListReply, SceneRef, SceneReply,
+    SceneSaveReply,
+};
+use system_tests::Daemon;
+
+fn named(name: &str) -> SceneRef {
+    SceneRef::Name(name.to_owned())
+}
+
+fn save(name: &str, replace: bool) -> Request {
+    Request::SceneSave {
+        name: name.to_owned(),
+        scene: None,
+        replace,
+    }
+}
+
+fn code(client: &mut Client, request: Request) -> ErrorCode {
+    match client.request::<serde_json::Value>(request) {
+        Err(ClientError::Refused(error)) => error.code,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn every_scene_that_comes_with_the_daemon_loads_and_goes_back() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let list: SceneListReply = client.request(Request::SceneList {}).expect("a list");
+    assert!(list.scenes.len() >= 8);
+    for listed in &list.scenes {
+        assert_eq!((&listed.path, &listed.problem), (&None, &None), "{listed:?}");
+        let _: ChangeReply = client.request(Request::load(named(&listed.name))).expect("it loads");
+        let now: SceneReply = client.request(Request::get()).expect("a scene");
+        assert_eq!(
+            (&now.scene.name, now.scene.friction.law()),
+            (&listed.title, listed.law.as_str())
+        );
+    }
+    for _ in &list.scenes {
+        let _: ChangeReply = client.request(Request::undo()).expect("as many steps back");
+    }
+    let now: SceneReply = client.request(Request::get()).expect("a scene");
+    assert_eq!(now.scene.name, "simulated friction");
+}
+
+#[test]
+fn a_scene_that_was_saved_is_there_for_the_next_daemon_and_as_a_file_that_it_starts_with() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let params = [("M", 2.5), ("Fs+", 6.0)].into_iter().collect();
+    let _: ChangeReply = client.request(Request::set(params)).expect("a change");
+    let saved: SceneSaveReply = client.request(save("my rig evening", false)).expect("it is saved");
+    assert_eq!(code(&mut client, save("my rig evening", false)), ErrorCode::SceneExists);
+    let _: SceneSaveReply = client
+        .request(save("my rig evening", true))
+        .expect("it may be replaced");
+    let scene: SceneReply = client.request(Request::get()).expect("a scene");
+
+    let directory = daemon.scene_dir();
+    let other = Daemon::start(&["--scene", &saved.path]);
+    let started: SceneReply = other.client().request(Request::get()).expect("a scene");
+    assert_eq!(started.scene, scene.scene);
+    let files: Vec<_> = std::fs::read_dir(directory).expect("it is there").collect();
+    assert_eq!(files.len(), 1, "nothing but the scene is left: {files:?}");
+    let list: SceneListReply = client.request(Request::SceneList {}).expect("a list");
+    let listed = list.scenes.last().expect("it is listed");
+    assert_eq!(
+        (listed.name.as_str(), listed.path.as_ref()),
+        ("my rig evening", Some(&saved.path))
+    );
+}
+
+#[test]
+fn what_cannot_be_a_scene_is_refused_by_its_own_code() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    for name in ["", "../up", ".hidden", "a/b", "ends ", "line\nbreak", &"x".repeat(65)] {
+        assert_eq!(code(&mut client, save(name, false)), ErrorCode::BadName, "{name:?}");
+        assert_eq!(
+            code(&mut client, Request::load(named(name))),
+            ErrorCode::BadName,
+            "{name:?}"
+        );
+    }
+    assert_eq!(code(&mut client, save("lugre", true)), ErrorCode::SceneExists);
+    assert_eq!(
+        code(&mut client, Request::load(named("nowhere"))),
+        ErrorCode::NoSuchScene
+    );
+    assert_eq!(
+        code(&mut client, Request::load(SceneRef::Revision(99))),
+        ErrorCode::NoSuchScene
+    );
+    let directory = daemon.scene_dir();
+    std::fs::create_dir_all(&directory).expect("a directory");
+    std::fs::write(
+        directory.join("broken.toml"),
+        "name = \"broken\"\n[friction]\nlaw = \"karnop\"\n",
+    )
+    .expect("a file");
+    std::fs::write(
+        directory.join("wild.toml"),
+        "[friction]\nlaw = \"viscous\"\nviscous = -1\n",
+    )
+    .expect("a file");
+    assert_eq!(code(&mut client, Request::load(named("broken"))), ErrorCode::SceneFile);
+    assert_eq!(code(&mut client, Request::load(named("wild"))), ErrorCode::OutOfRange);
+    let list: SceneListReply = client
+        .request(Request::SceneList {})
+        .expect("the others are listed all the same");
+    let problems: Vec<&str> = list
+        .scenes
+        .iter()
+        .filter_map(|scene| scene.problem.as_deref())
+        .collect();
+    assert_eq!(problems.len(), 2);
+    assert!(
+        problems[0].contains("karnop") && problems[1].contains("viscous = -1"),
+        "{problems:?}"
+    );
+}
+
+#[test]
+fn a_difference_names_what_differs_and_nothing_else() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let params = [("M", 2.5)].into_iter().collect();
+    let _: ChangeReply = client.request(Request::set(params)).expect("a change");
+    let mut diff = |from, to| {
+        let reply: SceneDiffReply = client.request(Request::SceneDiff { from, to }).expect("both are there");
+        let said: Vec<String> = reply.differences.iter().map(ToString::to_string).collect();
+        said
+    };
+    assert_eq!(diff(SceneRef::Revision(1), None), ["mass: 0.5 kg -> 2.5 kg"]);
+    assert_eq!(diff(SceneRef::Revision(2), None), [""; 0]);
+    let laws = diff(named("simulated-friction"), Some(named("viscous-drag")));
+    assert!(laws.contains(&"law: karnopp -> viscous".to_owned()), "{laws:?}");
+    assert!(laws.contains(&"static_force: 4 N -> none".to_owned()), "{laws:?}");
+}

@@ -1,0 +1,119 @@
+//! The protocol's document for machines is that of the types, and tells a line of the protocol from one that is none.
+
+use serde_json::{Value, json};
+use std::fs;
+use std::path::PathBuf;
+use system_tests::schema::{Part, validator};
+
+fn document() -> PathBuf {
+    PathBuf::from(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../docs/control-protocol.schema.json"
+    ))
+}
+
+#[test]
+fn the_document_is_that_of_the_types() {
+    let mut drawn = serde_json::to_string_pretty(&haptic_ipc::schema::protocol()).expect("it is JSON");
+    drawn.push('\n');
+    assert!(!drawn.contains("[`"), "a link that leads nowhere");
+    if std::env::var_os("HAPTICD_UPDATE_SCHEMA").is_some() {
+        fs::write(document(), &drawn).expect("it can be written");
+    }
+    let kept = fs::read_to_string(document()).unwrap_or_default();
+    let differs = kept.lines().zip(drawn.lines()).position(|(kept, drawn)| kept != drawn);
+    assert!(
+        kept == drawn,
+        "docs/control-protocol.schema.json is stale from line {} on; draw it again with `HAPTICD_UPDATE_SCHEMA=1 cargo test -p system-tests --test schema`",
+        differs.map_or(kept.lines().count().min(drawn.lines().count()), |line| line) + 1
+    );
+}
+
+#[test]
+fn the_page_lists_every_error_code_and_no_other() {
+    let page = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/control.md")).expect("it is there");
+    let (_, table) = page
+        .split_once("| code | because | what to do |")
+        .expect("a table of the codes");
+    let mut listed: Vec<&str> = table
+        .lines()
+        .skip(2)
+        .take_while(|row| row.starts_with('|'))
+        .map(|row| row.split('`').nth(1).expect("a code"))
+        .collect();
+    let schema = haptic_ipc::schema::protocol();
+    let codes = schema["$defs"]["FromServer"]["ErrorCode"]["oneOf"]
+        .as_array()
+        .expect("codes");
+    let mut codes: Vec<&str> = codes
+        .iter()
+        .map(|code| code["const"].as_str().expect("a word"))
+        .collect();
+    listed.sort_unstable();
+    codes.sort_unstable();
+    assert_eq!(listed, codes);
+}
+
+#[test]
+fn what_the_daemon_takes_is_in_the_schema_and_what_it_refuses_is_not() {
+    let request = validator(Part::Request);
+    for line in [
+        json!({"id":1,"op":"get"}),
+        json!({"id":1,"op":"get","scene":7}),
+        json!({"id":1,"op":"set","params":{"mass":1.5,"Fs":{"positive":5,"negative":3},"Fs-":2},"if_revision":4,"ramp_ms":50,"dry_run":true}),
+        json!({"id":1,"op":"scene.load","scene":{"friction":{"law":"viscous","b":2}}}),
+        json!({"id":1,"op":"scene.load","scene":{"name":"x","block":{"M":0.5},"coupling":{"K":1000,"damping":1},"friction":{"law":"karnopp","Fs":4,"Fd":3.5,"reseat":"published"}}}),
+        json!({"id":1,"op":"subscribe","topics":["state","log"],"rate_hz":100}),
+        json!({"id":1,"op":"lease","timeout_ms":500}),
+        json!({"id":1,"op":"devices","probe":"serial:rig"}),
+    ] {
+        haptic_ipc::Envelope::parse(&line.to_string()).unwrap_or_else(|error| panic!("{line}: {error:?}"));
+        assert!(
+            request.is_valid(&line),
+            "{line}: {:?}",
+            request.validate(&line).err().map(|error| error.to_string())
+        );
+    }
+    for line in [
+        json!({"id":1,"op":"get","colour":"red"}),
+        json!({"id":-1,"op":"get"}),
+        json!({"op":"get"}),
+        json!({"id":1,"op":"dance"}),
+        json!({"id":1,"op":"set"}),
+        json!({"id":1,"op":"set","params":{"mass":"heavy"}}),
+        json!({"id":1,"op":"set","params":{"Fs":{"positive":5}}}),
+        json!({"id":1,"op":"scene.load","scene":{"friction":{"law":"viscous","b":2,"viscous":2}}}),
+        json!({"id":1,"op":"scene.load","scene":{"friction":{"law":"viscous","b":2,"Fs":2}}}),
+        json!({"id":1,"op":"scene.load","scene":{"friction":{"law":"viscous"}}}),
+        json!({"id":1,"op":"scene.load","scene":{"friction":{"law":"sticky"}}}),
+        json!({"id":1,"op":"subscribe","topics":["weather"]}),
+    ] {
+        haptic_ipc::Envelope::parse(&line.to_string()).expect_err(&line.to_string());
+        assert!(!request.is_valid(&line), "{line} is refused by the daemon");
+    }
+}
+
+#[test]
+fn what_a_later_server_says_is_in_the_schema() {
+    let server = validator(Part::Server);
+    for line in [
+        json!({"hello":{"protocol":1,"server":"hapticd 9","session":"1-1","motto":"more"}}),
+        json!({"id":1,"ok":{"state":"idle","tick":3,"more":1},"took_ns":5}),
+        json!({"id":null,"error":{"code":"bad_json","message":"no","hint":"more"}}),
+        json!({"event":"samples","seq":0,"dropped":0,"rows":[[1,0.001,"idle",0,0.0,0.0,0.0,0.0,0.0,0.0,1,5,5,0,"more"]]}),
+    ] {
+        assert!(
+            server.is_valid(&line),
+            "{line}: {:?}",
+            server.validate(&line).err().map(|error| error.to_string())
+        );
+    }
+    let none: [Value; 3] = [
+        json!({"id":1}),
+        json!({"event":"samples","seq":0,"dropped":0,"rows":[[1,0.001,"idle"]]}),
+        json!({"id":1,"error":{"message":"no code"}}),
+    ];
+    for line in none {
+        assert!(!server.is_valid(&line), "{line}");
+    }
+}

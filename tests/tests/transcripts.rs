@@ -1,0 +1,90 @@
+//! Whole conversations in version 1 of the protocol, as they once went, held again with today's daemon. They are never changed: whoever cannot hold one
+//! any more has changed the protocol.
+
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+use system_tests::transcript::{Said, Transcript};
+
+fn all() -> Vec<(String, Transcript)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("transcripts");
+    let mut found: Vec<_> = fs::read_dir(folder)
+        .expect("they are in the repository")
+        .map(|entry| {
+            let path = entry.expect("it can be read").path();
+            let text = fs::read_to_string(&path).expect("text");
+            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+            (name, Transcript::parse(&text))
+        })
+        .collect();
+    found.sort_by(|one, other| one.0.cmp(&other.0));
+    found
+}
+
+#[test]
+fn every_conversation_of_version_1_can_still_be_held() {
+    let transcripts = all();
+    assert!(!transcripts.is_empty());
+    let failed: Vec<String> = transcripts
+        .iter()
+        .filter_map(|(name, transcript)| Some(format!("{name}, {}", transcript.replay().err()?)))
+        .collect();
+    assert!(failed.is_empty(), "{}", failed.join("\n"));
+}
+
+/// Codes that no conversation alone can bring about, and the tests that do.
+const ELSEWHERE: [(&str, &str); 2] = [
+    ("not_permitted", "attacks.rs, as another user"),
+    ("not_responding", "attacks.rs, with its real-time thread held"),
+];
+
+#[test]
+fn they_have_every_operation_every_topic_and_every_error_code() {
+    let (mut ops, mut topics, mut codes) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
+    for (_, transcript) in all() {
+        let mut asked: Vec<(String, Value)> = Vec::new();
+        for (connection, said, _) in transcript.lines {
+            match said {
+                Said::Client(line) => asked.extend(serde_json::from_str(&line).ok().map(|line| (connection, line))),
+                Said::Server(line) => {
+                    if let Some(event) = line["event"].as_str() {
+                        topics.insert(event.to_owned());
+                    } else if let Some(code) = line["error"]["code"].as_str() {
+                        codes.insert(code.to_owned());
+                    } else if line.get("ok").is_some() {
+                        let answers =
+                            |(by, request): &&(String, Value)| *by == connection && request["id"] == line["id"];
+                        let request = asked.iter().rev().find(answers);
+                        ops.extend(request.and_then(|(_, request)| Some(request["op"].as_str()?.to_owned())));
+                    }
+                }
+            }
+        }
+    }
+    let schema = haptic_ipc::schema::protocol();
+    let definitions = &schema["$defs"];
+    let wanted: BTreeSet<String> = definitions["Answers"]
+        .as_object()
+        .expect("answers")
+        .keys()
+        .cloned()
+        .collect();
+    assert_eq!(ops, wanted, "operations that are answered `ok`");
+    assert_eq!(
+        topics,
+        words(&definitions["FromClient"]["Topic"]),
+        "topics that are heard of"
+    );
+    let mut wanted = words(&definitions["FromServer"]["ErrorCode"]);
+    wanted.retain(|code| !ELSEWHERE.iter().any(|(elsewhere, _)| elsewhere == code));
+    assert_eq!(codes, wanted, "error codes");
+}
+
+/// The words that a definition lists.
+fn words(definition: &Value) -> BTreeSet<String> {
+    let each = definition["oneOf"].as_array().expect("a list of words");
+    each.iter()
+        .map(|word| word["const"].as_str().expect("a word").to_owned())
+        .collect()
+}
