@@ -268,7 +268,7 @@ fn a_value_may_be_typed_with_its_unit() {
     panel.key_press(Key::Enter);
     panel.run();
     assert_eq!(asked(&mut panel), [set("mass", 0.75)]);
-    panel.get_by_label("`kg` is not a unit of this: give N, mN, kN");
+    panel.get_by_label("`kg` is not a unit of this: give N, mN or kN");
 }
 
 #[test]
@@ -278,7 +278,7 @@ fn what_is_no_number_is_not_sent() {
     panel.key_press(Key::Enter);
     panel.run();
     assert_eq!(asked(&mut panel), []);
-    panel.get_by_label("`heavy` is not a number of kg");
+    panel.get_by_label("`heavy` is not a finite number");
     assert_eq!(value_of(&panel, "mass value"), "0.5");
 }
 
