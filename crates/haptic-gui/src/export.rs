@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn the_pixels_of_the_plots_are_cut_out() {
-        let pixels = (0..50u8).map(|i| Color32::from_gray(i)).collect();
+        let pixels = (0..50u8).map(Color32::from_gray).collect();
         let image = ColorImage::new([10, 5], pixels);
         let part = Rect::from_min_max(Pos2::new(1.0, 1.0), Pos2::new(4.0, 2.0));
         let content = png(&image, part, 2.0).expect("encoded");

@@ -6,6 +6,14 @@ pub(crate) const AXIS_WIDTH: f32 = 64.0;
 /// Numbers at an axis, unless there is little room.
 pub(crate) const USUAL_COUNT: f64 = 4.0;
 
+/// Distance of the numbers at a vertical axis, points.
+const NUMBER_DISTANCE: f32 = 40.0;
+
+/// Numbers for which a vertical axis of this height has room.
+pub(crate) fn count_for(height: f32) -> f64 {
+    f64::from((height / NUMBER_DISTANCE).clamp(2.0, 8.0))
+}
+
 /// Share of the axis that is left free at either end.
 const MARGIN: f64 = 0.08;
 

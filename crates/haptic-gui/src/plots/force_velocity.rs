@@ -1,6 +1,6 @@
 //! Force against velocity: what the block does, over what its law says of a steady slide.
 
-use super::axis::{AXIS_WIDTH, USUAL_COUNT, number, reach, steps};
+use super::axis::{AXIS_WIDTH, count_for, number, reach, steps};
 use crate::scope::Scope;
 use crate::scope::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
@@ -88,7 +88,7 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, scene: Option<&Scene>, height
         .x_axis_label("Block velocity (mm/s)")
         .y_axis_label("Coupling force (N)")
         .x_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, FEW)))
-        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, USUAL_COUNT)))
+        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, count_for(height))))
         .x_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
         .y_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
         .y_axis_min_width(AXIS_WIDTH)

@@ -1,6 +1,6 @@
 //! Force, position and velocity over time, one below the other on one time axis, under the ribbon of contact.
 
-use super::axis::{AXIS_WIDTH, USUAL_COUNT, number, reach, steps};
+use super::axis::{AXIS_WIDTH, USUAL_COUNT, count_for, number, reach, steps};
 use super::contact_ribbon;
 use crate::scope::outline::outline;
 use crate::scope::signal::{Quantity, Signal};
@@ -17,6 +17,9 @@ const RIBBON_HEIGHT: f32 = 10.0;
 
 /// Lower than this a plot shows nothing.
 const LOWEST_PLOT: f32 = 60.0;
+
+/// From this height on a plot has a legend, points.
+const LOWEST_WITH_LEGEND: f32 = 110.0;
 
 /// So near to a cursor a drag takes it along, points.
 const GRAB: f32 = 8.0;
@@ -57,7 +60,7 @@ pub(crate) fn stroke(palette: &Palette, signal: Signal) -> (Color32, f32) {
 /// Shows the ribbon and the plots in `height` points.
 pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, height: f32) {
     let top = ui.cursor().top();
-    show_ribbon_key(ui);
+    show_key(ui);
     let (strip, _) = ui.allocate_exact_size(vec2(ui.available_width(), RIBBON_HEIGHT), Sense::hover());
     let quantities: Vec<Quantity> = scope.quantities().collect();
     let Some(lowest) = quantities.len().checked_sub(1) else {
@@ -80,11 +83,17 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, height: f32) {
     }
 }
 
-fn show_ribbon_key(ui: &mut Ui) {
+fn show_key(ui: &mut Ui) {
     let palette = Palette::of(ui);
+    let key = [
+        (palette.stuck, "stuck"),
+        (palette.sliding, "sliding"),
+        (palette.block, "block and coupling"),
+        (palette.device, "device and hand"),
+    ];
     ui.horizontal(|ui| {
         ui.add_space(AXIS_WIDTH);
-        for (color, text) in [(palette.stuck, "stuck"), (palette.sliding, "sliding")] {
+        for (color, text) in key {
             let (square, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
             ui.painter().rect_filled(square, 0, color);
             ui.label(RichText::new(text).small());
@@ -94,6 +103,7 @@ fn show_ribbon_key(ui: &mut Ui) {
 
 fn show_one(ui: &mut Ui, scope: &Scope, quantity: Quantity, height: f32, has_time: bool) -> PlotResponse<()> {
     let palette = Palette::of(ui);
+    let inner = if has_time { height - TIME_LABEL_HEIGHT } else { height };
     let seen = scope.seen();
     let columns = f64::from((ui.available_width() - AXIS_WIDTH).max(1.0) * ui.pixels_per_point());
     let traces = traces(scope, quantity, &seen, columns);
@@ -127,12 +137,17 @@ fn show_one(ui: &mut Ui, scope: &Scope, quantity: Quantity, height: f32, has_tim
         .x_axis_label(time_axis)
         .y_axis_label(format!("{} ({})", quantity.name(), quantity.unit()))
         .x_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, USUAL_COUNT)))
-        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, USUAL_COUNT)))
+        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, count_for(inner))))
         .x_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
         .y_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
         .y_axis_min_width(AXIS_WIDTH)
-        .sense(Sense::drag())
-        .legend(legend);
+        .sense(Sense::drag());
+    // In a low one it would hide the lines; the key above names the colours.
+    let plot = if inner < LOWEST_WITH_LEGEND {
+        plot
+    } else {
+        plot.legend(legend)
+    };
     let mut response = plot.show(ui, |plot| {
         plot.set_plot_bounds(PlotBounds::from_min_max([left, low], [right, high]));
         for trace in traces {

@@ -184,7 +184,7 @@ fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
             let values = reading
                 .values
                 .map(|value| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.3}")));
-            ui.label(RichText::new(format!("{name} {difference:+.3} {unit}")).small())
+            ui.add(Label::new(RichText::new(format!("{name} {difference:+.3} {unit}")).small()).extend())
                 .on_hover_text(format!(
                     "{} at the first, {} {unit} at the second",
                     values[0], values[1]

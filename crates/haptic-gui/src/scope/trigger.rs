@@ -204,8 +204,10 @@ mod tests {
 
     impl Rig {
         fn new(mode: Mode) -> Self {
-            let mut trigger = Trigger::default();
-            trigger.share_before = 0.25;
+            let mut trigger = Trigger {
+                share_before: 0.25,
+                ..Trigger::default()
+            };
             trigger.set_mode(mode);
             Self {
                 trigger,

@@ -14,7 +14,7 @@ fn rows(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Vec<Sample> {
     .collect()
 }
 
-fn feel(panel: &mut Panel, rows: Vec<Sample>) {
+fn feel(panel: &mut Panel, rows: &[Sample]) {
     for batch in rows.chunks(34) {
         let batch = SamplesEvent {
             seq: 0,
@@ -36,18 +36,18 @@ fn csv_times(panel: &Panel) -> (f64, f64) {
     let times: Vec<f64> = text
         .lines()
         .skip(1)
-        .map(|line| line.split(',').nth(1).unwrap().parse().unwrap())
+        .filter_map(|line| line.split(',').nth(1)?.parse().ok())
         .collect();
     let milliseconds = |t_s: f64| (t_s * 1e3).round() / 1e3;
-    (milliseconds(times[0]), milliseconds(*times.last().unwrap()))
+    (milliseconds(times[0]), milliseconds(times[times.len() - 1]))
 }
 
 #[test]
 fn plots_run_until_they_are_frozen() {
     let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, rows(0..6000, |_| 1.0));
+    feel(&mut panel, &rows(0..6000, |_| 1.0));
     press(&mut panel, "Freeze");
-    feel(&mut panel, rows(6000..9000, |_| 1.0));
+    feel(&mut panel, &rows(6000..9000, |_| 1.0));
     assert_eq!(csv_times(&panel).1, 5.999);
     press(&mut panel, "Run");
     assert_eq!(csv_times(&panel).1, 8.999);
@@ -56,7 +56,7 @@ fn plots_run_until_they_are_frozen() {
 #[test]
 fn plots_are_zoomed_and_moved_by_button_and_by_pointer() {
     let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, rows(0..20_000, |_| 1.0));
+    feel(&mut panel, &rows(0..20_000, |_| 1.0));
     press(&mut panel, "zoom in");
     panel.get_by_label("3.33 s");
     press(&mut panel, "zoom out");
@@ -97,14 +97,14 @@ fn a_trigger_catches_a_crossing_with_what_was_before_it() {
     choose(&mut panel, "trigger", "Single");
     choose(&mut panel, "trigger signal", "Coupling force");
     panel.get_by_label("Armed");
-    feel(&mut panel, rows(0..14_000, |ms| if ms < 10_000 { 0.0 } else { 5.0 }));
+    feel(&mut panel, &rows(0..14_000, |ms| if ms < 10_000 { 0.0 } else { 5.0 }));
     panel.get_by_label("Caught");
     let (from, to) = csv_times(&panel);
     assert!(
         (from - 7.5).abs() < 0.01 && (to - 12.5).abs() < 0.01,
         "half of 5 s before 10 s: {from} to {to}"
     );
-    feel(&mut panel, rows(14_000..20_000, |_| 0.0));
+    feel(&mut panel, &rows(14_000..20_000, |_| 0.0));
     assert_eq!(csv_times(&panel), (from, to));
     press(&mut panel, "Arm");
     panel.get_by_label("Armed");
@@ -113,7 +113,7 @@ fn a_trigger_catches_a_crossing_with_what_was_before_it() {
 #[test]
 fn cursors_say_what_lies_between_them() {
     let mut panel = connected(RigState::Engaged);
-    feel(&mut panel, rows(0..6000, |ms| f64::from(ms) * 1e-3));
+    feel(&mut panel, &rows(0..6000, |ms| f64::from(ms) * 1e-3));
     press(&mut panel, "Freeze");
     press(&mut panel, "Cursors");
     panel.get_by_label("dt 1.6667 s, 1/dt 0.6000 Hz");
@@ -261,7 +261,7 @@ fn histograms_and_clipping_are_shown() {
         row.command_force_n = if row.tick < 250 { -20.0 } else { 3.0 };
         row
     });
-    feel(&mut panel, strong.collect());
+    feel(&mut panel, &strong.collect::<Vec<_>>());
     hear(&mut panel, Update::Status(Ok(Box::new(status()))));
     panel.get_by_label("At the force limit 25.0 %");
 }
@@ -270,7 +270,7 @@ fn status() -> haptic_ipc::Status {
     let text = r#"{"server":"hapticd 0.1.0","state":"engaged","tick":1,"uptime_s":1,"rate_hz":1000,"scheme":"exact",
         "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
         "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;
-    serde_json::from_str(text).unwrap()
+    serde_json::from_str(text).expect("a status")
 }
 
 #[test]

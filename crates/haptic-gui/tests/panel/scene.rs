@@ -211,7 +211,7 @@ fn a_try_goes_back_by_itself_after_two_seconds() {
     assert_eq!(asked(&mut panel), []);
     wait(&mut panel, 1.0);
     let take_back = Intent::TakeBack { revision: 7 };
-    assert_eq!(asked(&mut panel), [take_back.clone()]);
+    assert_eq!(asked(&mut panel), std::slice::from_ref(&take_back));
     assert!(
         matches!(
             take_back.request(),
