@@ -26,7 +26,7 @@ impl Attack {
 }
 
 /// All of them.
-pub const ALL: [Attack; 8] = [
+pub const ALL: [Attack; 9] = [
     Attack {
         name: "eight subscribers that never read",
         run: never_read,
@@ -54,6 +54,10 @@ pub const ALL: [Attack; 8] = [
     Attack {
         name: "half-closed connections",
         run: half_closed,
+    },
+    Attack {
+        name: "eight clients that ask for much and read nothing",
+        run: ask_for_much_and_never_read,
     },
     Attack {
         name: "four clients that ask without pause",
@@ -208,6 +212,25 @@ fn half_closed(socket: &Path, over: &AtomicBool) {
         }
         wait(over, Duration::from_millis(100));
     }
+}
+
+fn ask_for_much_and_never_read(socket: &Path, over: &AtomicBool) {
+    // Long answers to short requests, and long requests that take a while to be refused.
+    let mut requests = format!("{}\n", json!({ "id": 1, "op": "log", "limit": 100_000 })).repeat(100);
+    let names: serde_json::Map<String, serde_json::Value> =
+        (0..6000).map(|name| (name.to_string(), 1.into())).collect();
+    requests.push_str(&format!("{}\n", json!({ "id": 2, "op": "set", "params": names })).repeat(100));
+    std::thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| {
+                while goes_on(over) {
+                    let Some(mut stream) = connect(socket) else { continue };
+                    send(&mut stream, requests.as_bytes());
+                    wait(over, Duration::from_millis(500));
+                }
+            });
+        }
+    });
 }
 
 fn ask_without_pause(socket: &Path, over: &AtomicBool) {

@@ -2,7 +2,7 @@
 
 use haptic_ipc::{
     ChangeReply, Changes, Client, ClientError, ErrorCode, JournalEntry, LogReply, Request, RigState, SceneReply,
-    StateReply, Timing,
+    StateReply,
 };
 use rustix::process::{Gid, Uid, geteuid};
 use rustix::thread::{set_thread_groups, set_thread_res_gid, set_thread_res_uid};
@@ -219,25 +219,29 @@ fn a_watcher_may_look_and_stop_and_takes_nobodys_place() {
 struct Held {
     descriptors: usize,
     resident_kib: u64,
+    /// The most that it ever had.
+    peak_kib: u64,
 }
 
 impl Held {
     fn by(daemon: &Daemon) -> Self {
         let of = |file: &str| PathBuf::from(format!("/proc/{}/{file}", daemon.pid()));
         let memory = fs::read_to_string(of("status")).expect("it runs");
-        let resident = memory
-            .lines()
-            .find_map(|line| line.strip_prefix("VmRSS:"))
-            .expect("its memory");
+        let kib = |name: &str| {
+            let line = memory.lines().find_map(|line| line.strip_prefix(name));
+            let size = line.expect("its memory").trim().trim_end_matches(" kB");
+            size.parse().expect("a size")
+        };
         Self {
             descriptors: fs::read_dir(of("fd")).expect("it runs").count(),
-            resident_kib: resident.trim().trim_end_matches(" kB").parse().expect("a size"),
+            resident_kib: kib("VmRSS:"),
+            peak_kib: kib("VmHWM:"),
         }
     }
 }
 
-/// Longest that a stop may take while somebody attacks. The loop needs a millisecond; the rest is the tests' busy machine.
-const LONGEST_STOP: Duration = Duration::from_millis(500);
+/// Nine of ten stops take less while somebody attacks. The loop needs a millisecond; on the tests' busy machine any one of them may take longer.
+const SLOW_STOP: Duration = Duration::from_millis(100);
 
 /// Attacks for a while, and goes on using the daemon meanwhile.
 fn survives(daemon: &Daemon, attack: Attack, time: Duration) {
@@ -261,13 +265,13 @@ fn survives(daemon: &Daemon, attack: Attack, time: Duration) {
         attacking.join().expect("it ends");
     });
     stops.sort_unstable();
-    let (median, longest) = (stops[stops.len() / 2], stops[stops.len() - 1]);
+    let [median, most, longest] = [500, 900, 1000].map(|per_mille| stops[(stops.len() - 1) * per_mille / 1000]);
     eprintln!(
-        "{}: {} stops, {median:?} (median), {longest:?} (longest)",
+        "{}: {} stops, {median:?} (median), {most:?} (nine of ten), {longest:?} (longest)",
         attack.name,
         stops.len()
     );
-    assert!(longest < LONGEST_STOP, "{}: a stop took {longest:?}", attack.name);
+    assert!(most < SLOW_STOP, "{}: stops took {stops:?}", attack.name);
     wait_for(&mut user, "the attackers to be gone", |status| status.clients == 1);
     let scene: SceneReply = daemon.client().request(Request::get()).expect("others are served");
     assert_eq!(
@@ -302,13 +306,17 @@ fn whatever_clients_do_others_are_served_and_nothing_is_left_behind() {
         }
         std::thread::yield_now();
     };
+    eprintln!("{before:?}, then {after:?}");
     assert!(after.descriptors <= before.descriptors, "{before:?}, then {after:?}");
     assert!(
         after.resident_kib < before.resident_kib + 16 * 1024,
         "{before:?}, then {after:?}"
     );
-    let timing: Timing = daemon.client().request(Request::Timing {}).expect("the timing");
-    assert!(timing.since_start.ticks > 0, "{timing:?}");
+    // Not even for a while: a client's questions and answers have room for so much, and no more.
+    assert!(
+        after.peak_kib < before.resident_kib + 64 * 1024,
+        "{before:?}, then {after:?}"
+    );
 }
 
 #[test]

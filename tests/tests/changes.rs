@@ -263,3 +263,22 @@ fn whoever_listens_to_the_log_hears_every_change_and_the_stops() {
     assert_eq!(heard[2].tick, Some(stopped.tick));
     assert_eq!(heard, log(&mut client));
 }
+
+#[test]
+fn a_stop_of_a_rig_that_is_stopped_pushes_nothing_out_of_the_journal() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    change(&mut client, Request::set(params(&[("M", 1.0)])));
+    let mut raw = daemon.raw();
+    for _ in 0..30 {
+        let burst: String = (0..100)
+            .map(|id| format!("{{\"id\":{id},\"op\":\"stop\"}}\n"))
+            .collect();
+        raw.send(burst);
+        for _ in 0..100 {
+            assert_eq!(raw.line()["ok"]["state"], "stopped");
+        }
+    }
+    let ops: Vec<String> = log(&mut client).into_iter().map(|entry| entry.op).collect();
+    assert_eq!(ops, ["set", "stop"]);
+}

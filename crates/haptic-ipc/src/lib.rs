@@ -22,7 +22,7 @@
 //! ```
 //!
 //! A client may send further requests before it has the answers; they are answered in order. A `stop` acts as soon as it is read, ahead of up to 64
-//! requests of the same client that wait, and even if a field of it is wrong. A line that cannot be read
+//! requests of the same client that wait (or 256 KiB of them), and even if a field of it is wrong. A line that cannot be read
 //! is answered with an error whose `id` is that of the line, or `null` where none could be found, and the conversation
 //! goes on.
 //!

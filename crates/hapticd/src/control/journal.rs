@@ -56,6 +56,11 @@ impl Journal {
         whole
     }
 
+    /// Whether a stop is on its way.
+    pub(crate) fn waits_for_a_stop(&self) -> bool {
+        self.waiting.iter().any(|(until, _)| matches!(until, Until::Stopped(_)))
+    }
+
     /// The newest entries, at most `limit` of them, that came after number `after`.
     pub(crate) fn entries(&self, after: u64, limit: usize) -> LogReply {
         let from = self.kept.partition_point(|entry| entry.seq <= after);

@@ -408,15 +408,17 @@ impl RigHandle {
             .borrow()
             .newest()
             .map_or(RigState::Idle, |record| record.state);
-        let entry = JournalEntry {
-            by: Some(by.clone()),
-            state: Some(StateChange {
-                before,
-                after: RigState::Stopped,
-            }),
-            ..JournalEntry::of("stop")
-        };
-        self.enter(Until::Stopped(stop), entry);
+        // Whoever may only watch may stop, again and again: what changes nothing pushes nothing out of the journal.
+        let changes_nothing = matches!(before, RigState::Stopped | RigState::Faulted);
+        if !changes_nothing && !self.journal.borrow().waits_for_a_stop() {
+            let after = RigState::Stopped;
+            let entry = JournalEntry {
+                by: Some(by.clone()),
+                state: Some(StateChange { before, after }),
+                ..JournalEntry::of("stop")
+            };
+            self.enter(Until::Stopped(stop), entry);
+        }
         stop
     }
 

@@ -5,17 +5,17 @@ use crate::control::{
     RigHandle, advise, describe, devices, diff, drive, get, lease, library, log, status, subscribe, timing,
 };
 use crate::rig_state::Command;
-use crate::telemetry::feed::BACKLOG_LINES;
+use crate::telemetry::feed::{BACKLOG_LINES, Line};
 use haptic_ipc::{BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Peer, Request, WireError};
 use serde::Serialize;
-use serde_json::json;
 use std::collections::VecDeque;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
 use tokio::net::unix::OwnedWriteHalf;
-use tokio::sync::mpsc;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_util::bytes::BytesMut;
 use tokio_util::codec::{Decoder, LinesCodec, LinesCodecError};
 
@@ -27,6 +27,10 @@ pub(super) const MOST_CLIENTS: usize = 32;
 
 /// Requests of a client that may wait to be answered. One that pipelines more is read no further until there is room.
 const WAITING_REQUESTS: usize = 64;
+
+/// Bytes of a client's requests that may wait to be answered, and of answers that may wait to be written to it; a longer one waits alone. What is read of
+/// a client, and what it leaves unread, is held in memory that is locked.
+const WAITING_BYTES: usize = 256 * 1024;
 
 /// Changes of a client that may be on their way to the real-time thread at once.
 const CHANGES_UNDER_WAY: usize = 64;
@@ -51,6 +55,7 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     let client = Client {
         rig,
         lines,
+        unwritten: room(),
         session,
         peer,
         rights,
@@ -68,6 +73,23 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     drop(writing.await);
 }
 
+/// Room for what waits.
+fn room() -> Arc<Semaphore> {
+    Arc::new(Semaphore::new(WAITING_BYTES))
+}
+
+/// Waits until there is room for so many bytes.
+async fn take_room(room: &Arc<Semaphore>, bytes: usize) -> Option<OwnedSemaphorePermit> {
+    let bytes = u32::try_from(bytes.clamp(1, WAITING_BYTES)).ok()?;
+    Arc::clone(room).acquire_many_owned(bytes).await.ok()
+}
+
+/// A line that waits for its turn, and the room that it takes meanwhile.
+struct Waiting {
+    incoming: Incoming,
+    room: Option<OwnedSemaphorePermit>,
+}
+
 /// A line, as it was read.
 enum Incoming {
     /// A request, with the stops that had been asked for when it came, its own among them.
@@ -77,18 +99,21 @@ enum Incoming {
 }
 
 /// Writes the lines queued for a client, until there are no more or the client does not read them.
-async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<String>) {
-    while let Some(line) = outgoing.recv().await {
-        let written = tokio::time::timeout(BLOCKED_FOR, writer.write_all(line.as_bytes())).await;
+async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<Line>) {
+    while let Some(Line { text, room }) = outgoing.recv().await {
+        let written = tokio::time::timeout(BLOCKED_FOR, writer.write_all(text.as_bytes())).await;
         if !matches!(written, Ok(Ok(()))) {
             return;
         }
+        drop(room);
     }
 }
 
 struct Client {
     rig: Rc<RigHandle>,
-    lines: mpsc::Sender<String>,
+    lines: mpsc::Sender<Line>,
+    /// Room for answers.
+    unwritten: Arc<Semaphore>,
     session: u64,
     peer: Peer,
     rights: Rights,
@@ -102,7 +127,7 @@ struct UnderWay {
 
 /// What comes of a request.
 enum Answer {
-    Now(serde_json::Value),
+    Now(String),
     OnceRendered(UnderWay),
 }
 
@@ -116,16 +141,18 @@ fn is_change(request: &Request) -> bool {
 
 impl Client {
     /// Reads the client's lines until it hangs up. Raises its stops at once.
-    async fn read(&self, reader: &mut (impl AsyncReadExt + Unpin), requests: mpsc::Sender<Incoming>) {
+    async fn read(&self, reader: &mut (impl AsyncReadExt + Unpin), requests: mpsc::Sender<Waiting>) {
         let rig = &*self.rig;
         let mut codec = LinesCodec::new_with_max_length(MAX_LINE_BYTES);
         let mut buffer = BytesMut::new();
+        let unanswered = room();
         loop {
             loop {
                 let decoded = codec.decode(&mut buffer);
                 if !matches!(decoded, Ok(None)) {
                     lease::renew(rig, self.session);
                 }
+                let bytes = decoded.as_ref().map_or(0, |line| line.as_ref().map_or(0, String::len));
                 let incoming = match decoded {
                     Ok(None) => break,
                     Ok(Some(line)) if line.trim().is_empty() => continue,
@@ -149,9 +176,16 @@ impl Client {
                         error: unreadable(&error),
                     },
                 };
-                if requests.send(incoming).await.is_err() {
+                // A stop has been raised by now, whether or not there is room.
+                let waiting = Waiting {
+                    incoming,
+                    room: take_room(&unanswered, bytes).await,
+                };
+                if requests.send(waiting).await.is_err() {
                     return;
                 }
+                // One client with much to say must not keep the others waiting.
+                tokio::task::yield_now().await;
             }
             // A client that hangs up in the middle of a line asked for nothing.
             if !matches!(reader.read_buf(&mut buffer).await, Ok(1..)) {
@@ -160,31 +194,36 @@ impl Client {
         }
     }
 
-    async fn converse(&self, mut waiting: mpsc::Receiver<Incoming>) {
+    async fn converse(&self, mut waiting: mpsc::Receiver<Waiting>) {
         let hello = Hello {
             protocol: PROTOCOL_VERSION,
             server: self.rig.facts.server.clone(),
             session: self.peer.session.clone(),
         };
-        if self.say(&json!({ "hello": hello })).await.is_err() {
+        if self.say(line(&Greeting { hello })).await.is_err() {
             return;
         }
         // A change need not be rendered before the next is begun: a client may send more of them than there are ticks.
         let mut under_way = VecDeque::new();
         loop {
-            let incoming = tokio::select! {
+            let next = tokio::select! {
                 biased;
                 reply = self.rendered(&under_way), if !under_way.is_empty() => {
                     under_way.pop_front();
-                    if self.say(&reply).await.is_err() {
+                    if self.say(reply).await.is_err() {
                         return;
                     }
                     continue;
                 }
-                incoming = waiting.recv(), if under_way.len() < CHANGES_UNDER_WAY => incoming,
+                next = waiting.recv(), if under_way.len() < CHANGES_UNDER_WAY => next,
+            };
+            let Some(Waiting { incoming, room }) = next else {
+                // Whether it hears or not: there is nothing more to do for it.
+                self.settle(&mut under_way).await.unwrap_or_default();
+                return;
             };
             let reply = match incoming {
-                Some(Incoming::Request { envelope, stops }) => {
+                Incoming::Request { envelope, stops } => {
                     if !is_change(&envelope.request) && self.settle(&mut under_way).await.is_err() {
                         return;
                     }
@@ -196,15 +235,11 @@ impl Client {
                         }
                     }
                 }
-                Some(Incoming::Refused { id, error }) => Some(answer::<()>(id, Err(error))),
-                None => {
-                    // Whether it hears or not: there is nothing more to do for it.
-                    self.settle(&mut under_way).await.unwrap_or_default();
-                    return;
-                }
+                Incoming::Refused { id, error } => Some(answer::<()>(id, Err(error))),
             };
+            drop(room);
             if let Some(reply) = reply
-                && (self.settle(&mut under_way).await.is_err() || self.say(&reply).await.is_err())
+                && (self.settle(&mut under_way).await.is_err() || self.say(reply).await.is_err())
             {
                 return;
             }
@@ -214,7 +249,7 @@ impl Client {
     }
 
     /// Waits for the oldest change to be rendered; gives its answer.
-    async fn rendered(&self, under_way: &VecDeque<UnderWay>) -> serde_json::Value {
+    async fn rendered(&self, under_way: &VecDeque<UnderWay>) -> String {
         match under_way.front() {
             Some(UnderWay { id, change }) => answer(Some(*id), change.finished(&self.rig).await),
             None => std::future::pending().await,
@@ -226,7 +261,7 @@ impl Client {
         while !under_way.is_empty() {
             let reply = self.rendered(under_way).await;
             under_way.pop_front();
-            self.say(&reply).await?;
+            self.say(reply).await?;
         }
         Ok(())
     }
@@ -320,19 +355,43 @@ impl Client {
         })
     }
 
-    async fn say(&self, message: &serde_json::Value) -> Result<(), Gone> {
-        self.lines.send(format!("{message}\n")).await.map_err(|_| Gone)
+    async fn say(&self, text: String) -> Result<(), Gone> {
+        let room = take_room(&self.unwritten, text.len()).await;
+        self.lines.send(Line { text, room }).await.map_err(|_| Gone)
     }
 }
 
 /// The client does not listen any more.
 struct Gone;
 
-fn answer<T: Serialize>(id: Option<u64>, result: Result<T, WireError>) -> serde_json::Value {
-    match result {
-        Ok(ok) => json!({ "id": id, "ok": ok }),
-        Err(error) => json!({ "id": id, "error": error }),
-    }
+/// The first line.
+#[derive(Serialize)]
+struct Greeting {
+    hello: Hello,
+}
+
+/// An answer. Written as it stands, without a tree of values in between: some are long.
+#[derive(Serialize)]
+struct Reply<T> {
+    id: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ok: Option<T>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<WireError>,
+}
+
+fn answer<T: Serialize>(id: Option<u64>, result: Result<T, WireError>) -> String {
+    let (ok, error) = match result {
+        Ok(ok) => (Some(ok), None),
+        Err(error) => (None, Some(error)),
+    };
+    line(&Reply { id, ok, error })
+}
+
+fn line(message: &impl Serialize) -> String {
+    let mut line = serde_json::to_string(message).expect("messages hold nothing that JSON cannot");
+    line.push('\n');
+    line
 }
 
 fn no_place() -> WireError {

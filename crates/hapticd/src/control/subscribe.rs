@@ -1,7 +1,7 @@
 //! `subscribe`: events from now on.
 
 use crate::control::RigHandle;
-use crate::telemetry::feed::Subscription;
+use crate::telemetry::feed::{Line, Subscription};
 use haptic_ipc::{ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
 use std::time::Duration;
 use tokio::sync::mpsc;
@@ -14,7 +14,7 @@ const SLOWEST_HZ: f64 = 0.1;
 pub(super) fn subscribe(
     rig: &RigHandle,
     session: u64,
-    lines: &mpsc::Sender<String>,
+    lines: &mpsc::Sender<Line>,
     topics: &[Topic],
     rate_hz: Option<f64>,
     batch_ms: Option<u32>,

@@ -10,13 +10,27 @@ use haptic_ipc::{
 };
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
-use tokio::sync::mpsc;
+use tokio::sync::{OwnedSemaphorePermit, mpsc};
 
 /// Lines that may wait for a subscriber; more are not queued but counted as dropped.
 pub(crate) const BACKLOG_LINES: usize = 64;
 
 /// Rows that one event may hold, so that its line stays within the protocol's limit; a longer batch goes out in several.
 const MOST_ROWS: usize = 256;
+
+/// A line on its way to a client, with the room that it takes until it is written.
+#[derive(Debug)]
+pub(crate) struct Line {
+    pub(crate) text: String,
+    /// Events have none: their queue alone limits them.
+    pub(crate) room: Option<OwnedSemaphorePermit>,
+}
+
+impl From<String> for Line {
+    fn from(text: String) -> Self {
+        Self { text, room: None }
+    }
+}
 
 /// A scene that may be in force, and how far back and forth one can go from it.
 #[derive(Clone, Debug)]
@@ -34,7 +48,7 @@ pub(crate) struct Subscription {
     /// One tick in so many is sent.
     pub(crate) every: u64,
     pub(crate) batch: Duration,
-    pub(crate) lines: mpsc::Sender<String>,
+    pub(crate) lines: mpsc::Sender<Line>,
 }
 
 #[derive(Debug)]
@@ -250,7 +264,7 @@ impl Feed {
         let line = line(&event);
         for subscriber in self.subscribers.iter_mut().filter(|subscriber| listening(subscriber)) {
             // A subscriber whose backlog is full hears the newest state as soon as there is room.
-            subscriber.state_sent = subscriber.subscription.lines.try_send(line.clone()).is_ok();
+            subscriber.state_sent = subscriber.subscription.lines.try_send(line.clone().into()).is_ok();
         }
     }
 
@@ -262,7 +276,7 @@ impl Feed {
         let line = line(event);
         for subscriber in self.subscribers.iter().filter(|subscriber| subscriber.wants(topic)) {
             // One report more or less is no loss to a subscriber that does not read them.
-            drop(subscriber.subscription.lines.try_send(line.clone()));
+            drop(subscriber.subscription.lines.try_send(line.clone().into()));
         }
     }
 }
@@ -286,7 +300,7 @@ impl Subscriber {
         });
         match self.subscription.lines.try_reserve() {
             Ok(place) => {
-                place.send(line(&event));
+                place.send(line(&event).into());
                 self.seq += 1;
                 self.dropped = 0;
             }
@@ -318,7 +332,7 @@ mod tests {
         }
     }
 
-    fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, mpsc::Receiver<String>) {
+    fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, mpsc::Receiver<Line>) {
         let (lines, received) = mpsc::channel(backlog);
         let subscription = Subscription {
             topics: topics.to_vec(),
@@ -329,9 +343,9 @@ mod tests {
         (subscription, received)
     }
 
-    fn events(received: &mut mpsc::Receiver<String>) -> Vec<Event> {
+    fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {
         std::iter::from_fn(|| received.try_recv().ok())
-            .map(|line| serde_json::from_str(&line).expect("an event"))
+            .map(|line| serde_json::from_str(&line.text).expect("an event"))
             .collect()
     }
 
