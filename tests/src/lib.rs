@@ -9,6 +9,7 @@ mod held;
 pub mod measure;
 pub mod pid1;
 pub mod schema;
+pub mod screen;
 pub mod simulated_rig;
 pub mod terminal;
 pub mod transcript;

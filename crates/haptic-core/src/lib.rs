@@ -31,6 +31,7 @@
 extern crate alloc;
 
 pub mod adviser;
+mod another_law;
 pub mod block;
 mod device;
 pub mod friction;

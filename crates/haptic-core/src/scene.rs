@@ -351,7 +351,7 @@ impl Scene {
         }
     }
 
-    fn put(&mut self, key: ParameterKey, value: f64) -> Result<(), SceneError> {
+    pub(crate) fn put(&mut self, key: ParameterKey, value: f64) -> Result<(), SceneError> {
         let Some(slot) = self.slot(key.parameter) else {
             return Err(self.not_applicable(key));
         };

@@ -6,8 +6,13 @@
 //! a stop is safe, too little is not.
 
 use crate::intent::Intent;
+use crate::recording::Taking;
 use crate::update::{Answer, Update};
-use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, Sender, ServerLine, Topic, WireError};
+use haptic_ipc::{
+    Client, ClientError, ErrorCode, Event, Receiver, Request, Sender, ServerLine, StateEvent, Topic, WireError,
+};
+use serde::de::DeserializeOwned;
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::fmt;
 use std::io;
@@ -15,13 +20,16 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// Samples a second that the plots ask for: a few per pixel over the seconds that they show.
-const SAMPLE_RATE_HZ: f64 = 250.0;
+/// News is drawn this often at most, Hz.
+pub const FRAMES_HZ: f64 = 30.0;
 
-/// Time between batches of samples, ms. Each batch is one repaint, so this is also the frame time.
-const BATCH_MS: u32 = 33;
+/// Time between batches of samples, ms. Each batch is one repaint, so this is also the frame time: 30 a second.
+const BATCH_MS: u32 = 34;
+
+/// Changes made before the panel listened that it asks for.
+const PAST_CHANGES: usize = 20;
 
 /// How patient the connection is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,14 +58,15 @@ pub struct Connection {
 
 impl Connection {
     /// Starts to connect to the socket that `locate` names, asked anew before each attempt: the daemon may be started later
-    /// and elsewhere. `repaint` is called from another thread whenever there is news to draw.
+    /// and elsewhere. `repaint` is called from another thread whenever there is news to draw, with how long it may wait: what
+    /// comes in one after the other is drawn at once, [`FRAMES_HZ`] at most.
     ///
     /// # Errors
     /// The system has no thread left.
     pub fn start(
         locate: impl Fn() -> PathBuf + Send + 'static,
         patience: Patience,
-        repaint: impl Fn() + Send + 'static,
+        repaint: impl Fn(Duration) + Send + 'static,
     ) -> io::Result<Self> {
         let (intents, asked) = mpsc::channel();
         let (news, updates) = mpsc::channel();
@@ -67,6 +76,7 @@ impl Connection {
             news,
             repaint: Box::new(repaint),
             patience,
+            next_frame: Cell::new(Instant::now()),
         };
         thread::Builder::new()
             .name("listen".to_owned())
@@ -114,20 +124,55 @@ struct Outgoing {
     stop_waits: bool,
     /// A stop was asked for since the last attempt to connect: the next is due at once.
     hurries: bool,
-    advice: Advice,
+    /// The recording that is being made.
+    taking: Option<Taking>,
+    /// News that the listening thread has not told yet.
+    untold: Vec<Update>,
+    advice: Follow<u64>,
+    scene: Follow<u64>,
+    /// By law and parameters: the table is another where those are.
+    description: Follow<(String, Vec<String>)>,
 }
 
-/// How far the adviser has been asked.
-#[derive(Debug, Default)]
-struct Advice {
-    /// Newest revision of the scene heard of.
-    newest: Option<u64>,
-    /// The newest when the adviser was last asked.
-    asked: Option<u64>,
-    /// It has not answered yet. Asked once at a time, it cannot be swamped by a slider that is dragged.
+/// How far something that follows from the scene has been asked for.
+#[derive(Debug)]
+struct Follow<K> {
+    /// What it follows, as of the newest news.
+    newest: Option<K>,
+    /// What that was when it was last asked for.
+    asked: Option<K>,
+    /// It is not answered yet. Asked once at a time, the daemon cannot be swamped by a slider that is dragged.
     is_unanswered: bool,
     /// The daemon has none.
     is_missing: bool,
+}
+
+impl<K> Default for Follow<K> {
+    fn default() -> Self {
+        Self {
+            newest: None,
+            asked: None,
+            is_unanswered: false,
+            is_missing: false,
+        }
+    }
+}
+
+impl<K: Clone + PartialEq> Follow<K> {
+    /// Whether it is to be asked for now.
+    fn is_due(&mut self) -> bool {
+        if self.is_missing || self.is_unanswered || self.newest == self.asked {
+            return false;
+        }
+        self.asked.clone_from(&self.newest);
+        self.is_unanswered = true;
+        true
+    }
+
+    fn answered(&mut self, result: &Result<serde_json::Value, WireError>) {
+        self.is_unanswered = false;
+        self.is_missing = result.as_ref().is_err_and(|error| error.code == ErrorCode::UnknownOp);
+    }
 }
 
 #[derive(Debug)]
@@ -136,6 +181,10 @@ enum Asked {
     Describe,
     Subscribe,
     Advise,
+    Scene,
+    Library,
+    Journal,
+    Status,
 }
 
 impl Shared {
@@ -154,15 +203,60 @@ impl Outgoing {
         Ok(())
     }
 
-    /// Asks the adviser about a scene that it has not been asked about.
-    fn seek_advice(&mut self) -> Result<(), ClientError> {
-        let advice = &mut self.advice;
-        if advice.is_missing || advice.is_unanswered || advice.newest == advice.asked {
-            return Ok(());
+    /// Begins a recording, or ends it.
+    fn record(&mut self, intent: Intent) {
+        let ended = self.taking.take().map(Taking::end);
+        self.untold.extend(ended.map(Update::Recording));
+        if let Intent::Record { folder, metadata } = intent {
+            match Taking::begin(&folder, *metadata) {
+                Ok(taking) => {
+                    self.untold.push(Update::Recording(taking.news()));
+                    self.taking = Some(taking);
+                }
+                Err(news) => self.untold.push(Update::Recording(news)),
+            }
         }
-        advice.asked = advice.newest;
-        advice.is_unanswered = true;
-        self.send(Request::Advise {}, Asked::Advise)
+    }
+
+    /// Writes an event into the recording that is being made.
+    fn keep(&mut self, event: &Event) {
+        let Some(taking) = &mut self.taking else {
+            return;
+        };
+        let news = match taking.hear(event) {
+            Ok(()) => taking.news(),
+            Err(news) => {
+                self.taking = None;
+                news
+            }
+        };
+        self.untold.push(Update::Recording(news));
+    }
+
+    /// Hears of the scene in force.
+    fn hear(&mut self, state: &StateEvent) {
+        let revision = self.advice.newest.max(Some(state.revision));
+        (self.advice.newest, self.scene.newest) = (revision, revision);
+        let shape = (state.law.clone(), state.params.keys().cloned().collect());
+        if self.description.asked.is_none() {
+            // That of the first news was asked for with the greeting.
+            self.description.asked = Some(shape.clone());
+        }
+        self.description.newest = Some(shape);
+    }
+
+    /// Asks for what follows from a scene that is new.
+    fn follow(&mut self) -> Result<(), ClientError> {
+        if self.description.is_due() {
+            self.send(Request::Describe {}, Asked::Describe)?;
+        }
+        if self.scene.is_due() {
+            self.send(Request::get(), Asked::Scene)?;
+        }
+        if self.advice.is_due() {
+            self.send(Request::Advise {}, Asked::Advise)?;
+        }
+        Ok(())
     }
 }
 
@@ -172,12 +266,16 @@ fn ask(intents: &mpsc::Receiver<Intent>, shared: &Shared) {
         let mut waiting: Vec<Intent> = std::iter::once(first).chain(intents.try_iter()).collect();
         if waiting.contains(&Intent::Stop) {
             // The stop goes first, and nothing that was asked around it may bring the force back.
-            waiting.retain(|intent| matches!(intent, Intent::Set { .. }));
+            waiting.retain(|intent| !intent.is_void_after_stop());
             waiting.insert(0, Intent::Stop);
         }
         for intent in waiting {
             let mut outgoing = shared.outgoing();
-            let sent = outgoing.send(intent.request(), Asked::Intent(intent.clone()));
+            let Some(request) = intent.request() else {
+                outgoing.record(intent);
+                continue;
+            };
+            let sent = outgoing.send(request, Asked::Intent(intent.clone()));
             // Anything but a stop is void with its connection, and the listening thread tells of the loss.
             if sent.is_err() && intent == Intent::Stop {
                 outgoing.stop_waits = true;
@@ -213,7 +311,9 @@ impl From<ClientError> for End {
 struct Listener {
     shared: Arc<Shared>,
     news: mpsc::Sender<Update>,
-    repaint: Box<dyn Fn() + Send>,
+    repaint: Box<dyn Fn(Duration) + Send>,
+    /// When the newest frame that was asked for is due.
+    next_frame: Cell<Instant>,
     patience: Patience,
 }
 
@@ -228,6 +328,8 @@ impl Listener {
                 End::Lost(reason) => reason,
             };
             let was_connected = self.hang_up();
+            let untold = std::mem::take(&mut self.shared.outgoing().untold);
+            untold.into_iter().try_for_each(|update| self.tell(update))?;
             let lost = Update::Disconnected { path, reason };
             if was_connected || told.as_ref() != Some(&lost) {
                 self.tell(lost.clone())?;
@@ -243,7 +345,17 @@ impl Listener {
 
     fn tell(&self, update: Update) -> Result<(), PanelGone> {
         self.news.send(update).map_err(|_| PanelGone)?;
-        (self.repaint)();
+        let now = Instant::now();
+        let due = self.next_frame.get();
+        // A frame that is still to come shows this as well.
+        if due <= now {
+            let period = Duration::from_secs_f64(1.0 / FRAMES_HZ);
+            // On the beat where it is kept, so that a batch that is a little late does not cost a frame.
+            self.next_frame.set((due + period).max(now + period / 2));
+            (self.repaint)(Duration::from_millis(1));
+        } else {
+            (self.repaint)(due - now);
+        }
         Ok(())
     }
 
@@ -264,7 +376,9 @@ impl Listener {
             hello,
         })?;
         loop {
-            if let Some(update) = self.next(&mut receiver)? {
+            let update = self.next(&mut receiver)?;
+            let untold = std::mem::take(&mut self.shared.outgoing().untold);
+            for update in untold.into_iter().chain(update) {
                 self.tell(update)?;
             }
         }
@@ -280,31 +394,50 @@ impl Listener {
         }
         outgoing.send(Request::Describe {}, Asked::Describe)?;
         let subscribe = Request::Subscribe {
-            topics: vec![Topic::State, Topic::Timing, Topic::Samples],
-            rate_hz: Some(SAMPLE_RATE_HZ),
+            topics: vec![Topic::State, Topic::Timing, Topic::Samples, Topic::Log],
+            // Every tick: a spike of a single one must be seen.
+            rate_hz: None,
             batch_ms: Some(BATCH_MS),
         };
-        outgoing.send(subscribe, Asked::Subscribe)
+        outgoing.send(subscribe, Asked::Subscribe)?;
+        outgoing.send(Request::SceneList {}, Asked::Library)?;
+        let log = Request::Log {
+            after: None,
+            limit: Some(PAST_CHANGES),
+        };
+        outgoing.send(log, Asked::Journal)
     }
 
     fn next(&self, receiver: &mut Receiver) -> Result<Option<Update>, End> {
         match receiver.receive() {
             Ok(ServerLine::Event(event)) => {
-                if let Event::State(state) = &event {
-                    let mut outgoing = self.shared.outgoing();
-                    outgoing.advice.newest = outgoing.advice.newest.max(Some(state.revision));
-                    outgoing.seek_advice()?;
+                let mut outgoing = self.shared.outgoing();
+                outgoing.keep(&event);
+                match &event {
+                    Event::State(state) => {
+                        outgoing.hear(state);
+                        outgoing.follow()?;
+                    }
+                    // Once a second, as often as this is news.
+                    Event::Timing(_) => outgoing.send(Request::Status {}, Asked::Status)?,
+                    _ => {}
                 }
+                drop(outgoing);
                 Ok(Some(Update::Event(event)))
             }
             Ok(ServerLine::Answer { id, result }) => {
                 let mut outgoing = self.shared.outgoing();
                 let asked = id.and_then(|id| outgoing.asked.remove(&id));
-                if matches!(asked, Some(Asked::Advise)) {
-                    outgoing.advice.is_unanswered = false;
-                    outgoing.advice.is_missing = result.as_ref().is_err_and(|error| error.code == ErrorCode::UnknownOp);
-                    outgoing.seek_advice()?;
+                match &asked {
+                    Some(Asked::Advise) => outgoing.advice.answered(&result),
+                    Some(Asked::Scene) => outgoing.scene.answered(&result),
+                    Some(Asked::Describe) => outgoing.description.answered(&result),
+                    Some(Asked::Intent(Intent::Save { .. })) if result.is_ok() => {
+                        outgoing.send(Request::SceneList {}, Asked::Library)?;
+                    }
+                    _ => {}
                 }
+                outgoing.follow()?;
                 drop(outgoing);
                 asked.map_or(Ok(None), |asked| answered(asked, result))
             }
@@ -331,7 +464,12 @@ impl Listener {
             .any(|asked| matches!(asked, Asked::Intent(Intent::Stop)));
         outgoing.stop_waits |= stop_was_unanswered;
         outgoing.asked.clear();
-        outgoing.advice = Advice::default();
+        // What follows from another daemon would be another recording.
+        let ended = outgoing.taking.take().map(Taking::end);
+        outgoing.untold.extend(ended.map(Update::Recording));
+        outgoing.advice = Follow::default();
+        outgoing.scene = Follow::default();
+        outgoing.description = Follow::default();
         outgoing.sender.take().is_some()
     }
 
@@ -361,22 +499,34 @@ fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Resul
             let description = serde_json::from_value(description).map_err(ClientError::BadAnswer)?;
             Ok(Some(Update::Described(description)))
         }
-        Asked::Advise => {
-            let read =
-                |value| serde_json::from_value(value).map_err(|error| unreadable("a request for advice", &error));
-            Ok(Some(Update::Advised(result.and_then(read))))
-        }
+        Asked::Advise => Ok(Some(Update::Advised(read(result, "a request for advice")))),
+        Asked::Scene => Ok(Some(Update::Scene(
+            read(result, "a request for the scene").map(Box::new),
+        ))),
+        Asked::Library => Ok(Some(Update::Library(read(result, "a request for the library")))),
+        Asked::Journal => Ok(Some(Update::Journal(read(result, "a request for the log")))),
+        Asked::Status => Ok(Some(Update::Status(
+            read(result, "a request for the status").map(Box::new),
+        ))),
         Asked::Intent(intent) => {
-            let result = result.and_then(|value| {
-                let answer = match intent {
-                    Intent::Set { .. } => serde_json::from_value(value).map(Answer::Changed),
-                    _ => serde_json::from_value(value).map(Answer::State),
-                };
-                answer.map_err(|error| unreadable(&intent, &error))
-            });
-            Ok(Some(Update::Answered { intent, result }))
+            let answer = match intent {
+                Intent::Set { .. } | Intent::Load { .. } | Intent::Undo | Intent::Redo | Intent::TakeBack { .. } => {
+                    read(result, &intent).map(Answer::Changed)
+                }
+                Intent::Save { .. } => read(result, &intent).map(Answer::Saved),
+                Intent::Compare { .. } => read(result, &intent).map(Answer::Differs),
+                _ => read(result, &intent).map(Answer::State),
+            };
+            Ok(Some(Update::Answered { intent, result: answer }))
         }
     }
+}
+
+fn read<T: DeserializeOwned>(
+    result: Result<serde_json::Value, WireError>,
+    asked: impl fmt::Display,
+) -> Result<T, WireError> {
+    serde_json::from_value(result?).map_err(|error| unreadable(asked, &error))
 }
 
 /// An answer that cannot be read is as good as a refusal.

@@ -1,8 +1,10 @@
 //! What the user asked for.
 
 use haptic_core::Direction;
-use haptic_ipc::Request;
+use haptic_ipc::{Request, SceneRef};
+use haptic_lab::recording::Metadata;
 use std::fmt;
+use std::path::PathBuf;
 
 /// A parameter, or one direction of it, by its name on the wire.
 ///
@@ -27,7 +29,7 @@ impl fmt::Display for Target {
     }
 }
 
-/// Something that the user wants of the daemon.
+/// Something that the user wants.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Intent {
     /// Ramp the force up.
@@ -45,19 +47,127 @@ pub enum Intent {
         /// Its new value, in the parameter's unit.
         value: f64,
     },
+    /// Put a whole scene in force.
+    Load {
+        /// What people call it.
+        what: String,
+        /// The scene.
+        scene: SceneRef,
+        /// Time over which to go there, ms; at once when absent.
+        ramp_ms: Option<f64>,
+    },
+    /// Take the newest change back, whoever made it.
+    Undo,
+    /// Bring back what was undone.
+    Redo,
+    /// Take a change back that was only tried, unless another has followed it.
+    TakeBack {
+        /// Its revision.
+        revision: u64,
+    },
+    /// Keep the scene in force in the library.
+    Save {
+        /// Its name there.
+        name: String,
+        /// Whether it may take the place of one that is there.
+        replace: bool,
+    },
+    /// Say in what the scene in force differs from another.
+    Compare {
+        /// What people call the other.
+        what: String,
+        /// The other.
+        scene: SceneRef,
+    },
+    /// Write what the plots show into a file.
+    Export {
+        /// In this form.
+        format: Format,
+        /// In this folder.
+        folder: PathBuf,
+    },
+    /// Write every sample from now on into a new file.
+    Record {
+        /// The folder.
+        folder: PathBuf,
+        /// What stands at its head.
+        metadata: Box<Metadata>,
+    },
+    /// End the recording.
+    EndRecording,
+    /// Look at a recording.
+    Open {
+        /// Its file.
+        path: PathBuf,
+    },
+}
+
+/// A form in which the plots can be kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// The pixels as they are.
+    Png,
+    /// Lines and text, for a paper.
+    Svg,
+    /// The samples, for further work.
+    Csv,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Png, Self::Svg, Self::Csv];
+
+    /// Ending of such a file's name.
+    #[must_use]
+    pub const fn extension(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Svg => "svg",
+            Self::Csv => "csv",
+        }
+    }
 }
 
 impl Intent {
-    /// The intent as a request of the protocol.
+    /// The intent as a request of the protocol; nothing where the panel does it itself.
     #[must_use]
-    pub fn request(&self) -> Request {
-        match self {
+    pub fn request(&self) -> Option<Request> {
+        Some(match self {
             Self::Engage => Request::Engage {},
             Self::Release => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
             Self::Set { target, value } => Request::set([(target.to_string(), *value)].into_iter().collect()),
-        }
+            Self::Load { scene, ramp_ms, .. } => Request::SceneLoad {
+                scene: scene.clone(),
+                if_revision: None,
+                ramp_ms: *ramp_ms,
+                dry_run: false,
+            },
+            Self::Undo => Request::undo(),
+            Self::Redo => Request::redo(),
+            Self::TakeBack { revision } => Request::Undo {
+                if_revision: Some(*revision),
+                ramp_ms: None,
+                dry_run: false,
+            },
+            Self::Save { name, replace } => Request::SceneSave {
+                name: name.clone(),
+                scene: None,
+                replace: *replace,
+            },
+            Self::Compare { scene, .. } => Request::SceneDiff {
+                from: scene.clone(),
+                to: None,
+            },
+            Self::Export { .. } | Self::Record { .. } | Self::EndRecording | Self::Open { .. } => return None,
+        })
+    }
+
+    /// Whether it is about the force being on at all: beside a stop it is void, lest it bring the force back.
+    #[must_use]
+    pub const fn is_void_after_stop(&self) -> bool {
+        matches!(self, Self::Engage | Self::Release | Self::Reset | Self::Stop)
     }
 }
 
@@ -69,6 +179,16 @@ impl fmt::Display for Intent {
             Self::Stop => f.write_str("stop"),
             Self::Reset => f.write_str("reset"),
             Self::Set { target, value } => write!(f, "set {target} = {value}"),
+            Self::Load { what, .. } => write!(f, "load {what}"),
+            Self::Undo => f.write_str("undo"),
+            Self::Redo => f.write_str("redo"),
+            Self::TakeBack { .. } => f.write_str("take the try back"),
+            Self::Save { name, .. } => write!(f, "save {name}"),
+            Self::Compare { what, .. } => write!(f, "compare with {what}"),
+            Self::Export { format, .. } => write!(f, "export {}", format.extension()),
+            Self::Record { folder, .. } => write!(f, "record in {}", folder.display()),
+            Self::EndRecording => f.write_str("end the recording"),
+            Self::Open { path } => write!(f, "open {}", path.display()),
         }
     }
 }

@@ -9,25 +9,25 @@
 //! daemon -> Connection -> Update -> Model::apply -> ui -> Intent -> Connection -> daemon
 //! ```
 
-mod advice;
-mod advice_lines;
 pub mod connection;
-mod contact_ribbon;
-mod edit;
-mod history;
+pub mod export;
+mod histogram;
 mod intent;
 mod model;
 mod plots;
 mod readouts;
-mod scene_panel;
+mod recording;
+mod scene;
+mod scope;
 mod stop_button;
 pub mod theme;
 mod timing_panel;
 mod top_bar;
 mod update;
 
-pub use intent::{Intent, Target};
+pub use intent::{Format, Intent, Target};
 pub use model::Model;
+pub use recording::RecordingNews;
 pub use update::{Answer, Update};
 
 use egui::{CentralPanel, Panel, Ui};
@@ -44,27 +44,34 @@ pub fn ui(ui: &mut Ui, model: &mut Model) -> Vec<Intent> {
     Panel::top("top bar").show(ui, |ui| stop |= top_bar::show(ui, model, &mut intents));
     if stop {
         // Half-typed numbers must not become changes because the stop took the focus from their field.
-        model.discard_typing();
+        model.scene_mut().discard_typing();
         ui.memory_mut(egui::Memory::stop_text_input);
         model.stop_asked();
         intents.clear();
         intents.push(Intent::Stop);
     }
+    scene::take_keys(ui, model.scene(), &mut intents);
     if model.is_connected() {
         Panel::bottom("timing").show(ui, |ui| timing_panel::show(ui, model));
         Panel::left("scene")
             .resizable(false)
-            .exact_size(scene_panel::WIDTH)
-            .show(ui, |ui| scene_panel::show(ui, model));
-        CentralPanel::default_margins().show(ui, |ui| {
-            readouts::show(ui, model);
-            plots::show(ui, model.history());
-        });
-    } else {
-        CentralPanel::default_margins().show(ui, |ui| top_bar::explain_no_daemon(ui, model));
+            .exact_size(scene::WIDTH)
+            .show(ui, |ui| scene::show(ui, model.scene_mut(), &mut intents));
     }
+    CentralPanel::default_margins().show(ui, |ui| {
+        if model.is_connected() || model.scope().is_of_recording() {
+            readouts::show(ui, model);
+            plots::show(ui, model, &mut intents);
+        } else {
+            top_bar::explain_no_daemon(ui, model);
+            ui.add_space(12.0);
+            ui.horizontal(|ui| plots::recordings::show(ui, model, &mut intents));
+            plots::recordings::show_news(ui, model);
+        }
+    });
+    model.scene_mut().asked(&intents);
     let now = ui.input(|input| input.time);
-    let (changes, wait) = model.take_due_changes(now);
+    let (changes, wait) = model.due(now);
     intents.extend(changes);
     if let Some(wait) = wait {
         ui.ctx().request_repaint_after(wait);

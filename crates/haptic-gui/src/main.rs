@@ -9,7 +9,6 @@ use haptic_gui::theme;
 use haptic_ipc::socket_path;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
 
 /// Tune hapticd while a hand is on the rig: what the block weighs, how it sticks and slides, and what comes of it.
 ///
@@ -23,6 +22,10 @@ struct Arguments {
     /// ~/.local/state/hapticd/control.sock and /run/hapticd/control.sock.
     #[arg(long, value_name = "PATH")]
     socket: Option<PathBuf>,
+
+    /// A recording to look at; no daemon is needed for it.
+    #[arg(long, value_name = "FILE")]
+    open: Option<PathBuf>,
 
     /// Colours of the panel.
     #[arg(long, value_name = "THEME", value_enum, default_value_t = Theme::System)]
@@ -69,10 +72,13 @@ fn main() -> ExitCode {
             let connection = Connection::start(
                 move || socket_path::for_client(socket.as_deref()),
                 Patience::default(),
-                // One frame; a repaint without a delay would be two.
-                move || ctx.request_repaint_after(Duration::from_millis(1)),
+                move |wait| ctx.request_repaint_after(wait),
             )?;
-            Ok(Box::new(App::new(connection)))
+            let app = App::new(connection);
+            if let Some(path) = arguments.open {
+                app.open(&creation.egui_ctx, path);
+            }
+            Ok(Box::new(app))
         }),
     );
     match result {

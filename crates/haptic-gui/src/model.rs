@@ -1,16 +1,24 @@
 //! What the panel knows: a fold over the daemon's news.
 
-use crate::advice::Advised;
-use crate::edit::Edit;
-use crate::history::History;
-use crate::intent::{Intent, Target};
+use crate::intent::Intent;
+use crate::plots::Shown;
+use crate::recording::{Opened, RecordingNews};
+use crate::scene::SceneModel;
+use crate::scope::Scope;
+use crate::scope::tape::Tape;
 use crate::update::{Answer, Update};
-use haptic_core::{Direction, Directional};
-use haptic_ipc::{
-    ChangeReply, Description, Event, ParameterDescription, RigState, StateEvent, StateReply, Timing, WireError,
-};
+use egui::Rect;
+use haptic_core::Scene;
+use haptic_ipc::{Event, RigState, SamplesEvent, StateReply, Status, Timing, WireError};
+use haptic_lab::recording::{Metadata, Recording};
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// Over so much of the past the share of time at the force limit is counted, s.
+pub(crate) const CLIPPING_OVER_S: f64 = 10.0;
+
+/// A force this near to the limit is cut by it.
+const AT_THE_LIMIT: f64 = 0.999;
 
 /// Everything that the panel shows.
 #[derive(Debug)]
@@ -18,8 +26,25 @@ pub struct Model {
     link: Link,
     rig: Option<Rig>,
     scene: SceneModel,
-    history: History,
+    scope: Scope,
     timing: Option<Timing>,
+    status: Option<Status>,
+    /// Share of the last seconds in which the force was cut by its limit.
+    clipping: Option<f64>,
+    /// What became of the last export.
+    exported: Option<Result<PathBuf, String>>,
+    /// What becomes of the recording that is being made.
+    recording: Option<RecordingNews>,
+    /// The recording that is looked at, or why it cannot be.
+    opened: Option<Result<Opened, String>>,
+    /// The recording to open, as it is typed.
+    pub(crate) open_path: String,
+    pub(crate) plots_shown: Shown,
+    pub(crate) plots_area: Rect,
+    /// Whether the user wants to see the histograms; nothing where he has not said.
+    pub(crate) histograms_shown: Option<bool>,
+    /// The folder to export to, as it is typed.
+    pub(crate) export_folder: String,
     losses: Losses,
     stop: StopReport,
     /// Why the daemon refused to engage, release or reset.
@@ -41,34 +66,6 @@ pub(crate) struct Rig {
     pub(crate) fault: Option<String>,
     /// The tick at which this was so.
     pub(crate) tick: u64,
-}
-
-/// The scene in force and what the user is changing in it.
-#[derive(Debug, Default)]
-pub(crate) struct SceneModel {
-    pub(crate) name: String,
-    pub(crate) parameters: Vec<ParameterModel>,
-    /// Revision in force.
-    pub(crate) revision: Option<u64>,
-    /// The tick that applied it, unless it was in force before the panel listened.
-    pub(crate) tick: Option<u64>,
-    pub(crate) advised: Advised,
-    /// The user wants to see every check.
-    pub(crate) checks_are_open: bool,
-}
-
-/// One parameter.
-#[derive(Debug)]
-pub(crate) struct ParameterModel {
-    /// Its row of the table; `value` is the value in force.
-    pub(crate) about: ParameterDescription,
-    /// The user wants a row for each direction.
-    pub(crate) split: bool,
-    /// The user wants to read all that the adviser says of it.
-    pub(crate) advice_is_open: bool,
-    both: Edit,
-    positive: Edit,
-    negative: Edit,
 }
 
 /// What was lost on the way here.
@@ -94,70 +91,24 @@ pub(crate) enum StopReport {
     Unreachable,
 }
 
-impl ParameterModel {
-    fn new(about: ParameterDescription) -> Self {
-        Self {
-            about,
-            split: false,
-            advice_is_open: false,
-            both: Edit::default(),
-            positive: Edit::default(),
-            negative: Edit::default(),
-        }
-    }
-
-    /// Whether each direction has a row: always when they differ.
-    pub(crate) fn is_split(&self) -> bool {
-        self.about.directional && (self.split || !self.about.value.is_symmetric())
-    }
-
-    /// The value in force, of both directions or of one.
-    pub(crate) fn in_force(&self, direction: Option<Direction>) -> f64 {
-        self.about.value.get(direction.unwrap_or(Direction::Positive))
-    }
-
-    pub(crate) fn edit(&mut self, direction: Option<Direction>) -> &mut Edit {
-        match direction {
-            None => &mut self.both,
-            Some(Direction::Positive) => &mut self.positive,
-            Some(Direction::Negative) => &mut self.negative,
-        }
-    }
-
-    /// Makes both directions equal again, at the value of the positive one.
-    pub(crate) fn join(&mut self) {
-        self.split = false;
-        if !self.about.value.is_symmetric() {
-            self.both.change(self.about.value.positive);
-        }
-    }
-
-    fn edits(&mut self) -> [(Option<Direction>, &mut Edit); 3] {
-        [
-            (None, &mut self.both),
-            (Some(Direction::Positive), &mut self.positive),
-            (Some(Direction::Negative), &mut self.negative),
-        ]
-    }
-
-    fn take_value(&mut self, value: Directional) {
-        if self.about.value != value {
-            self.about.value = value;
-            for (_, edit) in self.edits() {
-                edit.overtaken();
-            }
-        }
-    }
-}
-
 impl Default for Model {
     fn default() -> Self {
         Self {
             link: Link::Connecting { path: PathBuf::new() },
             rig: None,
             scene: SceneModel::default(),
-            history: History::default(),
+            scope: Scope::default(),
             timing: None,
+            status: None,
+            clipping: None,
+            exported: None,
+            recording: None,
+            opened: None,
+            open_path: String::new(),
+            plots_shown: Shown::default(),
+            plots_area: Rect::NOTHING,
+            histograms_shown: None,
+            export_folder: std::env::var("HOME").unwrap_or_default(),
             losses: Losses::default(),
             stop: StopReport::Settled,
             refusal: None,
@@ -192,16 +143,30 @@ impl Model {
                     StopReport::Sent | StopReport::Unreachable | StopReport::Failed { .. } => StopReport::Unreachable,
                 };
             }
-            Update::Described(description) => self.take_description(description),
-            Update::Advised(result) => self.scene.advised.take(result, self.scene.revision),
-            // A topic that nobody here asked for.
-            Update::Event(Event::Unknown | Event::Log(_)) => {}
-            Update::Event(Event::State(event)) => self.take_state(event),
-            Update::Event(Event::Timing(timing)) => self.timing = Some(*timing),
-            Update::Event(Event::Samples(batch)) => {
-                self.losses.rows = self.losses.rows.saturating_add(batch.dropped);
-                self.history.extend(batch.rows);
+            Update::Described(description) => self.scene.take_description(description),
+            Update::Scene(Ok(reply)) => self.scene.take_scene(*reply),
+            // An older daemon does not say how it is; the rest of the panel does without.
+            Update::Scene(Err(_)) | Update::Status(Err(_)) => {}
+            Update::Library(result) => self.scene.take_library(result),
+            Update::Journal(result) => self.scene.take_journal(result),
+            Update::Status(Ok(status)) => {
+                self.clipping = self.share_at_limit(&status);
+                self.status = Some(*status);
             }
+            Update::Recording(news) => self.recording = Some(news),
+            Update::Opened { path, result } => self.take_opened(path, result),
+            Update::Exported(result) => self.exported = Some(result),
+            Update::Advised(result) => self.scene.advised.take(result, self.scene.revision),
+            // A topic of a later daemon.
+            Update::Event(Event::Unknown) => {}
+            Update::Event(Event::Log(entry)) => self.scene.take_entry(*entry),
+            Update::Event(Event::State(event)) => {
+                let (state, fault, tick) = (event.state, event.fault.clone(), event.tick);
+                self.scene.take_state(event);
+                self.take_rig(state, fault, tick);
+            }
+            Update::Event(Event::Timing(timing)) => self.timing = Some(*timing),
+            Update::Event(Event::Samples(batch)) => self.take_samples(&batch),
             Update::Answered { intent, result } => self.take_answer(&intent, result),
             Update::Unreadable { reason } => {
                 self.losses.unreadable += 1;
@@ -214,6 +179,18 @@ impl Model {
     #[must_use]
     pub fn is_connected(&self) -> bool {
         matches!(self.link, Link::Connected { .. })
+    }
+
+    /// Shows so long a while, s.
+    pub fn show_span(&mut self, span_s: f64) {
+        let factor = self.scope.span_s() / span_s;
+        self.scope.zoom(factor, 0.0);
+    }
+
+    /// Where the plots were drawn, points.
+    #[must_use]
+    pub fn plots_area(&self) -> Rect {
+        self.plots_area
     }
 
     pub(crate) fn link(&self) -> &Link {
@@ -232,8 +209,62 @@ impl Model {
         &mut self.scene
     }
 
-    pub(crate) fn history(&self) -> &History {
-        &self.history
+    pub(crate) fn scope(&self) -> &Scope {
+        &self.scope
+    }
+
+    pub(crate) fn scope_mut(&mut self) -> &mut Scope {
+        &mut self.scope
+    }
+
+    /// What the plots need, which is not all of the model: the scene is that of what is looked at.
+    pub(crate) fn scope_and_scene(&mut self) -> (&mut Scope, Option<&Scene>, Shown) {
+        let scene = match &self.opened {
+            Some(Ok(opened)) if self.scope.is_of_recording() => {
+                let newest = self.scope.tape().at(self.scope.seen().to_s);
+                newest.and_then(|sample| opened.scene_at(sample.tick))
+            }
+            _ => self.scene.in_force.as_ref(),
+        };
+        (&mut self.scope, scene, self.plots_shown)
+    }
+
+    pub(crate) fn recording(&self) -> Option<&RecordingNews> {
+        self.recording.as_ref()
+    }
+
+    pub(crate) fn opened(&self) -> Option<&Result<Opened, String>> {
+        self.opened.as_ref()
+    }
+
+    /// Looks at the live rig again.
+    pub(crate) fn close_recording(&mut self) {
+        self.scope.close();
+        self.opened = None;
+    }
+
+    /// What stands at the head of a recording that begins now; nothing before the daemon has said what it takes.
+    pub(crate) fn metadata(&self) -> Option<Metadata> {
+        let status = self.status.as_ref().filter(|_| self.is_connected())?;
+        Some(Metadata {
+            server: status.server.clone(),
+            device: status.device.description.clone(),
+            loop_rate_hz: status.rate_hz,
+            rate_hz: status.rate_hz,
+            // The clock is that of whoever writes it.
+            started_unix_s: 0.0,
+            revision: self.scene.revision?,
+            scene: self.scene.in_force.clone()?,
+        })
+    }
+
+    /// Share of the last seconds in which the force was cut by its limit; nothing while no force is on.
+    pub(crate) fn clipping(&self) -> Option<f64> {
+        self.clipping
+    }
+
+    pub(crate) fn exported(&self) -> Option<&Result<PathBuf, String>> {
+        self.exported.as_ref()
     }
 
     pub(crate) fn timing(&self) -> Option<&Timing> {
@@ -261,67 +292,51 @@ impl Model {
         };
     }
 
-    /// Drops what stands half-typed in the fields.
-    pub(crate) fn discard_typing(&mut self) {
-        for parameter in &mut self.scene.parameters {
-            for (_, edit) in parameter.edits() {
-                edit.typing = None;
-            }
-        }
-    }
-
-    /// The changes to be sent at `now` (s of interface time), and how long until more are.
-    pub(crate) fn take_due_changes(&mut self, now: f64) -> (Vec<Intent>, Option<Duration>) {
-        let mut changes = Vec::new();
-        let mut soonest: Option<Duration> = None;
-        for parameter in &mut self.scene.parameters {
-            let name = parameter.about.name.clone();
-            for (direction, edit) in parameter.edits() {
-                match edit.due(now) {
-                    Ok(value) => changes.push(Intent::Set {
-                        target: Target {
-                            name: name.clone(),
-                            direction,
-                        },
-                        value,
-                    }),
-                    Err(Some(wait)) => soonest = Some(soonest.map_or(wait, |other| other.min(wait))),
-                    Err(None) => {}
-                }
-            }
-        }
-        (changes, soonest)
+    /// What is to be sent at `now` (s of interface time), and how long until more is. [`ui`](crate::ui) asks for it by itself; a
+    /// window that is hidden must, for a try goes back though nobody looks.
+    #[must_use = "what is not sent has no effect"]
+    pub fn due(&mut self, now: f64) -> (Vec<Intent>, Option<Duration>) {
+        let (intents, wait) = self.scene.due(now);
+        self.scene.asked(&intents);
+        (intents, wait)
     }
 
     /// What was known of a daemon is void with its connection.
     fn forget(&mut self) {
         self.rig = None;
-        self.scene = SceneModel::default();
-        self.history.clear();
-        self.timing = None;
+        self.scene.forget();
+        self.scope.clear_live();
+        (self.timing, self.status, self.clipping) = (None, None, None);
         self.losses = Losses::default();
         self.refusal = None;
     }
 
-    fn take_description(&mut self, description: Description) {
-        self.scene.parameters = description.parameters.into_iter().map(ParameterModel::new).collect();
+    fn take_opened(&mut self, path: PathBuf, result: Result<Box<Recording>, String>) {
+        self.opened = Some(result.map(|recording| {
+            let opened = Opened::new(path, &recording);
+            self.scope.open(Tape::recorded(recording.rows));
+            opened
+        }));
     }
 
-    fn take_state(&mut self, event: StateEvent) {
-        if self.scene.revision.is_none_or(|known| event.revision >= known) {
-            if self.scene.revision.is_some_and(|known| known != event.revision) {
-                self.scene.tick = Some(event.tick);
-            }
-            self.scene.revision = Some(event.revision);
-            self.scene.advised.overtaken(event.revision);
-            self.scene.name = event.scene;
-            for (name, value) in &event.params {
-                if let Some(parameter) = self.parameter(name) {
-                    parameter.take_value(*value);
-                }
-            }
+    fn take_samples(&mut self, batch: &SamplesEvent) {
+        self.losses.rows = self.losses.rows.saturating_add(batch.dropped);
+        self.scope.extend(&batch.rows);
+    }
+
+    /// Share of the last seconds with force on in which it was at its limit, or at that of the device.
+    fn share_at_limit(&self, status: &Status) -> Option<f64> {
+        let device = status.device.link.as_ref().and_then(|link| link.device.as_ref());
+        let limit = device.map_or(f64::INFINITY, |device| device.force_limit_n);
+        let limit = AT_THE_LIMIT * limit.min(status.device.force_limit_n);
+        let newest = self.scope.last()?.t_s;
+        let live = self.scope.live().within(newest - CLIPPING_OVER_S, newest);
+        let (mut with_force, mut at_limit) = (0.0, 0.0);
+        for sample in live.filter(|sample| sample.state.is_live()) {
+            with_force += 1.0;
+            at_limit += f64::from(u8::from(sample.command_force_n.abs() >= limit));
         }
-        self.take_rig(event.state, event.fault, event.tick);
+        (with_force > 0.0).then(|| at_limit / with_force)
     }
 
     fn take_rig(&mut self, state: RigState, fault: Option<String>, tick: u64) {
@@ -345,20 +360,14 @@ impl Model {
     }
 
     fn take_answer(&mut self, intent: &Intent, result: Result<Answer, WireError>) {
-        match (intent, result) {
-            (Intent::Set { target, .. }, result) => {
-                let refusal = result.as_ref().err().map(|error| error.message.clone());
-                if let Ok(Answer::Changed(reply)) = result {
-                    self.take_applied(&reply);
-                }
-                if let Some(parameter) = self.parameter(&target.name) {
-                    parameter.edit(target.direction).answered(refusal);
-                }
-            }
-            (Intent::Stop, result) => self.take_stop_answer(result),
-            (_, Ok(Answer::State(StateReply { state, tick }))) => self.take_rig(state, None, tick),
-            (_, Ok(Answer::Changed(_))) => {}
-            (_, Err(error)) => self.refusal = Some(error.message),
+        if *intent == Intent::Stop {
+            self.take_stop_answer(result);
+            return;
+        }
+        match self.scene.take_answer(intent, result) {
+            Some(Ok(Answer::State(StateReply { state, tick }))) => self.take_rig(state, None, tick),
+            Some(Err(error)) => self.refusal = Some(error.message),
+            Some(Ok(_)) | None => {}
         }
     }
 
@@ -371,42 +380,11 @@ impl Model {
             Ok(Answer::State(StateReply { state, .. })) => StopReport::Failed {
                 reason: format!("the daemon answered that the rig is {state}"),
             },
-            Ok(Answer::Changed(_)) => StopReport::Failed {
+            Ok(_) => StopReport::Failed {
                 reason: "the daemon's answer is not that to a stop".to_owned(),
             },
             Err(error) => StopReport::Failed { reason: error.message },
         };
-    }
-
-    /// Takes an answered change without waiting for the event that follows it, lest the handle jump back meanwhile.
-    fn take_applied(&mut self, reply: &ChangeReply) {
-        if self.scene.revision.is_some_and(|known| reply.revision < known) {
-            return;
-        }
-        self.scene.revision = Some(reply.revision);
-        self.scene.tick = reply.tick;
-        self.scene.advised.take_remarks(reply);
-        for (key, &value) in &reply.applied {
-            let name = key.trim_end_matches(['+', '-']);
-            let Some(parameter) = self.parameter(name) else {
-                continue;
-            };
-            let mut changed = parameter.about.value;
-            if !key.ends_with('-') {
-                changed.positive = value;
-            }
-            if !key.ends_with('+') {
-                changed.negative = value;
-            }
-            parameter.take_value(changed);
-        }
-    }
-
-    fn parameter(&mut self, name: &str) -> Option<&mut ParameterModel> {
-        self.scene
-            .parameters
-            .iter_mut()
-            .find(|parameter| parameter.about.name == name)
     }
 }
 

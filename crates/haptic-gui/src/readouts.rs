@@ -1,6 +1,7 @@
 //! The numbers that are read from across the table.
 
 use crate::model::Model;
+use crate::scope::signal::MM_PER_M;
 use crate::theme::Palette;
 use egui::{Color32, RichText, Ui};
 use haptic_ipc::{RigState, Sample};
@@ -9,7 +10,7 @@ use haptic_ipc::{RigState, Sample};
 pub(crate) fn show(ui: &mut Ui, model: &Model) {
     let palette = Palette::of(ui);
     let is_present = model.rig().is_some_and(|rig| rig.state != RigState::Disconnected);
-    let sample = model.history().last().filter(|_| is_present);
+    let sample = model.scope().last().filter(|_| is_present);
     let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample)));
     // Without force there is no surface to touch.
     let (contact, contact_color) = match sample
@@ -32,9 +33,6 @@ pub(crate) fn show(ui: &mut Ui, model: &Model) {
     });
     ui.add_space(4.0);
 }
-
-/// Positions are shown in mm: a desk-top rig moves by a few centimetres.
-pub(crate) const MM_PER_M: f64 = 1e3;
 
 fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>) {
     ui.spacing_mut().item_spacing = egui::vec2(4.0, 0.0);

@@ -24,6 +24,12 @@ pub(crate) struct Palette {
     pub(crate) device: Color32,
     /// The block, and the force in its coupling.
     pub(crate) block: Color32,
+    /// What the law says of a steady slide.
+    pub(crate) law: Color32,
+    /// The trigger's level and moment, and thresholds.
+    pub(crate) mark: Color32,
+    /// The cursors.
+    pub(crate) cursor: Color32,
     /// The block sticks.
     pub(crate) stuck: Color32,
     /// The block slides.
@@ -41,6 +47,9 @@ const DARK: Palette = Palette {
     caution_text: Color32::from_rgb(0xff, 0xc1, 0x5e),
     device: Color32::from_rgb(0x56, 0xb4, 0xe9),
     block: Color32::from_rgb(0xe6, 0x9f, 0x00),
+    law: Color32::from_rgb(0xcc, 0x79, 0xa7),
+    mark: Color32::from_rgb(0xa8, 0xb2, 0xbd),
+    cursor: Color32::from_rgb(0xf0, 0xe4, 0x42),
     stuck: Color32::from_rgb(0x6b, 0x75, 0x80),
     sliding: Color32::from_rgb(0x2f, 0xb3, 0x86),
 };
@@ -55,6 +64,9 @@ const LIGHT: Palette = Palette {
     caution_text: Color32::from_rgb(0x8a, 0x59, 0x00),
     device: Color32::from_rgb(0x00, 0x72, 0xb2),
     block: Color32::from_rgb(0xc8, 0x52, 0x00),
+    law: Color32::from_rgb(0x9c, 0x3f, 0x74),
+    mark: Color32::from_rgb(0x5a, 0x65, 0x70),
+    cursor: Color32::from_rgb(0x6a, 0x3d, 0x9a),
     stuck: Color32::from_rgb(0x9a, 0xa3, 0xac),
     sliding: Color32::from_rgb(0x00, 0x8f, 0x68),
 };
@@ -63,6 +75,11 @@ impl Palette {
     /// The palette of the theme that `ui` is drawn in.
     pub(crate) fn of(ui: &Ui) -> &'static Self {
         if ui.visuals().dark_mode { &DARK } else { &LIGHT }
+    }
+
+    /// The palette for a white page.
+    pub(crate) fn for_paper() -> &'static Self {
+        &LIGHT
     }
 
     /// What a state of the rig is filled with.

@@ -1,9 +1,10 @@
-//! One line on how well the loop keeps time and what was lost on the way here, and one on the link to the rig where there is one.
+//! How well the loop keeps time, what was lost on the way here, how the link to the rig is, and where the force meets its limit.
 
-use crate::model::Model;
+use crate::histogram;
+use crate::model::{CLIPPING_OVER_S, Model};
 use crate::theme::Palette;
 use egui::{RichText, Ui};
-use haptic_ipc::LinkStatus;
+use haptic_ipc::{LinkStatus, TimingWindow};
 
 /// A figure, in the caution colour where it is not as it should be.
 fn count(ui: &mut Ui, text: String, is_clean: bool, hint: &str) {
@@ -14,12 +15,59 @@ fn count(ui: &mut Ui, text: String, is_clean: bool, hint: &str) {
     ui.label(text).on_hover_text(hint);
 }
 
-/// Shows the lines.
-pub(crate) fn show(ui: &mut Ui, model: &Model) {
+/// From this height of the window on the histograms are shown unless the user hides them, points.
+const TALL: f32 = 760.0;
+
+/// Shows the lines, and the histograms above them.
+pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
+    let is_tall = ui.ctx().content_rect().height() >= TALL;
+    let mut shows = model.histograms_shown.unwrap_or(is_tall);
+    if let Some(timing) = model.timing().filter(|_| shows) {
+        show_histograms(ui, &timing.last_10_s);
+    }
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Min), |ui| {
+        let toggle = egui::Button::selectable(shows, RichText::new("Histograms").small()).frame_when_inactive(true);
+        if ui
+            .add(toggle)
+            .on_hover_text("How long wake-ups and ticks took")
+            .clicked()
+        {
+            shows = !shows;
+            model.histograms_shown = Some(shows);
+        }
+        ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| show_lines(ui, model));
+    });
+}
+
+fn show_histograms(ui: &mut Ui, window: &TimingWindow) {
+    let width = (ui.available_width() - ui.spacing().item_spacing.x) / 2.0;
+    ui.horizontal(|ui| {
+        let buckets = &window.histogram;
+        histogram::show(ui, "Wake-up", &buckets.wake_latency_ns, &window.wake_latency_ns, width);
+        histogram::show(ui, "Tick", &buckets.tick_ns, &window.tick_ns, width);
+    });
+}
+
+/// The share of time at the force limit, as a bar and in percent.
+fn show_clipping(ui: &mut Ui, share: f64) {
+    let palette = Palette::of(ui);
+    let text = format!("At the force limit {:.1} %", share * 100.0);
+    let hint = format!(
+        "Share of the last {CLIPPING_OVER_S} s with force on in which it was cut: the hand felt less than the scene asks for"
+    );
+    count(ui, text, share == 0.0, &hint);
+    let (bar, _) = ui.allocate_exact_size(egui::vec2(48.0, 8.0), egui::Sense::hover());
+    ui.painter().rect_filled(bar, 2, ui.visuals().extreme_bg_color);
+    #[expect(clippy::cast_possible_truncation, reason = "a share is drawn")]
+    let filled = bar.with_max_x(bar.left() + bar.width() * share as f32);
+    ui.painter().rect_filled(filled, 2, palette.caution);
+}
+
+fn show_lines(ui: &mut Ui, model: &Model) {
     if let Some(link) = model.timing().and_then(|timing| timing.link.as_ref()) {
         show_link(ui, link);
     }
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 18.0;
         let Some(timing) = model.timing() else {
             count(
@@ -73,6 +121,9 @@ pub(crate) fn show(ui: &mut Ui, model: &Model) {
             dropped == 0,
             "Samples that never reached this panel; the force on the hand is not affected",
         );
+        if let Some(share) = model.clipping() {
+            show_clipping(ui, share);
+        }
         let losses = model.losses();
         if losses.unreadable > 0 {
             let text = format!("Unreadable lines {}", losses.unreadable);
@@ -82,7 +133,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model) {
 }
 
 fn show_link(ui: &mut Ui, link: &LinkStatus) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 18.0;
         let Some(device) = &link.device else {
             let why = link.waiting.as_deref().unwrap_or("no device");

@@ -16,11 +16,29 @@ pub(crate) fn show(ui: &mut Ui, model: &Model, intents: &mut Vec<Intent>) -> boo
         show_state(ui, model, intents);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             stop = stop_button::show(ui, model);
+            show_theme_switch(ui);
             show_reports(ui, model);
         });
     });
     ui.add_space(2.0);
     stop
+}
+
+/// The other theme, at a press.
+fn show_theme_switch(ui: &mut Ui) {
+    let (other, name) = if ui.visuals().dark_mode {
+        (egui::Theme::Light, "Light")
+    } else {
+        (egui::Theme::Dark, "Dark")
+    };
+    let button = ui.button(RichText::new(name).small());
+    if button
+        .on_hover_text(format!("{name} colours"))
+        .accessible_name("switch theme")
+        .clicked()
+    {
+        ui.ctx().set_theme(other);
+    }
 }
 
 /// What became of the stop, and why the rig or the daemon does not do as it was told. These stand beside the buttons rather

@@ -1,7 +1,12 @@
 //! What the panel hears from the daemon, and about it.
 
 use crate::intent::Intent;
-use haptic_ipc::{AdviceReply, ChangeReply, Description, Event, Hello, StateReply, WireError};
+use crate::recording::RecordingNews;
+use haptic_ipc::{
+    AdviceReply, ChangeReply, Description, Event, Hello, LogReply, SceneDiffReply, SceneListReply, SceneReply,
+    SceneSaveReply, StateReply, Status, WireError,
+};
+use haptic_lab::recording::Recording;
 use std::path::PathBuf;
 
 /// One piece of news.
@@ -30,6 +35,14 @@ pub enum Update {
     Described(Description),
     /// What the adviser says of a scene. It is asked again whenever the scene changes.
     Advised(Result<AdviceReply, WireError>),
+    /// The scene in force, whole. It is asked for again whenever it changes.
+    Scene(Result<Box<SceneReply>, WireError>),
+    /// The daemon's library of scenes.
+    Library(Result<SceneListReply, WireError>),
+    /// What was changed before the panel listened.
+    Journal(Result<LogReply, WireError>),
+    /// How rig and daemon are; asked for once a second.
+    Status(Result<Box<Status>, WireError>),
     /// Something subscribed to.
     Event(Event),
     /// The daemon carried out what the user asked for, or refused.
@@ -38,6 +51,17 @@ pub enum Update {
         intent: Intent,
         /// What came of it.
         result: Result<Answer, WireError>,
+    },
+    /// What became of an export: the file, or why there is none.
+    Exported(Result<PathBuf, String>),
+    /// What becomes of the recording that is being made.
+    Recording(RecordingNews),
+    /// A recording to look at, or why it cannot be.
+    Opened {
+        /// Its file.
+        path: PathBuf,
+        /// What is in it.
+        result: Result<Box<Recording>, String>,
     },
     /// A line that this program cannot read, as a later daemon may send.
     Unreadable {
@@ -49,8 +73,12 @@ pub enum Update {
 /// What the daemon says to a request that it carried out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
-    /// To [`Intent::Set`].
+    /// To [`Intent::Set`], [`Intent::Load`], [`Intent::Undo`], [`Intent::Redo`] and [`Intent::TakeBack`].
     Changed(ChangeReply),
-    /// To the others.
+    /// To [`Intent::Engage`], [`Intent::Release`], [`Intent::Stop`] and [`Intent::Reset`].
     State(StateReply),
+    /// To [`Intent::Save`].
+    Saved(SceneSaveReply),
+    /// To [`Intent::Compare`].
+    Differs(SceneDiffReply),
 }

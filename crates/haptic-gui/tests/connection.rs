@@ -2,8 +2,11 @@
 
 use haptic_core::Scene;
 use haptic_gui::connection::{Connection, Patience};
-use haptic_gui::{Answer, Intent, Update};
-use haptic_ipc::{AdviceReply, Envelope, ErrorCode, Event, Request, RigState, StateEvent, Topic, WireError, params_of};
+use haptic_gui::{Answer, Intent, RecordingNews, Update};
+use haptic_ipc::{
+    AdviceReply, Envelope, ErrorCode, Event, Request, RigState, SceneReply, StateEvent, Topic, WireError, params_of,
+};
+use haptic_lab::recording::Metadata;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
@@ -33,11 +36,17 @@ impl Daemon {
         writeln!(self.lines.get_mut(), "{line}").expect("the client listens");
     }
 
-    /// The next request.
+    /// The next request, but for those for the scene, which are answered here.
     fn hear(&mut self) -> Envelope {
-        let mut line = String::new();
-        self.lines.read_line(&mut line).expect("a request in time");
-        Envelope::parse(&line).unwrap_or_else(|error| panic!("{line:?}: {error:?}"))
+        loop {
+            let mut line = String::new();
+            self.lines.read_line(&mut line).expect("a request in time");
+            let envelope = Envelope::parse(&line).unwrap_or_else(|error| panic!("{line:?}: {error:?}"));
+            if envelope.request != Request::get() {
+                return envelope;
+            }
+            self.answer(envelope.id, &scene_reply());
+        }
     }
 
     /// Answers a request whose kind the test knows.
@@ -65,10 +74,26 @@ impl Daemon {
         let Request::Subscribe { topics, .. } = subscribe.request else {
             panic!("{subscribe:?}");
         };
-        assert_eq!(topics, [Topic::State, Topic::Timing, Topic::Samples]);
+        assert_eq!(topics, [Topic::State, Topic::Timing, Topic::Samples, Topic::Log]);
         let reply = r#"{"topics":["state"],"rate_hz":250,"batch_ms":33,"columns":[]}"#;
         self.answer(subscribe.id, reply);
+        let library = self.hear();
+        assert_eq!(library.request, Request::SceneList {});
+        self.answer(library.id, r#"{"scenes":[]}"#);
+        let log = self.hear();
+        assert!(matches!(log.request, Request::Log { .. }), "{log:?}");
+        self.answer(log.id, r#"{"entries":[],"oldest_kept":1}"#);
     }
+}
+
+fn scene_reply() -> String {
+    let scene = Scene::paper();
+    let reply = SceneReply {
+        revision: 1,
+        params: params_of(&scene),
+        scene,
+    };
+    serde_json::to_string(&reply).expect("a reply")
 }
 
 struct Bench {
@@ -87,7 +112,7 @@ impl Bench {
     fn with_patience(patience: Patience) -> Self {
         let dir = tempfile::tempdir().expect("a directory");
         let path = socket(dir.path());
-        let connection = Connection::start(move || path.clone(), patience, || {}).expect("threads");
+        let connection = Connection::start(move || path.clone(), patience, |_| {}).expect("threads");
         Self { dir, connection }
     }
 
@@ -332,4 +357,65 @@ fn advice_that_cannot_be_read_does_not_end_the_conversation() {
     assert!(error.message.contains("cannot be read"), "{error}");
     daemon.report(&of_revision(2));
     daemon.hear_advise();
+}
+
+#[test]
+fn another_law_has_other_parameters_which_are_asked_for() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    let described = |update| matches!(update, Update::Described(_)).then_some(());
+    bench.until(described);
+    daemon.report(&of_revision(1));
+    let advise = daemon.hear_advise();
+    daemon.answer(advise, r#"{"revision":1,"advice":[]}"#);
+    let dahl = Scene::paper().with_law("dahl").unwrap().unwrap();
+    let mut event = of_revision(2);
+    (event.law, event.params) = ("dahl".to_owned(), params_of(&dahl));
+    daemon.report(&event);
+    let describe = daemon.hear();
+    assert_eq!(describe.request, Request::Describe {});
+    daemon.answer(describe.id, r#"{"law":"dahl","parameters":[],"sample_columns":[]}"#);
+    bench.until(described);
+}
+
+#[test]
+fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    let metadata = Metadata {
+        server: "hapticd test".into(),
+        device: "fake rig".into(),
+        loop_rate_hz: 1000.0,
+        rate_hz: 1000.0,
+        started_unix_s: 0.0,
+        revision: 1,
+        scene: Scene::paper(),
+    };
+    bench.connection.send(Intent::Record {
+        folder: bench.dir.path().to_path_buf(),
+        metadata: Box::new(metadata),
+    });
+    // An intent that is answered has overtaken none before it.
+    bench.connection.send(Intent::Engage);
+    daemon.hear();
+    let row = r#"[7,0.007,"engaged",0,0.1,0,0.1,0,3.25,-3.25,1,0,0,0]"#;
+    daemon.say(&format!(r#"{{"event":"samples","seq":0,"dropped":2,"rows":[{row}]}}"#));
+    let going = bench.until(|update| match update {
+        Update::Recording(RecordingNews::Going { totals, .. }) if totals.rows > 0 => Some(totals),
+        _ => None,
+    });
+    assert_eq!((going.rows, going.lost), (1, 2));
+    drop(daemon);
+    let path = bench.until(|update| match update {
+        Update::Recording(RecordingNews::Ended { path, .. }) => Some(path),
+        _ => None,
+    });
+    let recording = haptic_lab::recording::read(&path).unwrap();
+    assert_eq!(recording.rows[0].coupling_force_n, 3.25);
+    assert!(recording.metadata.started_unix_s > 1e9, "by the clock");
 }

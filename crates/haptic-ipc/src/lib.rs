@@ -117,6 +117,7 @@ mod event;
 mod journal;
 mod line;
 mod link;
+pub mod quantity;
 mod request;
 mod sample;
 mod scene;

@@ -37,7 +37,8 @@ pub use reset_integrator::{MOST_STICTION, ResetIntegrator};
 pub use salcudean_vlaar::SalcudeanVlaar;
 pub use viscous::Viscous;
 
-use crate::parameters::Parameter;
+use crate::parameters::{Direction, Parameter};
+use level::{Level, Stribeck};
 
 /// What a stuck spring is anchored to when a slide ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -144,6 +145,28 @@ impl Friction {
         }
     }
 
+    /// The force that keeps a slide at a steady velocity going, N, positive for a positive one: what a plot of force against velocity shows once
+    /// nothing accelerates. At rest nothing slides, so 0 m/s counts as the slowest slide in the positive direction.
+    #[must_use]
+    pub fn steady_force(&self, velocity_mps: f64) -> f64 {
+        let (direction, speed) = (Direction::of(velocity_mps), velocity_mps.abs());
+        let kinetic = |level: Directional, curve: Option<Stribeck>| {
+            curve.map_or(level.get(direction), |curve| curve.at(direction, speed))
+        };
+        let none = Directional::both(0.0);
+        let (level, viscous) = match self {
+            Self::Karnopp(law) => (kinetic(law.dynamic_force, law.curve()), law.viscous),
+            Self::Dahl(law) => (law.dynamic_force.get(direction), law.viscous),
+            Self::HaywardArmstrong(law) => (law.dynamic_force.get(direction), law.viscous),
+            Self::ResetIntegrator(law) => (law.dynamic_force.get(direction), law.viscous),
+            Self::Lugre(law) => (kinetic(law.dynamic_force, law.curve()), law.viscous),
+            Self::ElastoPlastic(law) => (kinetic(law.dynamic_force, law.curve()), law.viscous),
+            Self::SalcudeanVlaar(law) => (none.get(direction), law.viscous),
+            Self::Viscous(law) => (none.get(direction), law.viscous),
+        };
+        direction.sign() * (level + viscous.get(direction) * speed)
+    }
+
     /// Stiffness with which the contact itself gives way at most, N/m: 0 where it is rigid behind a block, or does not hold at all.
     #[must_use]
     pub fn contact_stiffness(&self, on_device: bool) -> f64 {
@@ -157,5 +180,38 @@ impl Friction {
             Self::ElastoPlastic(law) => law.contact_stiffness,
             Self::SalcudeanVlaar(law) => law.contact_stiffness,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_steady_slide_has_the_force_that_its_law_says() {
+        let mut law = Karnopp::new(
+            4.0,
+            Directional {
+                positive: 3.0,
+                negative: 2.0,
+            },
+        );
+        law.viscous = Directional::both(10.0);
+        let plain = Friction::Karnopp(law);
+        assert_eq!(plain.steady_force(0.1), 4.0);
+        assert_eq!(plain.steady_force(-0.1), -3.0);
+        law.stribeck_velocity = 0.01;
+        let falling = Friction::Karnopp(law);
+        assert_eq!(falling.steady_force(0.0), 4.0);
+        assert!((falling.steady_force(0.01) - (3.0 + (-1.0_f64).exp() + 0.1)).abs() < 1e-12);
+        assert_eq!(falling.steady_force(1.0), 13.0);
+    }
+
+    #[test]
+    fn drag_alone_is_a_straight_line() {
+        let drag = Friction::Viscous(Viscous {
+            viscous: Directional::both(2.0),
+        });
+        assert_eq!([drag.steady_force(-1.5), drag.steady_force(0.0)], [-3.0, 0.0]);
     }
 }

@@ -1,8 +1,8 @@
 //! The adviser's findings: a line below the parameter that each concerns, and a table of all of them.
 
-use crate::advice::{Advised, Mending, Warning, four_digits};
-use crate::model::ParameterModel;
-use crate::scene_panel::{number, sentence_case, spoken};
+use super::advice::{Advised, Mending, Warning, four_digits};
+use super::parameter::ParameterModel;
+use super::parameter_row::{number, sentence_case, spoken};
 use crate::theme::Palette;
 use egui::{
     Align2, Atom, AtomExt, Button, Color32, Grid, Label, Rect, RichText, Shape, Sides, TextStyle, Ui, Vec2, vec2,

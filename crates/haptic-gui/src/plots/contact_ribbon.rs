@@ -1,16 +1,18 @@
 //! A ribbon over the plots that shows when the block stuck and when it slid.
 
-use crate::history::History;
+use crate::scope::Scope;
 use crate::theme::Palette;
 use egui::{Rect, Ui};
 use egui_plot::PlotTransform;
 
 /// Paints the ribbon into `strip`, on the time axis of the plot below it.
-pub(crate) fn paint(ui: &Ui, strip: Rect, transform: &PlotTransform, history: &History) {
+pub(crate) fn paint(ui: &Ui, strip: Rect, transform: &PlotTransform, scope: &Scope) {
     let palette = Palette::of(ui);
     let frame = transform.frame();
     let painter = ui.painter_at(strip.with_min_x(frame.left()).with_max_x(frame.right()));
-    for run in runs(history.with_age().map(|(age, sample)| (age, sample.contact != 0))) {
+    let seen = scope.seen();
+    let samples = scope.tape().around(seen.from_s, seen.to_s);
+    for run in runs(samples.map(|sample| (sample.t_s - seen.zero_s, sample.contact != 0))) {
         let left = transform.position_from_point_x(run.from);
         let right = transform.position_from_point_x(run.to);
         let color = if run.slides { palette.sliding } else { palette.stuck };
@@ -18,27 +20,27 @@ pub(crate) fn paint(ui: &Ui, strip: Rect, transform: &PlotTransform, history: &H
     }
 }
 
-/// A while of one kind of contact, s relative to the newest sample.
+/// A while of one kind of contact, s from the zero of the axis.
 #[derive(Debug, PartialEq)]
-struct Run {
-    from: f64,
-    to: f64,
-    slides: bool,
+pub(crate) struct Run {
+    pub(crate) from: f64,
+    pub(crate) to: f64,
+    pub(crate) slides: bool,
 }
 
 /// Joins samples of the same contact; each run lasts until the next one begins.
-fn runs(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Run> {
+pub(crate) fn runs(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
-    for (age, slides) in samples {
+    for (t_s, slides) in samples {
         if let Some(last) = runs.last_mut() {
-            last.to = age;
+            last.to = t_s;
             if last.slides == slides {
                 continue;
             }
         }
         runs.push(Run {
-            from: age,
-            to: age,
+            from: t_s,
+            to: t_s,
             slides,
         });
     }

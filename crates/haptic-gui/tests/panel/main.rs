@@ -1,5 +1,8 @@
 //! The panel without a window: what it shows of a daemon's news, and what it makes of keys and clicks.
 
+mod plots;
+mod scene;
+
 use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -252,6 +255,20 @@ fn a_typed_value_is_set_on_enter() {
     panel.run();
     assert_eq!(asked(&mut panel), [set("mass", 1.25)]);
     assert_eq!(value_of(&panel, "mass value"), "1.25");
+    panel.get_by_label("pending");
+}
+
+#[test]
+fn a_value_may_be_typed_with_its_unit() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "750g");
+    panel.key_press(Key::Enter);
+    panel.run();
+    type_into(&mut panel, "static force value", "2 kg");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [set("mass", 0.75)]);
+    panel.get_by_label("`kg` is not a unit of this: give N, mN or kN");
 }
 
 #[test]
@@ -261,7 +278,7 @@ fn what_is_no_number_is_not_sent() {
     panel.key_press(Key::Enter);
     panel.run();
     assert_eq!(asked(&mut panel), []);
-    panel.get_by_label("`heavy` is not a number");
+    panel.get_by_label("`heavy` is not a finite number");
     assert_eq!(value_of(&panel, "mass value"), "0.5");
 }
 
@@ -292,6 +309,7 @@ fn a_refusal_is_shown_and_the_field_returns_to_the_value_in_force() {
     };
     hear(&mut panel, refused);
     panel.get_by_label(message);
+    panel.get_by_label("refused");
     assert_eq!(value_of(&panel, "mass value"), "0.5");
 }
 
@@ -317,6 +335,7 @@ fn an_accepted_change_is_shown_with_its_revision_and_tick() {
     hear(&mut panel, applied);
     assert_eq!(value_of(&panel, "mass value"), "2");
     panel.get_by_label("Revision 2, applied at tick 321");
+    panel.get_by_label("applied at tick 321");
 }
 
 #[test]

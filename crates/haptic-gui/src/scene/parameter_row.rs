@@ -1,73 +1,31 @@
-//! The parameters of the scene: a slider and a field for each.
+//! One parameter on the screen: its name and symbol, a slider and a field for each direction, what became of the last change.
 
-use crate::advice::Advised;
-use crate::advice_lines;
-use crate::edit::Edit;
-use crate::model::{Model, ParameterModel, SceneModel};
+use super::advice::Advised;
+use super::advice_lines;
+use super::edit::{Edit, Fate};
+use super::parameter::ParameterModel;
 use crate::theme::Palette;
-use egui::{Align, Align2, Label, Layout, RichText, ScrollArea, Slider, SliderClamping, TextEdit, Ui, vec2};
+use egui::{Align, Align2, Label, Layout, RichText, Slider, SliderClamping, TextEdit, Ui, vec2};
 use haptic_core::Direction;
-use haptic_ipc::ParameterDescription;
-
-/// Width of the panel, points.
-pub(crate) const WIDTH: f32 = 396.0;
+use haptic_ipc::{ParameterDescription, quantity};
 
 const FIELD_WIDTH: f32 = 84.0;
 const UNIT_WIDTH: f32 = 44.0;
 const SIGN_WIDTH: f32 = 12.0;
 
-/// Shows the scene and takes what the user changes in it.
-pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
-    ui.add_space(4.0);
-    ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
-        ui.add_space(4.0);
-        show_revision(ui, model.scene());
-        ui.separator();
-        ui.with_layout(Layout::top_down(Align::Min), |ui| {
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                // Room for the scroll bar, which would lie over the toggles.
-                ui.set_max_width(ui.available_width() - 10.0);
-                let SceneModel {
-                    parameters,
-                    advised,
-                    checks_are_open,
-                    ..
-                } = model.scene_mut();
-                let mut group = String::new();
-                for parameter in parameters {
-                    if parameter.about.group != group {
-                        group.clone_from(&parameter.about.group);
-                        ui.label(RichText::new(sentence_case(&group)).small().weak());
-                    }
-                    ui.push_id(parameter.about.name.clone(), |ui| {
-                        show_parameter(ui, parameter, advised);
-                    });
-                    ui.add_space(3.0);
-                }
-                advice_lines::show_all(ui, advised, checks_are_open);
-            });
-        });
-    });
-}
-
-fn show_revision(ui: &mut Ui, scene: &SceneModel) {
-    let text = match (scene.revision, scene.tick) {
-        (Some(revision), Some(tick)) => format!("Revision {revision}, applied at tick {tick}"),
-        (Some(revision), None) => format!("Revision {revision}"),
-        (None, _) => "No scene heard of yet".to_owned(),
-    };
-    ui.label(RichText::new(text).small().weak());
-}
-
-fn show_parameter(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advised) {
+/// Shows it and takes what the user changes.
+pub(crate) fn show(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advised) {
     let name = sentence_case(&parameter.about.name);
     ui.horizontal(|ui| {
         let title = ui.label(RichText::new(name).strong());
         let symbol = ui.label(RichText::new(&parameter.about.symbol).italics().weak());
         title.union(symbol).on_hover_text(explanation(&parameter.about));
-        if parameter.about.directional {
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| show_split(ui, parameter));
-        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if parameter.about.directional {
+                show_split(ui, parameter);
+            }
+            show_fate(ui, parameter);
+        });
     });
     let directions: &[_] = if parameter.is_split() {
         &[Some(Direction::Positive), Some(Direction::Negative)]
@@ -82,6 +40,18 @@ fn show_parameter(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advised
         show_refusal(ui, parameter.edit(None));
     }
     advice_lines::show(ui, parameter, advised);
+}
+
+/// What became of the last change, beside the name.
+fn show_fate(ui: &mut Ui, parameter: &ParameterModel) {
+    let palette = Palette::of(ui);
+    let (text, color) = match parameter.fate() {
+        Fate::None => return,
+        Fate::Pending => ("pending".to_owned(), palette.caution_text),
+        Fate::Applied(tick) => (format!("applied at tick {tick}"), ui.visuals().weak_text_color()),
+        Fate::Refused => ("refused".to_owned(), palette.error_text),
+    };
+    ui.label(RichText::new(text).small().color(color));
 }
 
 /// The toggle between one row and a row for each direction.
@@ -185,18 +155,11 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, in_for
     if field.lost_focus()
         && let Some(typed) = edit.typing.take()
     {
-        match parse(&typed) {
-            Some(value) => edit.change(value),
-            None => edit.reject(format!("`{}` is not a number", typed.trim())),
+        match quantity::parse(&typed, &about.unit) {
+            Ok(value) => edit.change(value),
+            Err(why) => edit.reject(why.to_string()),
         }
     }
-}
-
-/// A number as people type it; a decimal comma is one too.
-fn parse(typed: &str) -> Option<f64> {
-    let value: f64 = typed.trim().replace(',', ".").parse().ok()?;
-    // JSON has no NaN or infinity, so the daemon could not even be asked.
-    value.is_finite().then_some(value)
 }
 
 /// The exact value in as few digits as tell it apart.
@@ -227,7 +190,12 @@ fn round_to_step(value: f64, step: f64) -> f64 {
 
 fn explanation(about: &ParameterDescription) -> String {
     let ParameterDescription { min, max, unit, .. } = about;
-    let range = format!("Accepted: {} to {} {unit}", number(*min), number(*max));
+    let range = format!(
+        "Accepted: {} to {} {unit}; typed as {}",
+        number(*min),
+        number(*max),
+        quantity::accepted(unit)
+    );
     format!("More of it: {}.\n{range}", about.feel)
 }
 
@@ -246,21 +214,6 @@ pub(crate) fn sentence_case(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_read_as_people_type_them() {
-        for (typed, value) in [
-            (" 1.5 ", Some(1.5)),
-            ("2,5", Some(2.5)),
-            ("1e-3", Some(0.001)),
-            ("", None),
-        ] {
-            assert_eq!(parse(typed), value, "{typed}");
-        }
-        for none in ["NaN", "inf", "1e999", "heavy"] {
-            assert_eq!(parse(none), None, "{none}");
-        }
-    }
 
     #[test]
     fn numbers_are_written_exactly_and_short() {

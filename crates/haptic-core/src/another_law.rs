@@ -1,0 +1,243 @@
+//! The same surface under another law: what the laws share is carried over, what the new one asks for beyond is chosen.
+
+use crate::friction::{
+    DEFAULT_CONTACT_STIFFNESS, Dahl, Directional, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre,
+    MOST_STICTION, Reseat, ResetIntegrator, SUDDEN_FALL_MPS, SalcudeanVlaar, Viscous,
+};
+use crate::parameters::{Direction, Parameter, TABLE};
+use crate::scene::{Scene, SceneError};
+
+/// `ws` where a law needs one and the scene has none, m/s: that of the aluminium on Teflon of the ready scenes.
+const USUAL_STRIBECK_VELOCITY_MPS: f64 = 0.01;
+
+/// Drag of a surface that had none, N s/m: enough to be felt by a hand.
+const USUAL_DRAG_NSPM: f64 = 2.0;
+
+impl Friction {
+    /// A law of this name with the paper's forces, and nothing where there is none.
+    #[must_use]
+    pub fn usual(law: &str) -> Option<Self> {
+        let (static_force, dynamic_force) = (Directional::both(4.0), Directional::both(3.5));
+        let viscous = Directional::both(0.0);
+        let contact_stiffness = DEFAULT_CONTACT_STIFFNESS;
+        // As much as keeps a bristle of this stiffness from ringing under half a kilogram.
+        let contact_damping = 10.0;
+        Some(match law {
+            "karnopp" => Self::Karnopp(Karnopp::new(static_force, dynamic_force)),
+            "dahl" => Self::Dahl(Dahl {
+                dynamic_force,
+                contact_stiffness,
+                exponent: 1.0,
+                viscous,
+            }),
+            "lugre" => Self::Lugre(Lugre {
+                static_force,
+                dynamic_force,
+                stribeck_velocity: USUAL_STRIBECK_VELOCITY_MPS,
+                contact_stiffness,
+                contact_damping,
+                viscous,
+            }),
+            "elasto-plastic" => Self::ElastoPlastic(ElastoPlastic {
+                static_force,
+                dynamic_force,
+                stribeck_velocity: USUAL_STRIBECK_VELOCITY_MPS,
+                contact_stiffness,
+                contact_damping,
+                elastic_fraction: 0.7,
+                viscous,
+            }),
+            "hayward-armstrong" => Self::HaywardArmstrong(HaywardArmstrong {
+                dynamic_force,
+                contact_stiffness,
+                elastic_fraction: 0.7,
+                viscous,
+            }),
+            "reset-integrator" => Self::ResetIntegrator(ResetIntegrator {
+                static_force,
+                dynamic_force,
+                contact_stiffness,
+                contact_damping,
+                viscous,
+                reseat: Reseat::Continuous,
+            }),
+            "salcudean-vlaar" => Self::SalcudeanVlaar(SalcudeanVlaar {
+                static_force,
+                contact_stiffness,
+                viscous,
+                velocity_threshold: 0.0,
+            }),
+            "viscous" => Self::Viscous(Viscous {
+                viscous: Directional::both(USUAL_DRAG_NSPM),
+            }),
+            _ => return None,
+        })
+    }
+}
+
+impl Scene {
+    /// The scene with another friction law. Block, coupling and every parameter that both laws have stay as they are; what the
+    /// new law forbids beside them is changed as little as it allows. `None` where there is no such law.
+    ///
+    /// # Errors
+    /// What the new law refuses all the same, as for a scene that could not be rendered before either.
+    pub fn with_law(&self, law: &str) -> Option<Result<Self, SceneError>> {
+        if law == self.friction.law() {
+            return Some(self.validate().map(|()| self.clone()));
+        }
+        let mut changed = self.clone();
+        changed.friction = Friction::usual(law)?;
+        // A law with one of the two forces has the same surface as one with both of that size.
+        let forces = (self.value(Parameter::StaticForce), self.value(Parameter::DynamicForce));
+        let (static_force, dynamic_force) = (forces.0.or(forces.1), forces.1.or(forces.0));
+        for row in &TABLE {
+            let kept = match row.parameter {
+                Parameter::StaticForce => static_force,
+                Parameter::DynamicForce => dynamic_force,
+                // A drag of nothing is no surface at all.
+                Parameter::Viscous if law == "viscous" => {
+                    self.value(row.parameter).filter(|kept| kept.greatest() > 0.0)
+                }
+                // Behind a block this law's contact is rigid.
+                Parameter::ContactStiffness if law == "karnopp" && self.block.is_some() => None,
+                other => self.value(other),
+            };
+            if let Some(kept) = kept {
+                changed.keep(row.parameter, kept);
+            }
+        }
+        changed.comply();
+        Some(changed.validate().map(|()| changed))
+    }
+
+    fn keep(&mut self, parameter: Parameter, value: Directional) {
+        for direction in Direction::BOTH {
+            let key = if parameter.info().directional {
+                parameter.in_direction(direction)
+            } else {
+                parameter.into()
+            };
+            // The new law may not have it, which is why it is a change of law.
+            self.put(key, value.get(direction)).unwrap_or(());
+        }
+    }
+
+    /// Changes what the law forbids, as little as it allows.
+    fn comply(&mut self) {
+        match &mut self.friction {
+            Friction::Lugre(Lugre {
+                static_force,
+                dynamic_force,
+                stribeck_velocity,
+                ..
+            })
+            | Friction::ElastoPlastic(ElastoPlastic {
+                static_force,
+                dynamic_force,
+                stribeck_velocity,
+                ..
+            }) => {
+                raise(static_force, *dynamic_force);
+                if *stribeck_velocity < SUDDEN_FALL_MPS {
+                    *stribeck_velocity = USUAL_STRIBECK_VELOCITY_MPS;
+                }
+            }
+            Friction::ResetIntegrator(law) => {
+                raise(&mut law.static_force, law.dynamic_force);
+                for direction in Direction::BOTH {
+                    let most = MOST_STICTION * law.dynamic_force.get(direction);
+                    let held = law.static_force.get_mut(direction);
+                    *held = held.min(most);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn raise(static_force: &mut Directional, dynamic_force: Directional) {
+    for direction in Direction::BOTH {
+        let held = static_force.get_mut(direction);
+        *held = held.max(dynamic_force.get(direction));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::LAWS;
+
+    fn on_device() -> Scene {
+        Scene {
+            block: None,
+            coupling: None,
+            ..Scene::paper()
+        }
+    }
+
+    #[test]
+    fn every_law_is_reached_from_every_other() {
+        for scene in [Scene::paper(), on_device()] {
+            for from in LAWS {
+                let first = scene.with_law(from).expect("a law").expect("a scene");
+                assert_eq!(first.friction.law(), from);
+                for to in LAWS {
+                    let second = first.with_law(to).expect("a law");
+                    let second = second.unwrap_or_else(|error| panic!("{from} to {to}: {error}"));
+                    assert_eq!(second.friction.law(), to);
+                    for shared in second.parameters() {
+                        let (before, after) = (first.value(shared), second.value(shared));
+                        // A law that needs the one or the other gets it where there was none.
+                        let was_none = before.is_some_and(|before| before.greatest() == 0.0);
+                        assert!(
+                            before.is_none() || before == after || was_none,
+                            "{from} to {to}: {shared:?}"
+                        );
+                    }
+                }
+            }
+        }
+        assert!(Scene::paper().with_law("coulomb").is_none());
+    }
+
+    #[test]
+    fn directions_and_block_are_carried_over() {
+        let mut scene = Scene::paper();
+        let uneven = Directional {
+            positive: 5.0,
+            negative: 3.0,
+        };
+        scene.keep(Parameter::DynamicForce, uneven);
+        let dahl = scene.with_law("dahl").expect("a law").expect("a scene");
+        assert_eq!(dahl.value(Parameter::DynamicForce), Some(uneven));
+        assert_eq!((dahl.block, dahl.coupling), (scene.block, scene.coupling));
+        // Back, the static force that Dahl's law does not have is that of its slide.
+        let back = dahl.with_law("karnopp").expect("a law").expect("a scene");
+        assert_eq!(back.value(Parameter::StaticForce), Some(uneven));
+    }
+
+    #[test]
+    fn a_law_that_forbids_weak_stiction_gets_it_raised_and_no_more() {
+        let mut scene = Scene::paper();
+        scene.keep(
+            Parameter::StaticForce,
+            Directional {
+                positive: 3.0,
+                negative: 4.0,
+            },
+        );
+        let lugre = scene.with_law("lugre").expect("a law").expect("a scene");
+        let raised = Directional {
+            positive: 3.5,
+            negative: 4.0,
+        };
+        assert_eq!(lugre.value(Parameter::StaticForce), Some(raised));
+        assert_eq!(lugre.value(Parameter::StribeckVelocity), Some(Directional::both(0.01)));
+    }
+
+    #[test]
+    fn a_surface_without_drag_gets_some_where_drag_is_all_there_is() {
+        let viscous = Scene::paper().with_law("viscous").expect("a law").expect("a scene");
+        assert!(viscous.value(Parameter::Viscous).is_some_and(|drag| drag.least() > 0.0));
+    }
+}

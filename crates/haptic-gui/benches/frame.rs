@@ -1,0 +1,129 @@
+//! What the panel's own work costs: a minute of samples at 1 kHz in sight, 30 frames a second.
+//!
+//! Counted are the reading of what the daemon sends, the layout of the whole window and its triangles; not the drawing of those, which is
+//! the graphics card's work. Run with `cargo bench -p haptic-gui`.
+
+use egui::{Context, RawInput, Rect, vec2};
+use haptic_core::Scene;
+use haptic_gui::{Model, Update, theme};
+use haptic_ipc::{
+    Description, Event, Hello, ParameterDescription, RigState, Sample, SamplesEvent, SceneReply, StateEvent, params_of,
+};
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+const FRAMES_A_SECOND: u32 = 30;
+const ROWS_A_SECOND: u32 = 1000;
+const ROWS_A_FRAME: u32 = ROWS_A_SECOND / FRAMES_A_SECOND;
+
+/// Frames that are measured: ten seconds of them.
+const FRAMES: u32 = 10 * FRAMES_A_SECOND;
+
+fn row(tick: u32) -> Sample {
+    let t_s = f64::from(tick) * 1e-3;
+    let wave = (t_s * 6.0).sin();
+    let noise = f64::from(tick.wrapping_mul(2_654_435_761) >> 20) * 1e-4;
+    Sample {
+        tick: u64::from(tick),
+        t_s,
+        state: RigState::Engaged,
+        contact: i8::from(wave > 0.2),
+        device_position_m: 0.03 * wave,
+        device_velocity_mps: 0.18 * (t_s * 6.0).cos(),
+        block_position_m: 0.029 * wave,
+        block_velocity_mps: 0.17 * (t_s * 6.0).cos(),
+        coupling_force_n: 3.5 * wave + noise,
+        command_force_n: -3.5 * wave - noise,
+        revision: 1,
+        wake_latency_ns: 5000,
+        tick_ns: 2000,
+        device_round_trip_ns: 0,
+    }
+}
+
+fn batch(from: u32, rows: u32) -> Event {
+    Event::Samples(SamplesEvent {
+        seq: 0,
+        dropped: 0,
+        rows: (from..from + rows).map(row).collect(),
+    })
+}
+
+fn connected() -> Model {
+    let scene = Scene::paper();
+    let mut model = Model::new();
+    let hello = Hello {
+        protocol: 1,
+        server: "hapticd".into(),
+        session: "1-1".into(),
+    };
+    let path = "/run/hapticd/control.sock".into();
+    model.apply(Update::Connected { path, hello });
+    model.apply(Update::Described(Description {
+        laws: vec![],
+        law: "karnopp".into(),
+        parameters: ParameterDescription::all_of(&scene),
+        sample_columns: vec![],
+    }));
+    model.apply(Update::Event(Event::State(StateEvent {
+        state: RigState::Engaged,
+        fault: None,
+        tick: 0,
+        revision: 1,
+        scene: "paper".into(),
+        law: "karnopp".into(),
+        params: params_of(&scene),
+        undo_depth: 0,
+        redo_depth: 0,
+    })));
+    model.apply(Update::Scene(Ok(Box::new(SceneReply {
+        revision: 1,
+        params: params_of(&scene),
+        scene,
+    }))));
+    model
+}
+
+/// Time that a frame takes, reading included, with so many seconds in sight.
+fn frame(seconds: u32) -> Duration {
+    let mut model = connected();
+    let ctx = Context::default();
+    theme::install(&ctx);
+    model.show_span(f64::from(seconds));
+    model.apply(Update::Event(batch(0, 60 * ROWS_A_SECOND)));
+    let lines: Vec<String> = (0..FRAMES)
+        .map(|frame| batch(60 * ROWS_A_SECOND + frame * ROWS_A_FRAME, ROWS_A_FRAME))
+        .map(|event| serde_json::to_string(&event).expect("it is written"))
+        .collect();
+    let mut began = Instant::now();
+    for (place, line) in lines.iter().enumerate() {
+        if place == 30 {
+            // Fonts and caches are there by now.
+            began = Instant::now();
+        }
+        let event: Event = serde_json::from_str(line).expect("it reads");
+        model.apply(Update::Event(event));
+        let input = RawInput {
+            screen_rect: Some(Rect::from_min_size(egui::Pos2::ZERO, vec2(1280.0, 800.0))),
+            ..RawInput::default()
+        };
+        let mut output = ctx.run_ui(input, |ui| {
+            black_box(haptic_gui::ui(ui, &mut model));
+        });
+        // There is no graphics card to give the fonts to.
+        output.textures_delta.clear();
+        black_box(ctx.tessellate(output.shapes, output.pixels_per_point));
+    }
+    began.elapsed() / (FRAMES - 30)
+}
+
+fn main() {
+    for seconds in [5, 60] {
+        let frame = frame(seconds);
+        let share = frame.as_secs_f64() * f64::from(FRAMES_A_SECOND) * 100.0;
+        println!(
+            "{seconds:2} s of 1 kHz in sight: {:.2} ms a frame, {share:.1} % of a core at {FRAMES_A_SECOND} frames a second",
+            frame.as_secs_f64() * 1e3
+        );
+    }
+}

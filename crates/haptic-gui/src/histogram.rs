@@ -1,0 +1,123 @@
+//! Durations in buckets, drawn so that one among a million is still seen.
+
+use crate::theme::Palette;
+use egui::{Align2, FontId, Rect, Sense, Ui, pos2, vec2};
+use haptic_ipc::{Bucket, Percentiles};
+
+const HEIGHT: f32 = 64.0;
+const LABELS_HEIGHT: f32 = 14.0;
+
+/// Distance between two numbers below the bars, points.
+const LABEL_DISTANCE: f32 = 52.0;
+
+/// Shows the buckets of a duration in `width` points. Each bucket is twice as wide as the one before, and counts are logarithmic.
+pub(crate) fn show(ui: &mut Ui, title: &str, buckets: &[Bucket], percentiles: &Percentiles, width: f32) {
+    let Percentiles { p50, p99, p999, max } = *percentiles;
+    let [p50, p99, p999, max] = [p50, p99, p999, max].map(duration);
+    let text = format!("{title}: half below {p50}, 99 % below {p99}, 99.9 % below {p999}, longest {max}");
+    ui.vertical(|ui| {
+        ui.set_width(width);
+        ui.label(egui::RichText::new(&text).small());
+        let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::hover());
+        paint(ui, rect, used(buckets));
+        response
+            .on_hover_text(
+                "The last 10 s. Each bar is twice as wide a range as the one before; heights are logarithmic.",
+            )
+            .accessible_name(format!("{title} histogram"));
+    });
+}
+
+/// Without the empty ones at either end.
+fn used(buckets: &[Bucket]) -> &[Bucket] {
+    let first = buckets.iter().position(|bucket| bucket.count > 0);
+    let last = buckets.iter().rposition(|bucket| bucket.count > 0);
+    match (first, last) {
+        (Some(first), Some(last)) => &buckets[first..=last],
+        _ => &[],
+    }
+}
+
+fn paint(ui: &Ui, rect: Rect, buckets: &[Bucket]) {
+    let palette = Palette::of(ui);
+    let painter = ui.painter_at(rect);
+    let ground = rect.with_max_y(rect.bottom() - LABELS_HEIGHT);
+    painter.rect_filled(ground, 2, ui.visuals().extreme_bg_color);
+    let most = buckets.iter().map(|bucket| height(bucket.count)).fold(0.0, f32::max);
+    if most <= 0.0 {
+        return;
+    }
+    #[expect(clippy::cast_precision_loss, reason = "a few dozen buckets")]
+    let width = ground.width() / buckets.len() as f32;
+    let mut free_from = f32::NEG_INFINITY;
+    let mut left = ground.left();
+    for bucket in buckets {
+        let top = ground.bottom() - (ground.height() - 4.0) * height(bucket.count) / most;
+        let bar = Rect::from_min_max(pos2(left + 1.0, top), pos2(left + width - 1.0, ground.bottom()));
+        painter.rect_filled(bar, 0, palette.device);
+        left += width;
+        // The number belongs to the edge between this bar and the next.
+        if left - LABEL_DISTANCE / 2.0 >= free_from && left <= ground.right() + 0.5 {
+            let color = ui.visuals().text_color();
+            let at = pos2(left, rect.bottom());
+            let anchor = if left > ground.right() - LABEL_DISTANCE / 2.0 {
+                Align2::RIGHT_BOTTOM
+            } else {
+                Align2::CENTER_BOTTOM
+            };
+            painter.text(at, anchor, duration(bucket.up_to), FontId::proportional(11.0), color);
+            free_from = left + LABEL_DISTANCE / 2.0;
+        }
+    }
+}
+
+/// Logarithmic, and above nothing for a single one.
+fn height(count: u64) -> f32 {
+    #[expect(clippy::cast_precision_loss, reason = "only its logarithm is drawn")]
+    let count = count as f32;
+    (1.0 + count).log10()
+}
+
+/// A duration in three digits with its unit.
+pub(crate) fn duration(ns: u64) -> String {
+    #[expect(clippy::cast_precision_loss, reason = "three digits are shown")]
+    let ns = ns as f64;
+    let (value, unit) = match ns {
+        ..1e3 => (ns, "ns"),
+        ..1e6 => (ns / 1e3, "µs"),
+        ..1e9 => (ns / 1e6, "ms"),
+        _ => (ns / 1e9, "s"),
+    };
+    match value {
+        ..10.0 if unit != "ns" => format!("{value:.2} {unit}"),
+        ..100.0 if unit != "ns" => format!("{value:.1} {unit}"),
+        _ => format!("{value:.0} {unit}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_have_three_digits() {
+        for (ns, text) in [
+            (7, "7 ns"),
+            (1_234, "1.23 µs"),
+            (56_780, "56.8 µs"),
+            (999_000, "999 µs"),
+            (2_500_000, "2.50 ms"),
+            (3_000_000_000, "3.00 s"),
+        ] {
+            assert_eq!(duration(ns), text);
+        }
+    }
+
+    #[test]
+    fn empty_buckets_at_the_ends_are_not_drawn() {
+        let bucket = |up_to, count| Bucket { up_to, count };
+        let buckets = [bucket(1, 0), bucket(2, 5), bucket(4, 0), bucket(8, 1), bucket(16, 0)];
+        assert_eq!(used(&buckets), &buckets[1..4]);
+        assert_eq!(used(&buckets[..1]), &[]);
+    }
+}

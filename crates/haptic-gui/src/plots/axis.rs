@@ -1,0 +1,102 @@
+//! The numbers at an axis, and how far it reaches.
+
+/// Room for the numbers of the vertical axes, points: the same for all, so that the plots line up.
+pub(crate) const AXIS_WIDTH: f32 = 64.0;
+
+/// Numbers at an axis, unless there is little room.
+pub(crate) const USUAL_COUNT: f64 = 4.0;
+
+/// Distance of the numbers at a vertical axis, points.
+const NUMBER_DISTANCE: f32 = 40.0;
+
+/// Numbers for which a vertical axis of this height has room.
+pub(crate) fn count_for(height: f32) -> f64 {
+    f64::from((height / NUMBER_DISTANCE).clamp(2.0, 8.0))
+}
+
+/// Share of the axis that is left free at either end.
+const MARGIN: f64 = 0.08;
+
+/// How far an axis reaches to show all of these values, and at least `smallest_span`.
+pub(crate) fn reach(values: impl IntoIterator<Item = f64>, smallest_span: f64) -> (f64, f64) {
+    let (low, high) = values
+        .into_iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
+    let (low, high) = if low <= high { (low, high) } else { (0.0, 0.0) };
+    let half = ((high - low) / 2.0 * (1.0 + 2.0 * MARGIN)).max(smallest_span / 2.0);
+    let middle = low.midpoint(high);
+    (middle - half, middle + half)
+}
+
+/// Distances of the grid's lines: about `count` that carry a number, at 1, 2 or 5 times a power of ten.
+///
+/// The plot's own grid knows only powers of ten, which leaves most axes with the number 0 alone.
+pub(crate) fn steps((low, high): (f64, f64), count: f64) -> [f64; 3] {
+    let wanted = (high - low) / count;
+    if !(wanted.is_finite() && wanted > f64::MIN_POSITIVE) {
+        return [1.0; 3];
+    }
+    let power = 10_f64.powf(wanted.log10().floor());
+    let (major, parts) = match wanted / power {
+        ..1.5 => (power, 5.0),
+        ..3.5 => (2.0 * power, 4.0),
+        ..7.5 => (5.0 * power, 5.0),
+        _ => (10.0 * power, 5.0),
+    };
+    [major / parts, major, major * 10.0]
+}
+
+/// A number of an axis that reaches so far, in no more digits than it needs.
+pub(crate) fn number(value: f64, bounds: (f64, f64)) -> String {
+    let [finest, ..] = steps(bounds, USUAL_COUNT);
+    let text = format!("{value:.*}", decimals(finest));
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        &text
+    };
+    // No "-0".
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// Decimals that numbers at this distance need.
+fn decimals(step: f64) -> usize {
+    // Rounding errors must not turn the 1 of a power of ten into 0.999.
+    let decimals = (-step.log10() - 1e-6).ceil().clamp(0.0, 12.0);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "clamped to 0..=12"
+    )]
+    let decimals = decimals as usize;
+    decimals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_numbers_of_an_axis_are_round_and_enough() {
+        for (bounds, major, digits) in [((-4.5, 4.5), 2.0, 0), ((0.0, 1.0), 0.2, 1), ((-23.0, 24.0), 10.0, 0)] {
+            let [minor, step, _] = steps(bounds, USUAL_COUNT);
+            assert!((step - major).abs() < 1e-9, "{bounds:?}: {step}");
+            assert!(minor < step);
+            assert_eq!(decimals(step), digits, "{bounds:?}");
+        }
+        assert_eq!(steps((f64::NEG_INFINITY, f64::INFINITY), USUAL_COUNT), [1.0; 3]);
+        for (value, text) in [(-0.0, "0"), (3.5, "3.5"), (0.1 + 0.2, "0.3"), (20.0, "20")] {
+            assert_eq!(number(value, (0.0, 4.0)), text);
+        }
+    }
+
+    #[test]
+    fn an_axis_reaches_beyond_its_values_and_never_less_than_its_least() {
+        assert_eq!(reach([], 2.0), (-1.0, 1.0));
+        assert_eq!(reach([5.0, 5.1], 2.0), (4.05, 6.05));
+        let (low, high) = reach([-10.0, 10.0], 2.0);
+        assert!((low + 11.6).abs() < 1e-9 && (high - 11.6).abs() < 1e-9);
+    }
+}

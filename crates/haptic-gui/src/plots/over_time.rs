@@ -1,0 +1,213 @@
+//! Force, position and velocity over time, one below the other on one time axis, under the ribbon of contact.
+
+use super::axis::{AXIS_WIDTH, USUAL_COUNT, count_for, number, reach, steps};
+use super::contact_ribbon;
+use crate::scope::outline::outline;
+use crate::scope::signal::{Quantity, Signal};
+use crate::scope::trigger::Mode;
+use crate::scope::{Scope, While};
+use crate::theme::Palette;
+use egui::{Color32, Pos2, RichText, Sense, TextStyle, Ui, vec2};
+use egui_plot::{
+    Corner, HLine, Legend, Line, LineStyle, Plot, PlotBounds, PlotPoints, PlotResponse, VLine, uniform_grid_spacer,
+};
+
+const TIME_LABEL_HEIGHT: f32 = 18.0;
+const RIBBON_HEIGHT: f32 = 10.0;
+
+/// Lower than this a plot shows nothing.
+const LOWEST_PLOT: f32 = 60.0;
+
+/// From this height on a plot has a legend, points.
+const LOWEST_WITH_LEGEND: f32 = 110.0;
+
+/// So near to a cursor a drag takes it along, points.
+const GRAB: f32 = 8.0;
+
+/// Points of the wheel's scrolling that change the while by a factor of e.
+const POINTS_PER_ZOOM: f32 = 200.0;
+
+/// One line of a plot.
+#[derive(Clone, Debug)]
+pub(crate) struct Trace {
+    pub(crate) signal: Signal,
+    /// Time from the zero of the axis, s, and the value in the unit of its quantity.
+    pub(crate) points: Vec<[f64; 2]>,
+}
+
+/// The lines of a quantity as `columns` pixels can show them.
+pub(crate) fn traces(scope: &Scope, quantity: Quantity, seen: &While, columns: f64) -> [Trace; 2] {
+    let column_s = ((seen.to_s - seen.from_s) / columns.max(1.0)).max(f64::MIN_POSITIVE);
+    quantity.signals().map(|signal| {
+        let samples = scope.tape().around(seen.from_s, seen.to_s);
+        let mut points = outline(samples.map(|sample| (sample.t_s, signal.of(sample))), column_s);
+        for [t_s, _] in &mut points {
+            *t_s -= seen.zero_s;
+        }
+        Trace { signal, points }
+    })
+}
+
+/// Colour and width: the block's line is wider and drawn first; where both agree, it frames the device's instead of vanishing under it.
+pub(crate) fn stroke(palette: &Palette, signal: Signal) -> (Color32, f32) {
+    if signal.is_of_block() {
+        (palette.block, 3.0)
+    } else {
+        (palette.device, 1.4)
+    }
+}
+
+/// Shows the ribbon and the plots in `height` points.
+pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, height: f32) {
+    let top = ui.cursor().top();
+    show_key(ui);
+    let (strip, _) = ui.allocate_exact_size(vec2(ui.available_width(), RIBBON_HEIGHT), Sense::hover());
+    let quantities: Vec<Quantity> = scope.quantities().collect();
+    let Some(lowest) = quantities.len().checked_sub(1) else {
+        ui.label("Choose what to plot above");
+        return;
+    };
+    let spacing = ui.spacing().item_spacing.y;
+    let left = height - (ui.cursor().top() - top) - TIME_LABEL_HEIGHT;
+    #[expect(clippy::cast_precision_loss, reason = "three plots at most")]
+    let count = quantities.len() as f32;
+    let height = (left / count - spacing).max(LOWEST_PLOT);
+    for (place, quantity) in quantities.into_iter().enumerate() {
+        let has_time = place == lowest;
+        let height = if has_time { height + TIME_LABEL_HEIGHT } else { height };
+        let shown = show_one(ui, scope, quantity, height, has_time);
+        if place == 0 {
+            contact_ribbon::paint(ui, strip, &shown.transform, scope);
+        }
+        take_pointer(ui, scope, &shown);
+    }
+}
+
+fn show_key(ui: &mut Ui) {
+    let palette = Palette::of(ui);
+    let key = [
+        (palette.stuck, "stuck"),
+        (palette.sliding, "sliding"),
+        (palette.block, "block and coupling"),
+        (palette.device, "device and hand"),
+    ];
+    ui.horizontal(|ui| {
+        ui.add_space(AXIS_WIDTH);
+        for (color, text) in key {
+            let (square, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
+            ui.painter().rect_filled(square, 0, color);
+            ui.label(RichText::new(text).small());
+        }
+    });
+}
+
+fn show_one(ui: &mut Ui, scope: &Scope, quantity: Quantity, height: f32, has_time: bool) -> PlotResponse<()> {
+    let palette = Palette::of(ui);
+    let inner = if has_time { height - TIME_LABEL_HEIGHT } else { height };
+    let seen = scope.seen();
+    let columns = f64::from((ui.available_width() - AXIS_WIDTH).max(1.0) * ui.pixels_per_point());
+    let traces = traces(scope, quantity, &seen, columns);
+    let values = traces
+        .iter()
+        .flat_map(|trace| trace.points.iter().map(|[_, value]| *value));
+    let (low, high) = reach(values, quantity.smallest_span());
+    let (left, right) = (seen.from_s - seen.zero_s, seen.to_s - seen.zero_s);
+    let time_axis = match (has_time, scope.follows(), scope.trigger.mode()) {
+        (false, ..) => "",
+        (true, true, Mode::Off) => "Time from the newest sample (s)",
+        (true, true, _) => "Time from the trigger (s)",
+        (true, false, _) => "Time (s)",
+    };
+    let legend = Legend::default()
+        .position(Corner::LeftTop)
+        .text_style(TextStyle::Small)
+        .follow_insertion_order(true);
+    let name = format!("{} plot", quantity.name());
+    let cursor_group = egui::Id::unique("time of the plots");
+    let plot = Plot::new(&name)
+        .height(height)
+        // The panel moves all plots together, see `take_pointer`.
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_zoom(false)
+        .allow_drag(false)
+        .allow_axis_zoom_drag(false)
+        .allow_double_click_reset(false)
+        .link_cursor(cursor_group, [true, false])
+        .x_axis_label(time_axis)
+        .y_axis_label(format!("{} ({})", quantity.name(), quantity.unit()))
+        .x_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, USUAL_COUNT)))
+        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, count_for(inner))))
+        .x_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
+        .y_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
+        .y_axis_min_width(AXIS_WIDTH)
+        .sense(Sense::drag());
+    // In a low one it would hide the lines; the key above names the colours.
+    let plot = if inner < LOWEST_WITH_LEGEND {
+        plot
+    } else {
+        plot.legend(legend)
+    };
+    let mut response = plot.show(ui, |plot| {
+        plot.set_plot_bounds(PlotBounds::from_min_max([left, low], [right, high]));
+        for trace in traces {
+            let (color, width) = stroke(palette, trace.signal);
+            let line = Line::new(trace.signal.name(), PlotPoints::new(trace.points));
+            // A band would have gaps where one column of pixels lies wholly above the next.
+            plot.line(line.color(color).width(width).allow_band(false));
+        }
+        if scope.trigger.mode() != Mode::Off {
+            let marks = LineStyle::dashed_loose();
+            if scope.trigger.signal.quantity() == quantity {
+                plot.hline(
+                    HLine::new("", scope.trigger.level)
+                        .color(palette.mark)
+                        .style(marks)
+                        .allow_hover(false),
+                );
+            }
+            plot.vline(VLine::new("", 0.0).color(palette.mark).style(marks).allow_hover(false));
+        }
+        if scope.cursors.shown {
+            for at_s in scope.cursors.at_s {
+                plot.vline(VLine::new("", at_s).color(palette.cursor).width(1.5).allow_hover(false));
+            }
+        }
+    });
+    response.response = response.response.accessible_name(name);
+    response
+}
+
+/// Moves and zooms by pointer: the wheel zooms in time around it, a drag moves in time, or takes along the cursor that it began on.
+fn take_pointer(ui: &Ui, scope: &mut Scope, shown: &PlotResponse<()>) {
+    let (response, transform) = (&shown.response, &shown.transform);
+    let time_at = |pos: Pos2| transform.value_from_position(pos).x;
+    if let Some(pos) = response.hover_pos() {
+        let (scroll, zoom) = ui.input(|input| (input.smooth_scroll_delta(), input.zoom_delta()));
+        let factor = zoom * (scroll.y / POINTS_PER_ZOOM).exp();
+        if (factor - 1.0).abs() > f32::EPSILON {
+            scope.zoom(f64::from(factor), time_at(pos));
+        }
+        if scroll.x != 0.0 {
+            scope.shift(-f64::from(scroll.x) / transform.dpos_dvalue_x());
+        }
+    }
+    let grabbed = response.id.with("grabbed cursor");
+    if response.drag_started() {
+        let origin = ui.input(|input| input.pointer.press_origin());
+        let near = origin.filter(|_| scope.cursors.shown).and_then(|pos| {
+            let nearest = scope.cursors.nearest(time_at(pos));
+            let line = transform.position_from_point_x(scope.cursors.at_s[nearest]);
+            ((line - pos.x).abs() <= GRAB).then_some(nearest)
+        });
+        ui.data_mut(|data| data.insert_temp(grabbed, near));
+    }
+    if response.dragged() {
+        let by_s = f64::from(response.drag_delta().x) / transform.dpos_dvalue_x();
+        match ui.data(|data| data.get_temp::<Option<usize>>(grabbed)).flatten() {
+            Some(cursor) => scope.cursors.at_s[cursor] += by_s,
+            None if by_s != 0.0 => scope.shift(-by_s),
+            None => {}
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! What can be done with the plots: run and freeze, zoom and move, choose, trigger, measure, keep.
+
+use super::recordings;
+use crate::intent::{Format, Intent};
+use crate::model::Model;
+use crate::scope::Scope;
+use crate::scope::signal::{Quantity, Signal};
+use crate::scope::trigger::{Edge, Mode};
+use crate::theme::Palette;
+use egui::containers::menu::{MenuButton, MenuConfig};
+use egui::{Button, ComboBox, DragValue, Label, PopupCloseBehavior, RichText, TextEdit, Ui};
+use std::path::PathBuf;
+
+/// A press of a zoom button changes the while by this factor.
+const ZOOM_STEP: f64 = 1.5;
+
+/// A press of a move button moves by this share of the while.
+const SHIFT_SHARE: f64 = 0.25;
+
+/// Shows the tools.
+pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let scope = model.scope_mut();
+        show_running(ui, scope);
+        show_moving(ui, scope);
+        ui.separator();
+        for (shown, quantity) in scope.shown.iter_mut().zip(Quantity::ALL) {
+            let name = format!("plot {}", quantity.name().to_lowercase());
+            ui.toggle_value(shown, quantity.name()).accessible_name(name);
+        }
+        ui.separator();
+        show_trigger_mode(ui, scope);
+        show_cursors_toggle(ui, scope);
+        show_keeping(ui, model, intents);
+        recordings::show(ui, model, intents);
+    });
+    recordings::show_news(ui, model);
+    let scope = model.scope_mut();
+    if scope.trigger.mode() != Mode::Off && !scope.is_of_recording() {
+        ui.horizontal_wrapped(|ui| show_trigger(ui, scope));
+    }
+    if scope.cursors.shown {
+        show_cursors(ui, scope);
+    }
+    show_exported(ui, model);
+}
+
+fn show_running(ui: &mut Ui, scope: &mut Scope) {
+    if scope.is_of_recording() {
+        return;
+    }
+    let (name, hint) = if scope.follows() {
+        ("Freeze", "Keeps what is seen; the rig goes on")
+    } else {
+        ("Run", "Follows the rig again")
+    };
+    if ui.button(name).on_hover_text(hint).clicked() {
+        if scope.follows() {
+            scope.freeze();
+        } else {
+            scope.follow();
+        }
+    }
+}
+
+fn show_moving(ui: &mut Ui, scope: &mut Scope) {
+    let seen = scope.seen();
+    let (span_s, middle_s) = (scope.span_s(), seen.from_s.midpoint(seen.to_s) - seen.zero_s);
+    let step_s = SHIFT_SHARE * span_s;
+    for (text, name, hint) in [
+        ("<", "earlier", "Shows earlier samples; so does dragging a plot"),
+        ("-", "zoom out", "Shows a longer while; so does the wheel on a plot"),
+        ("+", "zoom in", "Shows a shorter while; so does the wheel on a plot"),
+        (">", "later", "Shows later samples; so does dragging a plot"),
+    ] {
+        let button = ui.add(Button::new(RichText::new(text).monospace()));
+        if !button.accessible_name(name).on_hover_text(hint).clicked() {
+            continue;
+        }
+        match name {
+            "earlier" => scope.shift(-step_s),
+            "later" => scope.shift(step_s),
+            "zoom out" => scope.zoom(1.0 / ZOOM_STEP, middle_s),
+            _ => scope.zoom(ZOOM_STEP, middle_s),
+        }
+    }
+    ui.label(duration(span_s)).on_hover_text("How long a while is seen");
+}
+
+fn show_trigger_mode(ui: &mut Ui, scope: &mut Scope) {
+    if scope.is_of_recording() {
+        return;
+    }
+    ui.label("Trigger");
+    let mode = scope.trigger.mode();
+    let combo = ComboBox::from_id_salt("trigger").width(64.0).selected_text(mode.name());
+    let shown = combo.show_ui(ui, |ui| {
+        for other in Mode::ALL {
+            if ui.selectable_label(other == mode, other.name()).clicked() {
+                scope.set_trigger_mode(other);
+            }
+        }
+    });
+    shown.response.accessible_name("trigger").on_hover_text(
+        "Catches the while around a crossing. Auto: at every one, running while there is none. Normal: at every one. \
+         Single: at the next.",
+    );
+}
+
+fn show_trigger(ui: &mut Ui, scope: &mut Scope) {
+    let trigger = &mut scope.trigger;
+    let combo = ComboBox::from_id_salt("trigger signal")
+        .width(140.0)
+        .selected_text(trigger.signal.name());
+    let shown = combo.show_ui(ui, |ui| {
+        for signal in Signal::ALL {
+            ui.selectable_value(&mut trigger.signal, signal, signal.name());
+        }
+    });
+    shown.response.accessible_name("trigger signal");
+    for (edge, name) in [(Edge::Rising, "Rising"), (Edge::Falling, "Falling")] {
+        ui.selectable_value(&mut trigger.edge, edge, name)
+            .on_hover_text("Which way the signal crosses the level");
+    }
+    ui.label("level");
+    let unit = format!(" {}", trigger.signal.quantity().unit());
+    ui.add(DragValue::new(&mut trigger.level).speed(0.05).suffix(unit))
+        .accessible_name("trigger level");
+    ui.label("before");
+    let mut percent = trigger.share_before * 100.0;
+    let before = DragValue::new(&mut percent).range(0.0..=100.0).speed(1.0).suffix(" %");
+    ui.add(before)
+        .accessible_name("pre-trigger share")
+        .on_hover_text("Share of the while seen that lies before the crossing");
+    trigger.share_before = percent / 100.0;
+    let arm = ui.add_enabled(trigger.mode() == Mode::Single, Button::new("Arm"));
+    let arms = arm.on_hover_text("Waits for the next crossing").clicked();
+    ui.label(RichText::new(trigger.says()).strong());
+    if arms {
+        trigger.arm();
+        scope.follow();
+    }
+}
+
+fn show_cursors_toggle(ui: &mut Ui, scope: &mut Scope) {
+    let seen = scope.seen();
+    let toggle = Button::selectable(scope.cursors.shown, "Cursors").frame_when_inactive(true);
+    if ui
+        .add(toggle)
+        .on_hover_text("Two cursors in time, to be dragged or typed")
+        .clicked()
+    {
+        scope
+            .cursors
+            .toggle((seen.from_s - seen.zero_s, seen.to_s - seen.zero_s));
+    }
+}
+
+/// Where the cursors are, and what lies between them.
+fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
+    let zero_s = scope.seen().zero_s;
+    let readings: Vec<_> = scope
+        .quantities()
+        .flat_map(Quantity::signals)
+        .map(|signal| scope.cursors.read(signal, scope.tape(), zero_s))
+        .collect();
+    let speed = scope.span_s() / 500.0;
+    let cursors = &mut scope.cursors;
+    ui.horizontal_wrapped(|ui| {
+        for (at_s, name) in cursors.at_s.iter_mut().zip(["cursor 1", "cursor 2"]) {
+            ui.add(DragValue::new(at_s).speed(speed).max_decimals(4).suffix(" s"))
+                .accessible_name(name);
+        }
+        let frequency = cursors
+            .frequency_hz()
+            .map_or_else(|| "∞".to_owned(), |hz| format!("{hz:.4}"));
+        ui.label(RichText::new(format!("dt {:.4} s, 1/dt {frequency} Hz", cursors.distance_s())).strong());
+        for reading in &readings {
+            let Some(difference) = reading.difference() else {
+                continue;
+            };
+            let (name, unit) = (reading.signal.name(), reading.signal.quantity().unit());
+            let values = reading
+                .values
+                .map(|value| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.3}")));
+            ui.add(Label::new(RichText::new(format!("{name} {difference:+.3} {unit}")).small()).extend())
+                .on_hover_text(format!(
+                    "{} at the first, {} {unit} at the second",
+                    values[0], values[1]
+                ));
+        }
+    });
+}
+
+/// Writes what is seen to files.
+fn show_keeping(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let menu = MenuButton::new("Export").config(config);
+    let (button, _) = menu.ui(ui, |ui| {
+        ui.label("What is seen, into this folder:");
+        let field = TextEdit::singleline(&mut model.export_folder).desired_width(240.0);
+        ui.add(field).accessible_name("folder to export to");
+        ui.horizontal(|ui| {
+            for format in Format::ALL {
+                let name = format.extension().to_uppercase();
+                let button = ui.button(&name).accessible_name(format!("export {name}"));
+                if button.clicked() {
+                    let folder = PathBuf::from(&model.export_folder);
+                    intents.push(Intent::Export { format, folder });
+                    // The menu must not be in the picture.
+                    ui.close();
+                }
+            }
+        });
+    });
+    button.on_hover_text("PNG and SVG as it is drawn, CSV with every column");
+}
+
+/// What became of the last export.
+fn show_exported(ui: &mut Ui, model: &Model) {
+    let (text, color) = match model.exported() {
+        Some(Ok(path)) => (format!("Written: {}", path.display()), ui.visuals().text_color()),
+        Some(Err(why)) => (why.clone(), Palette::of(ui).error_text),
+        None => return,
+    };
+    ui.add(Label::new(RichText::new(text).small().color(color)).truncate());
+}
+
+/// A while as it is read at a glance.
+fn duration(span_s: f64) -> String {
+    if span_s < 0.1 {
+        format!("{:.1} ms", span_s * 1e3)
+    } else {
+        format!("{span_s:.2} s")
+    }
+}

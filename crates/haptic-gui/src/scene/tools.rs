@@ -1,0 +1,146 @@
+//! What is done to the scene as a whole: its law, undo and redo, two scenes to switch between, and trying.
+
+use super::model::SceneModel;
+use super::trial::TRIAL_S;
+use crate::intent::Intent;
+use egui::{Align, Button, ComboBox, Key, KeyboardShortcut, Layout, Modifiers, RichText, Ui};
+use haptic_core::friction::LAWS;
+use haptic_ipc::SceneRef;
+
+const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
+const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
+
+/// The two slots, as people call them.
+pub(crate) const SLOTS: [&str; 2] = ["A", "B"];
+
+/// Takes the keys of undo and redo, unless a text field is being typed in, which has an undo of its own.
+pub(crate) fn take_keys(ui: &Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
+    if ui.ctx().text_edit_focused() {
+        return;
+    }
+    // The longer one first: the shorter would match it as well.
+    if ui.input_mut(|input| input.consume_shortcut(&REDO)) && scene.redo_depth > 0 {
+        intents.push(Intent::Redo);
+    }
+    if ui.input_mut(|input| input.consume_shortcut(&UNDO)) && scene.undo_depth > 0 {
+        intents.push(Intent::Undo);
+    }
+}
+
+/// Shows them.
+pub(crate) fn show(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
+    ui.horizontal(|ui| {
+        show_law(ui, scene, intents);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let last = scene.journal.iter().rev().find(|entry| !entry.changes.is_empty());
+            let last = last.map_or_else(String::new, |entry| {
+                format!("\nLast change: {}", super::journal::line(entry))
+            });
+            for (name, depth, keys, hint, intent) in [
+                (
+                    "Redo",
+                    scene.redo_depth,
+                    "Ctrl+Shift+Z",
+                    "Brings back what was undone",
+                    Intent::Redo,
+                ),
+                (
+                    "Undo",
+                    scene.undo_depth,
+                    "Ctrl+Z",
+                    "Takes the newest change back, whoever made it",
+                    Intent::Undo,
+                ),
+            ] {
+                let button = Button::new(format!("{name} {depth}"));
+                let button = ui.add_enabled(depth > 0, button).accessible_name(name.to_lowercase());
+                let hint = format!("{hint} ({keys}); {depth} can be.{last}");
+                if button.on_hover_text(&hint).on_disabled_hover_text(&hint).clicked() {
+                    intents.push(intent);
+                }
+            }
+        });
+    });
+    ui.horizontal(|ui| {
+        show_slots(ui, scene, intents);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| show_trying(ui, scene));
+    });
+}
+
+/// The law in force, and all the others to choose from.
+fn show_law(ui: &mut Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
+    ui.label("Law");
+    let combo = ComboBox::from_id_salt("law").width(140.0).selected_text(&scene.law);
+    let chosen = combo.show_ui(ui, |ui| {
+        let mut chosen = None;
+        for law in LAWS {
+            if ui.selectable_label(law == scene.law, law).clicked() {
+                chosen = Some(law);
+            }
+        }
+        chosen
+    });
+    chosen.response.accessible_name("friction law").on_hover_text(
+        "How the surface holds and slides. Another law takes over every parameter that both have, and the force on the hand.",
+    );
+    let Some(law) = chosen.inner.flatten().filter(|law| *law != scene.law) else {
+        return;
+    };
+    let changed = scene
+        .in_force
+        .as_ref()
+        .and_then(|scene| scene.with_law(law))
+        .and_then(Result::ok);
+    if let Some(changed) = changed {
+        intents.push(scene.load(format!("law {law}"), SceneRef::Scene(Box::new(changed))));
+    }
+}
+
+/// Two scenes to compare by feel: keep the one in force as A or B, go to either, or switch.
+fn show_slots(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
+    let in_force = scene.slot_in_force();
+    for (place, slot) in SLOTS.into_iter().enumerate() {
+        let keep = Button::new(RichText::new(format!("Keep {slot}")).small()).small();
+        let keep = ui.add_enabled(scene.in_force.is_some(), keep);
+        if keep
+            .accessible_name(format!("keep as {slot}"))
+            .on_hover_text(format!("Keeps the scene in force as {slot}, in this panel"))
+            .clicked()
+        {
+            scene.slots[place].clone_from(&scene.in_force);
+        }
+        let kept = scene.slots[place].clone();
+        let go = Button::selectable(in_force == Some(place), slot).frame_when_inactive(true);
+        let go = ui
+            .add_enabled(kept.is_some(), go)
+            .accessible_name(format!("go to {slot}"));
+        if go.on_hover_text(format!("Puts {slot} in force")).clicked()
+            && let Some(kept) = kept
+        {
+            intents.push(scene.load(slot, SceneRef::Scene(Box::new(kept))));
+        }
+    }
+    let next = in_force.map_or(0, |place| 1 - place);
+    let other = scene.slots[next].clone();
+    let both = scene.slots.iter().all(Option::is_some);
+    let switch = ui
+        .add_enabled(both, Button::new("A/B"))
+        .accessible_name("switch between A and B");
+    if switch.on_hover_text("Puts the other of the two in force").clicked()
+        && let Some(other) = other
+    {
+        intents.push(scene.load(SLOTS[next], SceneRef::Scene(Box::new(other))));
+    }
+}
+
+fn show_trying(ui: &mut Ui, scene: &mut SceneModel) {
+    let hint = format!(
+        "While this is on, every change goes back by itself {TRIAL_S} s after it was made. It is this panel that takes it \
+         back: if you close it or it loses the daemon meanwhile, the change stays. A change that somebody else has made \
+         since is never taken back."
+    );
+    let toggle = Button::selectable(scene.trial.is_on, format!("Try {TRIAL_S} s")).frame_when_inactive(true);
+    if ui.add(toggle).accessible_name("try").on_hover_text(hint).clicked() {
+        scene.trial.is_on = !scene.trial.is_on;
+    }
+}

@@ -1,0 +1,170 @@
+//! A try: a change that goes back by itself after two seconds, unless somebody has changed the scene meanwhile.
+//!
+//! It goes back by `undo`, bound to the revision that the try has made, so that nobody else's change is ever taken back. Several
+//! changes that were tried go back one after the other, as long as they followed one another directly.
+
+use std::time::Duration;
+
+/// How long a try is felt, s.
+pub(crate) const TRIAL_S: f64 = 2.0;
+
+/// The tries of the moment.
+#[derive(Debug, Default)]
+pub(crate) struct Trial {
+    /// Whether the user wants changes to be tries.
+    pub(crate) is_on: bool,
+    /// Changes sent and not answered.
+    unanswered: u32,
+    /// Revisions that tries have made, oldest first.
+    tried: Vec<u64>,
+    /// The newest revision, which to take back: that of the newest try, or of the step back before.
+    newest: u64,
+    /// When they go back, s of interface time; unknown until the interface is next drawn.
+    due_s: Option<f64>,
+    /// The daemon has been asked to take one back.
+    goes_back: bool,
+    /// Why a try could not be taken back.
+    failure: Option<String>,
+}
+
+impl Trial {
+    /// Whether something tried is in force.
+    pub(crate) fn is_felt(&self) -> bool {
+        self.unanswered > 0 || !self.tried.is_empty()
+    }
+
+    /// Why a try has stayed.
+    pub(crate) fn failure(&self) -> Option<&str> {
+        self.failure.as_deref()
+    }
+
+    /// A change was sent that is a try.
+    pub(crate) fn sent(&mut self) {
+        self.unanswered += 1;
+        self.failure = None;
+    }
+
+    /// The daemon answered a change: its revision, or nothing where it was refused.
+    pub(crate) fn answered(&mut self, revision: Option<u64>) {
+        if self.unanswered == 0 {
+            return;
+        }
+        self.unanswered -= 1;
+        let Some(revision) = revision else {
+            return;
+        };
+        if self.tried.last().is_some_and(|last| last + 1 != revision) {
+            self.failure = Some("an earlier try stays: somebody else changed the scene after it".to_owned());
+            self.tried.clear();
+        }
+        self.tried.push(revision);
+        (self.newest, self.due_s) = (revision, None);
+    }
+
+    /// The revision to take back at `now`, or how long until one is.
+    pub(crate) fn due(&mut self, now: f64) -> Result<u64, Option<Duration>> {
+        if self.tried.is_empty() || self.unanswered > 0 || self.goes_back {
+            return Err(None);
+        }
+        let due = *self.due_s.get_or_insert(now + TRIAL_S);
+        // A clock that jumped must not hold a try for longer than it is meant to last.
+        if due > now && due <= now + TRIAL_S {
+            return Err(Some(Duration::from_secs_f64(due - now)));
+        }
+        self.goes_back = true;
+        Ok(self.newest)
+    }
+
+    /// The daemon answered the step back: with its revision, or why not.
+    pub(crate) fn went_back(&mut self, result: Result<u64, String>) {
+        self.goes_back = false;
+        match result {
+            Ok(revision) => {
+                self.tried.pop();
+                // The next goes at once.
+                (self.newest, self.due_s) = (revision, Some(f64::NEG_INFINITY));
+            }
+            Err(why) => {
+                self.failure = Some(format!("the try stays: {why}"));
+                self.tried.clear();
+            }
+        }
+    }
+
+    /// The user took the change back, or keeps it.
+    pub(crate) fn settle(&mut self) {
+        self.tried.clear();
+        self.failure = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tried(revisions: &[u64]) -> Trial {
+        let mut trial = Trial::default();
+        for &revision in revisions {
+            trial.sent();
+            trial.answered(Some(revision));
+        }
+        trial
+    }
+
+    #[test]
+    fn a_try_goes_back_after_two_seconds() {
+        let mut trial = tried(&[7]);
+        assert_eq!(trial.due(10.0), Err(Some(Duration::from_secs(2))));
+        assert_eq!(trial.due(12.0), Ok(7));
+        assert_eq!(trial.due(12.1), Err(None), "asked once");
+        trial.went_back(Ok(8));
+        assert!(!trial.is_felt());
+        assert_eq!(trial.due(20.0), Err(None));
+    }
+
+    #[test]
+    fn several_tries_go_back_one_after_the_other() {
+        let mut trial = tried(&[7, 8]);
+        assert!(trial.due(0.0).is_err());
+        assert_eq!(trial.due(2.0), Ok(8));
+        trial.went_back(Ok(9));
+        assert_eq!(trial.due(2.1), Ok(9), "the step back before is the newest change");
+        trial.went_back(Ok(10));
+        assert!(!trial.is_felt());
+    }
+
+    #[test]
+    fn another_try_begins_the_two_seconds_anew() {
+        let mut trial = tried(&[7]);
+        assert!(trial.due(0.0).is_err());
+        trial.sent();
+        assert_eq!(trial.due(2.5), Err(None), "the answer is awaited");
+        trial.answered(Some(8));
+        assert_eq!(trial.due(3.0), Err(Some(Duration::from_secs(2))));
+    }
+
+    #[test]
+    fn nobody_elses_change_is_taken_back() {
+        // Somebody else made revision 8.
+        let mut trial = tried(&[7, 9]);
+        assert!(trial.failure().is_some());
+        assert!(trial.due(0.0).is_err());
+        assert_eq!(trial.due(2.0), Ok(9));
+        trial.went_back(Ok(10));
+        assert_eq!(trial.due(2.1), Err(None), "what is older than that is theirs");
+        let mut trial = tried(&[7]);
+        assert!(trial.due(0.0).is_err());
+        assert!(trial.due(2.0).is_ok());
+        trial.went_back(Err("the newest revision is 8".to_owned()));
+        assert_eq!(trial.due(9.0), Err(None));
+        assert_eq!(trial.failure(), Some("the try stays: the newest revision is 8"));
+    }
+
+    #[test]
+    fn a_refused_try_is_none() {
+        let mut trial = Trial::default();
+        trial.sent();
+        trial.answered(None);
+        assert!(!trial.is_felt());
+    }
+}

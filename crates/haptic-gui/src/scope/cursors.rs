@@ -1,0 +1,86 @@
+//! Two cursors on the time axis, and what lies between them.
+
+use super::signal::Signal;
+use super::tape::Tape;
+
+/// The cursors, in s on the plots' time axis.
+#[derive(Debug, Default)]
+pub(crate) struct Cursors {
+    pub(crate) shown: bool,
+    pub(crate) at_s: [f64; 2],
+}
+
+/// A signal at both cursors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reading {
+    pub(crate) signal: Signal,
+    /// In the unit of the signal's quantity; nothing where there is no sample.
+    pub(crate) values: [Option<f64>; 2],
+}
+
+impl Reading {
+    /// From the first cursor to the second.
+    pub(crate) fn difference(&self) -> Option<f64> {
+        let [first, second] = self.values;
+        Some(second? - first?)
+    }
+}
+
+impl Cursors {
+    /// Shows them, at a third and two thirds of what is seen, or hides them.
+    pub(crate) fn toggle(&mut self, (left_s, right_s): (f64, f64)) {
+        self.shown = !self.shown;
+        let span_s = right_s - left_s;
+        self.at_s = [left_s + span_s / 3.0, left_s + span_s * 2.0 / 3.0];
+    }
+
+    /// From the first to the second, s.
+    pub(crate) fn distance_s(&self) -> f64 {
+        self.at_s[1] - self.at_s[0]
+    }
+
+    /// How often a second what lies between them would fit, Hz.
+    pub(crate) fn frequency_hz(&self) -> Option<f64> {
+        let distance = self.distance_s().abs();
+        (distance > 0.0).then(|| 1.0 / distance)
+    }
+
+    /// The cursor nearer to a time of the axis.
+    pub(crate) fn nearest(&self, t_s: f64) -> usize {
+        usize::from((self.at_s[1] - t_s).abs() < (self.at_s[0] - t_s).abs())
+    }
+
+    /// A signal at both, on a tape whose axis has its zero at `zero_s`.
+    pub(crate) fn read(&self, signal: Signal, tape: &Tape, zero_s: f64) -> Reading {
+        let value = |at_s: f64| tape.at(zero_s + at_s).map(|sample| signal.of(sample));
+        Reading {
+            signal,
+            values: self.at_s.map(value),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tape::tests::at;
+    use super::*;
+
+    #[test]
+    fn the_cursors_read_what_lies_under_them() {
+        let tape = Tape::recorded((0..100).map(|i| {
+            let mut row = at(f64::from(i));
+            row.device_position_m = f64::from(i);
+            row
+        }));
+        let mut cursors = Cursors::default();
+        cursors.toggle((-60.0, -30.0));
+        assert_eq!(cursors.at_s, [-50.0, -40.0]);
+        let reading = cursors.read(Signal::DevicePosition, &tape, 99.0);
+        assert_eq!(reading.values, [Some(49e3), Some(59e3)]);
+        assert_eq!(reading.difference(), Some(10e3));
+        assert_eq!(cursors.frequency_hz(), Some(0.1));
+        assert_eq!((cursors.nearest(-49.0), cursors.nearest(-44.0)), (0, 1));
+        cursors.at_s = [-500.0, -40.0];
+        assert_eq!(cursors.read(Signal::DevicePosition, &tape, 99.0).difference(), None);
+    }
+}

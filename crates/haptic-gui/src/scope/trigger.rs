@@ -1,0 +1,296 @@
+//! A trigger as an oscilloscope has it: when a signal crosses a level, the while around that moment is caught and stands still.
+//!
+//! It fires only once as much of the past is there as the view shows before the trigger, and catches when as much of the
+//! future is. Times are those of the samples, so a late batch moves nothing.
+
+use super::signal::Signal;
+use super::tape::Tape;
+use haptic_ipc::Sample;
+
+/// Whiles to either side of what is seen that are caught as well, for looking around.
+const WHILES_AROUND: f64 = 2.0;
+
+/// Without a crossing for this long the automatic mode lets the plots run, s.
+const PATIENCE_S: f64 = 0.5;
+
+/// When it catches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Mode {
+    /// Never: the plots run.
+    #[default]
+    Off,
+    /// At every crossing; the plots run while there is none.
+    Auto,
+    /// At every crossing.
+    Normal,
+    /// At the next crossing.
+    Single,
+}
+
+impl Mode {
+    pub(crate) const ALL: [Self; 4] = [Self::Off, Self::Auto, Self::Normal, Self::Single];
+
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Off => "Off",
+            Self::Auto => "Auto",
+            Self::Normal => "Normal",
+            Self::Single => "Single",
+        }
+    }
+}
+
+/// Which way the signal crosses the level.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Edge {
+    #[default]
+    Rising,
+    Falling,
+}
+
+/// What was caught.
+#[derive(Clone, Debug)]
+pub(crate) struct Caught {
+    pub(crate) tape: Tape,
+    /// The first sample beyond the level, s on the daemon's clock.
+    pub(crate) t_s: f64,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Phase {
+    #[default]
+    Armed,
+    /// It has fired at this time, s, and the future is awaited.
+    Fired(f64),
+    /// A single one is done.
+    Done,
+}
+
+/// The trigger's settings and what it is doing.
+#[derive(Debug)]
+pub(crate) struct Trigger {
+    mode: Mode,
+    pub(crate) signal: Signal,
+    pub(crate) edge: Edge,
+    /// In the unit of the signal's quantity.
+    pub(crate) level: f64,
+    /// Share of the while seen that lies before the crossing.
+    pub(crate) share_before: f64,
+    phase: Phase,
+    /// Since when it waits for a crossing, s on the daemon's clock.
+    armed_at_s: Option<f64>,
+    caught: Option<Caught>,
+}
+
+impl Default for Trigger {
+    fn default() -> Self {
+        Self {
+            mode: Mode::Off,
+            signal: Signal::CouplingForce,
+            edge: Edge::Rising,
+            level: 3.0,
+            share_before: 0.5,
+            phase: Phase::Armed,
+            armed_at_s: None,
+            caught: None,
+        }
+    }
+}
+
+impl Trigger {
+    pub(crate) fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Changes the mode, and waits for a crossing from now on.
+    pub(crate) fn set_mode(&mut self, mode: Mode) {
+        self.mode = mode;
+        self.arm();
+        if mode == Mode::Off {
+            self.caught = None;
+        }
+    }
+
+    /// Waits for the next crossing.
+    pub(crate) fn arm(&mut self) {
+        (self.phase, self.armed_at_s) = (Phase::Armed, None);
+    }
+
+    /// What stands on the screen, unless the plots run.
+    pub(crate) fn caught(&self) -> Option<&Caught> {
+        self.caught.as_ref()
+    }
+
+    /// What it is doing, for people.
+    pub(crate) fn says(&self) -> &'static str {
+        match (self.mode, self.phase, &self.caught) {
+            (Mode::Off, ..) => "Running",
+            (Mode::Auto, Phase::Armed, None) => "No crossing: running",
+            (_, Phase::Armed, _) => "Armed",
+            (_, Phase::Fired(_), _) => "Triggered",
+            (_, Phase::Done, _) => "Caught",
+        }
+    }
+
+    /// Left and right edge of a while of `span_s`, s from the crossing.
+    pub(crate) fn edges(&self, span_s: f64) -> (f64, f64) {
+        (-self.share_before * span_s, (1.0 - self.share_before) * span_s)
+    }
+
+    /// Looks at new samples, `before` being the one before the first of them.
+    pub(crate) fn look(&mut self, mut before: Option<Sample>, rows: &[Sample], oldest_s: Option<f64>, span_s: f64) {
+        if self.mode == Mode::Off {
+            return;
+        }
+        let past_s = -self.edges(span_s).0;
+        for row in rows {
+            let since = *self.armed_at_s.get_or_insert(row.t_s);
+            let has_past = oldest_s.is_some_and(|oldest| row.t_s - oldest >= past_s);
+            let crosses = before.is_some_and(|before| self.crosses(&before, row));
+            if self.phase == Phase::Armed && has_past && crosses {
+                self.phase = Phase::Fired(row.t_s);
+            }
+            let is_quiet = row.t_s - since > PATIENCE_S.max(2.0 * span_s);
+            if self.mode == Mode::Auto && self.phase == Phase::Armed && is_quiet {
+                self.caught = None;
+            }
+            before = Some(*row);
+        }
+    }
+
+    fn crosses(&self, before: &Sample, after: &Sample) -> bool {
+        let (before, after) = (self.signal.of(before), self.signal.of(after));
+        match self.edge {
+            Edge::Rising => before < self.level && after >= self.level,
+            Edge::Falling => before > self.level && after <= self.level,
+        }
+    }
+
+    /// Catches what it has fired at once the future is there; says whether it did.
+    pub(crate) fn catch(&mut self, live: &Tape, span_s: f64) -> bool {
+        let Phase::Fired(t_s) = self.phase else {
+            return false;
+        };
+        let (left_s, right_s) = self.edges(span_s);
+        if live.newest_s().is_none_or(|newest| newest < t_s + right_s) {
+            return false;
+        }
+        let around_s = WHILES_AROUND * span_s;
+        let seen = live.around(t_s + left_s - around_s, t_s + right_s + around_s);
+        self.caught = Some(Caught {
+            tape: Tape::recorded(seen.copied()),
+            t_s,
+        });
+        self.arm();
+        if self.mode == Mode::Single {
+            self.phase = Phase::Done;
+        }
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tape::tests::at;
+    use super::*;
+
+    const SPAN_S: f64 = 1.0;
+
+    /// A trigger on a force that rises above 3 N, with a quarter of the second seen before it, fed as batches of ten samples, 1000 a second.
+    struct Rig {
+        trigger: Trigger,
+        tape: Tape,
+    }
+
+    impl Rig {
+        fn new(mode: Mode) -> Self {
+            let mut trigger = Trigger {
+                share_before: 0.25,
+                ..Trigger::default()
+            };
+            trigger.set_mode(mode);
+            Self {
+                trigger,
+                tape: Tape::default(),
+            }
+        }
+
+        fn feel(&mut self, from_ms: u32, to_ms: u32, force: impl Fn(u32) -> f64) {
+            let rows: Vec<_> = (from_ms..to_ms)
+                .map(|ms| {
+                    let mut row = at(f64::from(ms) * 1e-3);
+                    row.coupling_force_n = force(ms);
+                    row
+                })
+                .collect();
+            for batch in rows.chunks(10) {
+                let before = self.tape.last().copied();
+                self.tape.extend(batch.iter().copied());
+                self.trigger.look(before, batch, self.tape.oldest_s(), SPAN_S);
+                self.trigger.catch(&self.tape, SPAN_S);
+            }
+        }
+
+        fn caught_ms(&self) -> Option<f64> {
+            self.trigger.caught().map(|caught| (caught.t_s * 1e3).round())
+        }
+    }
+
+    fn square(ms: u32) -> f64 {
+        if ms % 400 < 200 { 0.0 } else { 5.0 }
+    }
+
+    #[test]
+    fn a_rising_edge_is_caught_with_its_past_and_its_future() {
+        let mut rig = Rig::new(Mode::Single);
+        rig.feel(0, 1340, |ms| if ms < 600 { 0.0 } else { 5.0 });
+        assert_eq!(rig.caught_ms(), None, "the future is not there yet");
+        assert_eq!(rig.trigger.says(), "Triggered");
+        rig.feel(1340, 1400, |_| 5.0);
+        assert_eq!(rig.caught_ms(), Some(600.0));
+        let caught = rig.trigger.caught().expect("it is");
+        assert!(caught.tape.oldest_s() <= Some(0.35) && caught.tape.newest_s() >= Some(1.35));
+        assert_eq!(rig.trigger.says(), "Caught");
+    }
+
+    #[test]
+    fn an_edge_without_enough_of_a_past_does_not_count() {
+        let mut rig = Rig::new(Mode::Single);
+        // Rises at 200, 600 and 1000 ms; at the first there are but 200 ms of a past of 250.
+        rig.feel(0, 3000, square);
+        assert_eq!(rig.caught_ms(), Some(600.0));
+    }
+
+    #[test]
+    fn a_falling_edge_is_another() {
+        let mut rig = Rig::new(Mode::Single);
+        rig.trigger.edge = Edge::Falling;
+        rig.feel(0, 3000, square);
+        assert_eq!(rig.caught_ms(), Some(400.0));
+    }
+
+    #[test]
+    fn normal_goes_on_to_the_next_and_single_waits_to_be_armed() {
+        let mut normal = Rig::new(Mode::Normal);
+        normal.feel(0, 3000, square);
+        assert!(normal.caught_ms() > Some(600.0));
+        let mut single = Rig::new(Mode::Single);
+        single.feel(0, 3000, square);
+        single.trigger.arm();
+        single.feel(3000, 4000, square);
+        assert_eq!(single.caught_ms(), Some(3000.0));
+    }
+
+    #[test]
+    fn automatic_runs_while_nothing_happens() {
+        let mut rig = Rig::new(Mode::Auto);
+        rig.feel(0, 2000, square);
+        assert!(rig.trigger.caught().is_some());
+        rig.feel(2000, 6000, |_| 0.0);
+        assert!(rig.trigger.caught().is_none());
+        let mut normal = Rig::new(Mode::Normal);
+        normal.feel(0, 2000, square);
+        normal.feel(2000, 6000, |_| 0.0);
+        assert!(normal.trigger.caught().is_some());
+    }
+}

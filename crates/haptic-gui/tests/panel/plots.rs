@@ -1,0 +1,283 @@
+//! What is done with the plots: freeze, move, trigger, measure, export, record, open.
+
+use super::*;
+use haptic_gui::{Format, RecordingNews};
+use haptic_ipc::{Bucket, Percentiles, TimingHistogram};
+use haptic_lab::recording::{Ending, Metadata, Recording, Totals};
+
+fn rows(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Vec<Sample> {
+    ms.map(|ms| Sample {
+        tick: u64::from(ms),
+        coupling_force_n: force(ms),
+        ..sample(f64::from(ms) * 1e-3)
+    })
+    .collect()
+}
+
+fn feel(panel: &mut Panel, rows: &[Sample]) {
+    for batch in rows.chunks(34) {
+        let batch = SamplesEvent {
+            seq: 0,
+            dropped: 0,
+            rows: batch.to_vec(),
+        };
+        panel.state_mut().model.apply(Update::Event(Event::Samples(batch)));
+    }
+    panel.run();
+}
+
+fn choose(panel: &mut Panel, list: &str, item: &str) {
+    press(panel, list);
+    press(panel, item);
+}
+
+fn csv_times(panel: &Panel) -> (f64, f64) {
+    let text = haptic_gui::export::csv(&panel.state().model);
+    let times: Vec<f64> = text
+        .lines()
+        .skip(1)
+        .filter_map(|line| line.split(',').nth(1)?.parse().ok())
+        .collect();
+    let milliseconds = |t_s: f64| (t_s * 1e3).round() / 1e3;
+    (milliseconds(times[0]), milliseconds(times[times.len() - 1]))
+}
+
+#[test]
+fn plots_run_until_they_are_frozen() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..6000, |_| 1.0));
+    press(&mut panel, "Freeze");
+    feel(&mut panel, &rows(6000..9000, |_| 1.0));
+    assert_eq!(csv_times(&panel).1, 5.999);
+    press(&mut panel, "Run");
+    assert_eq!(csv_times(&panel).1, 8.999);
+}
+
+#[test]
+fn plots_are_zoomed_and_moved_by_button_and_by_pointer() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..20_000, |_| 1.0));
+    press(&mut panel, "zoom in");
+    panel.get_by_label("3.33 s");
+    press(&mut panel, "zoom out");
+    panel.get_by_label("5.00 s");
+    press(&mut panel, "earlier");
+    let (from, to) = csv_times(&panel);
+    assert!(
+        (from - 13.75).abs() < 0.01 && (to - 18.75).abs() < 0.01,
+        "{from} to {to}"
+    );
+
+    let plot = panel.get_by_label("Position plot").rect();
+    panel.hover_at(plot.center());
+    panel.run();
+    panel.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Point,
+        delta: egui::vec2(0.0, 200.0),
+        phase: egui::TouchPhase::Move,
+        source: egui::MouseWheelSource::Wheel,
+        modifiers: Modifiers::NONE,
+    });
+    panel.run();
+    let (from, to) = csv_times(&panel);
+    assert!(to - from < 2.5, "{from} to {to}");
+
+    panel.drag_at(plot.center());
+    panel.run();
+    panel.hover_at(plot.center() + egui::vec2(100.0, 0.0));
+    panel.run();
+    panel.drop_at(plot.center() + egui::vec2(100.0, 0.0));
+    panel.run();
+    assert!(csv_times(&panel).0 < from - 0.1, "dragged to earlier times");
+}
+
+#[test]
+fn a_trigger_catches_a_crossing_with_what_was_before_it() {
+    let mut panel = connected(RigState::Engaged);
+    choose(&mut panel, "trigger", "Single");
+    choose(&mut panel, "trigger signal", "Coupling force");
+    panel.get_by_label("Armed");
+    feel(&mut panel, &rows(0..14_000, |ms| if ms < 10_000 { 0.0 } else { 5.0 }));
+    panel.get_by_label("Caught");
+    let (from, to) = csv_times(&panel);
+    assert!(
+        (from - 7.5).abs() < 0.01 && (to - 12.5).abs() < 0.01,
+        "half of 5 s before 10 s: {from} to {to}"
+    );
+    feel(&mut panel, &rows(14_000..20_000, |_| 0.0));
+    assert_eq!(csv_times(&panel), (from, to));
+    press(&mut panel, "Arm");
+    panel.get_by_label("Armed");
+}
+
+#[test]
+fn cursors_say_what_lies_between_them() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..6000, |ms| f64::from(ms) * 1e-3));
+    press(&mut panel, "Freeze");
+    press(&mut panel, "Cursors");
+    panel.get_by_label("dt 1.6667 s, 1/dt 0.6000 Hz");
+    panel.get_by_label("Coupling force +1.667 N");
+    press(&mut panel, "Cursors");
+    assert!(panel.query_by_label_contains("1/dt").is_none());
+}
+
+#[test]
+fn every_plot_can_be_hidden_and_the_rest_takes_its_place() {
+    let mut panel = connected(RigState::Engaged);
+    let high = panel.get_by_label("Force plot").rect().height();
+    press(&mut panel, "plot velocity");
+    assert!(panel.query_by_label("Velocity plot").is_none());
+    assert!(panel.get_by_label("Force plot").rect().height() > high);
+    press(&mut panel, "Force against velocity");
+    panel.get_by_label("Force against velocity plot");
+    press(&mut panel, "Zoom to the stick band");
+}
+
+#[test]
+fn what_is_seen_is_exported() {
+    let mut panel = connected(RigState::Engaged);
+    for format in Format::ALL {
+        press(&mut panel, "Export");
+        type_into(&mut panel, "folder to export to", "/tmp/plots");
+        let name = format!("export {}", format.extension().to_uppercase());
+        press(&mut panel, &name);
+        let folder = "/tmp/plots".into();
+        assert_eq!(asked(&mut panel), [Intent::Export { format, folder }]);
+    }
+    hear(&mut panel, Update::Exported(Ok("/tmp/plots/haptic-plot-1.svg".into())));
+    panel.get_by_label("Written: /tmp/plots/haptic-plot-1.svg");
+    hear(
+        &mut panel,
+        Update::Exported(Err("cannot write /x: no such folder".into())),
+    );
+    panel.get_by_label("cannot write /x: no such folder");
+}
+
+#[test]
+fn a_recording_shows_its_length_and_size_until_it_is_ended() {
+    let mut panel = connected(RigState::Engaged);
+    let (path, totals) = (
+        std::path::PathBuf::from("/home/ada/r.csv"),
+        Totals {
+            rows: 12_300,
+            lost: 2,
+            bytes: 1_810_000,
+            length_s: 12.3,
+        },
+    );
+    let going = RecordingNews::Going {
+        path: path.clone(),
+        totals,
+    };
+    hear(&mut panel, Update::Recording(going));
+    panel.get_by_label("Recording /home/ada/r.csv: 12.3 s, 1.8 MB, 2 samples missing");
+    press(&mut panel, "End recording");
+    assert_eq!(asked(&mut panel), [Intent::EndRecording]);
+    hear(&mut panel, Update::Recording(RecordingNews::Ended { path, totals }));
+    panel.get_by_label_contains("Recorded /home/ada/r.csv");
+    panel.get_by_label("Record");
+}
+
+#[test]
+fn a_recording_is_looked_at_without_a_daemon() {
+    let mut panel = panel();
+    press(&mut panel, "Open");
+    type_into(&mut panel, "recording to open", "/home/ada/r.csv");
+    press(&mut panel, "Open recording");
+    let path = std::path::PathBuf::from("/home/ada/r.csv");
+    assert_eq!(asked(&mut panel), [Intent::Open { path: path.clone() }]);
+    let recording = Recording {
+        metadata: Metadata {
+            server: "hapticd 0.1.0".into(),
+            device: "fake rig".into(),
+            loop_rate_hz: 1000.0,
+            rate_hz: 1000.0,
+            started_unix_s: 0.0,
+            revision: 1,
+            scene: Scene::paper(),
+        },
+        rows: rows(0..90_000, |_| 1.0),
+        marks: vec![],
+        ending: Ending::BrokenOff { line: 90_005, bytes: 7 },
+    };
+    hear(
+        &mut panel,
+        Update::Opened {
+            path,
+            result: Ok(Box::new(recording)),
+        },
+    );
+    panel.get_by_label("Force plot");
+    panel.get_by_label_contains("broken off in line 90005");
+    assert_eq!(csv_times(&panel), (0.0, 89.999), "the whole of it, however long");
+    panel.key_press(Key::Escape);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "a stop is a stop");
+    press(&mut panel, "Close recording");
+    assert!(panel.query_by_label("Force plot").is_none());
+    let refused = Err("cannot open /x: it is no recording".to_owned());
+    hear(
+        &mut panel,
+        Update::Opened {
+            path: "/x".into(),
+            result: refused,
+        },
+    );
+    panel.get_by_label("cannot open /x: it is no recording");
+}
+
+#[test]
+fn histograms_and_clipping_are_shown() {
+    let mut panel = connected(RigState::Engaged);
+    let percentiles = Percentiles {
+        p50: 2_000,
+        p99: 9_000,
+        p999: 30_000,
+        max: 1_200_000,
+    };
+    let buckets = vec![Bucket { up_to: 1024, count: 7 }, Bucket { up_to: 2048, count: 1 }];
+    let window = TimingWindow {
+        wake_latency_ns: percentiles,
+        tick_ns: percentiles,
+        histogram: TimingHistogram {
+            wake_latency_ns: buckets.clone(),
+            tick_ns: buckets,
+        },
+        ..TimingWindow::default()
+    };
+    let timing = Timing {
+        rate_hz: 1000.0,
+        since_start: window.clone(),
+        last_10_s: window,
+        link: None,
+    };
+    hear(&mut panel, Update::Event(Event::Timing(Box::new(timing))));
+    press(&mut panel, "Histograms");
+    panel.get_by_label("Wake-up histogram");
+    panel.get_by_label("Tick: half below 2.00 µs, 99 % below 9.00 µs, 99.9 % below 30.0 µs, longest 1.20 ms");
+    // A fourth of the samples is at the limit of 20 N.
+    let strong = rows(0..1000, |_| 0.0).into_iter().map(|mut row| {
+        row.command_force_n = if row.tick < 250 { -20.0 } else { 3.0 };
+        row
+    });
+    feel(&mut panel, &strong.collect::<Vec<_>>());
+    hear(&mut panel, Update::Status(Ok(Box::new(status()))));
+    panel.get_by_label("At the force limit 25.0 %");
+}
+
+fn status() -> haptic_ipc::Status {
+    let text = r#"{"server":"hapticd 0.1.0","state":"engaged","tick":1,"uptime_s":1,"rate_hz":1000,"scheme":"exact",
+        "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
+        "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;
+    serde_json::from_str(text).expect("a status")
+}
+
+#[test]
+fn the_theme_can_be_switched() {
+    let mut panel = connected(RigState::Idle);
+    let is_dark = |panel: &Panel| panel.ctx.global_style().visuals.dark_mode;
+    let before = is_dark(&panel);
+    press(&mut panel, "switch theme");
+    assert_ne!(is_dark(&panel), before);
+}

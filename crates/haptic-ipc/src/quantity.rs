@@ -1,0 +1,201 @@
+//! Numbers as people type them: `500g`, `2 mm/s`, `25 N/mm`, `0,5`.
+//!
+//! A bare number is in the SI unit that the parameter table gives. A unit must be one of those that measure the same thing.
+
+use thiserror::Error;
+
+/// A unit that is accepted, and the power of ten that turns it into the SI unit.
+type Accepted = (&'static str, i32);
+
+/// For each SI unit of the parameter table, the units accepted in its place, without spaces.
+const UNITS: &[(&str, &[Accepted])] = &[
+    ("kg", &[("kg", 0), ("g", -3), ("mg", -6)]),
+    ("N", &[("N", 0), ("mN", -3), ("kN", 3)]),
+    ("m/s", &[("m/s", 0), ("cm/s", -2), ("mm/s", -3), ("um/s", -6)]),
+    (
+        "N s/m",
+        &[
+            ("Ns/m", 0),
+            ("Ns/cm", 2),
+            ("Ns/mm", 3),
+            ("mNs/m", -3),
+            ("mNs/mm", 0),
+            ("kg/s", 0),
+        ],
+    ),
+    (
+        "N/m",
+        &[
+            ("N/m", 0),
+            ("N/cm", 2),
+            ("N/mm", 3),
+            ("N/um", 6),
+            ("mN/mm", 0),
+            ("kN/m", 3),
+        ],
+    ),
+    ("1/s", &[("1/s", 0), ("/s", 0), ("Hz", 0), ("1/ms", 3)]),
+    ("1", &[("%", -2)]),
+];
+
+/// Why a text is no quantity.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum BadQuantity {
+    /// It does not begin with a number, or with one that no computer holds.
+    #[error("`{text}` is not a finite number")]
+    NotANumber {
+        /// What was given.
+        text: String,
+    },
+    /// Its unit measures something else.
+    #[error("`{given}` is not a unit of this: give {accepted}")]
+    WrongUnit {
+        /// The unit given.
+        given: String,
+        /// The units accepted, as a list for people.
+        accepted: String,
+    },
+}
+
+/// Reads a number with or without a unit, and gives it in `si`, a unit of the parameter table. A decimal comma is one too.
+///
+/// # Errors
+/// It is not a finite number, or its unit measures something else.
+pub fn parse(text: &str, si: &str) -> Result<f64, BadQuantity> {
+    let text = text.trim();
+    let bad = || BadQuantity::NotANumber { text: text.to_owned() };
+    let with_point = text.replace(',', ".");
+    let (number, unit) = split(&with_point).ok_or_else(bad)?;
+    let plain = plain(unit);
+    // A unit that is in no table means itself.
+    let shift = if plain.is_empty() || plain == self::plain(si) {
+        0
+    } else {
+        let known = units(si).iter().find(|(accepted, _)| *accepted == plain);
+        let (_, shift) = known.ok_or_else(|| BadQuantity::WrongUnit {
+            given: unit.to_owned(),
+            accepted: accepted(si),
+        })?;
+        *shift
+    };
+    scaled(number, shift).filter(|value| value.is_finite()).ok_or_else(bad)
+}
+
+/// The unit behind a number; empty where there is none.
+#[must_use]
+pub fn unit_of(text: &str) -> &str {
+    split(text.trim()).map_or("", |(_, unit)| unit)
+}
+
+/// The units accepted in the place of `si`, as a list for people.
+#[must_use]
+pub fn accepted(si: &str) -> String {
+    let mut names: Vec<&str> = units(si).iter().map(|(name, _)| *name).collect();
+    if si == "1" {
+        names.insert(0, "a bare number");
+    }
+    let last = names.pop().unwrap_or(si);
+    if names.is_empty() {
+        last.to_owned()
+    } else {
+        format!("{} or {last}", names.join(", "))
+    }
+}
+
+/// Every SI unit of the parameter table.
+pub fn si_units() -> impl Iterator<Item = &'static str> {
+    UNITS.iter().map(|(si, _)| *si)
+}
+
+fn units(si: &str) -> &'static [Accepted] {
+    let found = UNITS.iter().find(|(of, _)| *of == si);
+    found.map_or(&[], |(_, units)| units)
+}
+
+/// The number at the beginning, and what comes after it.
+fn split(text: &str) -> Option<(&str, &str)> {
+    let begins = text.trim_start_matches(['+', '-']);
+    // Rust reads `inf` and `nan` as numbers, and `infinity` would lose its tail to a unit.
+    if !begins.starts_with(|first: char| first.is_ascii_digit() || first == '.') {
+        return None;
+    }
+    let mut ends = text.char_indices().map(|(at, _)| at).chain([text.len()]);
+    let end = ends.rfind(|&end| text[..end].parse::<f64>().is_ok())?;
+    Some((&text[..end], text[end..].trim()))
+}
+
+/// A unit without what people write differently: spaces, dots, stars, and two letters for micro.
+fn plain(unit: &str) -> String {
+    let kept = unit
+        .chars()
+        .filter(|letter| !letter.is_whitespace() && !"*.·⋅".contains(*letter));
+    kept.map(|letter| if "µμ".contains(letter) { 'u' } else { letter })
+        .collect()
+}
+
+/// Moves the decimal point in the text, so that 7g is the number nearest to 0.007 kg and not a rounding error beside it.
+fn scaled(number: &str, shift: i32) -> Option<f64> {
+    let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
+    let exponent = exponent.parse::<i32>().ok()?.checked_add(shift)?;
+    format!("{mantissa}e{exponent}").parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::parameters::TABLE;
+
+    #[test]
+    fn quantities_are_read_as_people_type_them() {
+        for (text, si, value) in [
+            ("500g", "kg", 0.5),
+            ("7g", "kg", 0.007),
+            ("0,5", "kg", 0.5),
+            (" 2 mm/s ", "m/s", 0.002),
+            ("200 µm/s", "m/s", 0.0002),
+            ("25N/mm", "N/m", 25_000.0),
+            ("2Ns/m", "N s/m", 2.0),
+            ("2 N·s/m", "N s/m", 2.0),
+            ("1e-3 kN", "N", 1.0),
+            ("70%", "1", 0.7),
+            ("5 Hz", "1/s", 5.0),
+            ("7 furlongs", "furlongs", 7.0),
+        ] {
+            assert_eq!(parse(text, si), Ok(value), "{text}");
+        }
+        assert_eq!([unit_of("5 mm"), unit_of("5"), unit_of("heavy")], ["mm", "", ""]);
+    }
+
+    #[test]
+    fn what_is_none_is_refused_with_what_would_be_one() {
+        for (text, si, part) in [
+            ("heavy", "kg", "`heavy` is not a finite number"),
+            ("", "kg", "not a finite number"),
+            ("NaN", "N", "not a finite number"),
+            ("infinity", "N", "not a finite number"),
+            ("1e999", "N", "not a finite number"),
+            ("5 mm", "kg", "`mm` is not a unit of this: give kg, g or mg"),
+            ("5 MN", "N", "give N, mN or kN"),
+            ("0.5N", "1", "give a bare number or %"),
+        ] {
+            let error = parse(text, si).expect_err(text).to_string();
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn every_unit_of_the_parameter_table_is_there_and_means_itself() {
+        for row in &TABLE {
+            assert!(!units(row.unit).is_empty(), "{} has the unit {}", row.name, row.unit);
+            assert_eq!(parse(&format!("3 {}", row.unit), row.unit), Ok(3.0));
+        }
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn no_text_panics(text in ".{0,40}") {
+            drop(parse(&text, "kg"));
+            drop(unit_of(&text));
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! A screen that exists in memory alone: the panel's window is drawn on it in software, looked at pixel by pixel, and given keys and clicks.
+//!
+//! Xvfb keeps its picture in a file (`-fbdir`), in the form of `xwd`, so that nothing else is needed to look at it.
+
+use crate::{PATIENCE, binary};
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Width and height of the screen, pixels: what the panel opens with.
+pub const SIZE: (usize, usize) = (1280, 800);
+
+/// Between two looks at the screen: longer than any frame takes in software.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(700);
+
+/// A screen of its own. It is gone when the test ends.
+#[derive(Debug)]
+pub struct Screen {
+    server: Child,
+    display: String,
+    directory: tempfile::TempDir,
+}
+
+/// A panel on a screen. It is closed when the test ends.
+#[derive(Debug)]
+pub struct Panel(Child);
+
+/// What a screen shows: red, green and blue of each pixel, row by row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Width and height, pixels.
+    pub size: (usize, usize),
+    /// Three bytes a pixel.
+    pub rgb: Vec<u8>,
+}
+
+impl Screen {
+    /// Opens a screen, or says what is missing for one.
+    ///
+    /// # Panics
+    /// The server does not come up.
+    #[must_use]
+    pub fn open() -> Option<Self> {
+        for (program, argument, package) in [("Xvfb", "-help", "xvfb"), ("xdotool", "version", "xdotool")] {
+            let runs = Command::new(program)
+                .arg(argument)
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .status();
+            if runs.is_err() {
+                eprintln!("SKIPPED: {program} is missing (apt install {package} libgl1-mesa-dri libegl1 libgl1)");
+                return None;
+            }
+        }
+        let directory = tempfile::tempdir().expect("a directory");
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset", "-screen", "0"])
+            .arg(format!("{}x{}x24", SIZE.0, SIZE.1))
+            .arg("-fbdir")
+            .arg(directory.path())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb starts");
+        let mut number = String::new();
+        let said = server.stdout.take().expect("it is piped");
+        BufReader::new(said)
+            .read_line(&mut number)
+            .expect("it names its display");
+        let display = format!(":{}", number.trim());
+        assert_ne!(display, ":", "Xvfb did not come up");
+        let screen = Self {
+            server,
+            display,
+            directory,
+        };
+        // What is under the pointer looks otherwise.
+        screen.act(&["mousemove", "1279", "799"]);
+        Some(screen)
+    }
+
+    /// Opens the panel on it.
+    ///
+    /// # Panics
+    /// It cannot be started.
+    #[must_use]
+    pub fn panel(&self, socket: &Path, arguments: &[&str]) -> Panel {
+        let panel = Command::new(binary("haptic-gui"))
+            .arg("--socket")
+            .arg(socket)
+            .args(arguments)
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("LIBGL_ALWAYS_SOFTWARE", "1")
+            .env("HOME", self.directory.path())
+            .stdin(Stdio::null())
+            .spawn();
+        Panel(panel.expect("haptic-gui starts"))
+    }
+
+    /// Moves the pointer, clicks, types: what `xdotool` takes.
+    ///
+    /// # Panics
+    /// It is refused.
+    pub fn act(&self, what: &[&str]) {
+        let done = Command::new("xdotool")
+            .args(what)
+            .env("DISPLAY", &self.display)
+            .status();
+        assert!(done.expect("xdotool runs").success(), "{what:?}");
+    }
+
+    /// What it shows now.
+    ///
+    /// # Panics
+    /// The server's file is not as expected.
+    #[must_use]
+    pub fn picture(&self) -> Picture {
+        let dump = fs::read(self.directory.path().join("Xvfb_screen0")).expect("the server keeps it");
+        let field = |number: usize| {
+            let bytes = dump[4 * number..4 * number + 4].try_into().expect("four bytes");
+            usize::try_from(u32::from_be_bytes(bytes)).expect("it fits")
+        };
+        // See X11/XWDFile.h: the size of the header, width, height, bits a pixel, bytes a line, colours.
+        let (header, size, bits) = (field(0), (field(4), field(5)), field(11));
+        assert_eq!((size, bits), (SIZE, 32));
+        let (line, colours) = (field(12), field(19));
+        let pixels = &dump[header + 12 * colours..];
+        let rows = pixels.chunks(line).take(size.1);
+        // The least byte comes first, and is blue.
+        let rgb = rows.flat_map(|row| {
+            row[..4 * size.0]
+                .chunks(4)
+                .flat_map(|pixel| [pixel[2], pixel[1], pixel[0]])
+        });
+        Picture {
+            size,
+            rgb: rgb.collect(),
+        }
+    }
+
+    /// What it shows once that does not change any more, and `is_there` finds what it waits for in it.
+    ///
+    /// # Panics
+    /// It never comes to that.
+    #[must_use]
+    pub fn settled(&self, is_there: impl Fn(&Picture) -> bool) -> Picture {
+        let began = Instant::now();
+        let mut before = self.picture();
+        loop {
+            thread::sleep(BETWEEN_LOOKS);
+            let now = self.picture();
+            if now == before && is_there(&now) {
+                return now;
+            }
+            assert!(began.elapsed() < PATIENCE, "the screen does not come to rest");
+            before = now;
+        }
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        drop(self.server.kill());
+        drop(self.server.wait());
+    }
+}
+
+impl Drop for Panel {
+    fn drop(&mut self) {
+        drop(self.0.kill());
+        drop(self.0.wait());
+    }
+}
+
+impl Picture {
+    /// The colour at a place.
+    #[must_use]
+    pub fn at(&self, x: usize, y: usize) -> [u8; 3] {
+        let first = 3 * (y * self.size.0 + x);
+        [self.rgb[first], self.rgb[first + 1], self.rgb[first + 2]]
+    }
+
+    /// Share of the pixels that differ from those of another picture by more than `tolerance` in a colour.
+    ///
+    /// # Panics
+    /// The pictures differ in size.
+    #[must_use]
+    pub fn difference(&self, other: &Self, tolerance: u8) -> f64 {
+        assert_eq!(self.size, other.size);
+        let pixels = self.rgb.chunks(3).zip(other.rgb.chunks(3));
+        let differ = pixels.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > tolerance));
+        let (differ, all) = (differ.count(), self.size.0 * self.size.1);
+        #[expect(clippy::cast_precision_loss, reason = "a million pixels")]
+        let share = differ as f64 / all as f64;
+        share
+    }
+}

@@ -1,0 +1,246 @@
+//! The panel in a real window: how it looks in both themes, and that keys and clicks reach the daemon.
+//!
+//! The pictures are compared in software rendering under Xvfb rather than through `egui_kittest`'s snapshots: those need wgpu and a Vulkan
+//! driver, which would double what the panel compiles, and would not draw through the OpenGL code that its users run. After a change
+//! that is meant to be seen, `HAPTIC_UPDATE_PICTURES=1 cargo test -p system-tests --test window` draws the pictures anew; look at them.
+
+use haptic_core::{Directional, Parameter, Scene};
+use haptic_ipc::{
+    Description, Envelope, Event, ParameterDescription, Request, RigState, Sample, SamplesEvent, SceneReply,
+    StateEvent, StateReply, params_of,
+};
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::thread;
+use system_tests::screen::{Picture, SIZE, Screen};
+use system_tests::{Daemon, wait_for, wait_for_state};
+
+/// Colours of one driver's text differ a little from another's.
+const TOLERANCE: u8 = 48;
+
+/// A word of ten letters in small type covers as many pixels of the window.
+const MOST_DIFFERENT: f64 = 0.001;
+
+/// Where the field of the mass is, pixels.
+const MASS_FIELD: [&str; 2] = ["255", "194"];
+
+/// The red of the stop button, which is there as soon as anything is.
+const STOP_BUTTON: (usize, usize) = (1120, 20);
+
+fn is_drawn(picture: &Picture) -> bool {
+    let [red, green, blue] = picture.at(STOP_BUTTON.0, STOP_BUTTON.1);
+    red > 150 && green < 80 && blue < 80
+}
+
+/// A daemon that says the same to everybody: five seconds of stick-slip, and then nothing more.
+fn always_the_same(listener: UnixListener) {
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            // A panel that has gone is none of this test's business.
+            stream.and_then(converse).unwrap_or(());
+        }
+    });
+}
+
+fn converse(stream: UnixStream) -> std::io::Result<()> {
+    let mut out = stream.try_clone()?;
+    writeln!(
+        out,
+        r#"{{"hello":{{"protocol":1,"server":"hapticd","session":"1-1"}}}}"#
+    )?;
+    for line in BufReader::new(stream).lines() {
+        let Ok(Envelope { id, request }) = Envelope::parse(&line?) else {
+            continue;
+        };
+        writeln!(out, r#"{{"id":{id},"ok":{}}}"#, answer(&request))?;
+        if matches!(request, Request::Subscribe { .. }) {
+            for event in [Event::State(state()), Event::Samples(stick_slip())] {
+                writeln!(out, "{}", serde_json::to_string(&event)?)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn answer(request: &Request) -> String {
+    let scene = Scene::paper();
+    let answer = match request {
+        Request::Describe {} => serde_json::to_string(&Description {
+            laws: vec![],
+            law: "karnopp".into(),
+            parameters: ParameterDescription::all_of(&scene),
+            sample_columns: vec![],
+        }),
+        Request::Get { .. } => serde_json::to_string(&SceneReply {
+            revision: 3,
+            params: params_of(&scene),
+            scene,
+        }),
+        Request::Subscribe { .. } => Ok(r#"{"topics":["state"],"rate_hz":1000,"batch_ms":34,"columns":[]}"#.to_owned()),
+        Request::SceneList {} => Ok(r#"{"scenes":[]}"#.to_owned()),
+        Request::Log { .. } => Ok(r#"{"entries":[],"oldest_kept":1}"#.to_owned()),
+        Request::Advise {} => Ok(r#"{"revision":3,"advice":[]}"#.to_owned()),
+        _ => Ok("{}".to_owned()),
+    };
+    answer.expect("it is written")
+}
+
+fn state() -> StateEvent {
+    StateEvent {
+        state: RigState::Engaged,
+        fault: None,
+        tick: 5000,
+        revision: 3,
+        scene: "simulated friction".into(),
+        law: "karnopp".into(),
+        params: params_of(&Scene::paper()),
+        undo_depth: 2,
+        redo_depth: 1,
+    }
+}
+
+/// A saw tooth of force, with one sample that sticks out.
+fn stick_slip() -> SamplesEvent {
+    let row = |tick: u32| {
+        let phase = f64::from(tick % 500) / 500.0;
+        let slides = phase > 0.8;
+        let force = if slides { 3.5 } else { 5.0 * phase } + if tick == 2600 { 6.0 } else { 0.0 };
+        Sample {
+            tick: u64::from(tick),
+            t_s: f64::from(tick) * 1e-3,
+            state: RigState::Engaged,
+            contact: i8::from(slides),
+            device_position_m: f64::from(tick) * 5e-6,
+            device_velocity_mps: 0.005,
+            block_position_m: f64::from(tick / 500) * 2.5e-3 + if slides { (phase - 0.8) * 12.5e-3 } else { 0.0 },
+            block_velocity_mps: if slides { 0.025 } else { 0.0 },
+            coupling_force_n: force,
+            command_force_n: -force,
+            revision: 3,
+            wake_latency_ns: 0,
+            tick_ns: 0,
+            device_round_trip_ns: 0,
+        }
+    };
+    SamplesEvent {
+        seq: 0,
+        dropped: 0,
+        rows: (0..=5000).map(row).collect(),
+    }
+}
+
+fn kept(theme: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("pictures/panel-{theme}.png"))
+}
+
+fn read(path: &Path) -> Picture {
+    let file = File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let mut reader = png::Decoder::new(BufReader::new(file)).read_info().expect("a PNG");
+    let mut rgb = vec![0; reader.output_buffer_size().expect("a size")];
+    reader.next_frame(&mut rgb).expect("a picture");
+    Picture { size: SIZE, rgb }
+}
+
+fn write(path: &Path, picture: &Picture) {
+    fs::create_dir_all(path.parent().expect("a folder")).expect("it can be made");
+    let file = BufWriter::new(File::create(path).expect("it can be written"));
+    let [width, height] = [picture.size.0, picture.size.1].map(|side| u32::try_from(side).expect("it fits"));
+    let mut encoder = png::Encoder::new(file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_compression(png::Compression::High);
+    let mut writer = encoder.write_header().expect("it can be written");
+    writer.write_image_data(&picture.rgb).expect("it can be written");
+}
+
+#[test]
+fn the_window_looks_as_it_did_in_both_themes() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("s");
+    always_the_same(UnixListener::bind(&socket).expect("a socket"));
+    for theme in ["dark", "light"] {
+        let Some(screen) = Screen::open() else {
+            return;
+        };
+        let _panel = screen.panel(&socket, &["--theme", theme]);
+        let seen = screen.settled(is_drawn);
+        if std::env::var_os("HAPTIC_UPDATE_PICTURES").is_some() {
+            write(&kept(theme), &seen);
+            continue;
+        }
+        let different = seen.difference(&read(&kept(theme)), TOLERANCE);
+        if different > MOST_DIFFERENT {
+            let path = std::env::temp_dir().join(format!("panel-{theme}-now.png"));
+            write(&path, &seen);
+            panic!(
+                "{:.2} % of the pixels differ in the {theme} theme: compare {} with {}",
+                different * 100.0,
+                path.display(),
+                kept(theme).display()
+            );
+        }
+    }
+}
+
+#[test]
+fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
+    let Some(screen) = Screen::open() else {
+        return;
+    };
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("run/control.sock");
+    let daemon = Daemon::start_at(&socket, &["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    let _panel = screen.panel(&socket, &["--theme", "dark"]);
+    wait_for(&mut client, "the panel", |status| status.clients == 2);
+    client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    wait_for_state(&mut client, RigState::Engaged);
+    let is_drawn = |screen: &Screen| {
+        let began = std::time::Instant::now();
+        while !is_drawn(&screen.picture()) {
+            assert!(began.elapsed() < system_tests::PATIENCE, "the window is not drawn");
+        }
+    };
+    is_drawn(&screen);
+    // There is no window manager that would do it.
+    screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
+
+    let [x, y] = MASS_FIELD;
+    screen.act(&["mousemove", x, y, "click", "1"]);
+    screen.act(&["key", "ctrl+a"]);
+    screen.act(&["type", "750g"]);
+    screen.act(&["key", "Return"]);
+    let mass = |expected: f64| {
+        let began = std::time::Instant::now();
+        let mut client = daemon.client();
+        loop {
+            let reply: SceneReply = client.request(Request::get()).expect("a scene");
+            if reply.scene.value(Parameter::Mass) == Some(Directional::both(expected)) {
+                return;
+            }
+            assert!(
+                began.elapsed() < system_tests::PATIENCE,
+                "the mass is not {expected} kg: {reply:?}"
+            );
+        }
+    };
+    mass(0.75);
+    screen.act(&["key", "ctrl+z"]);
+    mass(0.5);
+
+    // Half a number in a text field, and the key that stops.
+    screen.act(&["mousemove", x, y, "click", "1"]);
+    screen.act(&["type", "9"]);
+    screen.act(&["key", "space"]);
+    wait_for_state(&mut client, RigState::Stopped);
+    mass(0.5);
+
+    drop(client);
+    daemon.end(rustix::process::Signal::KILL);
+    let daemon = Daemon::start_at(&socket, &["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    wait_for(&mut client, "the panel again", |status| status.clients == 2);
+    screen.act(&["key", "Escape"]);
+    wait_for_state(&mut client, RigState::Stopped);
+}
