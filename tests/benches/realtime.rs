@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! cargo bench -p system-tests --bench realtime            # all but the hour, some ten minutes
-//! cargo bench -p system-tests --bench realtime -- wake    # a part: wake, tick, rates, clients, set, memory=MINUTES
+//! cargo bench -p system-tests --bench realtime -- wake    # a part: wake, tick, rates, clients, memory=MINUTES
 //! ```
 //!
 //! What is compared runs in turns on the same processor at the same priority, five turns of ten seconds each, and the medians of the turns stand side by
@@ -32,7 +32,6 @@ fn main() {
         ("tick", tick),
         ("rates", rates),
         ("clients", clients),
-        ("set", set),
     ];
     for (name, run) in parts {
         if wanted(name) {
@@ -313,41 +312,6 @@ fn swallow(socket: &Path, over: &AtomicBool) -> u64 {
         bytes += stream.read(&mut buffer).expect("the daemon writes") as u64;
     }
     bytes
-}
-
-/// Ticks from the change being sent to its being in force, and time to its answer.
-fn set() {
-    let daemon = Daemon::start(&[]);
-    engage(&daemon);
-    let mut client = daemon.client();
-    let mut answered: Vec<u64> = vec![];
-    let mut ticks: Vec<u64> = vec![];
-    for turn in 0..2000 {
-        let before = system_tests::status(&mut client).tick;
-        let asked = Instant::now();
-        let mass = if turn % 2 == 0 { 0.5 } else { 0.6 };
-        let params: Changes = [("M", mass)].into_iter().collect();
-        let reply: ChangeReply = client.request(Request::set(params)).expect("a valid change");
-        answered.push(u64::try_from(asked.elapsed().as_nanos()).expect("short"));
-        ticks.push(reply.tick.expect("it was applied") - before);
-    }
-    answered.sort_unstable();
-    ticks.sort_unstable();
-    println!(
-        "\n## Changes of the scene: {} of them, one after the other\n",
-        answered.len()
-    );
-    println!(
-        "from the newest tick known before the change to the tick that renders it: {} (p50), {} (p99), {} (most) ticks",
-        percentile(&ticks, 500),
-        percentile(&ticks, 990),
-        percentile(&ticks, 1000)
-    );
-    println!(
-        "to its answer: {:.0} us (p50), {:.0} us (p99)",
-        us(percentile(&answered, 500)),
-        us(percentile(&answered, 990))
-    );
 }
 
 /// Resident memory over many minutes, with a subscriber of every tick and ten changes a second.
