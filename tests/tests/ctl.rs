@@ -1,6 +1,9 @@
 //! haptic-ctl as people and scripts use it.
 
+use std::fs::Permissions;
 use std::io::{BufRead, BufReader};
+use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use system_tests::{Daemon, binary, ctl};
@@ -160,6 +163,48 @@ fn exit_codes_tell_what_went_wrong() {
         "{}",
         text(&nobody.stderr)
     );
+}
+
+#[test]
+fn a_socket_of_another_user_is_no_permission_and_the_doctor_says_whose_it_is() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("run/control.sock");
+    let daemon = Daemon::start_at(&socket, &[]);
+    let closed = |mode| std::fs::set_permissions(directory.path().join("run"), Permissions::from_mode(mode));
+    // The binary may lie where only root can go, and root may go everywhere.
+    let copy = directory.path().join("haptic-ctl");
+    std::fs::copy(binary("haptic-ctl"), &copy).expect("it can be copied");
+    std::fs::set_permissions(directory.path(), Permissions::from_mode(0o755)).expect("ours");
+    closed(if rustix::process::geteuid().is_root() {
+        0o700
+    } else {
+        0o000
+    })
+    .expect("ours");
+    let other = |subcommand: &str| {
+        let mut command = Command::new(&copy);
+        command.arg(subcommand).arg("--socket").arg(&socket);
+        if rustix::process::geteuid().is_root() {
+            const NOBODY: u32 = 65534;
+            command.uid(NOBODY).gid(NOBODY);
+        }
+        command.output().expect("haptic-ctl starts")
+    };
+    let (status, doctor) = (other("status"), other("doctor"));
+    closed(0o700).expect("ours");
+    assert_eq!(status.status.code(), Some(4), "{}", text(&status.stderr));
+    assert!(
+        text(&status.stderr).contains("no permission to use"),
+        "{}",
+        text(&status.stderr)
+    );
+    assert_eq!(doctor.status.code(), Some(1));
+    let said = text(&doctor.stdout);
+    assert!(
+        said.contains("fail  socket: no permission") && said.contains("sudo -u"),
+        "{said}"
+    );
+    drop(daemon);
 }
 
 #[test]

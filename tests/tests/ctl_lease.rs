@@ -93,6 +93,14 @@ fn the_exit_code_is_the_commands_and_a_command_that_fails_releases_the_rig() {
 }
 
 #[test]
+fn a_command_that_ends_well_is_no_success_when_the_daemon_has_gone_meanwhile() {
+    let daemon = Daemon::start(&[]);
+    let holder = held(&daemon, "300ms");
+    drop(daemon);
+    assert_eq!(code(holder), Some(3));
+}
+
+#[test]
 fn a_request_to_end_goes_on_to_the_command() {
     let daemon = Daemon::start(&[]);
     let holder = held(&daemon, "5s");

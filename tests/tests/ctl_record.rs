@@ -6,6 +6,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Instant;
+use system_tests::terminal::Terminal;
 use system_tests::{Daemon, PATIENCE, binary};
 
 fn start(daemon: &Daemon, file: &Path, more: &[&str]) -> Child {
@@ -179,6 +180,27 @@ fn it_ends_when_what_was_asked_for_is_so() {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let found = read(&file);
     assert!(found.rows.iter().any(|row| row.state == RigState::Engaged));
+}
+
+#[test]
+fn its_length_size_and_losses_move_on_a_terminal() {
+    let daemon = Daemon::start(&[]);
+    let (_directory, file) = somewhere();
+    let mut command = Command::new(binary("haptic-ctl"));
+    command
+        .args(["record", "--for", "1s", "--socket"])
+        .arg(daemon.socket())
+        .arg(&file);
+    let mut terminal = Terminal::start(command);
+    terminal.wait_for("the bar", |screen| {
+        screen.contains("%") && screen.contains(" rows, ") && screen.contains(" lost")
+    });
+    assert!(terminal.end().success());
+    let left = terminal.screen().contents();
+    assert!(
+        !left.contains('%') && left.contains(" rows, "),
+        "the bar goes, the result stays: {left}"
+    );
 }
 
 #[test]

@@ -209,7 +209,7 @@ fn ended(result: Result<(), Failure>, json: bool) -> ExitCode {
 
 fn print_requests(command: &Command) -> Result<(), Failure> {
     if let Command::Raw(raw) = command {
-        return raw::shown(raw).iter().try_for_each(|line| output::line(line));
+        return raw::print_requests(raw);
     }
     let requests = command.requests()?;
     if requests.is_empty() {

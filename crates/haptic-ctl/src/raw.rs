@@ -54,13 +54,18 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments) -> Result<
 }
 
 /// The lines that would be sent.
-pub(crate) fn shown(arguments: &Arguments) -> Vec<String> {
+pub(crate) fn print_requests(arguments: &Arguments) -> Result<(), Failure> {
     let mut next_id = 1;
-    arguments
-        .lines
-        .iter()
-        .map(|line| with_id(line.trim(), &mut next_id))
-        .collect()
+    let mut print = |line: &str| match line.trim() {
+        "" => Ok(()),
+        line => output::line(&with_id(line, &mut next_id)),
+    };
+    if arguments.lines.is_empty() {
+        for line in std::io::stdin().lines() {
+            print(&line?)?;
+        }
+    }
+    arguments.lines.iter().try_for_each(|line| print(line))
 }
 
 struct Conversation {

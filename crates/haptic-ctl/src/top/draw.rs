@@ -110,17 +110,24 @@ fn draw_scene(frame: &mut Frame<'_>, area: Rect, model: &Model) {
     frame.render_widget(Paragraph::new(shown), area);
 }
 
-/// A fault stays in sight; else the last answer is.
+/// The last answer, and a fault for as long as there is one.
 fn draw_message(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let bad = theme.colour(Color::Red).add_modifier(Modifier::BOLD);
     let fault = model.state.as_ref().and_then(|state| state.fault.as_ref());
-    let (text, style) = match (&model.message, fault) {
-        (Some(message), _) if message.is_bad => (message.text.clone(), bad),
-        (_, Some(fault)) => (format!("fault: {fault}; R resets"), bad),
-        (Some(message), None) => (message.text.clone(), Style::new().add_modifier(Modifier::BOLD)),
-        (None, None) => return,
+    let fault = fault.map(|fault| format!("fault: {fault}; R resets"));
+    let message = model.message.as_ref();
+    let is_bad = fault.is_some() || message.is_some_and(|message| message.is_bad);
+    let texts: Vec<String> = message
+        .map(|message| message.text.clone())
+        .into_iter()
+        .chain(fault)
+        .collect();
+    let style = if is_bad {
+        bad
+    } else {
+        Style::new().add_modifier(Modifier::BOLD)
     };
-    frame.render_widget(Paragraph::new(format!(" {text}")).style(style), area);
+    frame.render_widget(Paragraph::new(format!(" {}", texts.join("   "))).style(style), area);
 }
 
 /// A value over time, with its newest on a gauge.
@@ -273,12 +280,19 @@ fn draw_health(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
 
 #[expect(clippy::cast_precision_loss, reason = "durations below 2^53 ns")]
 fn percentiles(name: &str, of: &Percentiles) -> Line<'static> {
-    let us = |ns: u64| ns as f64 * 1e-3;
+    let shown = |ns: u64| {
+        let us = ns as f64 * 1e-3;
+        if us < 1e5 {
+            format!("{us:.1}")
+        } else {
+            format!("{:.0} ms", us * 1e-3)
+        }
+    };
     Line::from(format!(
-        "{name:9}{:>9.1}{:>9.1}{:>9.1}",
-        us(of.p50),
-        us(of.p99),
-        us(of.max)
+        "{name:9}{:>9}{:>9}{:>9}",
+        shown(of.p50),
+        shown(of.p99),
+        shown(of.max)
     ))
 }
 
@@ -317,6 +331,107 @@ fn elapsed(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use haptic_ipc::{Bucket, Event, SamplesEvent, StateEvent, StateReply, Timing, TimingHistogram, TimingWindow};
+    use ratatui::Terminal;
+    use ratatui::backend::TestBackend;
+
+    /// A model with something in every pane.
+    fn busy() -> Model {
+        let mut model = Model::new("hapticd 0.1.0".into());
+        let rows = (0..500)
+            .map(|k| Sample {
+                tick: k,
+                t_s: 0.02 * f64::from(u32::try_from(k).expect("small")),
+                state: RigState::Engaged,
+                contact: 1,
+                device_position_m: 0.03,
+                device_velocity_mps: 0.0,
+                block_position_m: 0.0,
+                block_velocity_mps: 0.0,
+                coupling_force_n: 0.0,
+                command_force_n: -25.0,
+                revision: 1,
+                wake_latency_ns: 0,
+                tick_ns: 0,
+                device_round_trip_ns: 0,
+            })
+            .collect();
+        let window = TimingWindow {
+            histogram: TimingHistogram {
+                wake_latency_ns: (0..20)
+                    .map(|k| Bucket {
+                        up_to: 1 << k,
+                        count: k,
+                    })
+                    .collect(),
+                tick_ns: Vec::new(),
+            },
+            ..TimingWindow::default()
+        };
+        for event in [
+            Event::Samples(SamplesEvent {
+                seq: 0,
+                dropped: 3,
+                rows,
+            }),
+            Event::Timing(Box::new(Timing {
+                rate_hz: 1000.0,
+                since_start: window.clone(),
+                last_10_s: window,
+                link: None,
+            })),
+            Event::State(StateEvent {
+                state: RigState::Faulted,
+                fault: Some("the device sent no new sample for too long".into()),
+                tick: 7,
+                revision: 1,
+                scene: "a scene with a name that is longer than any line on a small terminal can be".into(),
+                law: "karnopp".into(),
+                params: std::collections::BTreeMap::new(),
+                undo_depth: 1,
+                redo_depth: 0,
+            }),
+        ] {
+            model.take(event);
+        }
+        model.help = true;
+        model
+    }
+
+    fn shown(model: &Model, width: u16, height: u16) -> String {
+        let mut terminal = Terminal::new(TestBackend::new(width, height)).expect("memory");
+        terminal
+            .draw(|frame| draw(frame, model, Theme::new(true)))
+            .expect("drawn");
+        terminal.backend().to_string()
+    }
+
+    #[test]
+    fn no_terminal_is_too_small_to_draw_on() {
+        let model = busy();
+        for width in 1..100 {
+            for height in [1, 2, 3, 5, 8, 13, 24, 60] {
+                shown(&model, width, height);
+                shown(&Model::new(String::new()), width, height);
+            }
+        }
+    }
+
+    #[test]
+    fn a_stop_is_confirmed_in_sight_while_there_is_a_fault() {
+        let mut model = busy();
+        model.help = false;
+        model.moved(
+            super::super::model::Intent::Stop,
+            &StateReply {
+                state: RigState::Faulted,
+                tick: 4711,
+            },
+        );
+        let shown = shown(&model, 80, 24);
+        assert!(shown.contains("stop confirmed at tick 4711"), "{shown}");
+        assert!(shown.contains("fault: the device"), "{shown}");
+    }
 
     #[test]
     fn a_gauge_fills_from_the_middle() {
