@@ -114,6 +114,32 @@ impl Screen {
         assert!(done.expect("xdotool runs").success(), "{what:?}");
     }
 
+    /// Clicks, and waits until the place looks otherwise: a field that is clicked shows that it listens, and only then do keys go to it.
+    ///
+    /// # Panics
+    /// Nothing is to be seen of it.
+    pub fn click(&self, (x, y): (usize, usize)) {
+        self.act(&["mousemove", &x.to_string(), &y.to_string()]);
+        let looks = || self.picture().around((x, y));
+        let mut before = looks();
+        let began = Instant::now();
+        // The pointer alone changes its look as well.
+        loop {
+            thread::sleep(BETWEEN_LOOKS);
+            let now = looks();
+            if now == before {
+                break;
+            }
+            assert!(began.elapsed() < PATIENCE, "({x}, {y}) does not come to rest");
+            before = now;
+        }
+        self.act(&["click", "1"]);
+        while looks() == before {
+            assert!(began.elapsed() < PATIENCE, "nothing happens at ({x}, {y})");
+            thread::yield_now();
+        }
+    }
+
     /// What it shows now.
     ///
     /// # Panics
@@ -183,6 +209,13 @@ impl Picture {
     pub fn at(&self, x: usize, y: usize) -> [u8; 3] {
         let first = 3 * (y * self.size.0 + x);
         [self.rgb[first], self.rgb[first + 1], self.rgb[first + 2]]
+    }
+
+    /// The pixels near a place, as near as the edges of a text field are.
+    fn around(&self, (x, y): (usize, usize)) -> Vec<[u8; 3]> {
+        let rows = y.saturating_sub(14)..(y + 14).min(self.size.1);
+        let columns = x.saturating_sub(20)..(x + 20).min(self.size.0);
+        rows.flat_map(|y| columns.clone().map(move |x| self.at(x, y))).collect()
     }
 
     /// Share of the pixels that differ from those of another picture by more than `tolerance` in a colour.

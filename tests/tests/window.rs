@@ -24,7 +24,7 @@ const TOLERANCE: u8 = 48;
 const MOST_DIFFERENT: f64 = 0.001;
 
 /// Where the field of the mass is, pixels.
-const MASS_FIELD: [&str; 2] = ["255", "194"];
+const MASS_FIELD: (usize, usize) = (255, 194);
 
 /// The red of the stop button, which is there as soon as anything is.
 const STOP_BUTTON: (usize, usize) = (1120, 20);
@@ -206,8 +206,7 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     // There is no window manager that would do it.
     screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
 
-    let [x, y] = MASS_FIELD;
-    screen.act(&["mousemove", x, y, "click", "1"]);
+    screen.click(MASS_FIELD);
     screen.act(&["key", "ctrl+a"]);
     screen.act(&["type", "750g"]);
     screen.act(&["key", "Return"]);
@@ -230,7 +229,7 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     mass(0.5);
 
     // Half a number in a text field, and the key that stops.
-    screen.act(&["mousemove", x, y, "click", "1"]);
+    screen.click(MASS_FIELD);
     screen.act(&["type", "9"]);
     screen.act(&["key", "space"]);
     wait_for_state(&mut client, RigState::Stopped);

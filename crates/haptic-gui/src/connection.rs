@@ -5,6 +5,7 @@
 //! answer was lost with the connection, is kept and is the first thing said to the next daemon that answers: too much of
 //! a stop is safe, too little is not.
 
+use crate::beat::Beat;
 use crate::intent::Intent;
 use crate::recording::Taking;
 use crate::update::{Answer, Update};
@@ -21,9 +22,6 @@ use std::sync::mpsc;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
-
-/// News is drawn this often at most, Hz.
-pub const FRAMES_HZ: f64 = 30.0;
 
 /// Time between batches of samples, ms. Each batch is one repaint, so this is also the frame time: 30 a second.
 const BATCH_MS: u32 = 34;
@@ -59,7 +57,7 @@ pub struct Connection {
 impl Connection {
     /// Starts to connect to the socket that `locate` names, asked anew before each attempt: the daemon may be started later
     /// and elsewhere. `repaint` is called from another thread whenever there is news to draw, with how long it may wait: what
-    /// comes in one after the other is drawn at once, [`FRAMES_HZ`] at most.
+    /// comes in one after the other is drawn at once, 30 times a second at most.
     ///
     /// # Errors
     /// The system has no thread left.
@@ -76,7 +74,7 @@ impl Connection {
             news,
             repaint: Box::new(repaint),
             patience,
-            next_frame: Cell::new(Instant::now()),
+            beat: Cell::default(),
         };
         thread::Builder::new()
             .name("listen".to_owned())
@@ -312,8 +310,7 @@ struct Listener {
     shared: Arc<Shared>,
     news: mpsc::Sender<Update>,
     repaint: Box<dyn Fn(Duration) + Send>,
-    /// When the newest frame that was asked for is due.
-    next_frame: Cell<Instant>,
+    beat: Cell<Beat>,
     patience: Patience,
 }
 
@@ -345,17 +342,9 @@ impl Listener {
 
     fn tell(&self, update: Update) -> Result<(), PanelGone> {
         self.news.send(update).map_err(|_| PanelGone)?;
-        let now = Instant::now();
-        let due = self.next_frame.get();
-        // A frame that is still to come shows this as well.
-        if due <= now {
-            let period = Duration::from_secs_f64(1.0 / FRAMES_HZ);
-            // On the beat where it is kept, so that a batch that is a little late does not cost a frame.
-            self.next_frame.set((due + period).max(now + period / 2));
-            (self.repaint)(Duration::from_millis(1));
-        } else {
-            (self.repaint)(due - now);
-        }
+        let mut beat = self.beat.get();
+        (self.repaint)(beat.wait(Instant::now()));
+        self.beat.set(beat);
         Ok(())
     }
 

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 /// Size of one plot in the picture, px.
 const PLOT: (f64, f64) = (800.0, 220.0);
 /// Room for the numbers and names at its left, right, top and bottom, px.
-const MARGINS: (f64, f64, f64, f64) = (70.0, 20.0, 26.0, 40.0);
+const MARGINS: (f64, f64, f64, f64) = (70.0, 20.0, 34.0, 40.0);
 const RIBBON: f64 = 8.0;
 
 /// Every sample that is seen, every column, as CSV.
@@ -53,7 +53,7 @@ pub fn svg(model: &Model) -> String {
     let mut y = 0.0;
     for (place, quantity) in quantities.iter().enumerate() {
         if place == 0 {
-            drawing.ribbon(scope, &seen, top - RIBBON - 3.0);
+            drawing.ribbon(scope, &seen, RIBBON / 2.0);
         }
         y += top;
         drawing.plot(scope, &seen, *quantity, y, place + 1 == quantities.len());
@@ -112,9 +112,6 @@ impl Drawing {
         let down = |value: f64| y + PLOT.1 * (high - value) / (high - low);
         let (left, (width, height)) = (MARGINS.0, PLOT);
         let (name, unit) = (quantity.name(), quantity.unit());
-        self.add(format_args!(
-            "<clipPath id=\"{name}\"><rect x=\"{left}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/></clipPath>"
-        ));
         for (value, text) in marks(low, high) {
             let (y, x) = (down(value), left - 6.0);
             self.add(format_args!(
@@ -139,13 +136,13 @@ impl Drawing {
         for trace in &traces {
             let (color, stroke_width) = stroke(Palette::for_paper(), trace.signal);
             let color = hex(color);
-            let points = trace
-                .points
+            let points = within_edges(&trace.points, seen);
+            let points = points
                 .iter()
                 .map(|[t_s, value]| format!("{:.2},{:.2}", across(*t_s, seen), down(*value)));
             let points = points.collect::<Vec<_>>().join(" ");
             self.add(format_args!(
-                "<polyline clip-path=\"url(#{name})\" fill=\"none\" stroke=\"{color}\" stroke-width=\"{stroke_width}\" stroke-linejoin=\"round\" points=\"{points}\"/>"
+                "<polyline fill=\"none\" stroke=\"{color}\" stroke-width=\"{stroke_width}\" stroke-linejoin=\"round\" points=\"{points}\"/>"
             ));
             let (title, y) = (trace.signal.name(), y - 4.0);
             let x_text = x + 22.0;
@@ -166,6 +163,28 @@ impl Drawing {
             ));
         }
     }
+}
+
+/// A line that ends at the edges of what is seen: its neighbours beyond them are moved along it. Not every program that reads the
+/// picture can clip.
+fn within_edges(points: &[[f64; 2]], seen: &While) -> Vec<[f64; 2]> {
+    let edges = [seen.from_s - seen.zero_s, seen.to_s - seen.zero_s];
+    let mut cut = points.to_vec();
+    let moved = |outer: [f64; 2], inner: [f64; 2], edge: f64| {
+        let share = (edge - inner[0]) / (outer[0] - inner[0]);
+        [edge, inner[1] + share * (outer[1] - inner[1])]
+    };
+    if let [first, second, ..] = *points
+        && first[0] < edges[0]
+    {
+        cut[0] = moved(first, second, edges[0]);
+    }
+    if let [.., before, last] = *points
+        && last[0] > edges[1]
+    {
+        cut[points.len() - 1] = moved(last, before, edges[1]);
+    }
+    cut
 }
 
 /// Where a time of the axis lies, px.
@@ -318,6 +337,21 @@ mod tests {
         }
         assert_eq!(text.matches("<polyline").count(), 6);
         assert!(!text.contains("NaN") && !text.contains("inf"));
+    }
+
+    #[test]
+    fn a_line_ends_at_the_edges_of_the_picture() {
+        let seen = While {
+            zero_s: 10.0,
+            from_s: 10.5,
+            to_s: 12.5,
+        };
+        let line = [[0.0, 0.0], [1.0, 10.0], [2.0, 10.0], [3.0, 0.0]];
+        assert_eq!(
+            within_edges(&line, &seen),
+            [[0.5, 5.0], [1.0, 10.0], [2.0, 10.0], [2.5, 5.0]]
+        );
+        assert_eq!(within_edges(&line[1..3], &seen), line[1..3], "nothing lies beyond them");
     }
 
     #[test]

@@ -9,6 +9,7 @@
 //! daemon -> Connection -> Update -> Model::apply -> ui -> Intent -> Connection -> daemon
 //! ```
 
+mod beat;
 pub mod connection;
 pub mod export;
 mod histogram;

@@ -2,7 +2,7 @@
 
 use super::axis::{AXIS_WIDTH, USUAL_COUNT, count_for, number, reach, steps};
 use super::contact_ribbon;
-use crate::scope::outline::outline;
+use crate::scope::outline::outlines;
 use crate::scope::signal::{Quantity, Signal};
 use crate::scope::trigger::Mode;
 use crate::scope::{Scope, While};
@@ -38,14 +38,19 @@ pub(crate) struct Trace {
 /// The lines of a quantity as `columns` pixels can show them.
 pub(crate) fn traces(scope: &Scope, quantity: Quantity, seen: &While, columns: f64) -> [Trace; 2] {
     let column_s = ((seen.to_s - seen.from_s) / columns.max(1.0)).max(f64::MIN_POSITIVE);
-    quantity.signals().map(|signal| {
-        let samples = scope.tape().around(seen.from_s, seen.to_s);
-        let mut points = outline(samples.map(|sample| (sample.t_s, signal.of(sample))), column_s);
+    let signals = quantity.signals();
+    let samples = scope.tape().around(seen.from_s, seen.to_s);
+    let [first, second] = outlines(
+        samples.map(|sample| (sample.t_s, signals.map(|signal| signal.of(sample)))),
+        column_s,
+    );
+    let trace = |signal, mut points: Vec<[f64; 2]>| {
         for [t_s, _] in &mut points {
             *t_s -= seen.zero_s;
         }
         Trace { signal, points }
-    })
+    };
+    [trace(signals[0], first), trace(signals[1], second)]
 }
 
 /// Colour and width: the block's line is wider and drawn first; where both agree, it frames the device's instead of vanishing under it.

@@ -3,41 +3,53 @@
 //! Columns begin at multiples of their width on the daemon's clock and not at the edge of the plot, so that a line that
 //! scrolls by does not shimmer. A spike of a single sample is the extreme of its column, so it is drawn at any zoom.
 
-/// Points of a line through samples `(time, value)` in the order of time, with columns `column_s` wide.
-pub(crate) fn outline(samples: impl IntoIterator<Item = (f64, f64)>, column_s: f64) -> Vec<[f64; 2]> {
-    let mut points = Vec::new();
-    let mut column: Option<Column> = None;
-    for (t_s, value) in samples {
-        match &mut column {
-            Some(column) if t_s < column.until_s => column.take(t_s, value),
+/// Points of lines through samples `(time, values)` in the order of time, with columns `column_s` wide. All lines are made in one
+/// pass: a minute of samples is more than the processor's cache holds.
+pub(crate) fn outlines<const N: usize>(
+    samples: impl IntoIterator<Item = (f64, [f64; N])>,
+    column_s: f64,
+) -> [Vec<[f64; 2]>; N] {
+    let mut lines = std::array::from_fn(|_| Vec::new());
+    let mut columns: Option<[Column; N]> = None;
+    let mut until_s = f64::NEG_INFINITY;
+    for (t_s, values) in samples {
+        match &mut columns {
+            Some(columns) if t_s < until_s => {
+                for (column, value) in columns.iter_mut().zip(values) {
+                    column.take(t_s, value);
+                }
+            }
             _ => {
                 // A division for each column and not for each sample: there may be a hundred in one.
-                let until_s = ((t_s / column_s).floor() + 1.0) * column_s;
-                if let Some(whole) = column.replace(Column::new(until_s, t_s, value)) {
-                    whole.draw(&mut points);
+                until_s = ((t_s / column_s).floor() + 1.0) * column_s;
+                if let Some(whole) = columns.replace(values.map(|value| Column::new(t_s, value))) {
+                    draw(whole, &mut lines);
                 }
             }
         }
     }
-    if let Some(last) = column {
-        last.draw(&mut points);
+    if let Some(last) = columns {
+        draw(last, &mut lines);
     }
-    points
+    lines
+}
+
+fn draw<const N: usize>(columns: [Column; N], lines: &mut [Vec<[f64; 2]>; N]) {
+    for (column, line) in columns.into_iter().zip(lines) {
+        column.draw(line);
+    }
 }
 
 /// What falls into one column of pixels.
 #[derive(Clone, Copy, Debug)]
 struct Column {
-    /// Where the next one begins, s.
-    until_s: f64,
     least: [f64; 2],
     greatest: [f64; 2],
 }
 
 impl Column {
-    fn new(until_s: f64, t_s: f64, value: f64) -> Self {
+    fn new(t_s: f64, value: f64) -> Self {
         Self {
-            until_s,
             least: [t_s, value],
             greatest: [t_s, value],
         }
@@ -70,6 +82,12 @@ impl Column {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// A single line.
+    fn outline(samples: impl IntoIterator<Item = (f64, f64)>, column_s: f64) -> Vec<[f64; 2]> {
+        let [line] = outlines(samples.into_iter().map(|(t_s, value)| (t_s, [value])), column_s);
+        line
+    }
 
     #[test]
     fn samples_fewer_than_columns_are_all_drawn() {
