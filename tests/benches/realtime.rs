@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! cargo bench -p system-tests --bench realtime            # all but the hour, some ten minutes
-//! cargo bench -p system-tests --bench realtime -- wake    # a part: wake, tick, rates, clients, memory=MINUTES
+//! cargo bench -p system-tests --bench realtime -- wake    # a part: wake, tick, rates, clients, panel, memory=MINUTES
 //! ```
 //!
 //! What is compared runs in turns on the same processor at the same priority, five turns of ten seconds each, and the medians of the turns stand side by
@@ -16,6 +16,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use system_tests::measure::{median, percentile, us};
+use system_tests::screen::Screen;
 use system_tests::{Daemon, binary, processors, wait_for};
 
 const TURNS: usize = 5;
@@ -32,6 +33,7 @@ fn main() {
         ("tick", tick),
         ("rates", rates),
         ("clients", clients),
+        ("panel", panel),
     ];
     for (name, run) in parts {
         if wanted(name) {
@@ -279,6 +281,36 @@ fn clients() {
         TURNS as u64 * TURN_S,
         heard / 1_000_000
     );
+    beside("with clients", &idle, &busy);
+}
+
+/// What the panel, open on a screen and drawing, does to the loop of the daemon that it watches.
+fn panel() {
+    let built = Command::new(env!("CARGO"))
+        .args(["build", "--quiet", "--release", "-p", "haptic-gui"])
+        .status();
+    assert!(built.is_ok_and(|status| status.success()), "the panel is built");
+    let Some(screen) = Screen::open() else {
+        return;
+    };
+    let daemon = Daemon::start(&[]);
+    engage(&daemon);
+    let (mut idle, mut busy) = (vec![], vec![]);
+    for _ in 0..TURNS {
+        idle.push(turn_of(&mut daemon.client()));
+        let panel = screen.panel(daemon.socket(), &[]);
+        // What it takes to come up is not of interest.
+        wait_for(&mut daemon.client(), "the panel", |status| status.clients == 2);
+        let second = Duration::from_secs(1);
+        std::thread::sleep(second);
+        busy.push(turn_of(&mut daemon.client()));
+        drop(panel);
+    }
+    beside("with the panel", &idle, &busy);
+}
+
+/// The loop left alone beside the loop with somebody at work.
+fn beside(who: &str, idle: &[TimingWindow], busy: &[TimingWindow]) {
     for (what, of) in [
         (
             "Wake-up latency",
@@ -286,20 +318,16 @@ fn clients() {
         ),
         ("Tick, fake rig included", |turn| row(turn.tick_ns)),
     ] {
-        let columns = [&idle, &busy].map(|turns| turns.iter().map(of).collect::<Vec<_>>());
+        let columns = [idle, busy].map(|turns| turns.iter().map(of).collect::<Vec<_>>());
         table(
-            &format!("{what}, {CLIENTS} clients at work"),
-            &[("left alone", columns[0].clone()), ("with clients", columns[1].clone())],
+            &format!("{what}, {who}"),
+            &[("left alone", columns[0].clone()), (who, columns[1].clone())],
         );
         println!();
-        ratio("with clients against left alone", &columns[1], &columns[0]);
+        ratio(&format!("{who} against left alone"), &columns[1], &columns[0]);
     }
     let missed = |turns: &[TimingWindow]| turns.iter().map(|turn| turn.missed_periods).sum::<u64>();
-    println!(
-        "periods missed: {} left alone, {} with clients",
-        missed(&idle),
-        missed(&busy)
-    );
+    println!("periods missed: {} left alone, {} {who}", missed(idle), missed(busy));
 }
 
 /// Reads whatever a subscriber is sent; returns how many bytes.
