@@ -46,7 +46,8 @@ fn every_ready_scene_is_rendered_with_a_hand_on_it() {
             .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
             .filter_map(|sample| sample["coupling_force_N"].as_f64())
             .fold(0.0_f64, |most, force| most.max(force.abs()));
-        assert!((1.0..15.0).contains(&largest), "{scene}: {largest} N at most");
+        // Without friction there is the block's own inertia, 0.4 N on this hand.
+        assert!((0.3..15.0).contains(&largest), "{scene}: {largest} N at most");
         assert_eq!(status(&mut client).state, RigState::Engaged, "{scene}");
         // Each of its parameters can be changed while it runs, and a parameter that it has not is refused by name.
         let reply: SceneReply = client.request(Request::get()).expect("the scene");
