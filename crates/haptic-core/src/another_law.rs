@@ -7,7 +7,7 @@ use crate::friction::{
 use crate::parameters::{Direction, Parameter, TABLE};
 use crate::scene::{Scene, SceneError};
 
-/// `ws` where a law needs one and the scene has none, m/s: that of the aluminium on Teflon of the ready scenes.
+/// `ws` where a law needs one and the scene has none, m/s: that of the ready scene with LuGre friction.
 const USUAL_STRIBECK_VELOCITY_MPS: f64 = 0.01;
 
 /// Drag of a surface that had none, N s/m: enough to be felt by a hand.

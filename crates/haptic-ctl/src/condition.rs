@@ -61,16 +61,6 @@ const OPERATORS: [(&str, Operator); 7] = [
     (">", Operator::Greater),
 ];
 
-const STATES: [RigState; 7] = [
-    RigState::Disconnected,
-    RigState::Idle,
-    RigState::Engaging,
-    RigState::Engaged,
-    RigState::Releasing,
-    RigState::Stopped,
-    RigState::Faulted,
-];
-
 type Read<T> = (&'static str, fn(&T) -> f64);
 
 /// The columns of a sample that are numbers.
@@ -242,12 +232,12 @@ fn field(name: &str) -> Result<Field, String> {
 impl Field {
     fn value(self, name: &str, word: &str) -> Result<Value, String> {
         match self {
-            Self::State => STATES
+            Self::State => RigState::ALL
                 .into_iter()
                 .find(|state| state.to_string() == word)
                 .map(Value::State)
                 .ok_or_else(|| {
-                    let states = STATES.map(|state| state.to_string()).join(", ");
+                    let states = RigState::ALL.map(|state| state.to_string()).join(", ");
                     format!("state = `{word}`: there is no such state; there are {states}")
                 }),
             Self::Scene | Self::Law => Ok(Value::Word(word.to_owned())),

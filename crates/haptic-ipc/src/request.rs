@@ -29,11 +29,11 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         ramp_ms: Option<f64>,
         /// Only say what would happen.
-        #[serde(default, skip_serializing_if = "is_false")]
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         dry_run: bool,
         /// Let `undo` take it back together with the change before, if that was this client's and of the same parameters: for a
         /// slider that is dragged.
-        #[serde(default, skip_serializing_if = "is_false")]
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         merge: bool,
     },
     /// Put a whole scene in force.
@@ -48,7 +48,7 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         ramp_ms: Option<f64>,
         /// Only say what would happen.
-        #[serde(default, skip_serializing_if = "is_false")]
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         dry_run: bool,
     },
     /// Keep a scene in the library.
@@ -60,7 +60,7 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         scene: Option<SceneRef>,
         /// Whether it may take the place of one that is there.
-        #[serde(default, skip_serializing_if = "is_false")]
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         replace: bool,
     },
     /// The scenes in the library.
@@ -84,7 +84,7 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         ramp_ms: Option<f64>,
         /// Only say what would happen.
-        #[serde(default, skip_serializing_if = "is_false")]
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         dry_run: bool,
     },
     /// Bring back what was undone last.
@@ -96,7 +96,7 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         ramp_ms: Option<f64>,
         /// Only say what would happen.
-        #[serde(default, skip_serializing_if = "is_false")]
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         dry_run: bool,
     },
     /// Who changed what, and when.
@@ -223,11 +223,6 @@ impl Request {
             | Self::Devices { probe: Some(_) } => false,
         }
     }
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
-const fn is_false(value: &bool) -> bool {
-    !*value
 }
 
 /// The operations, for messages.

@@ -25,6 +25,17 @@ pub enum RigState {
 }
 
 impl RigState {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Disconnected,
+        Self::Idle,
+        Self::Engaging,
+        Self::Engaged,
+        Self::Releasing,
+        Self::Stopped,
+        Self::Faulted,
+    ];
+
     /// Whether force may flow: while engaging, engaged or releasing.
     #[must_use]
     pub const fn is_live(self) -> bool {

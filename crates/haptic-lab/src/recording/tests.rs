@@ -263,15 +263,7 @@ fn any_number() -> impl Strategy<Value = f64> {
 }
 
 fn any_sample() -> impl Strategy<Value = Sample> {
-    let state = prop::sample::select(vec![
-        RigState::Disconnected,
-        RigState::Idle,
-        RigState::Engaging,
-        RigState::Engaged,
-        RigState::Releasing,
-        RigState::Stopped,
-        RigState::Faulted,
-    ]);
+    let state = prop::sample::select(RigState::ALL.to_vec());
     let counts = (any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>());
     (state, -1_i8..=1, prop::collection::vec(any_number(), 7), counts).prop_map(|(state, contact, x, counts)| Sample {
         tick: counts.0,

@@ -274,20 +274,10 @@ pub(crate) struct Outcome {
     pub(crate) refused: bool,
 }
 
-pub(super) const STATES: [RigState; 7] = [
-    RigState::Disconnected,
-    RigState::Idle,
-    RigState::Engaging,
-    RigState::Engaged,
-    RigState::Releasing,
-    RigState::Stopped,
-    RigState::Faulted,
-];
-
 const REFUSED: u64 = 0x100;
 
 pub(super) fn state_from(code: u64) -> RigState {
-    STATES
+    RigState::ALL
         .into_iter()
         .find(|state| *state as u64 == code & 0xff)
         .unwrap_or(RigState::Faulted)

@@ -1,8 +1,9 @@
 //! The hand-over with real threads. Miri runs these too, with many seeds.
 
 use crate::rig_state::Command;
-use crate::rt::handoff::{CommandWord, CompiledScene, STATES, Shared, state_from};
+use crate::rt::handoff::{CommandWord, CompiledScene, Shared, state_from};
 use haptic_core::{Renderer, Scene, Scheme};
+use haptic_ipc::RigState;
 use std::sync::Arc;
 
 fn compiled(revision: u64) -> CompiledScene {
@@ -56,7 +57,7 @@ fn command_words_keep_their_parts() {
 
 #[test]
 fn states_survive_the_way_through_a_word() {
-    for state in STATES {
+    for state in RigState::ALL {
         assert_eq!(state_from(state as u64), state);
     }
 }
