@@ -8,12 +8,28 @@ use haptic_ipc::WireError;
 /// Scenes that a way is made of at most: a force moves by less than a hundredth of its range in one.
 const MOST_STEPS: f64 = 250.0;
 
+/// The way to a scene in steps.
+#[derive(Debug)]
+pub(crate) struct Way {
+    from: Scene,
+    steps: usize,
+}
+
+impl Way {
+    /// Where it has come to after some of its steps.
+    pub(super) fn at(&self, taken: usize, to: &Scene) -> Scene {
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred steps")]
+        let share = (taken as f64 / self.steps as f64).min(1.0);
+        self.from.toward(to, share).unwrap_or_else(|| to.clone())
+    }
+}
+
 /// A scene, ready to be handed over.
 #[derive(Debug)]
 pub(crate) struct Compiled {
     renderer: Renderer,
     transition: Transition,
-    steps: Option<usize>,
+    way: Option<Way>,
     ramp_ticks: Option<u64>,
 }
 
@@ -29,7 +45,7 @@ impl Compiled {
             return Ok(Self {
                 renderer,
                 transition: Transition::AtOnce,
-                steps: None,
+                way: None,
                 ramp_ticks: None,
             });
         }
@@ -44,7 +60,7 @@ impl Compiled {
             return Ok(Self {
                 renderer,
                 transition: Transition::Fade { over_s: ramp_s },
-                steps: None,
+                way: None,
                 ramp_ticks,
             });
         };
@@ -59,19 +75,17 @@ impl Compiled {
             step += 1.0;
         }
         on_the_way.push(renderer);
-        let steps = on_the_way.len();
+        let way = Way {
+            from: from.clone(),
+            steps: on_the_way.len(),
+        };
         Ok(Self {
             // The scene from which it comes has been rendered before.
             renderer: compile(&first).or_else(|_| compile(to))?,
             transition: Transition::Steps(Steps::new(on_the_way, ramp_s)),
-            steps: Some(steps),
+            way: Some(way),
             ramp_ticks,
         })
-    }
-
-    /// Steps that the way is made of, where there is one.
-    pub(super) fn steps(&self) -> Option<usize> {
-        self.steps
     }
 
     /// Ticks that the way takes, where there is one.
@@ -79,12 +93,13 @@ impl Compiled {
         self.ramp_ticks
     }
 
-    /// What the real-time thread takes.
-    pub(crate) fn into_scene(self, revision: u64) -> CompiledScene {
-        CompiledScene {
+    /// What the real-time thread takes, and the way there, where it goes in steps.
+    pub(crate) fn into_scene(self, revision: u64) -> (CompiledScene, Option<Way>) {
+        let scene = CompiledScene {
             renderer: self.renderer,
             revision,
             transition: self.transition,
-        }
+        };
+        (scene, self.way)
     }
 }

@@ -1,5 +1,6 @@
 //! The scenes that were in force, and the way back through them: one way for all clients.
 
+use crate::telemetry::feed::KnownScene;
 use haptic_core::{ParameterKey, Scene};
 use std::collections::VecDeque;
 
@@ -27,10 +28,10 @@ pub(crate) struct Dragged {
 }
 
 /// The history of the scene.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct History {
-    /// Every scene by its revision, oldest first.
-    past: VecDeque<(u64, Scene)>,
+    /// The scenes by revision, oldest first; never empty. The last is the newest, which may still be on its way to the real-time thread.
+    scenes: VecDeque<KnownScene>,
     undo: VecDeque<Scene>,
     redo: Vec<Scene>,
     /// What the newest step back would take back, where it can grow.
@@ -38,23 +39,43 @@ pub(crate) struct History {
 }
 
 impl History {
-    /// Keeps a scene that is now the newest.
-    pub(crate) fn keep(&mut self, revision: u64, scene: Scene) {
-        if self.past.len() == KEPT {
-            self.past.pop_front();
+    /// Begins with the scene that the daemon starts with.
+    pub(crate) fn new(revision: u64, scene: Scene) -> Self {
+        Self {
+            scenes: VecDeque::from([KnownScene {
+                revision,
+                scene,
+                undo_depth: 0,
+                redo_depth: 0,
+            }]),
+            undo: VecDeque::new(),
+            redo: Vec::new(),
+            dragged: None,
         }
-        self.past.push_back((revision, scene));
+    }
+
+    /// The scenes that are kept, by revision.
+    pub(crate) fn scenes(&self) -> &VecDeque<KnownScene> {
+        &self.scenes
+    }
+
+    /// The newest scene.
+    pub(crate) fn newest(&self) -> &KnownScene {
+        self.scenes.back().expect("there is always a scene")
     }
 
     /// A scene that was in force.
     pub(crate) fn scene(&self, revision: u64) -> Option<&Scene> {
-        let index = self.past.binary_search_by_key(&revision, |(known, _)| *known).ok()?;
-        self.past.get(index).map(|(_, scene)| scene)
+        let index = self
+            .scenes
+            .binary_search_by_key(&revision, |known| known.revision)
+            .ok()?;
+        self.scenes.get(index).map(|known| &known.scene)
     }
 
     /// The oldest revision that is still known.
     pub(crate) fn oldest(&self) -> u64 {
-        self.past.front().map_or(0, |(revision, _)| *revision)
+        self.scenes.front().map_or(0, |known| known.revision)
     }
 
     /// The scene to which a step back leads.
@@ -72,12 +93,13 @@ impl History {
         (self.undo.len(), self.redo.len())
     }
 
-    /// Takes a change in that leads away from `before`.
-    pub(crate) fn moved(&mut self, how: Move, before: Scene) {
-        match how {
+    /// Takes a change in; returns the revision of the scene that it leads to.
+    pub(crate) fn moved(&mut self, how: Move, scene: Scene) -> u64 {
+        let before = self.newest().scene.clone();
+        let dragged = match how {
             Move::Forward => {
                 self.push(before);
-                self.dragged = None;
+                None
             }
             Move::Merge(now) => {
                 let one_step = now.goes_on
@@ -88,21 +110,34 @@ impl History {
                 if !one_step {
                     self.push(before);
                 }
-                self.dragged = Some(now);
+                Some(now)
             }
             Move::Undo => {
                 self.undo.pop_back();
                 self.redo.push(before);
-                self.dragged = None;
+                None
             }
             Move::Redo => {
                 self.redo.pop();
                 let kept = std::mem::take(&mut self.redo);
                 self.push(before);
                 self.redo = kept;
-                self.dragged = None;
+                None
             }
+        };
+        self.dragged = dragged;
+        let revision = self.newest().revision + 1;
+        if self.scenes.len() == KEPT {
+            self.scenes.pop_front();
         }
+        let (undo_depth, redo_depth) = self.depth();
+        self.scenes.push_back(KnownScene {
+            revision,
+            scene,
+            undo_depth,
+            redo_depth,
+        });
+        revision
     }
 
     fn push(&mut self, before: Scene) {
@@ -128,7 +163,7 @@ mod tests {
 
     #[test]
     fn what_is_dragged_goes_back_in_one_step_and_what_another_did_between_does_not() {
-        let mut history = History::default();
+        let mut history = History::new(1, named(0));
         let dragged = |session, goes_on| {
             Move::Merge(Dragged {
                 session,
@@ -136,13 +171,13 @@ mod tests {
                 goes_on,
             })
         };
-        history.moved(dragged(1, false), named(0));
-        history.moved(dragged(1, true), named(1));
+        history.moved(dragged(1, false), named(1));
+        history.moved(dragged(1, true), named(2));
         assert_eq!((history.depth().0, history.back()), (1, Some(&named(0))));
-        history.moved(dragged(2, true), named(2));
-        history.moved(dragged(1, true), named(3));
+        history.moved(dragged(2, true), named(3));
+        history.moved(dragged(1, true), named(4));
         assert_eq!((history.depth().0, history.back()), (3, Some(&named(3))));
-        history.moved(dragged(1, false), named(4));
+        history.moved(dragged(1, false), named(5));
         assert_eq!(history.depth().0, 4, "a new drag is a new step");
     }
 
@@ -150,31 +185,33 @@ mod tests {
         /// Against two plain stacks.
         #[test]
         fn steps_lead_back_and_forth_through_the_same_scenes(moves in prop::collection::vec(0..4u8, 0..200)) {
-            let mut history = History::default();
+            let mut history = History::new(1, named(0));
             let (mut back, mut forth, mut now, mut next) = (Vec::new(), Vec::new(), 0, 1);
             for step in moves {
                 match step {
                     0 | 1 => {
                         let set = Move::Merge(Dragged { session: 1, parameters: Vec::new(), goes_on: false });
-                        history.moved(if step == 0 { set } else { Move::Forward }, named(now));
+                        history.moved(if step == 0 { set } else { Move::Forward }, named(next));
                         back.push(now);
                         forth.clear();
                         (now, next) = (next, next + 1);
                     }
                     2 => if let Some(to) = back.pop() {
                         prop_assert_eq!(history.back().cloned(), Some(named(to)));
-                        history.moved(Move::Undo, named(now));
+                        history.moved(Move::Undo, named(to));
                         forth.push(now);
                         now = to;
                     },
                     _ => if let Some(to) = forth.pop() {
                         prop_assert_eq!(history.forth().cloned(), Some(named(to)));
-                        history.moved(Move::Redo, named(now));
+                        history.moved(Move::Redo, named(to));
                         back.push(now);
                         now = to;
                     },
                 }
                 prop_assert_eq!(history.depth(), (back.len(), forth.len()));
+                prop_assert_eq!(&history.newest().scene, &named(now));
+                prop_assert_eq!(history.scene(history.newest().revision), Some(&named(now)));
             }
         }
     }

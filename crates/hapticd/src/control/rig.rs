@@ -1,13 +1,14 @@
 //! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and what comes back.
 
-use crate::control::compile::Compiled;
+use crate::control::compile::{Compiled, Way};
 use crate::control::history::{History, Move};
 use crate::control::journal::{Journal, Until};
 use crate::control::lease::Leases;
 use crate::control::pulse::Pulse;
 use crate::rig_state::Command;
 use crate::rt::handoff::{Outcome, Shared};
-use crate::telemetry::feed::{Feed, KnownScene};
+use crate::telemetry::feed::Feed;
+use crate::telemetry::ring::TickRecord;
 use device_io::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::adviser::RigFacts;
@@ -16,7 +17,6 @@ use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
 use haptic_ipc::{ErrorCode, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange, WireError};
 use std::cell::{Cell, Ref, RefCell, RefMut};
-use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -95,18 +95,7 @@ impl Drop for WithdrawOnDrop<'_> {
 #[derive(Debug)]
 struct Ramp {
     revision: u64,
-    from: Scene,
-    /// Steps that it is made of.
-    steps: usize,
-}
-
-impl Ramp {
-    /// Where it has come to.
-    fn at(&self, taken: usize, to: &Scene) -> Scene {
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred steps")]
-        let share = (taken as f64 / self.steps as f64).min(1.0);
-        self.from.toward(to, share).unwrap_or_else(|| to.clone())
-    }
+    way: Way,
 }
 
 /// How long an answer from the real-time thread may take.
@@ -118,8 +107,6 @@ pub(crate) struct RigHandle {
     pub(crate) facts: Facts,
     shared: Arc<Shared>,
     feed: RefCell<Feed>,
-    /// The scenes from the one in force to the newest; never empty.
-    scenes: RefCell<VecDeque<KnownScene>>,
     history: RefCell<History>,
     journal: RefCell<Journal>,
     /// The way from one scene to another on which the newest change is.
@@ -140,17 +127,7 @@ impl RigHandle {
             facts,
             shared,
             feed: RefCell::new(feed),
-            scenes: RefCell::new(VecDeque::from([KnownScene {
-                revision,
-                scene: scene.clone(),
-                undo_depth: 0,
-                redo_depth: 0,
-            }])),
-            history: RefCell::new({
-                let mut history = History::default();
-                history.keep(revision, scene);
-                history
-            }),
+            history: RefCell::new(History::new(revision, scene)),
             journal: RefCell::new(Journal::default()),
             ramp: RefCell::new(None),
             leases: Leases::default(),
@@ -165,22 +142,14 @@ impl RigHandle {
     /// Moves telemetry on, and frees what the real-time thread gave back.
     pub(crate) fn pump(&self) {
         self.shared.drop_retired();
-        {
-            let mut scenes = self.scenes.borrow_mut();
-            let in_force = self.feed.borrow_mut().pump(&scenes);
-            // At least one is kept: the one in force.
-            while scenes.len() > 1 && scenes.front().is_some_and(|known| known.revision < in_force) {
-                scenes.pop_front();
-            }
-        }
-        self.keep_journal();
+        let changes = self.feed.borrow_mut().pump(self.history.borrow().scenes());
+        self.keep_journal(&changes);
     }
 
     /// Completes what the journal has waited for, and tells the subscribers.
-    fn keep_journal(&self) {
-        let news = self.feed.borrow_mut().take_news();
+    fn keep_journal(&self, changes: &[TickRecord]) {
         let mut journal = self.journal.borrow_mut();
-        for record in &news {
+        for record in changes {
             let was = self.faulted.replace(record.state == RigState::Faulted);
             if record.state == RigState::Faulted && !was {
                 let entry = JournalEntry {
@@ -196,7 +165,7 @@ impl RigHandle {
             Until::Done => true,
             Until::Rendered(revision) => {
                 // Where the record itself is at hand it tells the very tick.
-                let seen = news.iter().find(|record| record.revision >= revision);
+                let seen = changes.iter().find(|record| record.revision >= revision);
                 let tick = seen
                     .map(|record| record.tick)
                     .or_else(|| self.shared.answers.applied(revision));
@@ -224,20 +193,14 @@ impl RigHandle {
         self.feed.borrow_mut()
     }
 
-    fn newest(&self) -> Ref<'_, KnownScene> {
-        Ref::map(self.scenes.borrow(), |scenes| {
-            scenes.back().expect("there is always a scene")
-        })
-    }
-
     /// The newest scene; it may still be on its way to the real-time thread.
     pub(crate) fn scene(&self) -> Scene {
-        self.newest().scene.clone()
+        self.history.borrow().newest().scene.clone()
     }
 
     /// Revision of the newest scene.
     pub(crate) fn revision(&self) -> u64 {
-        self.newest().revision
+        self.history.borrow().newest().revision
     }
 
     pub(crate) fn history(&self) -> Ref<'_, History> {
@@ -296,34 +259,21 @@ impl RigHandle {
     fn rendered_now(&self) -> Scene {
         let newest = self.scene();
         match &*self.ramp.borrow() {
-            Some(ramp) if self.shared.answers.applied(ramp.revision).is_some() => {
-                ramp.at(self.shared.answers.steps(), &newest)
+            Some(Ramp { revision, way }) => {
+                let is_begun = self.shared.answers.applied(*revision).is_some();
+                way.at(if is_begun { self.shared.answers.steps() } else { 0 }, &newest)
             }
-            Some(ramp) => ramp.from.clone(),
             None => newest,
         }
     }
 
     /// Sends a compiled scene to the real-time thread; returns its revision.
     pub(crate) fn put(&self, scene: Scene, compiled: Compiled, step: Move, entry: JournalEntry) -> u64 {
-        let revision = self.revision() + 1;
-        *self.ramp.borrow_mut() = compiled.steps().map(|steps| Ramp {
-            revision,
-            from: self.rendered_now(),
-            steps,
-        });
-        let mut history = self.history.borrow_mut();
-        history.moved(step, self.scene());
-        history.keep(revision, scene.clone());
-        let (undo_depth, redo_depth) = history.depth();
-        self.scenes.borrow_mut().push_back(KnownScene {
-            revision,
-            scene,
-            undo_depth,
-            redo_depth,
-        });
-        self.enter(Until::Rendered(revision), JournalEntry { revision, ..entry });
-        self.shared.scenes.post(compiled.into_scene(revision));
+        let revision = self.history.borrow_mut().moved(step, scene);
+        let (scene, way) = compiled.into_scene(revision);
+        *self.ramp.borrow_mut() = way.map(|way| Ramp { revision, way });
+        self.enter(Until::Rendered(revision), entry);
+        self.shared.scenes.post(scene);
         revision
     }
 
@@ -335,17 +285,12 @@ impl RigHandle {
         self.answer(|shared| shared.answers.applied(revision)).await
     }
 
-    /// Takes an entry into the journal.
+    /// Takes an entry into the journal, at the newest revision.
     pub(crate) fn enter(&self, until: Until, entry: JournalEntry) {
-        let entry = JournalEntry {
-            revision: if entry.revision == 0 {
-                self.revision()
-            } else {
-                entry.revision
-            },
-            ..entry
-        };
-        self.journal.borrow_mut().enter(until, entry);
+        let revision = self.revision();
+        self.journal
+            .borrow_mut()
+            .enter(until, JournalEntry { revision, ..entry });
     }
 
     /// Stops asked for so far.

@@ -215,6 +215,7 @@ fn on_the_way(from: &Scene, to: &Scene, ramp_s: f64, revision: u64) -> CompiledS
     Compiled::new(from, to, Scheme::Exact, 1e-3, ramp_s)
         .expect("a valid scene")
         .into_scene(revision)
+        .0
 }
 
 /// Every law that the repository has a scene for.

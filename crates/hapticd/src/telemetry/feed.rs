@@ -32,7 +32,7 @@ impl From<String> for Line {
     }
 }
 
-/// A scene that may be in force, and how far back and forth one can go from it.
+/// A scene that is or was in force, and how far back and forth one can go from it.
 #[derive(Clone, Debug)]
 pub(crate) struct KnownScene {
     pub(crate) revision: u64,
@@ -74,10 +74,8 @@ pub(crate) struct Feed {
     subscribers: Vec<Subscriber>,
     /// State and revision of the newest record.
     last_state: Option<(RigState, u64)>,
-    /// The first record of each state that has not been announced yet.
+    /// The first record of each state and revision since the last call of `pump`.
     changes: Vec<TickRecord>,
-    /// The same, until the journal has looked at them.
-    news: Vec<TickRecord>,
     timing_due: Instant,
     /// Records lost in the ring, as far as the subscribers were told.
     ring_dropped: u64,
@@ -94,7 +92,6 @@ impl Feed {
             subscribers: Vec::new(),
             last_state: None,
             changes: Vec::new(),
-            news: Vec::new(),
             timing_due: Instant::now(),
             ring_dropped: 0,
         }
@@ -150,11 +147,6 @@ impl Feed {
         self.subscribers.retain(|subscriber| subscriber.session != session);
     }
 
-    /// The first record of each state and revision since the last call.
-    pub(crate) fn take_news(&mut self) -> Vec<TickRecord> {
-        std::mem::take(&mut self.news)
-    }
-
     /// Tells the subscribers of an entry of the journal.
     pub(crate) fn tell(&self, entry: &JournalEntry) {
         if self.wanted(Topic::Log) {
@@ -162,13 +154,14 @@ impl Feed {
         }
     }
 
-    /// Takes in what the loop left since the last call, and sends what is due. `scenes` are those that may be in force. Returns
-    /// the revision that is.
-    pub(crate) fn pump(&mut self, scenes: &VecDeque<KnownScene>) -> u64 {
+    /// Takes in what the loop left since the last call, and sends what is due. `scenes` has those that may be in force. Returns the first record of
+    /// each state and revision.
+    pub(crate) fn pump(&mut self, scenes: &VecDeque<KnownScene>) -> Vec<TickRecord> {
         while let Some(record) = self.consumer.pop() {
             self.take_in(&record);
         }
-        self.announce_states(scenes);
+        let changes = std::mem::take(&mut self.changes);
+        self.announce_states(&changes, scenes);
         let now = Instant::now();
         for subscriber in &mut self.subscribers {
             if now >= subscriber.due {
@@ -183,7 +176,7 @@ impl Feed {
                 self.broadcast(Topic::Timing, &event);
             }
         }
-        self.newest.map_or(0, |record| record.revision)
+        changes
     }
 
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
@@ -197,7 +190,6 @@ impl Feed {
         if self.last_state != state {
             self.last_state = state;
             self.changes.push(*record);
-            self.news.push(*record);
         }
         let lost = record.dropped - self.ring_dropped;
         self.ring_dropped = record.dropped;
@@ -231,9 +223,9 @@ impl Feed {
     }
 
     /// Every change of state to all, and the whole state to those who have heard none yet.
-    fn announce_states(&mut self, scenes: &VecDeque<KnownScene>) {
-        for record in std::mem::take(&mut self.changes) {
-            self.announce(&record, scenes, |_| true);
+    fn announce_states(&mut self, changes: &[TickRecord], scenes: &VecDeque<KnownScene>) {
+        for record in changes {
+            self.announce(record, scenes, |_| true);
         }
         if let Some(newest) = self.newest
             && self.subscribers.iter().any(|subscriber| !subscriber.state_sent)
@@ -244,7 +236,8 @@ impl Feed {
 
     fn announce(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>, whom: impl Fn(&Subscriber) -> bool) {
         let listening = |subscriber: &Subscriber| subscriber.wants(Topic::State) && whom(subscriber);
-        let Some(known) = scenes.iter().find(|known| known.revision == record.revision) else {
+        let found = scenes.binary_search_by_key(&record.revision, |known| known.revision);
+        let Some(known) = found.ok().and_then(|index| scenes.get(index)) else {
             return;
         };
         if !self.subscribers.iter().any(listening) {

@@ -143,7 +143,7 @@ proptest! {
         for to in [Some(to), interrupted_by].into_iter().flatten() {
             revision += 1;
             let compiled = Compiled::new(&scene, &to, Scheme::Exact, PERIOD_S, ramp_s).expect("both are valid");
-            bench.shared.scenes.post(compiled.into_scene(revision));
+            bench.shared.scenes.post(compiled.into_scene(revision).0);
             let after = bench.tick_at_once(position);
             prop_assert_eq!(after.revision, revision);
             prop_assert!(
@@ -179,7 +179,7 @@ proptest! {
 fn forces_over_a_ramp(from: &Scene, to: &Scene, ramp_s: f64) -> Vec<f64> {
     let (mut bench, mut position) = Bench::dragged(from, 0.1, 1500, false);
     let compiled = Compiled::new(from, to, Scheme::Exact, PERIOD_S, ramp_s).expect("both are valid");
-    bench.shared.scenes.post(compiled.into_scene(3));
+    bench.shared.scenes.post(compiled.into_scene(3).0);
     (0..400)
         .map(|_| {
             position += 0.1 * PERIOD_S;
@@ -223,7 +223,7 @@ fn a_ramp_ends_at_once_where_no_force_flows() {
     let change = [("M".parse().expect("a parameter"), 2.0)];
     let to = Scene::paper().with(&change).expect("a valid scene");
     let compiled = Compiled::new(&Scene::paper(), &to, Scheme::Exact, PERIOD_S, 5.0).expect("both are valid");
-    bench.shared.scenes.post(compiled.into_scene(2));
+    bench.shared.scenes.post(compiled.into_scene(2).0);
     bench.ticks(2);
     assert_eq!(bench.shared.answers.steps(), 250);
 }
