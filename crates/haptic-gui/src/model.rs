@@ -39,7 +39,10 @@ pub struct Model {
     opened: Option<Result<Opened, String>>,
     /// The recording to open, as it is typed.
     pub(crate) open_path: String,
+    /// Those that the user has chosen where there is no room for all.
     pub(crate) plots_shown: Shown,
+    /// Those that were drawn.
+    pub(crate) plots_seen: &'static [Shown],
     pub(crate) plots_area: Rect,
     /// Whether the user wants to see the histograms; nothing where he has not said.
     pub(crate) histograms_shown: Option<bool>,
@@ -106,6 +109,7 @@ impl Default for Model {
             opened: None,
             open_path: String::new(),
             plots_shown: Shown::default(),
+            plots_seen: &[Shown::OverTime],
             plots_area: Rect::NOTHING,
             histograms_shown: None,
             export_folder: std::env::var("HOME").unwrap_or_default(),
@@ -217,16 +221,15 @@ impl Model {
         &mut self.scope
     }
 
-    /// What the plots need, which is not all of the model: the scene is that of what is looked at.
-    pub(crate) fn scope_and_scene(&mut self) -> (&mut Scope, Option<&Scene>, Shown) {
-        let scene = match &self.opened {
-            Some(Ok(opened)) if self.scope.is_of_recording() => {
-                let newest = self.scope.tape().at(self.scope.seen().to_s);
-                newest.and_then(|sample| opened.scene_at(sample.tick))
-            }
-            _ => self.scene.in_force.as_ref(),
-        };
-        (&mut self.scope, scene, self.plots_shown)
+    /// The scene of what is looked at.
+    pub(crate) fn scene_seen(&self) -> Option<&Scene> {
+        scene_seen(&self.scope, self.opened.as_ref(), &self.scene)
+    }
+
+    /// What the plots need, which is not all of the model.
+    pub(crate) fn scope_and_scene(&mut self) -> (&mut Scope, Option<&Scene>) {
+        let scene = scene_seen(&self.scope, self.opened.as_ref(), &self.scene);
+        (&mut self.scope, scene)
     }
 
     pub(crate) fn recording(&self) -> Option<&RecordingNews> {
@@ -385,6 +388,16 @@ impl Model {
             },
             Err(error) => StopReport::Failed { reason: error.message },
         };
+    }
+}
+
+fn scene_seen<'a>(scope: &Scope, opened: Option<&'a Result<Opened, String>>, rig: &'a SceneModel) -> Option<&'a Scene> {
+    match opened {
+        Some(Ok(opened)) if scope.is_of_recording() => {
+            let newest = scope.tape().at(scope.seen().to_s);
+            newest.and_then(|sample| opened.scene_at(sample.tick))
+        }
+        _ => rig.in_force.as_ref(),
     }
 }
 

@@ -1,11 +1,13 @@
 //! Force against velocity: what the block does, over what its law says of a steady slide.
 
-use super::axis::{AXIS_WIDTH, count_for, number, reach, steps};
+use super::axis::reach;
+use super::frame;
 use crate::scope::Scope;
 use crate::scope::signal::{MM_PER_M, Signal};
+use crate::scope::value_axes::Reach;
 use crate::theme::Palette;
-use egui::{TextStyle, Ui};
-use egui_plot::{Corner, Legend, Line, LineStyle, Plot, PlotBounds, PlotPoints, Points, VLine, uniform_grid_spacer};
+use egui::{Color32, Ui};
+use egui_plot::{Line, LineStyle, PlotBounds, PlotPoints, Points, VLine};
 use haptic_core::{Parameter, Scene};
 
 /// How long a trail the dot has, s.
@@ -55,6 +57,47 @@ fn band(scene: Option<&Scene>) -> f64 {
     (4.0 * threshold.max(stribeck) * MM_PER_M).max(NARROW_BAND_MMPS)
 }
 
+/// What the axes are called.
+pub(crate) const LABELS: [&str; 2] = ["Block velocity (mm/s)", "Coupling force (N)"];
+
+/// What is drawn, in mm/s and N.
+#[derive(Debug)]
+pub(crate) struct Graph {
+    pub(crate) law: Vec<[f64; 2]>,
+    pub(crate) trail: Vec<[f64; 2]>,
+    /// The velocities at which the block starts to be held, where its law has a threshold.
+    pub(crate) thresholds: Vec<f64>,
+    pub(crate) velocities: Reach,
+    pub(crate) forces: Reach,
+}
+
+impl Graph {
+    /// What is to be drawn of a scene, and of what is seen.
+    pub(crate) fn of(scope: &Scope, scene: Option<&Scene>) -> Self {
+        let trail = trail(scope);
+        let threshold = scene.and_then(|scene| scene.value(Parameter::VelocityThreshold));
+        let threshold = threshold
+            .map(|value| value.positive * MM_PER_M)
+            .filter(|mmps| *mmps > 0.0);
+        let fastest = trail.iter().map(|[velocity, _]| velocity.abs()).fold(0.0, f64::max);
+        let widest = if scope.zooms_to_stick_band {
+            band(scene)
+        } else {
+            (fastest * 1.1).max(20.0)
+        };
+        let law = scene.map_or_else(Vec::new, |scene| curve(scene, widest * 1.2));
+        let is_seen = |point: &&[f64; 2]| point[0].abs() <= widest;
+        let forces = trail.iter().chain(&law).filter(is_seen).map(|[_, force]| *force);
+        Self {
+            forces: reach(forces, 2.0),
+            law,
+            trail,
+            thresholds: threshold.into_iter().flat_map(|mmps| [-mmps, mmps]).collect(),
+            velocities: (-widest, widest),
+        }
+    }
+}
+
 /// Shows the plot in `height` points.
 pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, scene: Option<&Scene>, height: f32) {
     let palette = Palette::of(ui);
@@ -62,58 +105,40 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, scene: Option<&Scene>, height
     ui.checkbox(&mut scope.zooms_to_stick_band, label)
         .on_hover_text("Velocities at which it is decided whether the block sticks: a few times DV, or ws");
     let height = height - ui.spacing().interact_size.y - ui.spacing().item_spacing.y;
-    let trail = trail(scope);
-    let threshold = scene.and_then(|scene| scene.value(Parameter::VelocityThreshold));
-    let threshold = threshold
-        .map(|value| value.positive * MM_PER_M)
-        .filter(|mmps| *mmps > 0.0);
-    let fastest = trail.iter().map(|[velocity, _]| velocity.abs()).fold(0.0, f64::max);
-    let widest = if scope.zooms_to_stick_band {
-        band(scene)
-    } else {
-        (fastest * 1.1).max(20.0)
-    };
-    let curve = scene.map_or_else(Vec::new, |scene| curve(scene, widest * 1.2));
-    let is_seen = |point: &&[f64; 2]| point[0].abs() <= widest;
-    let forces = trail.iter().chain(&curve).filter(is_seen).map(|[_, force]| *force);
-    let (low, high) = reach(forces, 2.0);
-    let plot = Plot::new("Force against velocity plot")
-        .height(height)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_zoom(false)
-        .allow_drag(false)
-        .allow_axis_zoom_drag(false)
-        .allow_double_click_reset(false)
-        .x_axis_label("Block velocity (mm/s)")
-        .y_axis_label("Coupling force (N)")
-        .x_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, FEW)))
-        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, count_for(height))))
-        .x_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
-        .y_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
-        .y_axis_min_width(AXIS_WIDTH)
-        .legend(
-            Legend::default()
-                .position(Corner::LeftTop)
-                .text_style(TextStyle::Small)
-                .follow_insertion_order(true),
-        );
+    let graph = Graph::of(scope, scene);
+    let name = "Force against velocity plot";
+    let plot = frame::plot(name, height, height, FEW)
+        .x_axis_label(LABELS[0])
+        .y_axis_label(LABELS[1]);
     let shown = plot.show(ui, |plot| {
-        plot.set_plot_bounds(PlotBounds::from_min_max([-widest, low], [widest, high]));
-        for mark in threshold.into_iter().flat_map(|mmps| [-mmps, mmps]) {
+        let ((left, right), (low, high)) = (graph.velocities, graph.forces);
+        plot.set_plot_bounds(PlotBounds::from_min_max([left, low], [right, high]));
+        for mark in graph.thresholds {
             let line = VLine::new("DV", mark).color(palette.mark);
             plot.vline(line.style(LineStyle::dashed_loose()).allow_hover(false));
         }
-        plot.line(Line::new("Law", PlotPoints::new(curve)).color(palette.law).width(2.0));
-        let newest = trail.last().copied();
-        let faint = palette.block.gamma_multiply(0.5);
-        plot.line(Line::new("Trail", PlotPoints::new(trail)).color(faint).width(1.0));
+        plot.line(
+            Line::new("Law", PlotPoints::new(graph.law))
+                .color(palette.law)
+                .width(2.0),
+        );
+        let newest = graph.trail.last().copied();
+        plot.line(
+            Line::new("Trail", PlotPoints::new(graph.trail))
+                .color(trail_color(palette))
+                .width(1.0),
+        );
         if let Some(newest) = newest {
             let dot = Points::new("Now", PlotPoints::new(vec![newest]));
             plot.points(dot.color(palette.device).radius(5.0));
         }
     });
-    shown.response.accessible_name("Force against velocity plot");
+    shown.response.accessible_name(name);
+}
+
+/// Fainter than the block's line, so that the law and the dot stand out.
+pub(crate) fn trail_color(palette: &Palette) -> Color32 {
+    palette.block.gamma_multiply(0.5)
 }
 
 /// The last second of what is seen: every sample, so that no spike is lost.

@@ -3,6 +3,7 @@
 pub(crate) mod axis;
 pub(crate) mod contact_ribbon;
 pub(crate) mod force_velocity;
+mod frame;
 pub(crate) mod over_time;
 pub(crate) mod recordings;
 mod toolbar;
@@ -39,7 +40,13 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     toolbar::show(ui, model, intents);
     let height = ui.available_height();
     model.plots_area = ui.available_rect_before_wrap();
-    let (scope, scene, shown) = model.scope_and_scene();
+    model.plots_seen = match model.plots_shown {
+        _ if is_wide => &[Shown::OverTime, Shown::ForceVelocity],
+        Shown::OverTime => &[Shown::OverTime],
+        Shown::ForceVelocity => &[Shown::ForceVelocity],
+    };
+    let shown = model.plots_shown;
+    let (scope, scene) = model.scope_and_scene();
     if is_wide {
         let column = ui.available_width() * COLUMN_SHARE;
         ui.horizontal_top(|ui| {

@@ -1,16 +1,15 @@
 //! Force, position and velocity over time, one below the other on one time axis, under the ribbon of contact.
 
-use super::axis::{AXIS_WIDTH, USUAL_COUNT, count_for, number, reach, steps};
-use super::contact_ribbon;
+use super::axis::{AXIS_WIDTH, USUAL_COUNT, reach};
+use super::{contact_ribbon, frame};
 use crate::scope::outline::outlines;
 use crate::scope::signal::{Quantity, Signal};
 use crate::scope::trigger::Mode;
+use crate::scope::value_axes::Reach;
 use crate::scope::{Scope, While};
 use crate::theme::Palette;
-use egui::{Color32, Pos2, RichText, Sense, TextStyle, Ui, vec2};
-use egui_plot::{
-    Corner, HLine, Legend, Line, LineStyle, Plot, PlotBounds, PlotPoints, PlotResponse, VLine, uniform_grid_spacer,
-};
+use egui::{Color32, Pos2, Rect, RichText, Sense, Ui, vec2};
+use egui_plot::{HLine, Line, LineStyle, PlotBounds, PlotPoints, PlotResponse, VLine};
 
 const TIME_LABEL_HEIGHT: f32 = 18.0;
 const RIBBON_HEIGHT: f32 = 10.0;
@@ -18,13 +17,10 @@ const RIBBON_HEIGHT: f32 = 10.0;
 /// Lower than this a plot shows nothing.
 const LOWEST_PLOT: f32 = 60.0;
 
-/// From this height on a plot has a legend, points.
-const LOWEST_WITH_LEGEND: f32 = 110.0;
-
 /// So near to a cursor a drag takes it along, points.
 const GRAB: f32 = 8.0;
 
-/// Points of the wheel's scrolling that change the while by a factor of e.
+/// Points of the wheel's scrolling that zoom by a factor of e.
 const POINTS_PER_ZOOM: f32 = 200.0;
 
 /// One line of a plot.
@@ -51,6 +47,25 @@ pub(crate) fn traces(scope: &Scope, quantity: Quantity, seen: &While, columns: f
         Trace { signal, points }
     };
     [trace(signals[0], first), trace(signals[1], second)]
+}
+
+/// How far the axis of a quantity reaches that has these lines.
+pub(crate) fn value_reach(scope: &Scope, quantity: Quantity, traces: &[Trace; 2]) -> Reach {
+    let values = || {
+        let points = traces.iter().flat_map(|trace| &trace.points);
+        points.map(|[_, value]| *value)
+    };
+    let held = scope.value_axes.held(quantity);
+    held.unwrap_or_else(|| reach(values(), quantity.smallest_span()))
+}
+
+/// What the time axis counts from.
+pub(crate) fn time_label(scope: &Scope) -> &'static str {
+    match (scope.follows(), scope.trigger.mode()) {
+        (true, Mode::Off) => "Time from the newest sample (s)",
+        (true, _) => "Time from the trigger (s)",
+        (false, _) => "Time (s)",
+    }
 }
 
 /// Colour and width: the block's line is wider and drawn first; where both agree, it frames the device's instead of vanishing under it.
@@ -85,6 +100,7 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, height: f32) {
             contact_ribbon::paint(ui, strip, &shown.transform, scope);
         }
         take_pointer(ui, scope, &shown);
+        take_axis_pointer(ui, scope, quantity, &shown);
     }
 }
 
@@ -106,53 +122,22 @@ fn show_key(ui: &mut Ui) {
     });
 }
 
-fn show_one(ui: &mut Ui, scope: &Scope, quantity: Quantity, height: f32, has_time: bool) -> PlotResponse<()> {
+fn show_one(ui: &mut Ui, scope: &mut Scope, quantity: Quantity, height: f32, has_time: bool) -> PlotResponse<()> {
     let palette = Palette::of(ui);
     let inner = if has_time { height - TIME_LABEL_HEIGHT } else { height };
     let seen = scope.seen();
     let columns = f64::from((ui.available_width() - AXIS_WIDTH).max(1.0) * ui.pixels_per_point());
     let traces = traces(scope, quantity, &seen, columns);
-    let values = traces
-        .iter()
-        .flat_map(|trace| trace.points.iter().map(|[_, value]| *value));
-    let (low, high) = reach(values, quantity.smallest_span());
+    let (low, high) = value_reach(scope, quantity, &traces);
+    scope.value_axes.saw(quantity, (low, high));
     let (left, right) = (seen.from_s - seen.zero_s, seen.to_s - seen.zero_s);
-    let time_axis = match (has_time, scope.follows(), scope.trigger.mode()) {
-        (false, ..) => "",
-        (true, true, Mode::Off) => "Time from the newest sample (s)",
-        (true, true, _) => "Time from the trigger (s)",
-        (true, false, _) => "Time (s)",
-    };
-    let legend = Legend::default()
-        .position(Corner::LeftTop)
-        .text_style(TextStyle::Small)
-        .follow_insertion_order(true);
     let name = format!("{} plot", quantity.name());
     let cursor_group = egui::Id::unique("time of the plots");
-    let plot = Plot::new(&name)
-        .height(height)
-        // The panel moves all plots together, see `take_pointer`.
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_zoom(false)
-        .allow_drag(false)
-        .allow_axis_zoom_drag(false)
-        .allow_double_click_reset(false)
+    let plot = frame::plot(&name, height, inner, USUAL_COUNT)
         .link_cursor(cursor_group, [true, false])
-        .x_axis_label(time_axis)
+        .x_axis_label(if has_time { time_label(scope) } else { "" })
         .y_axis_label(format!("{} ({})", quantity.name(), quantity.unit()))
-        .x_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, USUAL_COUNT)))
-        .y_grid_spacer(uniform_grid_spacer(|grid| steps(grid.bounds, count_for(inner))))
-        .x_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
-        .y_axis_formatter(|mark, reach| number(mark.value, (*reach.start(), *reach.end())))
-        .y_axis_min_width(AXIS_WIDTH)
         .sense(Sense::drag());
-    // In a low one it would hide the lines; the key above names the colours.
-    let plot = if inner < LOWEST_WITH_LEGEND {
-        plot
-    } else {
-        plot.legend(legend)
-    };
     let mut response = plot.show(ui, |plot| {
         plot.set_plot_bounds(PlotBounds::from_min_max([left, low], [right, high]));
         for trace in traces {
@@ -188,13 +173,12 @@ fn take_pointer(ui: &Ui, scope: &mut Scope, shown: &PlotResponse<()>) {
     let (response, transform) = (&shown.response, &shown.transform);
     let time_at = |pos: Pos2| transform.value_from_position(pos).x;
     if let Some(pos) = response.hover_pos() {
-        let (scroll, zoom) = ui.input(|input| (input.smooth_scroll_delta(), input.zoom_delta()));
-        let factor = zoom * (scroll.y / POINTS_PER_ZOOM).exp();
-        if (factor - 1.0).abs() > f32::EPSILON {
-            scope.zoom(f64::from(factor), time_at(pos));
+        if let Some(factor) = zoom(ui) {
+            scope.zoom(factor, time_at(pos));
         }
-        if scroll.x != 0.0 {
-            scope.shift(-f64::from(scroll.x) / transform.dpos_dvalue_x());
+        let sideways = ui.input(|input| input.smooth_scroll_delta().x);
+        if sideways != 0.0 {
+            scope.shift(-f64::from(sideways) / transform.dpos_dvalue_x());
         }
     }
     let grabbed = response.id.with("grabbed cursor");
@@ -215,4 +199,36 @@ fn take_pointer(ui: &Ui, scope: &mut Scope, shown: &PlotResponse<()>) {
             None => {}
         }
     }
+}
+
+/// The numbers at the left are a handle: the wheel zooms the values around it, a drag moves them, a double click fits them again.
+fn take_axis_pointer(ui: &Ui, scope: &mut Scope, quantity: Quantity, shown: &PlotResponse<()>) {
+    let (plot, transform) = (shown.response.rect, &shown.transform);
+    let numbers = Rect::from_min_max(Pos2::new(plot.left() - AXIS_WIDTH, plot.top()), plot.left_bottom());
+    let id = shown.response.id.with("numbers");
+    let response = ui
+        .interact(numbers, id, Sense::click_and_drag())
+        .on_hover_text("The wheel zooms these values, a drag moves them, a double click fits them to what is seen")
+        .accessible_name(format!("{} axis", quantity.name()));
+    let axes = &mut scope.value_axes;
+    if response.double_clicked() {
+        axes.fit(quantity);
+        return;
+    }
+    if let Some(pos) = response.hover_pos()
+        && let Some(factor) = zoom(ui)
+    {
+        axes.zoom(quantity, factor, transform.value_from_position(pos).y);
+    }
+    let by = f64::from(response.drag_delta().y) / transform.dpos_dvalue_y();
+    if response.dragged() && by != 0.0 {
+        axes.shift(quantity, -by);
+    }
+}
+
+/// By how much the wheel, or two fingers, zoom in now.
+fn zoom(ui: &Ui) -> Option<f64> {
+    let (scroll, zoom) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+    let factor = zoom * (scroll / POINTS_PER_ZOOM).exp();
+    ((factor - 1.0).abs() > f32::EPSILON).then(|| f64::from(factor))
 }

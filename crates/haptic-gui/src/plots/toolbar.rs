@@ -6,6 +6,7 @@ use crate::model::Model;
 use crate::scope::Scope;
 use crate::scope::signal::{Quantity, Signal};
 use crate::scope::trigger::{Edge, Mode};
+use crate::scope::value_axes::{FARTHEST, ValueAxes};
 use crate::theme::Palette;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, ComboBox, DragValue, Label, PopupCloseBehavior, RichText, TextEdit, Ui};
@@ -16,6 +17,9 @@ const ZOOM_STEP: f64 = 1.5;
 
 /// A press of a move button moves by this share of the while.
 const SHIFT_SHARE: f64 = 0.25;
+
+/// From here on the fields for the ends of the axes stand in the menu, points.
+const AXIS_FIELDS_AT: f32 = 96.0;
 
 /// Shows the tools.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
@@ -29,6 +33,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             let name = format!("plot {}", quantity.name().to_lowercase());
             ui.toggle_value(shown, quantity.name()).accessible_name(name);
         }
+        show_axes(ui, scope);
         ui.separator();
         show_trigger_mode(ui, scope);
         show_cursors_toggle(ui, scope);
@@ -86,6 +91,46 @@ fn show_moving(ui: &mut Ui, scope: &mut Scope) {
         }
     }
     ui.label(duration(span_s)).on_hover_text("How long a while is seen");
+}
+
+/// How far the axes of the values reach, to be typed; the pointer does it at the numbers of each axis.
+fn show_axes(ui: &mut Ui, scope: &mut Scope) {
+    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let (button, _) = MenuButton::new("Axes").config(config).ui(ui, |ui| {
+        for quantity in Quantity::ALL {
+            ui.horizontal(|ui| show_axis(ui, &mut scope.value_axes, quantity));
+        }
+    });
+    button.on_hover_text("How far the values reach: fitted to what is seen, or held where you want them");
+}
+
+fn show_axis(ui: &mut Ui, axes: &mut ValueAxes, quantity: Quantity) {
+    let name = quantity.name();
+    let mut fits = axes.held(quantity).is_none();
+    let toggle = ui.checkbox(&mut fits, format!("Fit {}", name.to_lowercase()));
+    if toggle.changed() && fits {
+        axes.fit(quantity);
+    } else if toggle.changed() {
+        axes.hold(quantity, axes.seen(quantity));
+    }
+    let (mut low, mut high) = axes.seen(quantity);
+    let (speed, unit) = ((high - low) / 200.0, format!(" {}", quantity.unit()));
+    // Those of all three stand in one column.
+    ui.add_space((AXIS_FIELDS_AT - ui.min_rect().width()).max(0.0));
+    let span = high - low;
+    let mut field = |end: &mut f64, at: &str| {
+        let field = DragValue::new(end).speed(speed).range(-FARTHEST..=FARTHEST);
+        ui.add(field.max_decimals(6).suffix(&unit))
+            .accessible_name(format!("{} axis {at} end", name.to_lowercase()))
+            .changed()
+    };
+    let (low_typed, high_typed) = (field(&mut low, "lower"), field(&mut high, "upper"));
+    // An end that passes the other takes it along.
+    match (low_typed, high_typed) {
+        (true, _) => axes.hold(quantity, (low, if high > low { high } else { low + span })),
+        (_, true) => axes.hold(quantity, (if high > low { low } else { high - span }, high)),
+        _ => {}
+    }
 }
 
 fn show_trigger_mode(ui: &mut Ui, scope: &mut Scope) {

@@ -5,6 +5,7 @@ pub(crate) mod outline;
 pub(crate) mod signal;
 pub(crate) mod tape;
 pub(crate) mod trigger;
+pub(crate) mod value_axes;
 pub(crate) mod view;
 
 use cursors::Cursors;
@@ -12,6 +13,7 @@ use haptic_ipc::Sample;
 use signal::Quantity;
 use tape::Tape;
 use trigger::{Caught, Mode, Trigger};
+use value_axes::ValueAxes;
 use view::{View, Zero};
 
 /// The plots' side of the model.
@@ -23,6 +25,7 @@ pub(crate) struct Scope {
     pub(crate) trigger: Trigger,
     view: View,
     pub(crate) cursors: Cursors,
+    pub(crate) value_axes: ValueAxes,
     /// Which plots over time are shown.
     pub(crate) shown: [bool; 3],
     pub(crate) zooms_to_stick_band: bool,
@@ -39,6 +42,7 @@ impl Default for Scope {
             trigger: Trigger::default(),
             view: View::default(),
             cursors: Cursors::default(),
+            value_axes: ValueAxes::default(),
             shown: [true; 3],
             zooms_to_stick_band: false,
             recording: None,

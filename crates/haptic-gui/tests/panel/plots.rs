@@ -1,6 +1,7 @@
 //! What is done with the plots: freeze, move, trigger, measure, export, record, open.
 
 use super::*;
+use egui_kittest::kittest::NodeT;
 use haptic_gui::{Format, RecordingNews};
 use haptic_ipc::{Bucket, Percentiles, TimingHistogram};
 use haptic_lab::recording::{Ending, Metadata, Recording, Totals};
@@ -69,8 +70,18 @@ fn plots_are_zoomed_and_moved_by_button_and_by_pointer() {
     );
 
     let plot = panel.get_by_label("Position plot").rect();
-    panel.hover_at(plot.center());
-    panel.run();
+    wheel(&mut panel, plot.center());
+    let (from, to) = csv_times(&panel);
+    assert!(to - from < 2.5, "{from} to {to}");
+
+    drag(&mut panel, plot.center(), egui::vec2(100.0, 0.0));
+    assert!(csv_times(&panel).0 < from - 0.1, "dragged to earlier times");
+}
+
+fn wheel(panel: &mut Panel, at: egui::Pos2) {
+    panel.hover_at(at);
+    // A tooltip comes up in its own time.
+    panel.run_steps(10);
     panel.event(egui::Event::MouseWheel {
         unit: egui::MouseWheelUnit::Point,
         delta: egui::vec2(0.0, 200.0),
@@ -78,17 +89,61 @@ fn plots_are_zoomed_and_moved_by_button_and_by_pointer() {
         source: egui::MouseWheelSource::Wheel,
         modifiers: Modifiers::NONE,
     });
-    panel.run();
-    let (from, to) = csv_times(&panel);
-    assert!(to - from < 2.5, "{from} to {to}");
+    panel.run_steps(10);
+}
 
-    panel.drag_at(plot.center());
+fn drag(panel: &mut Panel, from: egui::Pos2, way: egui::Vec2) {
+    panel.drag_at(from);
     panel.run();
-    panel.hover_at(plot.center() + egui::vec2(100.0, 0.0));
+    panel.hover_at(from + way);
     panel.run();
-    panel.drop_at(plot.center() + egui::vec2(100.0, 0.0));
-    panel.run();
-    assert!(csv_times(&panel).0 < from - 0.1, "dragged to earlier times");
+    panel.drop_at(from + way);
+    panel.run_steps(10);
+}
+
+/// The ends of the force axis, as the menu has them.
+fn force_axis(panel: &mut Panel) -> (f64, f64) {
+    press(panel, "Axes");
+    let [low, high] = ["lower", "upper"].map(|end| {
+        let label = format!("force axis {end} end");
+        let field = panel.get_by_label(&label);
+        field.accesskit_node().numeric_value().expect("a number")
+    });
+    panel.key_press(Key::Tab);
+    press(panel, "Axes");
+    (low, high)
+}
+
+#[test]
+fn the_axis_of_the_values_is_zoomed_moved_typed_and_fitted_again() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..20_000, |ms| if ms % 2 == 0 { 4.0 } else { -4.0 }));
+    let fitted = force_axis(&mut panel);
+    assert!(fitted.0 < -4.0 && fitted.1 > 4.0, "{fitted:?}");
+    let before = csv_times(&panel);
+
+    let numbers = panel.get_by_label("Force axis").rect();
+    wheel(&mut panel, numbers.center());
+    let zoomed = force_axis(&mut panel);
+    assert!(zoomed.1 - zoomed.0 < 0.5 * (fitted.1 - fitted.0), "{zoomed:?}");
+    assert_eq!(csv_times(&panel), before, "time goes on as it was");
+
+    drag(&mut panel, numbers.center(), egui::vec2(0.0, numbers.height() / 2.0));
+    let moved = force_axis(&mut panel);
+    assert!(
+        moved.0 > zoomed.0 && moved.1 > zoomed.1,
+        "{moved:?}: greater values come into sight"
+    );
+
+    press(&mut panel, "Axes");
+    type_into(&mut panel, "force axis lower end", "3.9");
+    press(&mut panel, "Axes");
+    assert_eq!(force_axis(&mut panel).0, 3.9);
+
+    press(&mut panel, "Axes");
+    press(&mut panel, "Fit force");
+    press(&mut panel, "Axes");
+    assert_eq!(force_axis(&mut panel), fitted);
 }
 
 #[test]

@@ -1,0 +1,103 @@
+//! How far the axes of the values reach: to what is seen, unless the user holds one where it is.
+
+use super::signal::Quantity;
+
+/// The least that an axis can span, in the unit of its quantity: far below what an encoder or a motor resolves.
+pub(crate) const NARROWEST: f64 = 1e-6;
+
+/// As far as an axis can reach from zero, in the unit of its quantity.
+pub(crate) const FARTHEST: f64 = 1e6;
+
+/// From the lower end of an axis to its upper, in the unit of its quantity.
+pub(crate) type Reach = (f64, f64);
+
+/// The axes of the plots over time.
+#[derive(Debug, Default)]
+pub(crate) struct ValueAxes {
+    held: [Option<Reach>; 3],
+    /// As they were drawn last.
+    seen: [Option<Reach>; 3],
+}
+
+impl ValueAxes {
+    /// Where the user holds an axis; nothing where it fits what is seen.
+    pub(crate) fn held(&self, quantity: Quantity) -> Option<Reach> {
+        self.held[quantity as usize]
+    }
+
+    /// Notes how an axis was drawn.
+    pub(crate) fn saw(&mut self, quantity: Quantity, reach: Reach) {
+        self.seen[quantity as usize] = Some(reach);
+    }
+
+    /// How an axis was drawn last.
+    pub(crate) fn seen(&self, quantity: Quantity) -> Reach {
+        let half = quantity.smallest_span() / 2.0;
+        self.seen[quantity as usize].unwrap_or((-half, half))
+    }
+
+    /// Lets an axis fit what is seen.
+    pub(crate) fn fit(&mut self, quantity: Quantity) {
+        self.held[quantity as usize] = None;
+    }
+
+    /// Holds an axis. One that has no sense changes nothing.
+    pub(crate) fn hold(&mut self, quantity: Quantity, (low, high): Reach) {
+        let is_near = |end: f64| end.abs() <= FARTHEST;
+        if is_near(low) && is_near(high) && high - low >= NARROWEST {
+            self.held[quantity as usize] = Some((low, high));
+        }
+    }
+
+    /// Holds an axis that shows less (a factor above 1) or more around a value.
+    pub(crate) fn zoom(&mut self, quantity: Quantity, factor: f64, around: f64) {
+        let (low, high) = self.seen(quantity);
+        let moved = |end: f64| around + (end - around) / factor;
+        self.hold(quantity, (moved(low), moved(high)));
+    }
+
+    /// Holds an axis moved by so much towards greater values.
+    pub(crate) fn shift(&mut self, quantity: Quantity, by: f64) {
+        let (low, high) = self.seen(quantity);
+        self.hold(quantity, (low + by, high + by));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_is_held_from_how_it_was_seen_until_it_fits_again() {
+        let mut axes = ValueAxes::default();
+        axes.saw(Quantity::Force, (-4.0, 4.0));
+        axes.zoom(Quantity::Force, 4.0, 2.0);
+        assert_eq!(axes.held(Quantity::Force), Some((0.5, 2.5)));
+        axes.saw(Quantity::Force, (0.5, 2.5));
+        axes.shift(Quantity::Force, -1.5);
+        assert_eq!(axes.held(Quantity::Force), Some((-1.0, 1.0)));
+        assert_eq!(axes.held(Quantity::Position), None);
+        axes.fit(Quantity::Force);
+        assert_eq!(axes.held(Quantity::Force), None);
+    }
+
+    #[test]
+    fn an_axis_without_sense_changes_nothing() {
+        let mut axes = ValueAxes::default();
+        axes.hold(Quantity::Force, (1.0, 2.0));
+        for reach in [
+            (2.0, 1.0),
+            (1.0, 1.0),
+            (f64::NAN, 1.0),
+            (0.0, f64::INFINITY),
+            (-1e9, 0.0),
+        ] {
+            axes.hold(Quantity::Force, reach);
+            assert_eq!(axes.held(Quantity::Force), Some((1.0, 2.0)), "{reach:?}");
+        }
+        axes.saw(Quantity::Force, (1.0, 2.0));
+        axes.zoom(Quantity::Force, 1e30, 1.5);
+        axes.zoom(Quantity::Force, 1e-30, 1.5);
+        assert_eq!(axes.held(Quantity::Force), Some((1.0, 2.0)));
+    }
+}
