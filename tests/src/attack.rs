@@ -25,7 +25,7 @@ impl Attack {
     }
 }
 
-/// All of them.
+/// All that leave the machine to others.
 pub const ALL: [Attack; 9] = [
     Attack {
         name: "eight subscribers that never read",
@@ -64,6 +64,12 @@ pub const ALL: [Attack; 9] = [
         run: ask_without_pause,
     },
 ];
+
+/// As many connections as a client can make: more than the daemon can serve.
+pub const CROWD: Attack = Attack {
+    name: "connections without pause",
+    run: connect_without_pause,
+};
 
 fn goes_on(over: &AtomicBool) -> bool {
     !over.load(Ordering::Relaxed)
@@ -161,6 +167,12 @@ fn connect_again_and_again(socket: &Path, over: &AtomicBool) {
         // By the clock, so that the rate is kept.
         let due = began + Duration::from_millis(1) * connections;
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
+    }
+}
+
+fn connect_without_pause(socket: &Path, over: &AtomicBool) {
+    while goes_on(over) {
+        drop(UnixStream::connect(socket));
     }
 }
 

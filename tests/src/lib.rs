@@ -18,6 +18,7 @@ pub use held::{HeldThread, real_time_thread};
 
 use haptic_ipc::{Client, Request, RigState, Status};
 use std::io::{BufRead, BufReader, Read, Write};
+use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Output, Stdio};
@@ -289,6 +290,14 @@ impl Raw {
     /// The connection is gone.
     pub fn send(&mut self, bytes: impl AsRef<[u8]>) {
         self.stream.write_all(bytes.as_ref()).expect("the daemon reads");
+    }
+
+    /// Sends no more; answers can still be read.
+    ///
+    /// # Panics
+    /// The connection is gone.
+    pub fn hang_up(&mut self) {
+        self.stream.shutdown(Shutdown::Write).expect("it is connected");
     }
 
     /// Reads a line.

@@ -7,8 +7,9 @@ use haptic_ipc::{
 use rustix::process::{Gid, Uid, geteuid};
 use rustix::thread::{set_thread_groups, set_thread_res_gid, set_thread_res_uid};
 use std::fs::{self, Permissions};
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -320,6 +321,77 @@ fn whatever_clients_do_others_are_served_and_nothing_is_left_behind() {
 }
 
 #[test]
+fn a_stop_is_heard_though_its_sender_hangs_up_at_once() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut user = daemon.client();
+    for (before, greeted) in [0, 1, 2, 5, 40]
+        .into_iter()
+        .flat_map(|before| [(before, true), (before, false)])
+    {
+        for _ in 0..5 {
+            let _: StateReply = user.request(Request::Engage {}).expect("it is idle");
+            let mut sender = UnixStream::connect(daemon.socket()).expect("there is a place");
+            if greeted {
+                let greeting = sender.read(&mut [0; 1024]).expect("a greeting");
+                assert_ne!(greeting, 0);
+            }
+            let asked = "{\"id\":1,\"op\":\"status\"}\n".repeat(before) + "{\"id\":2,\"op\":\"stop\"}\n";
+            sender.write_all(asked.as_bytes()).expect("it is taken");
+            drop(sender);
+            wait_for_state(&mut user, RigState::Stopped);
+            let _: StateReply = user.request(Request::Reset {}).expect("it is stopped");
+        }
+    }
+}
+
+#[test]
+fn a_last_line_needs_no_end() {
+    let daemon = Daemon::start(&[]);
+    daemon.ctl_ok(&["engage", "--wait"]);
+    let mut raw = daemon.raw();
+    raw.send(r#"{"id":7,"op":"stop"}"#);
+    raw.hang_up();
+    let answer = raw.line();
+    assert_eq!(
+        (&answer["id"], &answer["ok"]["state"]),
+        (&7.into(), &"stopped".into()),
+        "{answer}"
+    );
+    let mut raw = daemon.raw();
+    raw.send(r#"{"id":8,"op":"set","params":{"mass":1"#);
+    raw.hang_up();
+    assert_eq!(raw.line()["error"]["code"], "bad_json", "half a line is none");
+}
+
+#[test]
+fn a_stop_does_not_wait_behind_what_its_client_asked_before() {
+    // Each of these takes a tick of 10 ms.
+    let daemon = Daemon::start(&["--rate", "100"]);
+    let mut raw = daemon.raw();
+    let engage = |id: u32| format!("{{\"id\":{id},\"op\":\"engage\"}}\n");
+    let asked: String = (1..=1000).map(engage).collect();
+    raw.send(asked + "{\"id\":1001,\"op\":\"stop\"}\n");
+    let engaged = (0..1000)
+        .take_while(|_| raw.line()["error"]["code"] != "stopped")
+        .count();
+    assert!(engaged < 500, "the stop came after {engaged} of 1000 requests");
+}
+
+#[test]
+fn a_crowd_at_the_door_does_not_keep_a_stop_waiting() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("run/control.sock");
+    let mut command = Command::new("sh");
+    // With the usual 1024 descriptors it is their lack that keeps the crowd small.
+    command
+        .args(["-c", "ulimit -n \"$(ulimit -Hn)\"; exec \"$0\" \"$@\""])
+        .arg(binary("hapticd"))
+        .args(["--device", "fake"]);
+    let daemon = Daemon::spawn(command, &socket);
+    survives(&daemon, attack::CROWD, Duration::from_secs(3));
+}
+
+#[test]
 fn without_descriptors_those_who_are_connected_are_served_and_later_all() {
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("run/control.sock");
@@ -332,7 +404,7 @@ fn without_descriptors_those_who_are_connected_are_served_and_later_all() {
     let mut user = daemon.client();
     let mut crowd = Vec::new();
     while Held::by(&daemon).descriptors < 32 {
-        match std::os::unix::net::UnixStream::connect(&socket) {
+        match UnixStream::connect(&socket) {
             Ok(stream) => crowd.push(stream),
             // So many wait that no more may.
             Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock, "{error}"),

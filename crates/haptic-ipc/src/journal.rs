@@ -32,7 +32,7 @@ pub struct JournalEntry {
     /// Time over which it changed, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ms: Option<f64>,
-    /// What else there is to say.
+    /// What else there is to say: why there is a fault, why a lease has lapsed, the file of a scene that was saved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
 }

@@ -1,8 +1,9 @@
 //! The library of scenes: those that come with the daemon, and those that were saved, one TOML file each.
 
 use crate::control::RigHandle;
+use crate::control::journal::Until;
 use haptic_core::Scene;
-use haptic_ipc::{ErrorCode, ListedScene, SceneListReply, SceneRef, SceneSaveReply, WireError};
+use haptic_ipc::{ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError};
 use std::fs::Permissions;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
@@ -127,6 +128,7 @@ fn listed(name: &str, path: Option<&Path>, scene: Result<Scene, WireError>) -> L
 /// The name is none, or taken; or the file cannot be written.
 pub(super) async fn save(
     rig: &RigHandle,
+    by: &Peer,
     name: String,
     scene: Option<SceneRef>,
     replace: bool,
@@ -141,7 +143,7 @@ pub(super) async fn save(
         None => rig.scene(),
     };
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
-    on_a_thread(move || {
+    let saved = on_a_thread(move || {
         let written = path
             .parent()
             .map_or(Ok(()), std::fs::create_dir_all)
@@ -158,7 +160,14 @@ pub(super) async fn save(
             Err(error) => Err(file_error(&path, &error)),
         }
     })
-    .await
+    .await?;
+    let entry = JournalEntry {
+        by: Some(by.clone()),
+        message: Some(saved.path.clone()),
+        ..JournalEntry::of("scene.save")
+    };
+    rig.enter(Until::Done, entry);
+    Ok(saved)
 }
 
 fn write(path: &Path, text: &str, replace: bool) -> std::io::Result<()> {

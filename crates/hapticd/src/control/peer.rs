@@ -21,36 +21,53 @@ const NAME_TIMEOUT: Duration = Duration::from_millis(100);
 const MOST_GROUPS: usize = 65_536;
 
 /// The name of a user: nothing while it is looked for, and then what was found.
-type Answer = watch::Receiver<Option<Option<String>>>;
+#[derive(Clone, Debug)]
+struct Answer {
+    found: watch::Receiver<Option<Option<String>>>,
+    /// Whether it was waited for in vain.
+    is_slow: bool,
+}
 
 /// The users seen so far.
 #[derive(Debug, Default)]
 pub(crate) struct UserNames(RefCell<HashMap<u32, Answer>>);
 
 impl UserNames {
-    /// The name of a user. Each is looked for once, on a thread of its own; a client goes without a name that does not come in time.
+    /// The name of a user. Each is looked for once, on a thread of its own; a client goes without a name that does not come in time, and later ones of that
+    /// user do not wait for it: their first word may be a stop.
     async fn of(&self, uid: u32) -> Option<String> {
         let known = self.0.borrow().get(&uid).cloned();
         let mut answer = match known {
             Some(answer) => answer,
             None => self.0.borrow_mut().entry(uid).insert_entry(look_up(uid)?).get().clone(),
         };
-        let found = tokio::time::timeout(NAME_TIMEOUT, answer.wait_for(Option::is_some)).await;
-        found.ok()?.ok()?.clone().flatten()
+        if answer.is_slow {
+            return answer.found.borrow().clone().flatten();
+        }
+        let found = tokio::time::timeout(NAME_TIMEOUT, answer.found.wait_for(Option::is_some)).await;
+        match found {
+            Ok(found) => found.ok()?.clone().flatten(),
+            Err(_) => {
+                if let Some(answer) = self.0.borrow_mut().get_mut(&uid) {
+                    answer.is_slow = true;
+                }
+                None
+            }
+        }
     }
 }
 
 /// Has a user looked for. On no thread of the runtime's own: the daemon would wait for that at its end.
 fn look_up(uid: u32) -> Option<Answer> {
-    let (found, answer) = watch::channel(None);
+    let (sender, found) = watch::channel(None);
     let looking = std::thread::Builder::new()
         .name("user-name".to_owned())
         .stack_size(256 * 1024)
         .spawn(move || {
             let user = User::from_uid(Uid::from_raw(uid)).ok().flatten();
-            found.send_replace(Some(user.map(|user| user.name)));
+            sender.send_replace(Some(user.map(|user| user.name)));
         });
-    looking.ok().map(|_| answer)
+    looking.ok().map(|_| Answer { found, is_slow: false })
 }
 
 /// Who is at the other end of a connection; `session` is its name in the greeting. Nothing where the kernel does not say.

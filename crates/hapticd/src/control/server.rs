@@ -5,12 +5,12 @@ use crate::control::peer::{UserNames, peer_of};
 use crate::control::session::{self, MOST_CLIENTS, Rights};
 use crate::control::socket::{Access, Group, Socket, SocketError};
 use haptic_ipc::{ErrorCode, Problem, WireError};
+use rustix::net::SendFlags;
 use serde_json::json;
 use std::cell::Cell;
 use std::path::Path;
 use std::rc::Rc;
 use std::time::Duration;
-use tokio::io::AsyncWriteExt;
 use tokio::net::UnixStream;
 
 /// Clients beyond the most served that may be connected to a socket for a moment, to stop the rig.
@@ -18,9 +18,6 @@ const STOPPING_CLIENTS: usize = 8;
 
 /// How long such a client may stay.
 const STOPPING_TIME: Duration = Duration::from_secs(2);
-
-/// How long a client that is not served has to take the reason. Its line fits into the socket's buffer, so that it takes no time at all.
-const REFUSING_TIME: Duration = Duration::from_millis(100);
 
 /// A socket and the clients on it.
 #[derive(Debug)]
@@ -95,6 +92,8 @@ impl Server {
 
     async fn welcome(&self, door: &Door, rig: &Rc<RigHandle>) {
         loop {
+            // Those who are in come first: taken in as fast as they knock, a crowd at the door would keep a stop waiting.
+            tokio::task::yield_now().await;
             let Ok((stream, _)) = door.socket.listener.accept().await else {
                 // Out of descriptors, most likely: let a client go before the next try.
                 tokio::time::sleep(Duration::from_millis(100)).await;
@@ -103,12 +102,12 @@ impl Server {
             let connected = door.clients.get();
             if !door.socket.access.admits(&stream) {
                 let error = WireError::new(ErrorCode::NotPermitted, door.socket.access.who());
-                tokio::task::spawn_local(refuse(stream, error));
+                refuse(&stream, &error);
                 continue;
             }
             if connected >= MOST_CLIENTS + STOPPING_CLIENTS {
                 let error = WireError::new(ErrorCode::TooManyClients, "too many clients are connected even to stop");
-                tokio::task::spawn_local(refuse(stream, error));
+                refuse(&stream, &error);
                 continue;
             }
             let rights = if connected < MOST_CLIENTS {
@@ -163,8 +162,9 @@ impl Drop for Place {
     }
 }
 
-async fn refuse(mut stream: UnixStream, error: WireError) {
+/// Tells a client why it is not served. At once: one that is not served must not take anything, not even time.
+fn refuse(stream: &UnixStream, error: &WireError) {
     let line = format!("{}\n", json!({ "id": null, "error": error }));
-    // Whether it hears or not, it is not served.
-    drop(tokio::time::timeout(REFUSING_TIME, stream.write_all(line.as_bytes())).await);
+    // Nothing was sent before, so that there is room; whether it hears or not, it is not served.
+    rustix::net::send(stream, line.as_bytes(), SendFlags::DONTWAIT | SendFlags::NOSIGNAL).unwrap_or_default();
 }

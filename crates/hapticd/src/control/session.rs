@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::UnixStream;
-use tokio::net::unix::OwnedWriteHalf;
+use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 use tokio_util::bytes::BytesMut;
 use tokio_util::codec::{Decoder, LinesCodec, LinesCodecError};
@@ -25,12 +25,16 @@ const BLOCKED_FOR: Duration = Duration::from_secs(2);
 /// Clients served at once.
 pub(super) const MOST_CLIENTS: usize = 32;
 
-/// Requests of a client that may wait to be answered. One that pipelines more is read no further until there is room.
-const WAITING_REQUESTS: usize = 64;
-
-/// Bytes of a client's requests that may wait to be answered, and of answers that may wait to be written to it; a longer one waits alone. What is read of
-/// a client, and what it leaves unread, is held in memory that is locked.
+/// Bytes of a client's requests that may wait to be answered, with what each takes beside its text, and of answers that may wait to be written to it; a
+/// longer one waits alone. A client that pipelines more, some thousand requests, is read no further until there is room. What is read of a client, and what
+/// it leaves unread, is held in memory that is locked.
 const WAITING_BYTES: usize = 256 * 1024;
+
+/// Bytes that are looked through for stops when nobody answers a client any more: more than a socket holds.
+const LAST_BYTES: usize = 1024 * 1024;
+
+/// A name and its value, with the name's own piece of memory.
+const BYTES_OF_A_CHANGE: usize = 96;
 
 /// Changes of a client that may be on their way to the real-time thread at once.
 const CHANGES_UNDER_WAY: usize = 64;
@@ -48,9 +52,11 @@ pub(super) enum Rights {
 
 /// Talks to one client until it goes.
 pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, peer: Peer, rights: Rights) {
-    let (mut reader, writer) = stream.into_split();
+    let (reader, writer) = stream.into_split();
+    let mut incoming = Lines::new(reader);
     let (lines, outgoing) = mpsc::channel(BACKLOG_LINES);
-    let (requests, waiting) = mpsc::channel(WAITING_REQUESTS);
+    // What it holds is bounded by the room that each request takes.
+    let (requests, waiting) = mpsc::unbounded_channel();
     let writing = tokio::task::spawn_local(write(writer, outgoing));
     let client = Client {
         rig,
@@ -63,9 +69,10 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     // Reading and answering side by side: a stop acts when it is read, not when its turn to be answered comes. When the writer gives up
     // on a client that does not read, the conversation ends too.
     tokio::select! {
-        ((), ()) = async { tokio::join!(client.read(&mut reader, requests), client.converse(waiting)) } => {}
+        ((), ()) = async { tokio::join!(client.read(&mut incoming, requests), client.converse(waiting)) } => {}
         () = client.lines.closed() => {}
     }
+    client.raise_last_stops(&mut incoming);
     client.rig.feed().unsubscribe(session);
     lease::gone(&client.rig, session).await;
     drop(client);
@@ -84,6 +91,53 @@ async fn take_room(room: &Arc<Semaphore>, bytes: usize) -> Option<OwnedSemaphore
     Arc::clone(room).acquire_many_owned(bytes).await.ok()
 }
 
+/// What a client sends, line by line.
+struct Lines {
+    reader: OwnedReadHalf,
+    codec: LinesCodec,
+    buffer: BytesMut,
+    ended: bool,
+}
+
+impl Lines {
+    fn new(reader: OwnedReadHalf) -> Self {
+        Self {
+            reader,
+            codec: LinesCodec::new_with_max_length(MAX_LINE_BYTES),
+            buffer: BytesMut::new(),
+            ended: false,
+        }
+    }
+
+    /// The next line of what has come. What a client leaves without a line's end before it goes is one too: no part of a request reads as a whole one.
+    fn next(&mut self) -> Option<Result<String, LinesCodecError>> {
+        let decoded = if self.ended {
+            self.codec.decode_eof(&mut self.buffer)
+        } else {
+            self.codec.decode(&mut self.buffer)
+        };
+        decoded.transpose()
+    }
+
+    /// Waits for more; says whether there is more to look at, be it only the end.
+    async fn wait(&mut self) -> bool {
+        if self.ended {
+            return false;
+        }
+        self.ended = !matches!(self.reader.read_buf(&mut self.buffer).await, Ok(1..));
+        true
+    }
+
+    /// Takes in what has come by now, without waiting; says how much.
+    fn take_in(&mut self) -> usize {
+        let mut chunk = [0; 16 * 1024];
+        // Asked of the system itself: what the runtime knows of the socket may be old.
+        let came = rustix::io::read(self.reader.as_ref(), &mut chunk[..]).unwrap_or(0);
+        self.buffer.extend_from_slice(&chunk[..came]);
+        came
+    }
+}
+
 /// A line that waits for its turn, and the room that it takes meanwhile.
 struct Waiting {
     incoming: Incoming,
@@ -96,6 +150,24 @@ enum Incoming {
     Request { envelope: Envelope, stops: u64 },
     /// Something that is no request.
     Refused { id: Option<u64>, error: WireError },
+}
+
+impl Incoming {
+    /// Bytes that it takes in memory beside those of its text.
+    fn beside_its_text(&self) -> usize {
+        let changes = match self {
+            Self::Request {
+                envelope:
+                    Envelope {
+                        request: Request::Set { params, .. },
+                        ..
+                    },
+                ..
+            } => params.0.len(),
+            _ => 0,
+        };
+        size_of::<Waiting>() + changes * BYTES_OF_A_CHANGE
+    }
 }
 
 /// Writes the lines queued for a client, until there are no more or the client does not read them.
@@ -141,60 +213,75 @@ fn is_change(request: &Request) -> bool {
 
 impl Client {
     /// Reads the client's lines until it hangs up. Raises its stops at once.
-    async fn read(&self, reader: &mut (impl AsyncReadExt + Unpin), requests: mpsc::Sender<Waiting>) {
-        let rig = &*self.rig;
-        let mut codec = LinesCodec::new_with_max_length(MAX_LINE_BYTES);
-        let mut buffer = BytesMut::new();
+    async fn read(&self, lines: &mut Lines, requests: mpsc::UnboundedSender<Waiting>) {
         let unanswered = room();
         loop {
-            loop {
-                let decoded = codec.decode(&mut buffer);
-                if !matches!(decoded, Ok(None)) {
-                    lease::renew(rig, self.session);
-                }
-                let bytes = decoded.as_ref().map_or(0, |line| line.as_ref().map_or(0, String::len));
-                let incoming = match decoded {
-                    Ok(None) => break,
-                    Ok(Some(line)) if line.trim().is_empty() => continue,
-                    Ok(Some(line)) => match Envelope::parse(&line) {
-                        Ok(envelope) => Incoming::Request {
-                            stops: match envelope.request {
-                                Request::Stop {} => rig.raise_stop(&self.peer),
-                                _ => rig.stops(),
-                            },
-                            envelope,
-                        },
-                        Err(BadLine { id, error, means_stop }) => {
-                            if means_stop {
-                                rig.raise_stop(&self.peer);
-                            }
-                            Incoming::Refused { id, error }
-                        }
-                    },
-                    Err(error) => Incoming::Refused {
-                        id: None,
-                        error: unreadable(&error),
-                    },
-                };
+            while let Some(line) = lines.next() {
+                lease::renew(&self.rig, self.session);
+                let bytes = line.as_ref().map_or(0, String::len);
+                let Some(incoming) = self.heard(line) else { continue };
                 // A stop has been raised by now, whether or not there is room.
-                let waiting = Waiting {
-                    incoming,
-                    room: take_room(&unanswered, bytes).await,
-                };
-                if requests.send(waiting).await.is_err() {
+                let room = take_room(&unanswered, bytes + incoming.beside_its_text()).await;
+                let waiting = Waiting { incoming, room };
+                if requests.send(waiting).is_err() {
                     return;
                 }
                 // One client with much to say must not keep the others waiting.
                 tokio::task::yield_now().await;
             }
-            // A client that hangs up in the middle of a line asked for nothing.
-            if !matches!(reader.read_buf(&mut buffer).await, Ok(1..)) {
+            if !lines.wait().await {
                 return;
             }
         }
     }
 
-    async fn converse(&self, mut waiting: mpsc::Receiver<Waiting>) {
+    /// What a line asks for, with its stop raised; nothing where it is blank.
+    fn heard(&self, line: Result<String, LinesCodecError>) -> Option<Incoming> {
+        let rig = &*self.rig;
+        let line = match line {
+            Ok(line) if line.trim().is_empty() => return None,
+            Ok(line) => line,
+            Err(error) => {
+                let error = unreadable(&error);
+                return Some(Incoming::Refused { id: None, error });
+            }
+        };
+        Some(match Envelope::parse(&line) {
+            Ok(envelope) => Incoming::Request {
+                stops: match envelope.request {
+                    Request::Stop {} => rig.raise_stop(&self.peer),
+                    _ => rig.stops(),
+                },
+                envelope,
+            },
+            Err(BadLine { id, error, means_stop }) => {
+                if means_stop {
+                    rig.raise_stop(&self.peer);
+                }
+                Incoming::Refused { id, error }
+            }
+        })
+    }
+
+    /// Raises the stops in what was sent and not read any more: a client that asks for one and hangs up at once has asked for it. Nothing else of that
+    /// is done, as there is nobody to hear of it.
+    fn raise_last_stops(&self, lines: &mut Lines) {
+        let mut left = LAST_BYTES;
+        loop {
+            while let Some(line) = lines.next() {
+                drop(self.heard(line));
+            }
+            if lines.ended {
+                return;
+            }
+            let came = lines.take_in();
+            // Of a line that has no end yet, what is there must do.
+            lines.ended = came == 0 || came > left;
+            left = left.saturating_sub(came);
+        }
+    }
+
+    async fn converse(&self, mut waiting: mpsc::UnboundedReceiver<Waiting>) {
         let hello = Hello {
             protocol: PROTOCOL_VERSION,
             server: self.rig.facts.server.clone(),
@@ -331,7 +418,9 @@ impl Client {
             } => return begun(change::redo(rig, by, how(if_revision, ramp_ms, dry_run))),
             Request::Describe {} => answer(id, Ok(describe::describe(rig))),
             Request::Get { scene } => answer(id, get::get(rig, scene).await),
-            Request::SceneSave { name, scene, replace } => answer(id, library::save(rig, name, scene, replace).await),
+            Request::SceneSave { name, scene, replace } => {
+                answer(id, library::save(rig, by.peer, name, scene, replace).await)
+            }
             Request::SceneList {} => answer(id, library::list(rig).await),
             Request::SceneDiff { from, to } => answer(id, diff::diff(rig, from, to).await),
             Request::Engage {} => answer(id, command(Command::Engage).await),
