@@ -4,7 +4,7 @@ use haptic_ipc::{
     ChangeReply, Changes, Client, ClientError, ErrorCode, Event, JournalEntry, LogReply, Request, SceneRef, SceneReply,
     StateReply, SubscribeReply, Topic,
 };
-use system_tests::{Daemon, status, wait_for, wait_for_state};
+use system_tests::{Daemon, engage, status, wait_for, wait_for_state};
 
 fn params(changes: &[(&str, f64)]) -> Changes {
     changes.iter().copied().collect()
@@ -98,6 +98,37 @@ fn what_is_dragged_goes_back_in_one_step() {
     }
     change(&mut client, Request::undo());
     assert_eq!(mass(&mut client), 0.5);
+}
+
+#[test]
+fn what_is_so_already_is_no_change() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let heavier = || Request::set(params(&[("M", 1.5)]));
+    let first = change(&mut client, heavier());
+    change(&mut client, Request::set(params(&[("Fs", 5.0)])));
+    change(&mut client, Request::undo());
+    for nothing in [heavier(), Request::set(Changes::default())] {
+        let reply = change(&mut client, nothing);
+        assert_eq!((reply.revision, reply.changes.len()), (4, 0));
+        assert!(reply.tick >= first.tick, "the tick that rendered it first");
+    }
+    assert_eq!(log(&mut client).len(), 3);
+    let redone = change(&mut client, Request::redo());
+    assert_eq!((redone.revision, redone.applied["static_force"]), (5, 5.0));
+    // A ramp that is still going is cut short by the same value at once.
+    let slowly = Request::Set {
+        params: params(&[("M", 3.0)]),
+        if_revision: None,
+        ramp_ms: Some(10_000.0),
+        dry_run: false,
+        merge: false,
+    };
+    // Steps are taken slowly only where there is force.
+    engage(&mut client);
+    change(&mut client, slowly);
+    let at_once = change(&mut client, Request::set(params(&[("M", 3.0)])));
+    assert_eq!(at_once.revision, 7);
 }
 
 #[test]

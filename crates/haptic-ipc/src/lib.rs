@@ -64,7 +64,8 @@
 //!
 //! A client may send one `set` after another without waiting: each is answered with the tick that first rendered it *or a newer one*.
 //!
-//! Every change gets the next revision, `undo` and `redo` as well; they go through the changes of all clients alike. A change after an `undo`
+//! Every change gets the next revision, `undo` and `redo` as well, which go through the changes of all clients alike. A `set` or `scene.load` of what is so
+//! already is none: it is answered with the revision that there is, and no `changes`. A change after an `undo`
 //! ends what `redo` could bring back. A `set` with `merge` is undone together with the change before it, if that was the same client's and of the
 //! same parameters, so that a slider that was dragged goes back in one step.
 //!

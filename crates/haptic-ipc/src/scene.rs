@@ -90,7 +90,7 @@ pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChangeReply {
-    /// Revision of the changed scene; where it was only tried, the one that is still the newest.
+    /// Revision of the changed scene; where it was only tried, or is so already, the one that is still the newest.
     pub revision: u64,
     /// The first tick that rendered it, or began to ramp to it; absent where it was only tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -267,7 +267,9 @@ impl SceneModel {
     /// Takes the answer to a change that may be a try.
     fn take_change(&mut self, result: Result<Answer, WireError>) -> Result<Option<u64>, WireError> {
         let result = self.take_applied(result);
-        self.trial.answered(result.as_ref().ok().map(|reply| reply.revision));
+        // What was so already has made no revision that could be taken back.
+        let made = result.as_ref().ok().filter(|reply| !reply.changes.is_empty());
+        self.trial.answered(made.map(|reply| reply.revision));
         result.map(|reply| reply.tick)
     }
 

@@ -23,13 +23,15 @@ fn informed() -> Panel {
 }
 
 fn changed(intent: Intent, revision: u64) -> Update {
+    let mut another = Scene::paper();
+    another.name.push('!');
     let reply = ChangeReply {
         revision,
         tick: Some(1000 + revision),
         ramp_ends_tick: None,
         dry_run: false,
         applied: [].into(),
-        changes: vec![],
+        changes: haptic_ipc::differences(&Scene::paper(), &another),
         advice: vec![],
     };
     Update::Answered {

@@ -16,6 +16,10 @@ pub(crate) struct Way {
 }
 
 impl Way {
+    pub(super) fn steps(&self) -> usize {
+        self.steps
+    }
+
     /// Where it has come to after some of its steps.
     pub(super) fn at(&self, taken: usize, to: &Scene) -> Scene {
         #[expect(clippy::cast_precision_loss, reason = "a few hundred steps")]

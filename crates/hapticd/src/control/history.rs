@@ -93,6 +93,22 @@ impl History {
         (self.undo.len(), self.redo.len())
     }
 
+    /// Whether a change that leads to where one is already is none. A step back or forth is one all the same: a drag may have ended where it began.
+    pub(crate) fn stays(&mut self, how: &Move) -> bool {
+        match how {
+            Move::Forward => {}
+            Move::Merge(now) => {
+                if now.goes_on {
+                    return true;
+                }
+            }
+            Move::Undo | Move::Redo => return false,
+        }
+        // What is dragged from here on is a step of its own.
+        self.dragged = None;
+        true
+    }
+
     /// Takes a change in; returns the revision of the scene that it leads to.
     pub(crate) fn moved(&mut self, how: Move, scene: Scene) -> u64 {
         let before = self.newest().scene.clone();
@@ -179,6 +195,10 @@ mod tests {
         assert_eq!((history.depth().0, history.back()), (3, Some(&named(3))));
         history.moved(dragged(1, false), named(5));
         assert_eq!(history.depth().0, 4, "a new drag is a new step");
+        assert!(history.stays(&dragged(1, false)) && history.stays(&dragged(1, true)));
+        history.moved(dragged(1, true), named(6));
+        assert_eq!(history.depth().0, 5, "also one that begins where the last one ended");
+        assert!(!history.stays(&Move::Undo), "a step back is always one");
     }
 
     proptest! {

@@ -210,6 +210,10 @@ impl RigHandle {
         self.history.borrow()
     }
 
+    pub(crate) fn history_mut(&self) -> RefMut<'_, History> {
+        self.history.borrow_mut()
+    }
+
     /// The newest entries of the journal.
     pub(crate) fn journal(&self, after: u64, limit: usize) -> LogReply {
         self.pump();
@@ -268,6 +272,13 @@ impl RigHandle {
             }
             None => newest,
         }
+    }
+
+    /// Whether the newest scene is still being come to in steps.
+    pub(crate) fn is_on_its_way(&self) -> bool {
+        let answers = &self.shared.answers;
+        let goes_on = |ramp: &Ramp| answers.applied(ramp.revision).is_none() || answers.steps() < ramp.way.steps();
+        self.ramp.borrow().as_ref().is_some_and(goes_on)
     }
 
     /// Sends a compiled scene to the real-time thread; returns its revision.
