@@ -266,7 +266,7 @@ fn attacks() {
         "| attack | tick p50, us | tick p99, us | wake-up p50, us | wake-up p99, us | overruns | periods missed | status, us |"
     );
     println!("|---|---|---|---|---|---|---|---|");
-    for attack in attack::ALL {
+    for attack in attack::ALL.into_iter().chain([attack::CROWD]) {
         let (mut alone, mut attacked, mut answers) = (vec![], vec![], vec![]);
         for _ in 0..TURNS {
             alone.push(turn(&daemon));
