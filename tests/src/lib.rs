@@ -57,6 +57,16 @@ pub fn binary(name: &str) -> PathBuf {
     directory.join(name)
 }
 
+/// Copies one of the workspace's binaries to where it can be run by others. A child writes it: were this process to do it, a program that another thread
+/// starts meanwhile would hold it open for writing for a moment, and it could not be run.
+///
+/// # Panics
+/// It cannot be copied.
+pub fn copy_binary(name: &str, to: &Path) {
+    let copied = Command::new("cp").arg(binary(name)).arg(to).status();
+    assert!(copied.expect("cp runs").success(), "{name} is copied");
+}
+
 /// A running hapticd. It is killed when the test ends.
 #[derive(Debug)]
 pub struct Daemon {

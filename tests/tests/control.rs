@@ -1,8 +1,8 @@
 //! The control plane of a running daemon: every operation, and every refusal, after which the loop goes on.
 
 use haptic_ipc::{
-    ChangeReply, Changes, Description, ErrorCode, Event, MAX_LINE_BYTES, Request, RigState, SceneReply, StateReply,
-    SubscribeReply, Timing, Topic,
+    ChangeReply, Changes, ClientError, Description, ErrorCode, Event, MAX_LINE_BYTES, Request, RigState, SceneReply,
+    StateReply, SubscribeReply, Timing, Topic,
 };
 use std::io::Write;
 use system_tests::{Daemon, status, wait_for, wait_for_state};
@@ -230,15 +230,21 @@ fn a_subscriber_gets_the_state_then_every_tick_in_order() {
     assert_eq!(reply.columns, haptic_ipc::SAMPLE_COLUMNS);
     let mut other = daemon.client();
     let (mut states, mut ticks, mut next_seq) = (Vec::new(), Vec::new(), 0);
-    let (mut timed, mut engaged) = (false, false);
-    while ticks.len() < 1500 || !timed {
+    let (mut timed, mut engaged, mut losses) = (false, false, 0);
+    while ticks.len() < 1500 || !timed || states.len() < 3 {
         match client.next_event().expect("the daemon goes on") {
             Event::Unknown | Event::Log(_) => panic!("a topic that nobody asked for"),
             Event::State(state) => states.push(state.state),
             Event::Timing(timing) => timed |= timing.since_start.ticks > 0,
             Event::Samples(batch) => {
-                assert_eq!((batch.seq, batch.dropped), (next_seq, 0));
+                assert_eq!(batch.seq, next_seq);
                 next_seq += 1;
+                // Where a busy machine kept this thread from reading: from here on, every one.
+                if batch.dropped > 0 {
+                    losses += 1;
+                    assert!(losses < 3, "samples are dropped again and again");
+                    ticks.clear();
+                }
                 ticks.extend(batch.rows.iter().map(|row| row.tick));
             }
         }
@@ -274,16 +280,17 @@ fn the_timing_adds_up() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     wait_for(&mut client, "1000 ticks", |status| status.tick >= 1000);
+    let before = status(&mut client);
     let timing: Timing = client.request(Request::Timing {}).expect("a timing");
-    let now = status(&mut client);
+    let after = status(&mut client);
     assert_eq!(timing.rate_hz, 1000.0);
     let all = timing.since_start;
     // Ticks and skipped deadlines fill the time that has passed.
-    let periods = now.uptime_s * 1000.0;
+    let [least, most] = [before, after].map(|status| status.uptime_s * 1000.0);
     let counted = (all.ticks + all.missed_periods) as f64;
     assert!(
-        (periods - counted).abs() < 50.0 + 0.05 * periods,
-        "{counted} of {periods}: {all:?}"
+        counted > 0.95 * least - 50.0 && counted < 1.05 * most + 50.0,
+        "{counted} of {least} to {most}: {all:?}"
     );
     assert!(all.tick_ns.p50 > 0 && all.tick_ns.p50 < 1_000_000, "{all:?}");
     assert!((900_000..1_100_000).contains(&all.period_ns.p50), "{all:?}");
@@ -295,7 +302,6 @@ fn a_client_that_never_reads_is_cut_off_and_disturbs_nobody() {
     let mut deaf = daemon.raw();
     deaf.send("{\"id\":1,\"op\":\"subscribe\",\"topics\":[\"samples\"],\"batch_ms\":1}\n");
     let mut client = daemon.client();
-    wait_for(&mut client, "two clients", |status| status.clients == 2);
     wait_for(&mut client, "the deaf client to be gone", |status| status.clients == 1);
     let timing: Timing = client.request(Request::Timing {}).expect("a timing");
     assert_eq!(timing.since_start.telemetry_dropped, 0);
@@ -305,17 +311,27 @@ fn a_client_that_never_reads_is_cut_off_and_disturbs_nobody() {
 fn the_33rd_client_may_stop_and_is_told_why_it_may_do_no_more() {
     let daemon = Daemon::start(&[]);
     let clients: Vec<_> = (0..32).map(|_| daemon.client()).collect();
-    let mut extra = daemon.client();
-    let refused = extra
-        .request::<Timing>(Request::Timing {})
-        .expect_err("there is no place");
-    let haptic_ipc::ClientError::Refused(error) = &refused else {
-        panic!("{refused}");
+    let began = std::time::Instant::now();
+    let extra = loop {
+        let mut extra = daemon.client();
+        let refused = extra
+            .request::<Timing>(Request::Timing {})
+            .expect_err("there is no place");
+        let stopped = extra.request::<StateReply>(Request::Stop {});
+        // It has two seconds to stop, which are over before it asks on a machine that is busy enough.
+        if let Err(ClientError::Closed | ClientError::Io(_)) = &stopped
+            && began.elapsed() < system_tests::PATIENCE
+        {
+            continue;
+        }
+        let ClientError::Refused(error) = &refused else {
+            panic!("{refused}");
+        };
+        assert_eq!(error.code, ErrorCode::TooManyClients);
+        assert!(error.message.contains("32"), "{error}");
+        assert_eq!(stopped.expect("a stop always works").state, RigState::Stopped);
+        break extra;
     };
-    assert_eq!(error.code, ErrorCode::TooManyClients);
-    assert!(error.message.contains("32"), "{error}");
-    let stopped: StateReply = extra.request(Request::Stop {}).expect("a stop always works");
-    assert_eq!(stopped.state, RigState::Stopped);
     assert_eq!(daemon.ctl(&["stop"]).status.code(), Some(0));
     drop(extra);
     drop(clients);

@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use system_tests::{Daemon, binary, ctl};
+use system_tests::{Daemon, binary, copy_binary, ctl};
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
@@ -173,7 +173,7 @@ fn a_socket_of_another_user_is_no_permission_and_the_doctor_says_whose_it_is() {
     let closed = |mode| std::fs::set_permissions(directory.path().join("run"), Permissions::from_mode(mode));
     // The binary may lie where only root can go, and root may go everywhere.
     let copy = directory.path().join("haptic-ctl");
-    std::fs::copy(binary("haptic-ctl"), &copy).expect("it can be copied");
+    copy_binary("haptic-ctl", &copy);
     std::fs::set_permissions(directory.path(), Permissions::from_mode(0o755)).expect("ours");
     closed(if rustix::process::geteuid().is_root() {
         0o700

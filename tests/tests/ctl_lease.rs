@@ -6,6 +6,9 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::{Daemon, binary, status, wait_for_state};
 
+/// A lease that is not lost where a busy machine lets haptic-ctl wait.
+const TIMEOUT: &str = "2s";
+
 fn lease(daemon: &Daemon, timeout: &str, command: &[&str]) -> Child {
     Command::new(binary("haptic-ctl"))
         .args(["lease", "--timeout", timeout, "--socket"])
@@ -37,11 +40,11 @@ fn code(mut child: Child) -> Option<i32> {
 fn the_rig_stays_engaged_for_as_long_as_the_command_runs_and_beyond_if_that_ends_well() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
-    let holder = held(&daemon, "300ms");
+    let holder = held(&daemon, TIMEOUT);
     daemon.ctl_ok(&["engage", "--wait"]);
-    // Four times as long as the lease lasts without being renewed.
+    // Twice as long as the lease lasts without being renewed.
     let began = Instant::now();
-    while began.elapsed() < Duration::from_millis(1200) {
+    while began.elapsed() < Duration::from_secs(4) {
         assert_eq!(
             status(&mut client).state,
             RigState::Engaged,
@@ -59,7 +62,7 @@ fn the_rig_is_released_when_haptic_ctl_is_killed_or_hangs() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut client = daemon.client();
     for signal in [Signal::KILL, Signal::STOP] {
-        let mut holder = held(&daemon, "300ms");
+        let mut holder = held(&daemon, TIMEOUT);
         daemon.ctl_ok(&["engage", "--wait"]);
         kill_process(Pid::from_child(&holder), signal).expect("it runs");
         wait_for_state(&mut client, RigState::Idle);
@@ -95,7 +98,7 @@ fn the_exit_code_is_the_commands_and_a_command_that_fails_releases_the_rig() {
 #[test]
 fn a_command_that_ends_well_is_no_success_when_the_daemon_has_gone_meanwhile() {
     let daemon = Daemon::start(&[]);
-    let holder = held(&daemon, "300ms");
+    let holder = held(&daemon, TIMEOUT);
     drop(daemon);
     assert_eq!(code(holder), Some(3));
 }

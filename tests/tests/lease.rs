@@ -30,16 +30,20 @@ fn lapsed(client: &mut Client) -> Vec<String> {
 #[test]
 fn a_silent_client_lets_the_force_out_in_its_time_and_not_before() {
     let (_daemon, mut watcher, mut holder) = engaged();
+    // So long that a busy machine does not keep this thread silent for it.
+    const TIMEOUT: Duration = Duration::from_secs(2);
+    assert_eq!(lease(&mut holder, 2000).timeout_ms, 2000);
     let given = Instant::now();
-    assert_eq!(lease(&mut holder, 300).timeout_ms, 300);
+    let mut silent = given;
     // As long as it says anything at all, the rig stays engaged.
-    while given.elapsed() < Duration::from_secs(1) {
+    while given.elapsed() < TIMEOUT + TIMEOUT / 2 {
+        // The lease begins anew when the daemon reads the request, which is later than this.
+        silent = Instant::now();
         assert_eq!(status(&mut holder).state, RigState::Engaged);
     }
-    let silent = Instant::now();
-    wait_for(&mut watcher, "a release", |status| status.state == RigState::Releasing);
+    wait_for(&mut watcher, "a release", |status| status.state != RigState::Engaged);
     let after = silent.elapsed();
-    assert!(after > Duration::from_millis(290), "released after {after:?}");
+    assert!(after >= TIMEOUT, "released after {after:?}");
     wait_for_state(&mut watcher, RigState::Idle);
     assert_eq!(status(&mut watcher).leases, 0);
     assert_eq!(lapsed(&mut watcher), ["its client has fallen silent"]);
@@ -57,13 +61,16 @@ fn a_client_that_dies_lets_the_force_out_at_once() {
 #[test]
 fn a_client_that_ends_its_lease_may_go() {
     let (_daemon, mut watcher, mut holder) = engaged();
-    lease(&mut holder, 1000);
+    // Ended before it can lapse, also on a busy machine.
+    lease(&mut holder, 4000);
     assert_eq!(status(&mut watcher).leases, 1);
     lease(&mut holder, 0);
     drop(holder);
     wait_for(&mut watcher, "a client less", |status| status.clients == 1);
     let begun = status(&mut watcher).tick;
-    let later = wait_for(&mut watcher, "a second and a half", |status| status.tick > begun + 1500);
+    let later = wait_for(&mut watcher, "longer than the lease", |status| {
+        status.tick > begun + 4500
+    });
     assert_eq!((later.state, later.leases), (RigState::Engaged, 0));
 }
 

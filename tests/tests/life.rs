@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use system_tests::{Daemon, binary, ctl, status, wait_for, wait_for_state};
+use system_tests::{Daemon, binary, copy_binary, ctl, status, wait_for, wait_for_state};
 
 /// Runs hapticd with arguments with which it cannot run; returns its exit code and what it said.
 fn refused(arguments: &[&str]) -> (Option<i32>, String) {
@@ -131,7 +131,7 @@ fn without_privileges_it_says_which_are_missing_and_runs() {
         std::os::unix::fs::chown(directory.path(), Some(NOBODY), Some(NOBODY)).expect("root can");
         // The binary may lie where only root can go.
         let copy = directory.path().join("hapticd");
-        std::fs::copy(binary("hapticd"), &copy).expect("it can be copied");
+        copy_binary("hapticd", &copy);
         command = Command::new(copy);
         command.args(["--device", "fake"]).uid(NOBODY).gid(NOBODY);
     }
@@ -166,7 +166,8 @@ fn without_privileges_it_says_which_are_missing_and_runs() {
 
 #[test]
 fn a_daemon_that_ends_lets_force_out_and_not_in() {
-    let daemon = Daemon::start(&["--ramp-ms", "2000"]);
+    // Long enough for all that is tried while it lets the force out.
+    let daemon = Daemon::start(&["--ramp-ms", "10000"]);
     let mut client = daemon.client();
     let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);

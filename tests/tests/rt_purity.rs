@@ -3,7 +3,8 @@
 #![allow(unsafe_code, reason = "ptrace has no safe wrapper")]
 
 use haptic_ipc::{
-    ChangeReply, Changes, Client, Event, Request, SceneRef, SceneReply, StateReply, SubscribeReply, Timing, Topic,
+    ChangeReply, Changes, Client, ClientError, ErrorCode, Event, Request, SceneRef, SceneReply, StateReply,
+    SubscribeReply, Timing, Topic,
 };
 use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 use std::collections::{BTreeMap, BTreeSet};
@@ -198,14 +199,17 @@ fn slowly(name: &str) -> Request {
 /// Clients that do all they can until they are told to end.
 struct Load {
     over: AtomicBool,
+    /// The loop may be held by a tracer that a busy machine lets wait: then it does not answer in time.
+    traced: bool,
     sets: AtomicU64,
     states: AtomicU64,
 }
 
 impl Load {
-    fn run<T>(daemon: &Daemon, watch: impl FnOnce() -> T) -> T {
+    fn run<T>(daemon: &Daemon, traced: bool, watch: impl FnOnce() -> T) -> T {
         let load = Self {
             over: AtomicBool::new(false),
+            traced,
             sets: AtomicU64::new(0),
             states: AtomicU64::new(0),
         };
@@ -261,6 +265,8 @@ impl Load {
 
     fn command(&self, daemon: &Daemon) {
         let mut client = daemon.client();
+        // Until the next reset it is not known whether a command without an answer has been carried out.
+        let mut in_step = true;
         while self.goes_on() {
             for request in [
                 Request::Reset {},
@@ -269,7 +275,18 @@ impl Load {
                 Request::Engage {},
                 Request::Stop {},
             ] {
-                let done: StateReply = client.request(request).expect("nobody else commands");
+                let resets = request == Request::Reset {};
+                let done: StateReply = match client.request(request) {
+                    Ok(done) => done,
+                    Err(ClientError::Refused(error))
+                        if self.traced && (!in_step || error.code == ErrorCode::NotResponding) =>
+                    {
+                        in_step = false;
+                        continue;
+                    }
+                    Err(error) => panic!("nobody else commands: {error}"),
+                };
+                in_step |= resets;
                 self.states.fetch_add(1, Ordering::SeqCst);
                 // Long enough for a ramp, and for force to flow.
                 let until = done.tick + 40;
@@ -297,7 +314,7 @@ fn the_loop_sleeps_once_a_tick_never_faults_and_accounts_for_every_period() {
         let thread = RtThread::of(&daemon);
         let locked = system_tests::status(&mut daemon.client()).real_time.memory_locked;
         let mut witness = Witness::new(&daemon);
-        Load::run(&daemon, || {
+        Load::run(&daemon, false, || {
             // The first scenes and commands touch what no tick has touched before.
             let warm = witness.moment().tick + 300;
             while witness.moment().tick < warm {}
@@ -320,10 +337,10 @@ fn the_loop_sleeps_once_a_tick_never_faults_and_accounts_for_every_period() {
             );
             if locked {
                 assert_eq!(after.minor_faults, before.minor_faults, "{scene}: page faults");
+                assert_eq!(after.major_faults, before.major_faults, "{scene}: page faults");
             } else {
-                println!("SKIPPED: memory is not locked (CAP_IPC_LOCK), minor page faults were not checked");
+                println!("SKIPPED: memory is not locked (CAP_IPC_LOCK), page faults were not checked");
             }
-            assert_eq!(after.major_faults, before.major_faults, "{scene}: page faults");
         });
         witness.check_every_tick_is_heard_or_counted();
     }
@@ -393,7 +410,7 @@ fn the_loop_makes_no_system_call_but_its_sleep() {
         return;
     }
     let mut calls = BTreeMap::new();
-    Load::run(&daemon, || {
+    Load::run(&daemon, true, || {
         ptrace(libc::PTRACE_INTERRUPT, thread, 0, 0).expect("it is traced");
         // Each call stops the thread twice, and there is one in a millisecond.
         let enough = watched().as_millis() / 4 * 2;

@@ -140,6 +140,8 @@ fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
     let Some(machine) = machine_with_unit("ramp-ms = 1000") else {
         return;
     };
+    pull(&machine);
+    // Not before, as nobody reads while it waits; what is not read for long is dropped.
     let mut subscriber = machine.client();
     let all = Request::Subscribe {
         topics: vec![Topic::Samples],
@@ -147,7 +149,6 @@ fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
         batch_ms: None,
     };
     let _: SubscribeReply = subscriber.request(all).expect("a subscription");
-    pull(&machine);
     let mut stop = machine
         .command(&["systemctl", "stop", "hapticd"])
         .spawn()
@@ -164,7 +165,13 @@ fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
     }
     assert!(stop.wait().expect("it ends").success());
     let (first, end) = (last.first().expect("a ramp"), last.last().expect("a ramp"));
-    assert!(first.command_force_n.abs() > 2.0, "{first:?}");
+    // In any one tick the block may just slide back.
+    let largest_n = last
+        .iter()
+        .take(100)
+        .map(|row| row.command_force_n.abs())
+        .fold(0.0, f64::max);
+    assert!(largest_n > 2.0, "{largest_n} N");
     assert_eq!((end.state, end.command_force_n), (RigState::Idle, 0.0));
     let idle = last
         .iter()

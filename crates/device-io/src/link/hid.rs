@@ -493,12 +493,18 @@ mod tests {
         let began = Instant::now();
         loop {
             let now_ns = clock::now_ns();
-            let measured = connection.read(now_ns).expect("it is there");
-            connection.write(force_n, enabled, now_ns).expect("it is there");
-            if done(measured) {
+            let measured = connection.read(now_ns);
+            // Where a thread waited for a processor longer than the rig's watchdog or the writer's waits for it, it lets go, and begins anew.
+            let written = connection.write(force_n, enabled && measured.is_ok(), now_ns);
+            if let (Ok(measured), Ok(())) = (measured, written)
+                && done(measured)
+            {
                 return;
             }
-            assert!(began.elapsed() < Duration::from_secs(10), "in vain");
+            assert!(
+                began.elapsed() < Duration::from_secs(30),
+                "in vain: {measured:?}, {written:?}"
+            );
             let next = Duration::from_nanos((now_ns + MS).saturating_sub(clock::now_ns()));
             std::thread::sleep(next);
         }
@@ -521,27 +527,25 @@ mod tests {
         tick_until(connection, 0.0, false, |_| rig.force_n() == 0.0);
         tick_until(connection, -2.0, true, |_| rig.force_n() == -2.0);
         drop(greeted);
-        // The writer has ended; what it said last may still lie in the socket.
+        // The writer has ended; what it said last may still lie in the socket. The watchdog would take the force away too, but says nothing.
         let began = Instant::now();
-        while rig.force_n() != 0.0 {
-            assert!(
-                began.elapsed() < Duration::from_millis(40),
-                "before its watchdog would do it"
-            );
-        }
-        let heard = rig.heard();
-        assert!(
-            matches!(
+        loop {
+            let heard = rig.heard();
+            let last_word = matches!(
                 heard.last(),
                 Some(FromHost::Command {
                     force_mn: 0,
                     enabled: false,
                     ..
                 })
-            ),
-            "{:?}",
-            heard.last()
-        );
+            );
+            if last_word {
+                break;
+            }
+            assert!(began.elapsed() < Duration::from_secs(10), "{:?}", heard.last());
+            std::thread::yield_now();
+        }
+        assert_eq!(rig.force_n(), 0.0);
     }
 
     #[test]
@@ -620,7 +624,7 @@ mod tests {
         // Nor does the end of it wait for long.
         let began = Instant::now();
         drop(greeted);
-        assert!(began.elapsed() < Duration::from_secs(1));
+        assert!(began.elapsed() < Duration::from_secs(10));
     }
 
     fn node(path: &str, serial: Option<&str>, reports: Result<Reports, &str>) -> HidNode {
