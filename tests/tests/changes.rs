@@ -272,7 +272,7 @@ fn a_ramp_moves_the_force_evenly_and_the_next_change_goes_on_from_where_it_is() 
         let expected = set - behind * left_s / LET_IN_S;
         let drag = -row.command_force_n / row.device_velocity_mps;
         assert!(
-            (drag - expected).abs() < 4.0,
+            (drag - expected).abs() < 1.0,
             "tick {}: {drag} N s/m, not {expected} N s/m",
             row.tick
         );
