@@ -21,7 +21,7 @@ use std::sync::Arc;
 const BUMP_FADE_S: f64 = 0.05;
 
 /// What the way of a sample is made of beside the device and the scene.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Parts {
     pub(crate) rig: Rig,
     pub(crate) limiter: SafetyLimiter,
@@ -168,7 +168,9 @@ impl<D: Device + ?Sized> Tick<D> {
             self.rig.stop();
             self.stop_pending = Some((stops, self.rig.state()));
         }
-        if self.rig.is_live() && self.lateness.is_too_late(wake.began_ns, missed_periods) {
+        if !self.rig.is_live() {
+            self.lateness.rest(missed_periods);
+        } else if self.lateness.is_too_late(wake.began_ns, missed_periods) {
             self.rig.fail(Fault::TooLate);
         }
         if self.shared.has_lapsed(wake.began_ns) && self.rig.is_live() {

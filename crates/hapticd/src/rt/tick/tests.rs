@@ -60,6 +60,7 @@ struct Bench {
     written: Arc<std::sync::Mutex<Vec<f64>>>,
     serial: u32,
     clock_ns: u64,
+    missed_periods: u64,
 }
 
 const MAX_FORCE: f64 = 20.0;
@@ -117,6 +118,7 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
         written,
         serial: 0,
         clock_ns: 1_000_000_000,
+        missed_periods: 0,
     }
 }
 
@@ -129,12 +131,17 @@ fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
 
 impl Bench {
     fn tick(&mut self) -> TickRecord {
-        self.clock_ns += 1_000_000;
+        self.tick_after(1_000_000)
+    }
+
+    /// A tick that begins so long after the last one.
+    fn tick_after(&mut self, after_ns: u64) -> TickRecord {
+        self.clock_ns += after_ns;
         let wake = Wake {
             deadline_ns: self.clock_ns,
             began_ns: self.clock_ns,
         };
-        self.tick.run(wake, 0);
+        self.tick.run(wake, self.missed_periods);
         self.records.pop().expect("every tick leaves a record")
     }
 
@@ -427,17 +434,51 @@ fn a_loop_that_is_too_late_faults_where_the_policy_says_so() {
     bench.ticks(SETTLE);
     bench.command(Command::Engage);
     bench.ticks(50);
-    let mut run = |missed: u64| {
-        bench.clock_ns += 1_000_000;
-        let wake = Wake {
-            deadline_ns: bench.clock_ns,
-            began_ns: bench.clock_ns,
-        };
-        bench.tick.run(wake, missed);
-        (bench.tick.rig.fault(), bench.last_written())
+    let mut missed = |periods: u64| {
+        bench.missed_periods += periods;
+        let record = bench.tick();
+        (record.fault, record.command_force)
     };
-    assert_eq!(run(4).0, None);
-    assert_eq!(run(5), (Some(Fault::TooLate), 0.0));
+    assert_eq!(missed(4).0, None);
+    assert_eq!(missed(1), (Some(Fault::TooLate), 0.0));
+}
+
+#[test]
+fn only_what_is_missed_while_force_flows_makes_the_loop_too_late() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    // Idle, and late in many ticks: nobody is harmed.
+    for _ in 0..100 {
+        bench.missed_periods += 3;
+        bench.tick();
+    }
+    bench.command(Command::Engage);
+    bench.ticks(5);
+    assert_eq!(bench.tick().fault, None, "what was missed while it was idle");
+    // Four at the end of a second, four at the beginning of the next.
+    bench.missed_periods += 4;
+    assert_eq!(bench.tick().fault, None);
+    bench.missed_periods += 4;
+    assert_eq!(bench.tick().fault, Some(Fault::TooLate));
+    // While it is faulted it is late again; after a reset that is the past.
+    bench.missed_periods += 50;
+    bench.tick();
+    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
+    bench.missed_periods += 50;
+    bench.tick();
+    assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
+    bench.ticks(5);
+    bench.missed_periods += 4;
+    let engaged = bench.tick();
+    assert!(engaged.state.is_live(), "{engaged:?}");
+    // Released and engaged again within the second: it begins anew.
+    bench.command(Command::Release);
+    bench.ticks(30);
+    assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
+    bench.missed_periods += 4;
+    assert_eq!(bench.tick().fault, None);
+    bench.missed_periods += 1;
+    assert_eq!(bench.tick().fault, Some(Fault::TooLate));
 }
 
 /// Something that can happen to the loop between two ticks, or in one.
@@ -543,10 +584,7 @@ proptest! {
                 bench.tick.device.readings.push(reading.ok_or(DeviceError::Disconnected));
             }
             let wrote_before = bench.written.lock().expect("one thread").len();
-            bench.clock_ns += after_ns;
-            let wake = Wake { deadline_ns: bench.clock_ns, began_ns: bench.clock_ns };
-            bench.tick.run(wake, 0);
-            let record = bench.records.pop().expect("a record");
+            let record = bench.tick_after(after_ns);
             bench.shared.drop_retired();
             let force = record.command_force;
             prop_assert!(force.is_finite() && force.abs() <= MAX_FORCE, "{record:?}");
