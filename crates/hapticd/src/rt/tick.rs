@@ -11,7 +11,7 @@ use crate::rt::lateness::Lateness;
 use crate::rt::transition::Transition;
 use crate::telemetry::ring::{Producer, TickRecord};
 use device_io::{Device, DeviceError, Measurement};
-use haptic_core::limiter::SafetyLimiter;
+use haptic_core::limiter::{NonFiniteForce, SafetyLimiter};
 use haptic_core::passivity::PassivityObserver;
 use haptic_core::velocity::{Estimator, Method};
 use haptic_ipc::RigState;
@@ -183,9 +183,11 @@ impl<D: Device + ?Sized> Tick<D> {
         let measured = self.device.read(wake.began_ns);
         let read_ns = self.link_time_ns();
         let elapsed_s = self.sense(measured, wake.began_ns);
-        // Ramps go by our own clock: they must end even if the device's stands still.
+        // Ramps and the slew limit go by our own clock: they must end even if the device's stands still.
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two ticks")]
-        let our_elapsed_s = wake.began_ns.saturating_sub(self.last_began_ns) as f64 * 1e-9;
+        let our_elapsed_s = self
+            .rig
+            .step_s(wake.began_ns.saturating_sub(self.last_began_ns) as f64 * 1e-9);
         self.last_began_ns = wake.began_ns;
         let (coupling_force, command_force) = self.render(elapsed_s, our_elapsed_s);
         let computed_ns = self.link_time_ns();
@@ -407,18 +409,35 @@ impl<D: Device + ?Sized> Tick<D> {
             return (coupling_force, 0.0);
         }
         let on_hand = -(coupling_force + self.bump.fade(elapsed_s));
-        match self.limiter.limit(on_hand, gain, our_elapsed_s) {
-            Ok(force) => {
-                let added = self
-                    .passivity
-                    .observe(elapsed_s, self.device_position, self.device_velocity, force);
-                (coupling_force, self.limiter.within(force + added))
-            }
+        match self.pass_limits(on_hand, gain, elapsed_s, our_elapsed_s) {
+            Ok(force) => (coupling_force, force),
             Err(_) => {
                 self.rig.fail(Fault::NonFiniteForce);
                 (0.0, 0.0)
             }
         }
+    }
+
+    /// The force that the limits let through, with what the passivity controller adds, N.
+    fn pass_limits(
+        &mut self,
+        on_hand: f64,
+        gain: f64,
+        elapsed_s: f64,
+        our_elapsed_s: f64,
+    ) -> Result<f64, NonFiniteForce> {
+        let mut limiter = self.limiter;
+        let surface = limiter.limit(on_hand, gain, our_elapsed_s)?;
+        let wanted = self
+            .passivity
+            .observe(elapsed_s, self.device_position, self.device_velocity, surface);
+        if wanted == 0.0 {
+            self.limiter = limiter;
+            return Ok(surface);
+        }
+        let force = self.limiter.limit(on_hand + wanted, gain, our_elapsed_s)?;
+        self.passivity.applied(force);
+        Ok(force)
     }
 
     fn answer(&self, stopped: Option<(u64, RigState)>, new_scene: bool, command: Option<(CommandWord, bool)>) {

@@ -78,6 +78,9 @@ const NO_LOSSES: RigLosses = RigLosses {
     friction: 0.0,
 };
 
+/// What a stall counts for at most, s.
+const LONGEST_STEP_S: f64 = 0.005;
+
 /// Ticks until the velocity estimate has settled on the ramp.
 const SETTLE: usize = 50;
 
@@ -100,7 +103,7 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
         producer,
         Box::new(compiled(&Scene::paper(), 1)),
         Parts {
-            rig: Rig::new(0.02, 0.005),
+            rig: Rig::new(0.02, LONGEST_STEP_S),
             limiter: SafetyLimiter::new(LIMITS),
             passivity: PassivityObserver::new(NO_LOSSES, 0.0),
             lateness: Lateness::new(LatePolicy::Fault { most_in_a_second: 5 }),
@@ -244,6 +247,56 @@ fn a_stall_does_not_skip_the_ramp() {
     assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
     bench.clock_ns += 3_000_000_000;
     assert_eq!(bench.tick().state, RigState::Engaging);
+}
+
+#[test]
+fn a_stall_does_not_lift_the_slew_limit() {
+    // At rest, and a millimetre on after the stall, on a spring that gives all the force there is.
+    let still = || std::iter::repeat_n(Ok(0.0), 150);
+    let mut bench = bench(still().chain(std::iter::repeat_n(Ok(1e-3), 10)));
+    bench.shared.scenes.post(compiled(&scenes()[5], 2));
+    let slew_n_per_s = 1000.0;
+    bench.tick.limiter = SafetyLimiter::new(Limits { slew_n_per_s, ..LIMITS });
+    bench.command(Command::Engage);
+    bench.ticks(148);
+    assert_eq!(bench.tick().state, RigState::Engaged);
+    bench.tick.device.sample_ns = 100_000_000;
+    let after = bench.tick_after(100_000_000);
+    assert!(after.coupling_force.abs() > MAX_FORCE, "{after:?}");
+    assert_eq!(after.command_force.abs(), slew_n_per_s * LONGEST_STEP_S, "{after:?}");
+    bench.tick.device.sample_ns = 1_000_000;
+    let next = bench.tick();
+    assert_eq!(next.command_force.abs(), slew_n_per_s * (LONGEST_STEP_S + 1e-3));
+}
+
+#[test]
+fn what_the_passivity_controller_adds_grows_with_the_ramp_as_everything_does() {
+    const CONTROL_N: f64 = 3.0;
+    // A hand that trembles on a stiff coupling, along a ramp of a second.
+    let run = |control_n: f64| {
+        let tremble = (0..400).map(|k| Ok(1e-4 * (0.8 * f64::from(k)).sin()));
+        let mut bench = bench(tremble);
+        bench.tick.rig = Rig::new(1.0, LONGEST_STEP_S);
+        bench.tick.passivity = PassivityObserver::new(NO_LOSSES, control_n);
+        bench.command(Command::Engage);
+        let records: Vec<TickRecord> = (0..350).map(|_| bench.tick()).collect();
+        records
+    };
+    let (watched, controlled) = (run(0.0), run(CONTROL_N));
+    let mut added = false;
+    for (k, (watched, controlled)) in (1..).zip(watched.iter().zip(&controlled)) {
+        let gain = 1e-3 * f64::from(k);
+        let most = gain * (controlled.coupling_force.abs() + CONTROL_N) + 1e-9;
+        assert!(controlled.command_force.abs() <= most, "{most}: {controlled:?}");
+        added |= controlled.command_force != watched.command_force;
+    }
+    assert!(added, "the controller had nothing to do");
+    // As long as the gain is next to nothing so is what it takes out, and it must know that.
+    let (watched, controlled) = (watched[10].energy_excess, controlled[10].energy_excess);
+    assert!(
+        watched > 0.0 && (controlled / watched - 1.0).abs() < 0.1,
+        "{watched} J, {controlled} J"
+    );
 }
 
 #[test]
@@ -588,8 +641,7 @@ proptest! {
             bench.shared.drop_retired();
             let force = record.command_force;
             prop_assert!(force.is_finite() && force.abs() <= MAX_FORCE, "{record:?}");
-            // The controller's own few newtons come on top of the slew limit.
-            let most = slew_n_per_s * after_ns as f64 * 1e-9 + 2.0 * 3.0 + 1e-9;
+            let most = slew_n_per_s * (after_ns as f64 * 1e-9).min(LONGEST_STEP_S) + 1e-9;
             prop_assert!(force.abs() - last.abs() <= most, "from {last} N to {force} N in {after_ns} ns");
             let written = bench.written.lock().expect("one thread").clone();
             if written.len() > wrote_before {
