@@ -32,7 +32,7 @@ use rig_state::{Command, Rig};
 use rt::handoff::{CompiledScene, Shared};
 use rt::lateness::Lateness;
 use rt::privileges;
-use rt::thread::{End, RunningLoop, Wishes};
+use rt::thread::{End, LastWord, RunningLoop, Wishes};
 use rt::tick::{Parts, Tick, Velocity};
 use service::ServiceManager;
 use std::io::Write;
@@ -56,7 +56,7 @@ enum Failure {
     #[error("{0}")]
     System(#[from] std::io::Error),
     #[error("the real-time thread {0}")]
-    RealTime(&'static str),
+    RealTime(String),
 }
 
 /// Revision of the scene that the daemon starts with.
@@ -89,7 +89,7 @@ fn main() -> ExitCode {
 }
 
 fn run(config: Config, demo: bool) -> Result<(), Failure> {
-    rt::thread::mute_panics();
+    rt::thread::keep_panics();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let local = tokio::task::LocalSet::new();
     local.block_on(&runtime, async move {
@@ -138,15 +138,25 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
                 demo::status_line(&rig)
             ));
         }
-        match end {
-            Some(End::Quit) => Ok(()),
-            Some(End::Panicked { zeroed: true }) => Err(Failure::RealTime("failed; its force was set to zero")),
-            Some(End::Panicked { zeroed: false }) => Err(Failure::RealTime(
-                "failed, and the device did not take the zero force: cut the power of the motor",
-            )),
-            None => Err(Failure::RealTime("hangs: cut the power of the motor")),
-        }
+        judge(end)
     })
+}
+
+/// What there is to say of how the loop ended.
+fn judge(end: Option<End>) -> Result<(), Failure> {
+    let (failed, last_word) = match end {
+        // A device that was unplugged before is not missed.
+        Some(End::Quit(LastWord::Taken | LastWord::NoDevice)) => return Ok(()),
+        Some(End::Quit(last_word)) => ("ended".to_owned(), last_word),
+        Some(End::Panicked { message, last_word }) => (format!("failed at {message}"), last_word),
+        None => return Err(Failure::RealTime("hangs: cut the power of the motor".to_owned())),
+    };
+    let zero = match last_word {
+        LastWord::Taken => "its force was set to zero",
+        LastWord::NotTaken => "the device did not take the zero force: cut the power of the motor",
+        LastWord::NoDevice => "no device was connected to take the zero force: if the motor still pulls, cut its power",
+    };
+    Err(Failure::RealTime(format!("{failed}; {zero}")))
 }
 
 /// Time for the last answers to leave.

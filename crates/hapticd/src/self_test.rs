@@ -6,7 +6,7 @@ use crate::rt::handoff::{CompiledScene, Shared};
 use crate::rt::tick::Tick;
 use crate::telemetry::ring::Consumer;
 use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};
-use device_io::{Device, DeviceError, Measurement};
+use device_io::{Device, DeviceError, Measurement, Written};
 use hdrhistogram::Histogram;
 use std::fmt::Write;
 use std::sync::Arc;
@@ -142,8 +142,8 @@ impl Device for NoLink {
         Ok(sample)
     }
 
-    fn write(&mut self, _force_n: f64, _enabled: bool) -> Result<(), DeviceError> {
-        Ok(())
+    fn write(&mut self, _force_n: f64, _enabled: bool) -> Result<Written, DeviceError> {
+        Ok(Written::Taken)
     }
 }
 

@@ -7,7 +7,7 @@ use super::session::{Refused, Session};
 use super::wire::{self, Wire};
 use super::writer::Writer;
 use super::{Connection, clock};
-use crate::device::{DeviceError, Measurement};
+use crate::device::{DeviceError, Measurement, Written};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
 use crate::protocol::view::View;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -329,7 +329,7 @@ impl Connection for HidConnection {
         wire::measurement(&mut self.wire, &mut self.session, self.wait_ns, now_ns)
     }
 
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<(), DeviceError> {
+    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
         let (enable, command) = self.session.command(force_n, enabled, now_ns);
         self.writer.post(enable, command, now_ns, &self.counters)
     }

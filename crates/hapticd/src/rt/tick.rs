@@ -6,11 +6,11 @@
 
 use crate::rig_state::{Command, Fault, Rig};
 use crate::rt::clock::{Wake, now_ns};
-use crate::rt::handoff::{CommandWord, CompiledScene, Outcome, Shared};
+use crate::rt::handoff::{CommandWord, CompiledScene, Outcome, Shared, Stopped};
 use crate::rt::lateness::Lateness;
 use crate::rt::transition::Transition;
 use crate::telemetry::ring::{Producer, TickRecord};
-use device_io::{Device, DeviceError, Measurement};
+use device_io::{Device, DeviceError, Measurement, Written};
 use haptic_core::limiter::{NonFiniteForce, SafetyLimiter};
 use haptic_core::passivity::PassivityObserver;
 use haptic_core::velocity::{Estimator, Method};
@@ -106,7 +106,7 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     bump: Bump,
     tick: u64,
     stops_seen: u64,
-    /// A stop whose zero force has not reached the device yet, and the state that it brought.
+    /// A stop whose zero force the device has not taken yet, and the state that it brought.
     stop_pending: Option<(u64, RigState)>,
     last_command: u32,
     last_began_ns: u64,
@@ -191,8 +191,8 @@ impl<D: Device + ?Sized> Tick<D> {
         self.last_began_ns = wake.began_ns;
         let (coupling_force, command_force) = self.render(elapsed_s, our_elapsed_s);
         let computed_ns = self.link_time_ns();
-        let written = self.device.write(command_force, self.rig.is_live()).is_ok();
-        if !written {
+        let written = self.device.write(command_force, self.rig.is_live());
+        if written.is_err() {
             self.rig.device_present(false);
         }
         let ended_ns = now_ns();
@@ -227,8 +227,8 @@ impl<D: Device + ?Sized> Tick<D> {
             fault: self.rig.fault(),
         });
         // The answers come last, so that whoever has one also finds the tick's record.
-        let stopped = if written { self.stop_pending.take() } else { None };
-        self.answer(stopped, new_scene, command);
+        self.answer(new_scene, command);
+        self.answer_stop(written);
         self.tick += 1;
         ended_ns
     }
@@ -250,7 +250,10 @@ impl<D: Device + ?Sized> Tick<D> {
     }
 
     /// Zero force, whatever happens after.
-    pub(crate) fn zero_force(&mut self) -> Result<(), DeviceError> {
+    ///
+    /// # Errors
+    /// The device could not be written.
+    pub(crate) fn zero_force(&mut self) -> Result<Written, DeviceError> {
         self.device.write(0.0, false)
     }
 
@@ -315,8 +318,9 @@ impl<D: Device + ?Sized> Tick<D> {
             return None;
         }
         self.last_command = word.serial;
-        // A stop that came after the command was sent wins over it.
-        let refused = word.overtaken_by(stops) || self.rig.command(word.command).is_err();
+        // A stop that came after the command was sent wins over it; and until the device has taken its zero force, no other may follow.
+        let early = word.command == Command::Engage && self.stop_pending.is_some();
+        let refused = early || word.overtaken_by(stops) || self.rig.command(word.command).is_err();
         Some((word, refused))
     }
 
@@ -440,7 +444,24 @@ impl<D: Device + ?Sized> Tick<D> {
         Ok(force)
     }
 
-    fn answer(&self, stopped: Option<(u64, RigState)>, new_scene: bool, command: Option<(CommandWord, bool)>) {
+    /// Confirms a stop once the device has taken the zero force. Where there is no device, nobody shall wait for that.
+    fn answer_stop(&mut self, written: Result<Written, DeviceError>) {
+        let heard = match written {
+            Ok(Written::Taken) => true,
+            Ok(Written::Later) => return,
+            Err(_) => false,
+        };
+        if let Some((stops, state)) = self.stop_pending.take() {
+            let stopped = Stopped {
+                tick: self.tick,
+                state,
+                heard,
+            };
+            self.shared.answers.stopped(stops, stopped);
+        }
+    }
+
+    fn answer(&self, new_scene: bool, command: Option<(CommandWord, bool)>) {
         let answers = &self.shared.answers;
         if new_scene {
             answers.scene_applied(self.scene.revision, self.tick);
@@ -452,9 +473,6 @@ impl<D: Device + ?Sized> Tick<D> {
                 refused,
             };
             answers.command_done(word.serial, outcome);
-        }
-        if let Some((stops, state)) = stopped {
-            answers.stopped(stops, self.tick, state);
         }
     }
 }

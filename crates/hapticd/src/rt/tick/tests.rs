@@ -18,7 +18,8 @@ struct Scripted {
     time_ns: u64,
     written: Arc<std::sync::Mutex<Vec<f64>>>,
     next: u32,
-    refuses_writes: bool,
+    /// What becomes of a command.
+    writing: Result<Written, DeviceError>,
     repeats: bool,
 }
 
@@ -44,12 +45,12 @@ impl Device for Scripted {
         })
     }
 
-    fn write(&mut self, force_n: f64, _enabled: bool) -> Result<(), DeviceError> {
-        if self.refuses_writes {
-            return Err(DeviceError::Disconnected);
+    fn write(&mut self, force_n: f64, _enabled: bool) -> Result<Written, DeviceError> {
+        let written = self.writing?;
+        if written == Written::Taken {
+            self.written.lock().expect("one thread").push(force_n);
         }
-        self.written.lock().expect("one thread").push(force_n);
-        Ok(())
+        Ok(written)
     }
 }
 
@@ -94,7 +95,7 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
         time_ns: 0,
         written: Arc::clone(&written),
         next: 0,
-        refuses_writes: false,
+        writing: Ok(Written::Taken),
         repeats: false,
     };
     let tick = Tick::new(
@@ -190,7 +191,7 @@ fn force_comes_with_engaging_opposes_the_motion_and_goes_with_a_stop() {
     let stop = bench.shared.stop();
     assert_eq!(bench.tick().command_force, 0.0);
     assert_eq!(
-        bench.shared.answers.stop(stop).map(|(_, state)| state),
+        bench.shared.answers.stop(stop).map(|stopped| stopped.state),
         Some(RigState::Stopped)
     );
     assert!(bench.command(Command::Engage).refused, "a stop holds until a reset");
@@ -300,16 +301,59 @@ fn what_the_passivity_controller_adds_grows_with_the_ramp_as_everything_does() {
 }
 
 #[test]
-fn a_stop_is_confirmed_only_when_zero_force_was_written() {
+fn a_stop_is_confirmed_only_when_the_device_has_taken_zero_force() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
-    bench.tick.device.refuses_writes = true;
+    bench.command(Command::Engage);
+    bench.ticks(50);
+    // A link that is busy: the zero force waits.
+    bench.tick.device.writing = Ok(Written::Later);
+    let stop = bench.shared.stop();
+    bench.ticks(5);
+    assert_eq!(bench.shared.answers.stop(stop), None);
+    // Another has seen the stop and resets; force may not come before the zero force has gone.
+    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
+    assert!(bench.command(Command::Engage).refused);
+    assert_eq!(bench.shared.answers.stop(stop), None);
+    bench.tick.device.writing = Ok(Written::Taken);
+    let tick = bench.tick().tick;
+    let stopped = Stopped {
+        tick,
+        state: RigState::Stopped,
+        heard: true,
+    };
+    assert_eq!(bench.shared.answers.stop(stop), Some(stopped));
+    assert_eq!(bench.last_written(), 0.0);
+    assert!(!bench.command(Command::Engage).refused);
+}
+
+#[test]
+fn a_stop_that_no_device_can_hear_is_answered_at_once_and_says_so() {
+    let gone = || std::iter::repeat_n(Err(DeviceError::Disconnected), 20);
+    let mut bench = bench(ramp().take(100).chain(gone()).chain(ramp().take(50)));
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(99 - SETTLE);
+    bench.tick.device.writing = Err(DeviceError::Disconnected);
+    bench.tick();
+    let stop = bench.shared.stop();
+    let unheard = Stopped {
+        tick: bench.tick().tick,
+        state: RigState::Stopped,
+        heard: false,
+    };
+    assert_eq!(bench.shared.answers.stop(stop), Some(unheard));
+    // The device that comes back is told, and nobody pulls before a reset.
+    bench.ticks(18);
+    bench.written.lock().expect("one thread").clear();
+    bench.tick.device.writing = Ok(Written::Taken);
+    assert_eq!(bench.tick().state, RigState::Stopped);
+    assert_eq!(bench.last_written(), 0.0);
+    assert!(bench.command(Command::Engage).refused);
+    // The next stop is heard.
     let stop = bench.shared.stop();
     bench.tick();
-    assert_eq!(bench.shared.answers.stop(stop), None);
-    bench.tick.device.refuses_writes = false;
-    bench.tick();
-    assert!(bench.shared.answers.stop(stop).is_some());
+    assert!(bench.shared.answers.stop(stop).is_some_and(|stopped| stopped.heard));
 }
 
 #[test]
@@ -544,6 +588,7 @@ enum Happening {
     Tick(Option<f64>, u64),
     Repeat,
     RefusedWrite,
+    BusyLink,
 }
 
 fn scenes() -> Vec<Scene> {
@@ -587,6 +632,7 @@ fn happening() -> impl Strategy<Value = Happening> {
         30 => tick.prop_map(|(position, after_ns)| Happening::Tick(position, after_ns)),
         1 => Just(Happening::Repeat),
         1 => Just(Happening::RefusedWrite),
+        1 => Just(Happening::BusyLink),
     ]
 }
 
@@ -608,7 +654,7 @@ proptest! {
         for (happening, step) in happenings.into_iter().zip(steps) {
             let (mut reading, mut after_ns) = (Some(position), 1_000_000);
             bench.tick.device.repeats = false;
-            bench.tick.device.refuses_writes = false;
+            bench.tick.device.writing = Ok(Written::Taken);
             match happening {
                 Happening::Command(command) => {
                     bench.serial += 1;
@@ -631,7 +677,8 @@ proptest! {
                     (reading, after_ns) = (Some(position), ns);
                 }
                 Happening::Repeat => bench.tick.device.repeats = bench.tick.device.next > 0,
-                Happening::RefusedWrite => bench.tick.device.refuses_writes = true,
+                Happening::RefusedWrite => bench.tick.device.writing = Err(DeviceError::Disconnected),
+                Happening::BusyLink => bench.tick.device.writing = Ok(Written::Later),
             }
             if !bench.tick.device.repeats {
                 bench.tick.device.readings.push(reading.ok_or(DeviceError::Disconnected));
