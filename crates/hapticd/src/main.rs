@@ -144,19 +144,21 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
 
 /// What there is to say of how the loop ended.
 fn judge(end: Option<End>) -> Result<(), Failure> {
-    let (failed, last_word) = match end {
+    let Some(End { panic, last_word }) = end else {
+        return Err(Failure::RealTime("hangs: cut the power of the motor".to_owned()));
+    };
+    let ended = match panic {
+        Some(message) => format!("failed at {message}"),
         // A device that was unplugged before is not missed.
-        Some(End::Quit(LastWord::Taken | LastWord::NoDevice)) => return Ok(()),
-        Some(End::Quit(last_word)) => ("ended".to_owned(), last_word),
-        Some(End::Panicked { message, last_word }) => (format!("failed at {message}"), last_word),
-        None => return Err(Failure::RealTime("hangs: cut the power of the motor".to_owned())),
+        None if last_word != LastWord::NotTaken => return Ok(()),
+        None => "ended".to_owned(),
     };
     let zero = match last_word {
         LastWord::Taken => "its force was set to zero",
         LastWord::NotTaken => "the device did not take the zero force: cut the power of the motor",
         LastWord::NoDevice => "no device was connected to take the zero force: if the motor still pulls, cut its power",
     };
-    Err(Failure::RealTime(format!("{failed}; {zero}")))
+    Err(Failure::RealTime(format!("{ended}; {zero}")))
 }
 
 /// Time for the last answers to leave.

@@ -430,7 +430,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
         );
         std::thread::yield_now();
     }
-    assert!(matches!(running.end(), Some(End::Quit(_))));
+    assert!(running.end().is_some_and(|end| end.panic.is_none()));
 
     println!(
         "{pushed} records, {revision} scenes, {serial} commands; ticks: {live} live, {stopped} stopped, {faults} faulted, {lost} lost"
@@ -525,13 +525,11 @@ fn the_last_word_of_a_loop_that_panics_is_zero_force() {
         assert!(began.elapsed().as_secs() < 30, "there was no force");
         std::thread::yield_now();
     }
-    let Some(End::Panicked { message, last_word }) = running.end() else {
-        panic!("it panicked");
-    };
+    let End { panic, last_word } = running.end().expect("it ends");
     assert_eq!(last_word, LastWord::Taken);
     assert_eq!(f64::from_bits(written.load(SeqCst)), 0.0);
     assert_eq!(refusals.load(SeqCst), 0, "it was commanded until it was taken");
-    let message = message.to_string();
+    let message = panic.expect("it panicked").to_string();
     assert!(message.contains("purity_tests.rs:"), "{message}");
     assert!(
         message.contains("planted, with ") && message.ends_with(" N on the hand"),

@@ -26,16 +26,10 @@ pub(crate) struct Wishes {
 
 /// How the thread ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum End {
-    /// It was asked to.
-    Quit(LastWord),
-    /// It panicked.
-    Panicked {
-        /// What it said.
-        message: PanicMessage,
-        /// What became of the zero force that followed.
-        last_word: LastWord,
-    },
+pub(crate) struct End {
+    /// What it said, where it panicked; otherwise it was asked to end.
+    pub(crate) panic: Option<PanicMessage>,
+    pub(crate) last_word: LastWord,
 }
 
 /// What became of the zero force that is the last to be commanded.
@@ -157,8 +151,8 @@ impl RunningLoop {
             }
             std::thread::sleep(Duration::from_millis(1));
         }
-        Some(thread.join().unwrap_or(End::Panicked {
-            message: PanicMessage::empty(),
+        Some(thread.join().unwrap_or(End {
+            panic: Some(PanicMessage::empty()),
             last_word: LastWord::NotTaken,
         }))
     }
@@ -197,12 +191,9 @@ pub(crate) fn start(
                 run(&mut tick, &loop_shared, wishes.period_ns, waiting);
             }));
             // The last word to the motor, however the loop ended. It may be the device that panicked.
-            let message = PANICKED.get();
+            let panic = ended.is_err().then(|| PANICKED.get());
             let last_word = catch_unwind(AssertUnwindSafe(|| last_word(&mut tick))).unwrap_or(LastWord::NotTaken);
-            match ended {
-                Ok(()) => End::Quit(last_word),
-                Err(_) => End::Panicked { message, last_word },
-            }
+            End { panic, last_word }
         })?;
     let running = RunningLoop {
         shared,
