@@ -311,12 +311,13 @@ fn run_self_test(config: Config, turn_s: u64) -> Result<(), Failure> {
     let prepared = prepare(config)?;
     // With force, as in use.
     prepared.shared.send(1, Command::Engage, prepared.shared.stops());
+    let control = self_test::ControlSide {
+        shared: prepared.shared,
+        records: prepared.records,
+    };
     let (report, status) = rt::thread::self_test(
         prepared.tick,
-        self_test::ControlSide {
-            shared: prepared.shared,
-            records: prepared.records,
-        },
+        control.serve(prepared.wishes.cpu, prepared.cpus)?,
         turn_s,
         prepared.wishes,
         prepared.status,

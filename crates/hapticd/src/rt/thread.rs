@@ -225,7 +225,7 @@ fn last_word(tick: &mut Tick<dyn Device>) -> LastWord {
 /// The system has no thread left, or the test panicked.
 pub(crate) fn self_test(
     mut tick: Tick<dyn Device>,
-    mut control: self_test::ControlSide,
+    serving: self_test::Serving,
     turn_s: u64,
     wishes: Wishes,
     mut status: RealTimeStatus,
@@ -238,7 +238,7 @@ pub(crate) fn self_test(
             let waiting = Waiting {
                 spin_ns: spin_ns(&wishes, &status),
             };
-            let comparison = self_test::compare(&mut tick, &mut control, turn_s, wishes.period_ns, waiting);
+            let comparison = self_test::compare(&mut tick, serving, turn_s, wishes.period_ns, waiting);
             (comparison.report(wishes.period_ns, waiting), status)
         })?;
     thread
