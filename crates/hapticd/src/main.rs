@@ -405,3 +405,22 @@ impl StopSignals {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_end_is_judged_by_what_the_device_has_taken() {
+        let judged = |last_word| {
+            let end = End { panic: None, last_word };
+            judge(Some(end)).map_err(|failure| failure.to_string())
+        };
+        assert_eq!(judged(LastWord::Taken), Ok(()));
+        assert_eq!(judged(LastWord::NoDevice), Ok(()), "it was unplugged before");
+        let told = judged(LastWord::NotTaken).expect_err("there may still be a force");
+        assert!(told.contains("did not take the zero force: cut the power"), "{told}");
+        let hangs = judge(None).expect_err("nobody knows").to_string();
+        assert!(hangs.contains("hangs: cut the power"), "{hangs}");
+    }
+}

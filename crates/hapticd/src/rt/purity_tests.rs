@@ -467,7 +467,7 @@ struct Panicking {
     written: Arc<AtomicU64>,
     panicked_at: Arc<AtomicU64>,
     /// Commands after the panic that its link has no room for.
-    refusals: Arc<AtomicU64>,
+    refusals: u64,
 }
 
 impl Device for Panicking {
@@ -490,9 +490,8 @@ impl Device for Panicking {
     }
 
     fn write(&mut self, force_n: f64, _enabled: bool) -> Result<Written, DeviceError> {
-        let refusals = self.refusals.load(SeqCst);
-        if self.panicked_at.load(SeqCst) > 0 && refusals > 0 {
-            self.refusals.store(refusals - 1, SeqCst);
+        if self.panicked_at.load(SeqCst) > 0 && self.refusals > 0 {
+            self.refusals -= 1;
             return Ok(Written::Later);
         }
         self.written.store(force_n.to_bits(), SeqCst);
@@ -500,21 +499,16 @@ impl Device for Panicking {
     }
 }
 
-#[test]
-fn the_last_word_of_a_loop_that_panics_is_zero_force() {
+/// Has the loop panic with force on the hand, on a link that then has no room for so many commands. How it ended, and what was written last, N.
+fn panic_with_force(refusals: u64) -> (End, f64) {
     let shared = Arc::new(Shared::new());
     let (written, panicked_at) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
-    let refusals = Arc::new(AtomicU64::new(3));
-    let motion = Motion::Sine {
-        amplitude_m: 0.03,
-        frequency_hz: 1.0,
-    };
     let device: Box<dyn Device> = Box::new(Panicking {
-        rig: FakeRig::new(RigProperties::default(), Hand::Prescribed(motion)),
+        rig: FakeRig::new(RigProperties::default(), hand()),
         reads: 0,
         written: Arc::clone(&written),
         panicked_at: Arc::clone(&panicked_at),
-        refusals: Arc::clone(&refusals),
+        refusals,
     });
     shared.send(1, Command::Engage, 0);
     thread::keep_panics();
@@ -525,14 +519,25 @@ fn the_last_word_of_a_loop_that_panics_is_zero_force() {
         assert!(began.elapsed().as_secs() < 30, "there was no force");
         std::thread::yield_now();
     }
-    let End { panic, last_word } = running.end().expect("it ends");
-    assert_eq!(last_word, LastWord::Taken);
-    assert_eq!(f64::from_bits(written.load(SeqCst)), 0.0);
-    assert_eq!(refusals.load(SeqCst), 0, "it was commanded until it was taken");
+    let end = running.end().expect("it ends");
+    (end, f64::from_bits(written.load(SeqCst)))
+}
+
+#[test]
+fn the_last_word_of_a_loop_that_panics_is_zero_force() {
+    let (End { panic, last_word }, written_n) = panic_with_force(3);
+    assert_eq!((last_word, written_n), (LastWord::Taken, 0.0));
     let message = panic.expect("it panicked").to_string();
     assert!(message.contains("purity_tests.rs:"), "{message}");
     assert!(
         message.contains("planted, with ") && message.ends_with(" N on the hand"),
         "{message}"
     );
+}
+
+#[test]
+fn a_last_word_that_the_device_does_not_take_is_told() {
+    let (End { panic, last_word }, written_n) = panic_with_force(u64::MAX);
+    assert!(panic.is_some() && written_n != 0.0);
+    assert_eq!(last_word, LastWord::NotTaken);
 }

@@ -269,3 +269,20 @@ fn run(tick: &mut Tick<dyn Device>, shared: &Shared, period_ns: u64, waiting: Wa
         grid.advance(ended_ns);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_message_is_cut_to_its_room_between_two_letters() {
+        let mut message = PanicMessage::empty();
+        assert!(write!(message, "line {}: short", 3 + 4).is_ok());
+        assert_eq!(message.to_string(), "line 7: short");
+        let mut message = PanicMessage::empty();
+        assert!(write!(message, "x{}", "é".repeat(PanicMessage::ROOM)).is_err());
+        let kept = message.to_string();
+        assert_eq!(kept.len(), PanicMessage::ROOM - 1);
+        assert!(kept.starts_with("xé") && kept.ends_with('é'));
+    }
+}
