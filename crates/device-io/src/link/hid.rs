@@ -519,6 +519,11 @@ mod tests {
             moved && rig.force_n() == 3.0
         });
         tick_until(connection, 0.0, false, |_| rig.force_n() == 0.0);
+        let began = Instant::now();
+        while connection.write(0.0, false, clock::now_ns()) != Ok(Written::Taken) {
+            assert!(began.elapsed() < Duration::from_secs(10), "its transfer has ended");
+            std::thread::yield_now();
+        }
         tick_until(connection, -2.0, true, |_| rig.force_n() == -2.0);
         drop(greeted);
         // The writer has ended; what it said last may still lie in the socket.
