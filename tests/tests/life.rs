@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use system_tests::{Daemon, binary, copy_binary, ctl, status, wait_for, wait_for_state};
+use system_tests::{Daemon, binary, copy_binary, ctl, real_time_thread, status, wait_for, wait_for_state};
 
 /// Runs hapticd with arguments with which it cannot run; returns its exit code and what it said.
 fn refused(arguments: &[&str]) -> (Option<i32>, String) {
@@ -162,6 +162,46 @@ fn without_privileges_it_says_which_are_missing_and_runs() {
         eprintln!("this user may use SCHED_FIFO: its refusal was not seen");
     }
     assert_eq!(ctl(daemon.socket(), &["status"]).status.code(), Some(0));
+}
+
+/// The scheduling policy of a thread, as the kernel has it.
+fn policy_of(process: u32, thread: u32) -> u32 {
+    let text = std::fs::read_to_string(format!("/proc/{process}/task/{thread}/stat")).expect("it runs");
+    // Its name, the second field, may have spaces in it; the policy is the 41st.
+    let (_, after_name) = text.rsplit_once(") ").expect("a name");
+    let policy = after_name.split(' ').nth(41 - 3).expect("so many fields");
+    policy.parse().expect("a number")
+}
+
+#[test]
+fn scheduled_by_deadline_the_loop_renders_or_says_why_it_is_not() {
+    const SCHED_DEADLINE: u32 = 6;
+    let daemon = Daemon::start(&["--policy", "deadline", "--ramp-ms", "20"]);
+    let mut client = daemon.client();
+    let real_time = status(&mut client).real_time;
+    let policy = policy_of(daemon.pid(), real_time_thread(daemon.pid()));
+    assert_eq!(policy == SCHED_DEADLINE, real_time.deadline_scheduled, "{real_time:?}");
+    assert!(
+        real_time.fifo_priority.is_none() && real_time.cpu.is_none(),
+        "{real_time:?}"
+    );
+    if !real_time.deadline_scheduled {
+        let refused = real_time
+            .problems
+            .iter()
+            .find(|problem| problem.what.contains("by deadline"));
+        let refused = refused.expect("it says why");
+        assert!(refused.remedy.contains("cap_sys_nice"), "{refused:?}");
+        println!("SKIPPED: this machine does not let it: {}", refused.what);
+    }
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    let engaged = wait_for_state(&mut client, RigState::Engaged);
+    let later = wait_for(&mut client, "a second of it", |status| {
+        status.tick > engaged.tick + 1000
+    });
+    assert_eq!(later.state, RigState::Engaged, "{:?}", later.fault);
+    let (ended, said) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{said}");
 }
 
 #[test]

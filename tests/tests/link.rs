@@ -1,6 +1,8 @@
 //! A rig behind a serial line: the real daemon, a real pseudo-terminal, the fake rig at its other end, and all that can go wrong between them.
 
-use haptic_ipc::{Client, LinkStatus, Request, RigState, StateReply, Status};
+use haptic_ipc::{
+    ChangeReply, Client, ClientError, ErrorCode, LinkStatus, LogReply, Request, RigState, StateReply, Status,
+};
 use std::fs;
 use std::time::{Duration, Instant};
 use system_tests::fake_rig::FakeRig;
@@ -116,6 +118,64 @@ fn unplugged_it_is_disconnected_and_plugged_in_again_it_is_idle_within_two_secon
         assert_eq!(rig.force().largest_n, 0.0);
     }
     assert!(least < Duration::from_secs(2), "{least:?}");
+}
+
+/// Stops a rig that has no device; the answer says both, and what comes after is not held up.
+fn stop_unheard(client: &mut Client) {
+    let refused = client
+        .request::<StateReply>(Request::Stop {})
+        .expect_err("there is nothing to take the zero force");
+    let ClientError::Refused(error) = refused else {
+        panic!("{refused}");
+    };
+    assert_eq!(error.code, ErrorCode::NoDevice, "{error}");
+    for part in ["the rig is stopped", "no device is connected", "cut its power"] {
+        assert!(error.message.contains(part), "{error}");
+    }
+    assert_eq!(status(client).state, RigState::Stopped);
+    let changed: ChangeReply = client
+        .request(Request::set([("mass", 1.5)].into_iter().collect()))
+        .expect("a scene may change");
+    let log: LogReply = client
+        .request(Request::Log {
+            after: None,
+            limit: None,
+        })
+        .expect("a log");
+    let [.., stop, set] = &log.entries[..] else {
+        panic!("{log:?}");
+    };
+    assert_eq!((stop.op.as_str(), set.op.as_str()), ("stop", "set"), "{log:?}");
+    assert_eq!(stop.state.map(|change| change.after), Some(RigState::Stopped));
+    assert!(stop.tick.is_some() && stop.tick < changed.tick, "{log:?}");
+    let message = stop.message.as_deref().unwrap_or_default();
+    assert!(message.contains("no device"), "{stop:?}");
+}
+
+#[test]
+fn a_stop_without_a_device_is_answered_truly_and_holds_nothing_up() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let daemon = Daemon::start_on(&format!("serial:{}", directory.path().join("rig").display()), &[]);
+    stop_unheard(&mut daemon.client());
+}
+
+#[test]
+fn a_rig_that_is_stopped_while_it_is_unplugged_comes_back_stopped() {
+    let (mut rig, _daemon, mut client) = connected(&[]);
+    pull(&mut rig, &mut client);
+    rig.fail("hang-up 3600");
+    stop_unheard(&mut client);
+    rig.fail("hang-up 0");
+    let back = wait_for(&mut client, "samples", |status| {
+        link(status).counts.connections == 2 && link(status).counts.samples > 500
+    });
+    assert_eq!((back.state, back.command_force_n), (RigState::Stopped, 0.0));
+    rig.force();
+    assert_eq!(rig.force().largest_n, 0.0);
+    let stopped: StateReply = client.request(Request::Stop {}).expect("there is somebody to hear it");
+    assert_eq!(stopped.state, RigState::Stopped);
+    let reset: StateReply = client.request(Request::Reset {}).expect("a reset");
+    assert_eq!(reset.state, RigState::Idle);
 }
 
 #[test]

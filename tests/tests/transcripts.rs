@@ -34,8 +34,9 @@ fn every_conversation_of_version_1_can_still_be_held() {
 }
 
 /// Codes that no conversation alone can bring about, and the tests that do.
-const ELSEWHERE: [(&str, &str); 2] = [
+const ELSEWHERE: [(&str, &str); 3] = [
     ("not_permitted", "attacks.rs, as another user"),
+    ("no_device", "link.rs, with its device unplugged"),
     ("not_responding", "attacks.rs, with its real-time thread held"),
 ];
 

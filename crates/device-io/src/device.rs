@@ -32,6 +32,16 @@ pub enum DeviceError {
     Failed(ErrorCode),
 }
 
+/// What became of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Written {
+    /// It has left this process whole, and nothing is written before it that has not. On a serial line it is with the system, which passes it on as fast as
+    /// the line goes; on HID the transfer has ended; a rig in this process has carried it out. That the rig does as it was told it says in its samples.
+    Taken,
+    /// Not yet, or only in part: the link is busy with what came before. To be commanded again in the next tick, as every force is.
+    Later,
+}
+
 /// A one-axis rig, as the real-time loop uses it.
 ///
 /// No method but [`Self::description`] may allocate, lock or wait longer than the link needs. Dropping a device leaves it at zero force.
@@ -55,9 +65,10 @@ pub trait Device: Send {
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError>;
 
     /// Commands the force on the hand, N, until the next command. Where the motor is not `enabled` it must not be driven, and a rig that can
-    /// switches it off.
+    /// switches it off. Whether the device has taken that already is in what it returns; a command that is the same as the ones before it, tick by tick,
+    /// counts as taken when the first of them was.
     ///
     /// # Errors
     /// The rig could not be written.
-    fn write(&mut self, force_n: f64, enabled: bool) -> Result<(), DeviceError>;
+    fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError>;
 }

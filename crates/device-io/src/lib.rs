@@ -15,4 +15,4 @@ pub mod link;
 pub mod protocol;
 
 pub use address::Address;
-pub use device::{Device, DeviceError, Measurement};
+pub use device::{Device, DeviceError, Measurement, Written};

@@ -63,14 +63,8 @@ impl SafetyLimiter {
             self.last_n
         };
         // The sum may round to beyond the limit.
-        self.last_n = self.within(from + (wanted - from).max(-step).min(step));
+        self.last_n = (from + (wanted - from).max(-step).min(step)).clamp(-force_n, force_n);
         Ok(self.last_n)
-    }
-
-    /// A force cut to the limit: what is added to one that has passed the gate.
-    #[must_use]
-    pub fn within(&self, force: f64) -> f64 {
-        force.max(-self.limits.force_n).min(self.limits.force_n)
     }
 
     /// The force is zero now, whatever it was.

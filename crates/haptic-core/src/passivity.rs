@@ -34,8 +34,8 @@ struct Sample {
     position: f64,
     /// The surface's force on the hand, N.
     force: f64,
-    /// What the controller added to it, N.
-    added: f64,
+    /// The force that was applied, with what the controller added, N.
+    applied: f64,
 }
 
 impl PassivityObserver {
@@ -50,13 +50,25 @@ impl PassivityObserver {
         }
     }
 
-    /// Takes in a sample and the force on the hand that it leads to (N); returns the force that the controller adds (N), against the motion.
+    /// Takes in a sample and the force on the hand that it leads to (N); returns the force that the controller wants to add (N), against the motion. Where
+    /// not just the sum of both is applied, [`applied`](Self::applied) tells what is.
     ///
     /// `position` in m, `velocity` in m/s.
     pub fn observe(&mut self, elapsed_s: f64, position: f64, velocity: f64, force: f64) -> f64 {
         let added = self.control(elapsed_s, position, velocity, force);
-        self.last = Some(Sample { position, force, added });
+        self.last = Some(Sample {
+            position,
+            force,
+            applied: force + added,
+        });
         added
+    }
+
+    /// The force on the hand (N) that is applied until the next sample: what the rig's limits have made of the sum.
+    pub fn applied(&mut self, force: f64) {
+        if let Some(last) = &mut self.last {
+            last.applied = force;
+        }
     }
 
     fn control(&mut self, elapsed_s: f64, position: f64, velocity: f64, force: f64) -> f64 {
@@ -64,7 +76,7 @@ impl PassivityObserver {
             return 0.0;
         };
         let moved = position - last.position;
-        let made = (0.5 * (last.force - force) + last.added) * moved;
+        let made = (last.applied - 0.5 * (last.force + force)) * moved;
         let taken_up = self.losses.friction * moved.abs() + self.losses.damping * velocity.abs() * moved.abs();
         let excess = (self.excess_j + made - taken_up).max(0.0);
         // An account that is no number is closed: the force itself is checked elsewhere.
@@ -151,5 +163,26 @@ mod tests {
         observer.rest();
         assert_eq!(observer.excess_j(), 0.0);
         assert_eq!(observer.observe(T, 0.02, 0.3, 10.0), 0.0);
+    }
+
+    #[test]
+    fn what_the_limits_kept_back_was_not_taken_out() {
+        let begun = || {
+            let mut observer = PassivityObserver::new(NONE, 2.0);
+            observer.observe(T, 0.0, 0.3, 10.0);
+            assert_eq!(observer.observe(T, 0.01, 0.3, -10.0), -2.0);
+            observer
+        };
+        let (mut whole, mut half, mut none) = (begun(), begun(), begun());
+        half.applied(-11.0);
+        none.applied(-10.0);
+        let left = [&mut whole, &mut half, &mut none].map(|observer| {
+            observer.observe(T, 0.02, 0.3, -10.0);
+            observer.excess_j()
+        });
+        // 10 N over a centimetre were made; what was added went on for another.
+        for (left, wanted) in left.iter().zip([0.08, 0.09, 0.1]) {
+            assert!((left - wanted).abs() < 1e-12, "{left} J");
+        }
     }
 }

@@ -9,7 +9,7 @@ use crate::scope::tape::Tape;
 use crate::update::{Answer, Update};
 use egui::Rect;
 use haptic_core::Scene;
-use haptic_ipc::{Event, RigState, SamplesEvent, StateReply, Status, Timing, WireError};
+use haptic_ipc::{ErrorCode, Event, RigState, SamplesEvent, StateReply, Status, Timing, WireError};
 use haptic_lab::recording::{Metadata, Recording};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -90,6 +90,8 @@ pub(crate) enum StopReport {
     Sent,
     /// The daemon did not carry it out.
     Failed { reason: String },
+    /// The daemon has carried it out, and there was no device to hear it.
+    Unheard { reason: String },
     /// The daemon cannot be reached.
     Unreachable,
 }
@@ -143,7 +145,7 @@ impl Model {
                 self.forget();
                 self.link = Link::Lost { path, reason };
                 self.stop = match std::mem::replace(&mut self.stop, StopReport::Settled) {
-                    StopReport::Settled => StopReport::Settled,
+                    known @ (StopReport::Settled | StopReport::Unheard { .. }) => known,
                     StopReport::Sent | StopReport::Unreachable | StopReport::Failed { .. } => StopReport::Unreachable,
                 };
             }
@@ -348,6 +350,7 @@ impl Model {
             return;
         }
         let is_change = known.is_none_or(|known| known.state != state);
+        let was_halted = known.is_some_and(|known| is_halted(known.state));
         // An answer carries no reason; the event that follows it does.
         let fault = fault.or_else(|| known.filter(|_| !is_change).and_then(|known| known.fault.clone()));
         // The tick at which the state began, so that a later event in it does not move "stopped at tick".
@@ -355,6 +358,10 @@ impl Model {
         self.rig = Some(Rig { state, fault, tick });
         if is_change {
             self.refusal = None;
+        }
+        if was_halted && !is_halted(state) && matches!(self.stop, StopReport::Unheard { .. }) {
+            // Somebody has reset it, and goes by what the device does now.
+            self.stop = StopReport::Settled;
         }
         // The force is off after all, whoever took it away.
         if is_halted(state) && matches!(self.stop, StopReport::Failed { .. }) {
@@ -386,6 +393,7 @@ impl Model {
             Ok(_) => StopReport::Failed {
                 reason: "the daemon's answer is not that to a stop".to_owned(),
             },
+            Err(error) if error.code == ErrorCode::NoDevice => StopReport::Unheard { reason: error.message },
             Err(error) => StopReport::Failed { reason: error.message },
         };
     }

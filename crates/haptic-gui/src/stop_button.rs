@@ -64,6 +64,7 @@ pub(crate) fn report(ui: &Ui, model: &Model) -> Option<(String, Color32)> {
     match model.stop() {
         StopReport::Sent => Some(("Stop sent, not confirmed yet".to_owned(), palette.caution_text)),
         StopReport::Failed { reason } => Some((format!("Not stopped: {reason}"), palette.error_text)),
+        StopReport::Unheard { reason } => Some((format!("Stop not heard: {reason}"), palette.error_text)),
         StopReport::Unreachable => {
             let text = "Not stopped: cannot reach the daemon. Cut the motor's power. The stop is sent once the daemon answers.";
             Some((text.to_owned(), palette.error_text))

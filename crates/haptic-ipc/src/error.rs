@@ -67,6 +67,8 @@ pub enum ErrorCode {
     ReadOnly,
     /// As many clients are connected as the daemon takes.
     TooManyClients,
+    /// The rig is stopped, and no device is connected to take the zero force.
+    NoDevice,
     /// The real-time thread did not answer in time.
     NotResponding,
     /// The server is of a later version and uses a code that this client does not know.

@@ -39,7 +39,7 @@
 //! | `scene.diff` | `from`; `to`: another than the one in force | [`SceneDiffReply`] | |
 //! | `engage` | | [`StateReply`]: `engaging` or `engaged` | the tick that began the ramp |
 //! | `release` | | [`StateReply`]: `releasing` or `idle` | the tick that began the ramp |
-//! | `stop` | | [`StateReply`]: `stopped` or `faulted` | the tick that commanded zero force |
+//! | `stop` | | [`StateReply`]: `stopped` or `faulted` | the tick whose zero force the device has taken; `no_device` where there is none to take it |
 //! | `reset` | | [`StateReply`]: `idle` | the tick that cleared the stop or fault |
 //! | `status` | | [`Status`] | |
 //! | `timing` | | [`Timing`] | |

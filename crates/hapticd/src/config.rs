@@ -93,8 +93,8 @@ pub(crate) struct Options {
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
     keep_cpus_awake: Option<bool>,
 
-    /// What to do when periods are missed: `warn`, or `fault:N` to take the force away at the Nth within a second
-    /// [default: warn]
+    /// What to do when periods are missed: `warn`, or `fault:N` to take the force away at the Nth within any second
+    /// of force, with N from 1 to 1000 [default: warn]
     #[arg(long, value_name = "POLICY")]
     late_policy: Option<Named<LatePolicy>>,
 

@@ -32,7 +32,7 @@ use rig_state::{Command, Rig};
 use rt::handoff::{CompiledScene, Shared};
 use rt::lateness::Lateness;
 use rt::privileges;
-use rt::thread::{End, RunningLoop, Wishes};
+use rt::thread::{End, LastWord, RunningLoop, Wishes};
 use rt::tick::{Parts, Tick, Velocity};
 use service::ServiceManager;
 use std::io::Write;
@@ -56,7 +56,7 @@ enum Failure {
     #[error("{0}")]
     System(#[from] std::io::Error),
     #[error("the real-time thread {0}")]
-    RealTime(&'static str),
+    RealTime(String),
 }
 
 /// Revision of the scene that the daemon starts with.
@@ -89,7 +89,7 @@ fn main() -> ExitCode {
 }
 
 fn run(config: Config, demo: bool) -> Result<(), Failure> {
-    rt::thread::mute_panics();
+    rt::thread::keep_panics();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let local = tokio::task::LocalSet::new();
     local.block_on(&runtime, async move {
@@ -138,15 +138,27 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
                 demo::status_line(&rig)
             ));
         }
-        match end {
-            Some(End::Quit) => Ok(()),
-            Some(End::Panicked { zeroed: true }) => Err(Failure::RealTime("failed; its force was set to zero")),
-            Some(End::Panicked { zeroed: false }) => Err(Failure::RealTime(
-                "failed, and the device did not take the zero force: cut the power of the motor",
-            )),
-            None => Err(Failure::RealTime("hangs: cut the power of the motor")),
-        }
+        judge(end)
     })
+}
+
+/// What there is to say of how the loop ended.
+fn judge(end: Option<End>) -> Result<(), Failure> {
+    let Some(End { panic, last_word }) = end else {
+        return Err(Failure::RealTime("hangs: cut the power of the motor".to_owned()));
+    };
+    let ended = match panic {
+        Some(message) => format!("failed at {message}"),
+        // A device that was unplugged before is not missed.
+        None if last_word != LastWord::NotTaken => return Ok(()),
+        None => "ended".to_owned(),
+    };
+    let zero = match last_word {
+        LastWord::Taken => "its force was set to zero",
+        LastWord::NotTaken => "the device did not take the zero force: cut the power of the motor",
+        LastWord::NoDevice => "no device was connected to take the zero force: if the motor still pulls, cut its power",
+    };
+    Err(Failure::RealTime(format!("{ended}; {zero}")))
 }
 
 /// Time for the last answers to leave.
@@ -299,12 +311,13 @@ fn run_self_test(config: Config, turn_s: u64) -> Result<(), Failure> {
     let prepared = prepare(config)?;
     // With force, as in use.
     prepared.shared.send(1, Command::Engage, prepared.shared.stops());
+    let control = self_test::ControlSide {
+        shared: prepared.shared,
+        records: prepared.records,
+    };
     let (report, status) = rt::thread::self_test(
         prepared.tick,
-        self_test::ControlSide {
-            shared: prepared.shared,
-            records: prepared.records,
-        },
+        control.serve(prepared.wishes.cpu, prepared.cpus)?,
         turn_s,
         prepared.wishes,
         prepared.status,
@@ -390,5 +403,24 @@ impl StopSignals {
             _ = self.terminate.recv() => {}
             _ = self.hang_up.recv() => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_end_is_judged_by_what_the_device_has_taken() {
+        let judged = |last_word| {
+            let end = End { panic: None, last_word };
+            judge(Some(end)).map_err(|failure| failure.to_string())
+        };
+        assert_eq!(judged(LastWord::Taken), Ok(()));
+        assert_eq!(judged(LastWord::NoDevice), Ok(()), "it was unplugged before");
+        let told = judged(LastWord::NotTaken).expect_err("there may still be a force");
+        assert!(told.contains("did not take the zero force: cut the power"), "{told}");
+        let hangs = judge(None).expect_err("nobody knows").to_string();
+        assert!(hangs.contains("hangs: cut the power"), "{hangs}");
     }
 }

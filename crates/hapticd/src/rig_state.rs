@@ -166,9 +166,14 @@ impl Rig {
         Ok(())
     }
 
+    /// What a time between two ticks counts for, s, where force may come with it: a stall is not made up for.
+    pub(crate) fn step_s(&self, elapsed_s: f64) -> f64 {
+        elapsed_s.clamp(0.0, self.longest_step_s)
+    }
+
     /// Moves the gain along its ramp by `elapsed_s` seconds and returns it.
     pub(crate) fn advance(&mut self, elapsed_s: f64) -> f64 {
-        let step = (elapsed_s.clamp(0.0, self.longest_step_s) / self.ramp_s).min(1.0);
+        let step = (self.step_s(elapsed_s) / self.ramp_s).min(1.0);
         match self.state {
             RigState::Engaging => {
                 self.gain += step;

@@ -1,15 +1,22 @@
 //! `--self-test`: what the machine can do, and what hapticd adds to it. The loop and a bare one that only waits take turns on the same processor at the
 //! same priority, so that the machine's moods are shared; what they saw stands side by side.
 
+use crate::PUMP_PERIOD;
 use crate::rt::clock::{Grid, Waiting, Wake, now_ns};
 use crate::rt::handoff::{CompiledScene, Shared};
+use crate::rt::privileges;
 use crate::rt::tick::Tick;
 use crate::telemetry::ring::Consumer;
 use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};
-use device_io::{Device, DeviceError, Measurement};
+use device_io::{Device, DeviceError, Measurement, Written};
 use hdrhistogram::Histogram;
 use std::fmt::Write;
 use std::sync::Arc;
+use std::sync::atomic::{
+    AtomicBool,
+    Ordering::{Acquire, Release},
+};
+use std::thread::JoinHandle;
 
 /// Turns of each loop.
 const TURNS: usize = 5;
@@ -58,6 +65,8 @@ pub(crate) struct Comparison {
     alone: Histogram<u64>,
     /// Two readings of the clock, one after the other.
     nothing: Histogram<u64>,
+    /// Records that found no room: what such a tick takes is not what it takes in use.
+    dropped: u64,
 }
 
 /// The other ends of what the loop is handed and leaves behind.
@@ -67,10 +76,56 @@ pub(crate) struct ControlSide {
     pub(crate) records: Consumer,
 }
 
+impl ControlSide {
+    /// Has a thread at an ordinary priority take what the loop leaves, as the daemon's control thread does; off the loop's processor, of those that there are.
+    ///
+    /// # Errors
+    /// The system has no thread left.
+    pub(crate) fn serve(self, loops_cpu: Option<usize>, available_cpus: Vec<usize>) -> std::io::Result<Serving> {
+        let over = Arc::new(AtomicBool::new(false));
+        let told = Arc::clone(&over);
+        let thread = std::thread::Builder::new().name("control".to_owned()).spawn(move || {
+            if let Some(cpu) = loops_cpu {
+                privileges::leave_cpu_alone(cpu, &available_cpus);
+            }
+            self.run(&told)
+        })?;
+        Ok(Serving { over, thread })
+    }
+
+    fn run(mut self, over: &AtomicBool) -> Self {
+        loop {
+            // Before the ring, so that what was left before it is taken.
+            let last = over.load(Acquire);
+            self.shared.drop_retired();
+            while self.records.pop().is_some() {}
+            if last {
+                return self;
+            }
+            std::thread::sleep(PUMP_PERIOD);
+        }
+    }
+}
+
+/// The control side at work on a thread of its own.
+#[derive(Debug)]
+pub(crate) struct Serving {
+    over: Arc<AtomicBool>,
+    thread: JoinHandle<ControlSide>,
+}
+
+impl Serving {
+    /// Ends it; by then everything that was left is taken.
+    fn end(self) -> ControlSide {
+        self.over.store(true, Release);
+        self.thread.join().expect("it does not panic")
+    }
+}
+
 /// Runs both loops, turn by turn of so many seconds, on the calling thread, which is prepared already.
 pub(crate) fn compare(
     tick: &mut Tick<dyn Device>,
-    control: &mut ControlSide,
+    serving: Serving,
     turn_s: u64,
     period_ns: u64,
     waiting: Waiting,
@@ -84,15 +139,14 @@ pub(crate) fn compare(
         hapticd: vec![Turn::new(); TURNS],
         alone: histogram(COARSE_DIGITS),
         nothing: histogram(COARSE_DIGITS),
+        dropped: 0,
     };
     for (bare, hapticd) in comparison.bare.iter_mut().zip(&mut comparison.hapticd) {
         bare.run(ticks_a_turn, period_ns, waiting, |_, _| now_ns());
         hapticd.run(ticks_a_turn, period_ns, waiting, |wake, missed| tick.run(wake, missed));
     }
     tick.replace_device(Box::new(NoLink::new(period_ns)));
-    // What the turns have left, nobody has read.
-    while control.records.pop().is_some() {}
-    back_to_back(&mut comparison.alone, tick, control, period_ns);
+    comparison.dropped = back_to_back(&mut comparison.alone, tick, &mut serving.end(), period_ns);
     clock_reading(&mut comparison.nothing);
     comparison
 }
@@ -142,8 +196,8 @@ impl Device for NoLink {
         Ok(sample)
     }
 
-    fn write(&mut self, _force_n: f64, _enabled: bool) -> Result<(), DeviceError> {
-        Ok(())
+    fn write(&mut self, _force_n: f64, _enabled: bool) -> Result<Written, DeviceError> {
+        Ok(Written::Taken)
     }
 }
 
@@ -152,9 +206,16 @@ const TICKS_BACK_TO_BACK: u64 = 1_000_000;
 /// Ticks between two changes of the scene.
 const TICKS_A_SCENE: u64 = 20;
 
-/// Times whole ticks without a link, with a new scene every so often; what a control thread does in between is not timed.
+/// Times whole ticks without a link, with a new scene every so often; what a control thread does in between is not timed. Returns how many records have been
+/// dropped before.
 #[inline(never)]
-fn back_to_back(seen: &mut Histogram<u64>, tick: &mut Tick<dyn Device>, control: &mut ControlSide, period_ns: u64) {
+fn back_to_back(
+    seen: &mut Histogram<u64>,
+    tick: &mut Tick<dyn Device>,
+    control: &mut ControlSide,
+    period_ns: u64,
+) -> u64 {
+    let mut dropped = 0;
     let renderer = tick.scene().renderer.clone();
     let mut clock_ns = now_ns();
     for count in 0..TICKS_BACK_TO_BACK {
@@ -174,7 +235,9 @@ fn back_to_back(seen: &mut Histogram<u64>, tick: &mut Tick<dyn Device>, control:
         let record = control.records.pop().expect("every tick is recorded");
         assert!(record.state.is_live(), "every tick renders: {record:?}");
         seen.saturating_record(took_ns);
+        dropped = record.dropped;
     }
+    dropped
 }
 
 /// What timing nothing at all takes.
@@ -246,6 +309,50 @@ impl Comparison {
             us(percentiles(&self.nothing).p50)
         )
         .unwrap_or(());
+        if self.dropped > 0 {
+            writeln!(
+                text,
+                "{} records found no room: the control side was held up, and the ticks above are not all whole",
+                self.dropped
+            )
+            .unwrap_or(());
+        }
         text
+    }
+}
+
+#[cfg(all(test, not(miri)))]
+mod tests {
+    use super::*;
+    use crate::rig_state::Command;
+    use crate::rt::tick::Parts;
+    use crate::telemetry::ring;
+    use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
+    use haptic_core::{Renderer, Scene, Scheme};
+
+    #[test]
+    fn the_turns_leave_no_more_records_than_there_is_room_for() {
+        let motion = Motion::Sine {
+            amplitude_m: 0.01,
+            frequency_hz: 0.5,
+        };
+        let rig = FakeRig::new(RigProperties::default(), Hand::Prescribed(motion));
+        let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
+        let shared = Arc::new(Shared::new());
+        // Room for a second, where the turns take five.
+        let (producer, records) = ring::with_capacity(1000);
+        let mut tick: Tick<dyn Device> = Tick::new(
+            Box::new(rig),
+            Arc::clone(&shared),
+            producer,
+            Box::new(CompiledScene::at_once(renderer, 1)),
+            Parts::of_a_test(0.02),
+        );
+        shared.send(1, Command::Engage, shared.stops());
+        let control = ControlSide { shared, records };
+        let serving = control.serve(None, Vec::new()).expect("a thread");
+        let comparison = compare(&mut tick, serving, 1, 1_000_000, Waiting { spin_ns: 0 });
+        println!("{}", comparison.report(1_000_000, Waiting { spin_ns: 0 }));
+        assert_eq!(comparison.dropped, 0, "the daemon's ring is emptied all the time");
     }
 }

@@ -25,7 +25,7 @@ pub use script::{Order, Script};
 pub use simplefoc_board::{SimpleFocBoard, SimpleFocProperties};
 pub use terminal::{Terminal, plug_in};
 
-use crate::device::{Device, DeviceError, Measurement};
+use crate::device::{Device, DeviceError, Measurement, Written};
 
 /// What the fake rig is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,9 +138,9 @@ impl Device for FakeRig {
         })
     }
 
-    fn write(&mut self, force_n: f64, enabled: bool) -> Result<(), DeviceError> {
+    fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {
         self.drive(if enabled { force_n } else { 0.0 });
-        Ok(())
+        Ok(Written::Taken)
     }
 }
 

@@ -7,7 +7,7 @@ use super::session::{Refused, Session};
 use super::wire::{self, Wire};
 use super::writer::Writer;
 use super::{Connection, clock};
-use crate::device::{DeviceError, Measurement};
+use crate::device::{DeviceError, Measurement, Written};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
 use crate::protocol::view::View;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -329,7 +329,7 @@ impl Connection for HidConnection {
         wire::measurement(&mut self.wire, &mut self.session, self.wait_ns, now_ns)
     }
 
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<(), DeviceError> {
+    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
         let (enable, command) = self.session.command(force_n, enabled, now_ns);
         self.writer.post(enable, command, now_ns, &self.counters)
     }
@@ -525,6 +525,11 @@ mod tests {
             moved && rig.force_n() == 3.0
         });
         tick_until(connection, 0.0, false, |_| rig.force_n() == 0.0);
+        let began = Instant::now();
+        while connection.write(0.0, false, clock::now_ns()) != Ok(Written::Taken) {
+            assert!(began.elapsed() < Duration::from_secs(10), "its transfer has ended");
+            std::thread::yield_now();
+        }
         tick_until(connection, -2.0, true, |_| rig.force_n() == -2.0);
         drop(greeted);
         // The writer has ended; what it said last may still lie in the socket. The watchdog would take the force away too, but says nothing.

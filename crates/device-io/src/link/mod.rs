@@ -35,7 +35,7 @@ pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkStat
 pub use serial::SerialConnector;
 pub(crate) use serial::permission_remedy as serial_permission_remedy;
 
-use crate::device::{Device, DeviceError, Measurement};
+use crate::device::{Device, DeviceError, Measurement, Written};
 use rtrb::{Consumer, Producer};
 
 /// A device that has been greeted.
@@ -48,11 +48,11 @@ pub trait Connection: Send {
     /// As [`Device::read`].
     fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError>;
 
-    /// Commands a force on the hand, N.
+    /// Commands a force on the hand, N, as [`Device::write`].
     ///
     /// # Errors
     /// As [`Device::write`].
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<(), DeviceError>;
+    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError>;
 
     /// Distance between two counts, m.
     fn resolution_m(&self) -> f64;
@@ -119,7 +119,7 @@ impl Device for LinkDevice {
             .ok_or(DeviceError::Disconnected)
     }
 
-    fn write(&mut self, force_n: f64, enabled: bool) -> Result<(), DeviceError> {
+    fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {
         let now_ns = self.now_ns;
         self.with(|connection| connection.write(force_n, enabled, now_ns))
     }

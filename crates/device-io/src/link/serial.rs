@@ -6,7 +6,7 @@ use super::nodes::folder_of;
 use super::session::{Refused, Session};
 use super::wire::{self, Wire};
 use super::{Connection, clock};
-use crate::device::{DeviceError, Measurement};
+use crate::device::{DeviceError, Measurement, Written};
 use crate::protocol::frame::{Decoder, Frame, LONGEST_FRAME};
 use crate::protocol::message::{FromDevice, FromHost, MessageError};
 use crate::protocol::view::View;
@@ -46,8 +46,10 @@ pub(crate) struct Line {
 /// What became of bytes to be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sent {
-    /// They are on their way, or will be.
+    /// The system has all of them.
     Taken,
+    /// The system has some of them; the rest goes first the next time.
+    Begun,
     /// There was no room, and nothing of them was sent.
     NoRoom,
 }
@@ -105,6 +107,11 @@ impl Line {
         super::low_latency::ask(self.fd.as_fd());
         // What lay there from before is not for us.
         tcflush(&self.fd, QueueSelector::IOFlush)
+    }
+
+    /// Whether something that the system has in part is still to go.
+    pub(crate) fn has_rest(&self) -> bool {
+        self.rest_length > 0
     }
 
     /// Reads what there is, and gives it away in pieces. Never waits.
@@ -165,7 +172,7 @@ impl Line {
         let length = rest.len().min(self.rest.len());
         self.rest[..length].copy_from_slice(&rest[..length]);
         self.rest_length = length;
-        Ok(Sent::Taken)
+        Ok(if length == 0 { Sent::Taken } else { Sent::Begun })
     }
 
     fn try_write_rest(&self) -> Result<Option<usize>, DeviceError> {
@@ -324,7 +331,7 @@ impl Connection for SerialConnection {
         wire::measurement(&mut self.wire, &mut self.session, self.wait_ns, now_ns)
     }
 
-    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<(), DeviceError> {
+    fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
         let (enable, command) = self.session.command(force_n, enabled, now_ns);
         let mut bytes = [0; 2 * LONGEST_FRAME];
         let mut length = 0;
@@ -334,10 +341,12 @@ impl Connection for SerialConnection {
             bytes[length..length + frame.len()].copy_from_slice(frame);
             length += frame.len();
         }
-        if self.wire.line.write(&bytes[..length], now_ns)? == Sent::NoRoom {
-            add(&self.counters.not_sent, 1);
+        match self.wire.line.write(&bytes[..length], now_ns)? {
+            Sent::Taken => return Ok(Written::Taken),
+            Sent::Begun => {}
+            Sent::NoRoom => add(&self.counters.not_sent, 1),
         }
-        Ok(())
+        Ok(Written::Later)
     }
 
     fn resolution_m(&self) -> f64 {
@@ -347,9 +356,76 @@ impl Connection for SerialConnection {
 
 impl Drop for SerialConnection {
     fn drop(&mut self) {
-        if self.write(0.0, false, clock::now_ns()).is_err() {
+        if self.write(0.0, false, clock::now_ns()) != Ok(Written::Taken) {
             // Nobody hears the last word; the device's own watchdog does the rest.
         }
         self.counters.age_ns.store(0, Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fake::{Firmware, FirmwareProperties, Hand, RigProperties, Terminal};
+    use crate::protocol::view::View;
+
+    #[test]
+    fn a_command_is_taken_only_once_the_line_has_all_of_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("rig");
+        let rig = Terminal::plug_in(&path).expect("a terminal");
+        let mut firmware = Firmware::new(RigProperties::default(), Hand::Free, FirmwareProperties::default());
+        let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 1 }, 0) else {
+            panic!("it answers");
+        };
+        let counters = Arc::new(LinkCounters::default());
+        let now_ns = 1_000_000_000;
+        let mut connection = SerialConnection {
+            wire: SerialWire {
+                line: Line::open(&path, 1_000_000).expect("it is there"),
+                reader: Reader::default(),
+            },
+            session: Session::new(&hello, 1_000_000, now_ns, Arc::clone(&counters)),
+            counters: Arc::clone(&counters),
+            wait_ns: 0,
+        };
+        // Nobody reads until the line takes no more: of the last frame none or a part.
+        let mut taken = 0;
+        while connection.write(1.0, true, now_ns) == Ok(Written::Taken) {
+            taken += 1;
+            assert!(taken < 100_000, "nobody reads so much");
+        }
+        for _ in 0..3 {
+            assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Later));
+        }
+        assert!(counters.not_sent.load(Relaxed) >= 3);
+        let (mut decoder, mut heard) = (Decoder::default(), Vec::new());
+        let mut read = |heard: &mut Vec<FromHost>| {
+            let hear = |bytes: &[u8]| {
+                for &byte in bytes {
+                    if let Some(frame) = decoder.push(byte) {
+                        let view = View::whole(frame.expect("whole")).expect("a message");
+                        heard.push(FromHost::read(view).expect("from a host"));
+                    }
+                }
+            };
+            rig.read(hear).expect("it is there");
+        };
+        read(&mut heard);
+        assert_eq!(connection.write(0.0, false, now_ns), Ok(Written::Taken));
+        read(&mut heard);
+        let zero = |message: &FromHost| {
+            matches!(
+                message,
+                FromHost::Command {
+                    force_mn: 0,
+                    enabled: false,
+                    ..
+                }
+            )
+        };
+        let zeros = heard.iter().filter(|message| zero(message)).count();
+        assert!((1..=2).contains(&zeros) && zero(&heard[heard.len() - 1]), "{zeros}");
+        assert!(heard.len() > taken);
     }
 }

@@ -3,8 +3,8 @@
 
 use super::health::{LinkCounters, add};
 use super::mailbox::{Mailbox, Taker};
-use crate::device::DeviceError;
-use crate::protocol::message::FromHost;
+use crate::device::{DeviceError, Written};
+use crate::protocol::message::{FromHost, is_newer};
 use rustix::event::{EventfdFlags, eventfd};
 use rustix::fd::OwnedFd;
 use rustix::io::Errno;
@@ -36,12 +36,24 @@ struct Shared {
     skipped: AtomicU64,
 }
 
+/// What is posted at present, post by post.
+#[derive(Clone, Copy, Debug)]
+struct Saying {
+    force_mn: i32,
+    enabled: bool,
+    /// Sequence of the first of these commands.
+    since: u32,
+    /// Whether the device has taken one of them. Kept, as sequences wrap around while a rig rests.
+    taken: bool,
+}
+
 /// The posting end. Only [`Drop`] waits.
 #[derive(Debug)]
 pub(super) struct Writer {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
     posted: u32,
+    saying: Option<Saying>,
     /// How far the writer had come when it was last seen to move, and when that was, on our clock, ns.
     moved: (u32, u64),
     skipped: u64,
@@ -70,12 +82,14 @@ impl Writer {
             shared,
             thread: Some(thread),
             posted: 0,
+            saying: None,
             moved: (0, now_ns),
             skipped: 0,
         })
     }
 
     /// Has messages sent, the newest in place of any that have not gone yet. One system call, which does not wait: a count would have to reach 2^64 for that.
+    /// As it does not wait, a command is never taken in the post that first brings it, but in one of the posts after that which bring the same.
     ///
     /// # Errors
     /// The writer has failed, or the device takes nothing.
@@ -85,7 +99,7 @@ impl Writer {
         command: FromHost,
         now_ns: u64,
         counters: &LinkCounters,
-    ) -> Result<(), DeviceError> {
+    ) -> Result<Written, DeviceError> {
         let done = self.shared.done.load(Relaxed);
         // Nothing to do is as good as something done.
         if done != self.moved.0 || done == self.posted {
@@ -97,16 +111,40 @@ impl Writer {
             &counters.not_sent,
             skipped.wrapping_sub(std::mem::replace(&mut self.skipped, skipped)),
         );
-        if let FromHost::Command { sequence, .. } = command {
+        if let FromHost::Command {
+            sequence,
+            force_mn,
+            enabled,
+        } = command
+        {
             self.posted = sequence;
+            // Behind an enable a command is another one: the writer may have sent the enable alone.
+            let same = self
+                .saying
+                .filter(|saying| enable.is_none() && (saying.force_mn, saying.enabled) == (force_mn, enabled));
+            self.saying = Some(match same {
+                Some(saying) => Saying {
+                    taken: saying.taken || !is_newer(saying.since, done),
+                    ..saying
+                },
+                None => Saying {
+                    force_mn,
+                    enabled,
+                    since: sequence,
+                    taken: false,
+                },
+            });
         }
         self.shared.mailbox.post(enable, command);
         self.ring();
         if stuck {
-            Err(DeviceError::Disconnected)
-        } else {
-            self.check()
+            return Err(DeviceError::Disconnected);
         }
+        self.check()?;
+        Ok(match self.saying {
+            Some(Saying { taken: true, .. }) => Written::Taken,
+            _ => Written::Later,
+        })
     }
 
     /// # Errors
@@ -211,6 +249,63 @@ mod tests {
             drop(writer);
             let sent: Vec<FromHost> = sent.try_iter().collect();
             assert_eq!(sent.last(), Some(&command(k + 1, false)));
+        }
+    }
+
+    #[test]
+    fn a_command_is_taken_when_the_device_has_it_and_not_when_it_is_posted() {
+        let (lets, go) = mpsc::channel::<()>();
+        let (sends, sent) = mpsc::channel();
+        let counters = LinkCounters::default();
+        let mut writer = Writer::start(0, move |message| {
+            sends.send(message).map_err(drop)?;
+            go.recv_timeout(Duration::from_secs(10)).map_err(drop)
+        })
+        .expect("a thread");
+        let mut sequence = 0;
+        let mut post = |enabled: bool| {
+            sequence += 1;
+            writer.post(None, command(sequence, enabled), 0, &counters)
+        };
+        // The writer holds a force while the zero force is posted, again and again.
+        assert_eq!(post(true), Ok(Written::Later));
+        sent.recv().expect("it is sent");
+        for _ in 0..5 {
+            assert_eq!(post(false), Ok(Written::Later));
+        }
+        lets.send(()).expect("it waits");
+        let zero = sent.recv().expect("it is sent");
+        assert!(matches!(zero, FromHost::Command { enabled: false, .. }), "{zero:?}");
+        assert_eq!(post(false), Ok(Written::Later), "the device has not taken it yet");
+        lets.send(()).expect("it waits");
+        let began = Instant::now();
+        while post(false) != Ok(Written::Taken) {
+            // What was posted in between goes, too.
+            lets.send(()).expect("it waits");
+            assert!(began.elapsed() < Duration::from_secs(10));
+            std::thread::yield_now();
+        }
+        assert_eq!(post(false), Ok(Written::Taken), "and it stays so");
+        assert_eq!(post(true), Ok(Written::Later), "another command");
+        drop(lets);
+    }
+
+    #[test]
+    fn what_was_taken_long_ago_is_taken_when_the_sequence_wraps_around() {
+        let counters = LinkCounters::default();
+        let mut writer = Writer::start(0, |_| Ok::<(), ()>(())).expect("a thread");
+        let began = Instant::now();
+        while writer.post(None, command(1, false), 0, &counters) != Ok(Written::Taken) {
+            assert!(began.elapsed() < Duration::from_secs(10));
+            std::thread::yield_now();
+        }
+        for sequence in [1 << 30, (1 << 31) + 5, 3 << 30, u32::MAX] {
+            while writer.shared.done.load(Relaxed) != writer.posted {
+                assert!(began.elapsed() < Duration::from_secs(10));
+                std::thread::yield_now();
+            }
+            let written = writer.post(None, command(sequence, false), 0, &counters);
+            assert_eq!(written, Ok(Written::Taken), "{sequence}");
         }
     }
 

@@ -247,6 +247,27 @@ fn a_stop_that_failed_says_so() {
 }
 
 #[test]
+fn a_stop_that_no_device_has_heard_says_so_until_the_rig_is_reset() {
+    let mut panel = connected(RigState::Disconnected);
+    panel.key_press(Key::Escape);
+    panel.run();
+    let unheard = Update::Answered {
+        intent: Intent::Stop,
+        result: Err(WireError::new(ErrorCode::NoDevice, "no device is connected")),
+    };
+    hear(&mut panel, unheard);
+    for (state, tick) in [(RigState::Disconnected, 199), (RigState::Stopped, 200)] {
+        hear(&mut panel, in_state(state, tick));
+        panel.get_by_label("Stop not heard: no device is connected");
+    }
+    hear(&mut panel, in_state(RigState::Idle, 300));
+    assert!(
+        panel.query_by_label_contains("Stop not heard").is_none(),
+        "it was reset"
+    );
+}
+
+#[test]
 fn a_typed_value_is_set_on_enter() {
     let mut panel = connected(RigState::Engaged);
     type_into(&mut panel, "mass value", "1,25");

@@ -6,7 +6,7 @@ use crate::control::journal::{Journal, Until};
 use crate::control::lease::Leases;
 use crate::control::pulse::Pulse;
 use crate::rig_state::Command;
-use crate::rt::handoff::{Outcome, Shared};
+use crate::rt::handoff::{Outcome, Shared, Stopped};
 use crate::telemetry::feed::Feed;
 use crate::telemetry::ring::TickRecord;
 use device_io::Address;
@@ -176,9 +176,12 @@ impl RigHandle {
                 tick.is_some()
             }
             Until::Stopped(stop) => match self.shared.answers.stop(stop) {
-                Some((tick, after)) => {
+                Some(Stopped { tick, state, heard }) => {
                     entry.tick = Some(tick);
-                    entry.state = entry.state.map(|change| StateChange { after, ..change });
+                    entry.state = entry.state.map(|change| StateChange { after: state, ..change });
+                    if !heard {
+                        entry.message = Some("no device was connected to take the zero force".to_owned());
+                    }
                     true
                 }
                 None => false,
@@ -384,9 +387,20 @@ impl RigHandle {
     /// Waits until a stop has taken the force away; returns the tick that did and the state.
     ///
     /// # Errors
-    /// The real-time thread does not answer.
+    /// No device is there to take the zero force, or the real-time thread does not answer.
     pub(crate) async fn stopped(&self, stop: u64) -> Result<(u64, RigState), WireError> {
-        self.answer(|shared| shared.answers.stop(stop)).await
+        let Stopped { tick, state, heard } = self.answer(|shared| shared.answers.stop(stop)).await?;
+        if heard {
+            return Ok((tick, state));
+        }
+        Err(WireError::new(
+            ErrorCode::NoDevice,
+            format!(
+                "the rig is {state}, but no device is connected to take the zero force: if the motor still pulls, cut its power \
+                 (its own watchdog switches it off, where it has one)"
+            ),
+        )
+        .about("device"))
     }
 
     async fn answer<T>(&self, answered: impl Fn(&Shared) -> Option<T>) -> Result<T, WireError> {

@@ -266,6 +266,15 @@ pub(crate) struct Answers {
     stop_state: AtomicU64,
 }
 
+/// How a stop ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Stopped {
+    pub(crate) tick: u64,
+    pub(crate) state: RigState,
+    /// Whether the device has taken the zero force; else there was none to take it.
+    pub(crate) heard: bool,
+}
+
 /// How a command ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Outcome {
@@ -275,6 +284,7 @@ pub(crate) struct Outcome {
 }
 
 const REFUSED: u64 = 0x100;
+const HEARD: u64 = 0x100;
 
 pub(super) fn state_from(code: u64) -> RigState {
     RigState::ALL
@@ -337,19 +347,22 @@ impl Answers {
         })
     }
 
-    pub(crate) fn stopped(&self, stops: u64, tick: u64, state: RigState) {
-        self.stop_tick.store(tick, Ordering::Relaxed);
-        self.stop_state.store(state as u64, Ordering::Relaxed);
+    pub(crate) fn stopped(&self, stops: u64, stopped: Stopped) {
+        self.stop_tick.store(stopped.tick, Ordering::Relaxed);
+        let heard = if stopped.heard { HEARD } else { 0 };
+        self.stop_state.store(stopped.state as u64 | heard, Ordering::Relaxed);
         self.stops.store(stops, Ordering::Release);
     }
 
-    /// The tick and state at which stop number `stop` took the force away.
-    pub(crate) fn stop(&self, stop: u64) -> Option<(u64, RigState)> {
+    /// How stop number `stop`, or a later one, has ended.
+    pub(crate) fn stop(&self, stop: u64) -> Option<Stopped> {
         (self.stops.load(Ordering::Acquire) >= stop).then(|| {
-            (
-                self.stop_tick.load(Ordering::Relaxed),
-                state_from(self.stop_state.load(Ordering::Relaxed)),
-            )
+            let word = self.stop_state.load(Ordering::Relaxed);
+            Stopped {
+                tick: self.stop_tick.load(Ordering::Relaxed),
+                state: state_from(word),
+                heard: word & HEARD != 0,
+            }
         })
     }
 }

@@ -1,7 +1,12 @@
 //! What becomes of a loop that is late: said, or a fault.
 
+use std::collections::VecDeque;
+
 /// Over this the missed periods are counted, ns.
 const WINDOW_NS: u64 = 1_000_000_000;
+
+/// The largest number of missed periods that a policy may name: each of them may have to be remembered, and forgotten again within one tick.
+const MOST_IN_A_SECOND: u32 = 1000;
 
 /// What to do about missed periods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,84 +26,176 @@ impl std::str::FromStr for LatePolicy {
             _ => text.strip_prefix("fault:").and_then(|count| count.parse().ok()),
         };
         match count {
-            Some(most_in_a_second @ 1..) => Ok(Self::Fault { most_in_a_second }),
+            Some(most_in_a_second @ 1..=MOST_IN_A_SECOND) => Ok(Self::Fault { most_in_a_second }),
             _ => Err(format!(
-                "there is no policy `{text}`; there are warn, and fault:N with N missed periods in a second, from 1"
+                "there is no policy `{text}`; there are warn, and fault:N with N missed periods in a second, from 1 to {MOST_IN_A_SECOND}"
             )),
         }
     }
 }
 
-/// Counts missed periods by the second.
-#[derive(Clone, Copy, Debug)]
+/// Counts the periods missed within the last second, while force flows.
+#[derive(Clone, Debug)]
 pub(crate) struct Lateness {
     policy: LatePolicy,
-    window_began_ns: u64,
-    missed_before: u64,
+    /// Those of the last second, the oldest first. Fewer than the policy's number are ever in it, so there is room for each of them.
+    recent: VecDeque<Missed>,
+    /// How many `recent` has in all.
+    recent_periods: u64,
+    /// Missed so far, as it was last seen.
+    seen: u64,
+}
+
+/// Periods of which one tick has found that they were missed.
+#[derive(Clone, Copy, Debug)]
+struct Missed {
+    at_ns: u64,
+    periods: u64,
 }
 
 impl Lateness {
     pub(crate) fn new(policy: LatePolicy) -> Self {
+        let most = match policy {
+            LatePolicy::Warn => 0,
+            LatePolicy::Fault { most_in_a_second } => most_in_a_second as usize,
+        };
         Self {
             policy,
-            window_began_ns: 0,
-            missed_before: 0,
+            recent: VecDeque::with_capacity(most),
+            recent_periods: 0,
+            seen: 0,
         }
+    }
+
+    /// Without force nobody is harmed: what was missed until now, with so many periods in all, does not count.
+    pub(crate) fn rest(&mut self, missed_periods: u64) {
+        self.recent.clear();
+        self.recent_periods = 0;
+        self.seen = missed_periods;
     }
 
     /// Whether the loop is too late, at a time and with so many periods missed in all.
     pub(crate) fn is_too_late(&mut self, now_ns: u64, missed_periods: u64) -> bool {
-        if now_ns.saturating_sub(self.window_began_ns) >= WINDOW_NS {
-            // What the tick that opens a window has just missed belongs to the window.
-            if self.window_began_ns == 0 {
-                self.missed_before = missed_periods;
-            }
-            self.window_began_ns = now_ns;
-            let late = self.exceeds(missed_periods);
-            self.missed_before = missed_periods;
-            return late;
+        let LatePolicy::Fault { most_in_a_second } = self.policy else {
+            return false;
+        };
+        let periods = missed_periods.saturating_sub(self.seen);
+        self.seen = missed_periods;
+        while let Some(oldest) = self.recent.front().copied()
+            && now_ns.saturating_sub(oldest.at_ns) >= WINDOW_NS
+        {
+            self.recent.pop_front();
+            self.recent_periods -= oldest.periods;
         }
-        self.exceeds(missed_periods)
-    }
-
-    fn exceeds(&self, missed_periods: u64) -> bool {
-        match self.policy {
-            LatePolicy::Warn => false,
-            LatePolicy::Fault { most_in_a_second } => {
-                missed_periods - self.missed_before >= u64::from(most_in_a_second)
-            }
+        if self.recent_periods + periods >= u64::from(most_in_a_second) {
+            return true;
         }
+        if periods > 0 {
+            // Never more entries than periods, and never as many periods as there is room for: nothing is allocated.
+            self.recent.push_back(Missed { at_ns: now_ns, periods });
+            self.recent_periods += periods;
+        }
+        false
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn of(policy: &str) -> Lateness {
+        Lateness::new(policy.parse().expect("a policy"))
+    }
 
     #[test]
     fn a_policy_counts_within_a_second() {
-        let mut lateness = Lateness::new("fault:3".parse().expect("a policy"));
+        let mut lateness = of("fault:3");
+        lateness.rest(7);
         assert!(
-            !lateness.is_too_late(5_000_000_000, 7),
-            "what was missed before the first tick is not counted"
+            !lateness.is_too_late(5000 * MS, 7),
+            "what was missed before is not counted"
         );
-        assert!(!lateness.is_too_late(5_500_000_000, 9));
+        assert!(!lateness.is_too_late(5500 * MS, 9));
         assert!(
-            !lateness.is_too_late(6_100_000_000, 9),
+            !lateness.is_too_late(6500 * MS, 11),
             "a second later they are forgotten"
         );
-        assert!(!lateness.is_too_late(6_200_000_000, 11));
-        assert!(lateness.is_too_late(6_300_000_000, 12));
-        let mut stalled = Lateness::new("fault:3".parse().expect("a policy"));
-        assert!(!stalled.is_too_late(5_000_000_000, 0));
+        assert!(lateness.is_too_late(7499 * MS, 12), "and not before");
+        let mut stalled = of("fault:3");
+        stalled.rest(0);
+        assert!(!stalled.is_too_late(5000 * MS, 0));
         assert!(
-            stalled.is_too_late(9_000_000_000, 4000),
+            stalled.is_too_late(9000 * MS, 4000),
             "a stall of seconds is late as well"
         );
-        let mut warning = Lateness::new(LatePolicy::Warn);
-        assert!(!warning.is_too_late(5_000_000_000, 0) && !warning.is_too_late(5_100_000_000, 99));
-        for wrong in ["fault", "fault:0", "fault:-1", "stop"] {
+        let mut warning = of("warn");
+        assert!(!warning.is_too_late(5000 * MS, 0) && !warning.is_too_late(5100 * MS, 99));
+        for wrong in [
+            "fault",
+            "fault:0",
+            "fault:-1",
+            "fault:1001",
+            "fault:99999999999",
+            "stop",
+        ] {
             assert!(wrong.parse::<LatePolicy>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn no_second_hides_between_two_others() {
+        let mut lateness = of("fault:5");
+        lateness.rest(0);
+        // Four at the end of a second, and four at the beginning of the next.
+        assert!(!lateness.is_too_late(10 * MS, 0) && !lateness.is_too_late(1009 * MS, 4));
+        assert!(!lateness.is_too_late(1011 * MS, 4));
+        assert!(lateness.is_too_late(1012 * MS, 8));
+    }
+
+    #[test]
+    fn it_begins_anew_with_every_rest() {
+        let mut lateness = of("fault:5");
+        lateness.rest(0);
+        assert!(!lateness.is_too_late(10 * MS, 4));
+        lateness.rest(1000);
+        assert!(!lateness.is_too_late(20 * MS, 1000));
+        assert!(!lateness.is_too_late(30 * MS, 1004));
+        assert!(lateness.is_too_late(40 * MS, 1005));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// As if all were remembered, and without ever asking for memory.
+        #[test]
+        fn any_second_with_so_many_is_too_late_and_no_other(
+            most in 1..40_u64,
+            ticks in prop::collection::vec((1..300 * MS, prop_oneof![4 => Just(0_u64), 1 => 0..8_u64]), 1..200),
+        ) {
+            let mut lateness = of(&format!("fault:{most}"));
+            lateness.rest(0);
+            let room = lateness.recent.capacity();
+            let (mut now_ns, mut missed, mut all) = (0, 0, Vec::new());
+            for (after_ns, periods) in ticks {
+                now_ns += after_ns;
+                missed += periods;
+                all.push((now_ns, periods));
+                let within: u64 = all
+                    .iter()
+                    .filter(|(at_ns, _)| now_ns - at_ns < WINDOW_NS)
+                    .map(|(_, periods)| periods)
+                    .sum();
+                prop_assert_eq!(lateness.is_too_late(now_ns, missed), within >= most);
+                prop_assert_eq!(lateness.recent.capacity(), room);
+                if within >= most {
+                    // A fault: no force, until somebody engages again.
+                    all.clear();
+                    lateness.rest(missed);
+                }
+            }
         }
     }
 }

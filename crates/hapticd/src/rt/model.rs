@@ -195,7 +195,7 @@ mod primitives {
 }
 
 use crate::rig_state::{Command, Rig};
-use handoff::{CompiledScene, Outcome, Shared};
+use handoff::{CompiledScene, Outcome, Shared, Stopped};
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::RigState;
 use outbox::Outbox;
@@ -312,6 +312,11 @@ fn an_answer_is_seen_whole_or_not_at_all() {
         state: RigState::Engaging,
         refused: true,
     };
+    let stopped = Stopped {
+        tick: 7,
+        state: RigState::Stopped,
+        heard: true,
+    };
     model(move || {
         let shared = Arc::new(Shared::new());
         let loops = {
@@ -319,14 +324,15 @@ fn an_answer_is_seen_whole_or_not_at_all() {
             loom::thread::spawn(move || {
                 shared.answers.scene_applied(3, 7);
                 shared.answers.command_done(5, outcome);
-                shared.answers.stopped(2, 7, RigState::Stopped);
+                shared.answers.stopped(2, stopped);
             })
         };
         let answers = &shared.answers;
         assert!(answers.applied(3).is_none_or(|tick| tick == 7));
         assert!(answers.command(5).is_none_or(|seen| seen == outcome));
-        assert!(answers.stop(2).is_none_or(|seen| seen == (7, RigState::Stopped)));
+        assert!(answers.stop(2).is_none_or(|seen| seen == stopped));
         loops.join().expect("it ends");
         assert_eq!(answers.command(5), Some(outcome));
+        assert_eq!(answers.stop(2), Some(stopped));
     });
 }

@@ -147,16 +147,33 @@ fn flush_denormals(status: &mut RealTimeStatus) {
         }
         status.denormals_flushed = true;
     }
+    if !status.denormals_flushed {
+        status.problems.push(Problem {
+            what: format!(
+                "numbers below the normal range are computed with in full, which can delay a tick: how to flush them on {} is not known",
+                std::env::consts::ARCH
+            ),
+            remedy: "nothing: run the daemon on an x86-64 or AArch64 machine".to_owned(),
+        });
+    }
+}
+
+/// Has timers that are not late: without a real-time priority the kernel may delay them by 50 us, to wake up less often.
+fn tighten_timers(status: &mut RealTimeStatus) {
+    if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
+        status.problems.push(Problem {
+            what: format!("without a real-time priority the loop's timers may be 50 us late: prctl says {error}"),
+            remedy: "allow prctl(PR_SET_TIMERSLACK) in the filter of system calls that the daemon runs under, or give the loop its priority"
+                .to_owned(),
+        });
+    }
 }
 
 /// Pins the calling thread, gives it its priority, and readies what its first tick would have to wait for.
 pub(crate) fn prepare_thread(wishes: &Wishes, status: &mut RealTimeStatus) {
     prefault_stack();
     flush_denormals(status);
-    // Without a priority the kernel may let timers be late by this, to wake up less often. At a real-time priority it has no effect.
-    if rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)).is_err() {
-        // Then timers are as late as they are.
-    }
+    tighten_timers(status);
     let cpu = wishes.cpu.filter(|_| wishes.policy != Policy::Deadline);
     if let Some(cpu) = cpu {
         let mut set = CpuSet::new();
@@ -272,5 +289,79 @@ mod tests {
         assert_eq!(default_cpu(&[0, 1, 5]), Some(5));
         assert_eq!(default_cpu(&[3]), None);
         assert_eq!(default_cpu(&[]), None);
+    }
+
+    /// Forbids this thread one system call, for ever.
+    #[cfg(not(miri))]
+    fn forbid(call: libc::c_long) -> std::io::Result<()> {
+        let statement = |code: u32, if_not: u8, k: u32| libc::sock_filter {
+            code: u16::try_from(code).unwrap_or(0),
+            jt: 0,
+            jf: if_not,
+            k,
+        };
+        let mut filter = [
+            statement(libc::BPF_LD | libc::BPF_W | libc::BPF_ABS, 0, 0),
+            statement(
+                libc::BPF_JMP | libc::BPF_JEQ | libc::BPF_K,
+                1,
+                u32::try_from(call).expect("a number"),
+            ),
+            statement(
+                libc::BPF_RET | libc::BPF_K,
+                0,
+                libc::SECCOMP_RET_ERRNO | libc::EPERM.cast_unsigned(),
+            ),
+            statement(libc::BPF_RET | libc::BPF_K, 0, libc::SECCOMP_RET_ALLOW),
+        ];
+        let program = libc::sock_fprog {
+            len: 4,
+            filter: filter.as_mut_ptr(),
+        };
+        // SAFETY: plain system calls on this thread, with a valid program, which the kernel copies.
+        let done = unsafe {
+            libc::prctl(libc::PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0
+                && libc::syscall(libc::SYS_seccomp, libc::SECCOMP_SET_MODE_FILTER, 0, &raw const program) == 0
+        };
+        if done {
+            Ok(())
+        } else {
+            Err(std::io::Error::last_os_error())
+        }
+    }
+
+    #[test]
+    #[cfg(not(miri))]
+    fn timers_that_may_be_late_are_told() {
+        let told = std::thread::spawn(|| {
+            let (mut allowed, mut forbidden) = (RealTimeStatus::default(), RealTimeStatus::default());
+            tighten_timers(&mut allowed);
+            forbid(libc::SYS_prctl).ok()?;
+            tighten_timers(&mut forbidden);
+            Some((allowed.problems, forbidden.problems))
+        });
+        let Some((allowed, forbidden)) = told.join().expect("it ends") else {
+            println!("SKIPPED: seccomp is missing, nothing forbids a system call");
+            return;
+        };
+        assert_eq!(allowed, []);
+        let [Problem { what, remedy }] = &forbidden[..] else {
+            panic!("{forbidden:?}");
+        };
+        assert!(what.contains("timers") && what.contains("prctl"), "{what}");
+        assert!(remedy.contains("PR_SET_TIMERSLACK"), "{remedy}");
+    }
+
+    #[test]
+    fn numbers_below_the_normal_range_are_flushed_or_it_is_told() {
+        let status = std::thread::spawn(|| {
+            let mut status = RealTimeStatus::default();
+            flush_denormals(&mut status);
+            let tiny = std::hint::black_box(f64::MIN_POSITIVE) * std::hint::black_box(0.5);
+            (status, tiny)
+        });
+        let (status, tiny) = status.join().expect("it ends");
+        assert_eq!(status.denormals_flushed, tiny == 0.0, "{tiny:e}");
+        assert_eq!(status.denormals_flushed, status.problems.is_empty(), "{status:?}");
     }
 }

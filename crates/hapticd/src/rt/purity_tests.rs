@@ -10,7 +10,7 @@ use crate::rig_state::Command;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::{CompiledScene, Shared};
 use crate::rt::privileges::Policy;
-use crate::rt::thread::{self, End, RunningLoop, Wishes};
+use crate::rt::thread::{self, End, LastWord, RunningLoop, Wishes};
 use crate::rt::tick::{Parts, Tick};
 use crate::telemetry::ring;
 use device_io::fake::{FakeRig, Firmware, FirmwareProperties, Hand, Motion, RigProperties, Terminal};
@@ -18,7 +18,7 @@ use device_io::link::{Keeper, SerialConnector};
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
 use device_io::protocol::view::View;
-use device_io::{Device, DeviceError, Measurement};
+use device_io::{Device, DeviceError, Measurement, Written};
 use haptic_core::{Scene, Scheme};
 use haptic_ipc::{RealTimeStatus, RigState};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -196,7 +196,7 @@ impl Device for Failing {
         Ok(sample)
     }
 
-    fn write(&mut self, force_n: f64, enabled: bool) -> Result<(), DeviceError> {
+    fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {
         if (900..905).contains(&(self.reads % self.seconds_ticks)) {
             return Err(DeviceError::Disconnected);
         }
@@ -430,7 +430,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
         );
         std::thread::yield_now();
     }
-    assert_eq!(running.end(), Some(End::Quit));
+    assert!(running.end().is_some_and(|end| end.panic.is_none()));
 
     println!(
         "{pushed} records, {revision} scenes, {serial} commands; ticks: {live} live, {stopped} stopped, {faults} faulted, {lost} lost"
@@ -466,6 +466,8 @@ struct Panicking {
     reads: u64,
     written: Arc<AtomicU64>,
     panicked_at: Arc<AtomicU64>,
+    /// Commands after the panic that its link has no room for.
+    refusals: u64,
 }
 
 impl Device for Panicking {
@@ -487,27 +489,29 @@ impl Device for Panicking {
         self.rig.read(now_ns)
     }
 
-    fn write(&mut self, force_n: f64, _enabled: bool) -> Result<(), DeviceError> {
+    fn write(&mut self, force_n: f64, _enabled: bool) -> Result<Written, DeviceError> {
+        if self.panicked_at.load(SeqCst) > 0 && self.refusals > 0 {
+            self.refusals -= 1;
+            return Ok(Written::Later);
+        }
         self.written.store(force_n.to_bits(), SeqCst);
-        Ok(())
+        Ok(Written::Taken)
     }
 }
 
-#[test]
-fn the_last_word_of_a_loop_that_panics_is_zero_force() {
+/// Has the loop panic with force on the hand, on a link that then has no room for so many commands. How it ended, and what was written last, N.
+fn panic_with_force(refusals: u64) -> (End, f64) {
     let shared = Arc::new(Shared::new());
     let (written, panicked_at) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
-    let motion = Motion::Sine {
-        amplitude_m: 0.03,
-        frequency_hz: 1.0,
-    };
     let device: Box<dyn Device> = Box::new(Panicking {
-        rig: FakeRig::new(RigProperties::default(), Hand::Prescribed(motion)),
+        rig: FakeRig::new(RigProperties::default(), hand()),
         reads: 0,
         written: Arc::clone(&written),
         panicked_at: Arc::clone(&panicked_at),
+        refusals,
     });
     shared.send(1, Command::Engage, 0);
+    thread::keep_panics();
     let mut running = start(device, &shared, &Scene::paper(), ring::ring().0);
     let began = Instant::now();
     // What is written after the panic is the last word.
@@ -515,6 +519,25 @@ fn the_last_word_of_a_loop_that_panics_is_zero_force() {
         assert!(began.elapsed().as_secs() < 30, "there was no force");
         std::thread::yield_now();
     }
-    assert_eq!(running.end(), Some(End::Panicked { zeroed: true }));
-    assert_eq!(f64::from_bits(written.load(SeqCst)), 0.0);
+    let end = running.end().expect("it ends");
+    (end, f64::from_bits(written.load(SeqCst)))
+}
+
+#[test]
+fn the_last_word_of_a_loop_that_panics_is_zero_force() {
+    let (End { panic, last_word }, written_n) = panic_with_force(3);
+    assert_eq!((last_word, written_n), (LastWord::Taken, 0.0));
+    let message = panic.expect("it panicked").to_string();
+    assert!(message.contains("purity_tests.rs:"), "{message}");
+    assert!(
+        message.contains("planted, with ") && message.ends_with(" N on the hand"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_last_word_that_the_device_does_not_take_is_told() {
+    let (End { panic, last_word }, written_n) = panic_with_force(u64::MAX);
+    assert!(panic.is_some() && written_n != 0.0);
+    assert_eq!(last_word, LastWord::NotTaken);
 }

@@ -5,9 +5,11 @@ use crate::rt::handoff::Shared;
 use crate::rt::privileges::{self, Policy};
 use crate::rt::tick::Tick;
 use crate::self_test;
-use device_io::Device;
+use device_io::{Device, Written};
 use haptic_ipc::RealTimeStatus;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::cell::Cell;
+use std::fmt::{self, Write as _};
+use std::panic::{AssertUnwindSafe, PanicHookInfo, catch_unwind};
 use std::sync::{Arc, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -24,27 +26,97 @@ pub(crate) struct Wishes {
 
 /// How the thread ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum End {
-    /// It was asked to.
-    Quit,
-    /// It panicked. Whether the device took the zero force that followed.
-    Panicked {
-        /// It did.
-        zeroed: bool,
-    },
+pub(crate) struct End {
+    /// What it said, where it panicked; otherwise it was asked to end.
+    pub(crate) panic: Option<PanicMessage>,
+    pub(crate) last_word: LastWord,
+}
+
+/// What became of the zero force that is the last to be commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LastWord {
+    /// The device has taken it.
+    Taken,
+    /// The device is there and has not taken it.
+    NotTaken,
+    /// There was no device.
+    NoDevice,
 }
 
 /// Name of the thread.
 const NAME: &str = "rt";
 
-/// Keeps the panic message of the real-time thread from being written before its force is zeroed: standard error may block.
-pub(crate) fn mute_panics() {
+/// Keeps the panic message of the real-time thread from being written before its force is zeroed: standard error may block. [`End`] carries it.
+pub(crate) fn keep_panics() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if std::thread::current().name() != Some(NAME) {
+        if std::thread::current().name() == Some(NAME) {
+            PANICKED.set(PanicMessage::of(panic));
+        } else {
             usual(panic);
         }
     }));
+}
+
+thread_local! {
+    /// What the thread's panic said.
+    static PANICKED: Cell<PanicMessage> = const { Cell::new(PanicMessage::empty()) };
+}
+
+/// Where a panic was and what it said, in place and cut to its room: nothing is allocated for it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct PanicMessage {
+    bytes: [u8; Self::ROOM],
+    length: usize,
+}
+
+impl PanicMessage {
+    const ROOM: usize = 512;
+
+    const fn empty() -> Self {
+        Self {
+            bytes: [0; Self::ROOM],
+            length: 0,
+        }
+    }
+
+    fn of(panic: &PanicHookInfo<'_>) -> Self {
+        let mut message = Self::empty();
+        let said = panic.payload_as_str().unwrap_or("a panic without a message");
+        let written = match panic.location() {
+            Some(location) => write!(message, "{location}: {said}"),
+            None => message.write_str(said),
+        };
+        if written.is_err() {
+            // What there was room for is there.
+        }
+        message
+    }
+
+    fn as_str(&self) -> &str {
+        std::str::from_utf8(&self.bytes[..self.length]).unwrap_or_default()
+    }
+}
+
+impl fmt::Write for PanicMessage {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let room = text.floor_char_boundary(Self::ROOM - self.length);
+        self.bytes[self.length..self.length + room].copy_from_slice(&text.as_bytes()[..room]);
+        self.length += room;
+        if room == text.len() { Ok(()) } else { Err(fmt::Error) }
+    }
+}
+
+impl fmt::Display for PanicMessage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+impl fmt::Debug for PanicMessage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.as_str().fmt(f)
+    }
 }
 
 /// The stack, bytes: the loop needs a few kilobytes, and all of it is locked in memory.
@@ -79,7 +151,10 @@ impl RunningLoop {
             }
             std::thread::sleep(Duration::from_millis(1));
         }
-        Some(thread.join().unwrap_or(End::Panicked { zeroed: false }))
+        Some(thread.join().unwrap_or(End {
+            panic: Some(PanicMessage::empty()),
+            last_word: LastWord::NotTaken,
+        }))
     }
 }
 
@@ -116,11 +191,9 @@ pub(crate) fn start(
                 run(&mut tick, &loop_shared, wishes.period_ns, waiting);
             }));
             // The last word to the motor, however the loop ended. It may be the device that panicked.
-            let zeroed = catch_unwind(AssertUnwindSafe(|| tick.zero_force().is_ok())).unwrap_or(false);
-            match ended {
-                Ok(()) => End::Quit,
-                Err(_) => End::Panicked { zeroed },
-            }
+            let panic = ended.is_err().then(|| PANICKED.get());
+            let last_word = catch_unwind(AssertUnwindSafe(|| last_word(&mut tick))).unwrap_or(LastWord::NotTaken);
+            End { panic, last_word }
         })?;
     let running = RunningLoop {
         shared,
@@ -130,13 +203,29 @@ pub(crate) fn start(
     Ok((running, status))
 }
 
+/// How long the device may take for the last zero force; a link that takes nothing for so long counts as disconnected.
+const LAST_WORD_TIMEOUT: Duration = Duration::from_millis(100);
+
+/// Commands zero force until the device has taken it.
+fn last_word(tick: &mut Tick<dyn Device>) -> LastWord {
+    let began = Instant::now();
+    loop {
+        match tick.zero_force() {
+            Ok(Written::Taken) => return LastWord::Taken,
+            Ok(Written::Later) if began.elapsed() > LAST_WORD_TIMEOUT => return LastWord::NotTaken,
+            Ok(Written::Later) => std::thread::sleep(Duration::from_millis(1)),
+            Err(_) => return LastWord::NoDevice,
+        }
+    }
+}
+
 /// Runs the self-test, in turns of so many seconds, on a thread that is prepared as the loop's is.
 ///
 /// # Errors
 /// The system has no thread left, or the test panicked.
 pub(crate) fn self_test(
     mut tick: Tick<dyn Device>,
-    mut control: self_test::ControlSide,
+    serving: self_test::Serving,
     turn_s: u64,
     wishes: Wishes,
     mut status: RealTimeStatus,
@@ -149,7 +238,7 @@ pub(crate) fn self_test(
             let waiting = Waiting {
                 spin_ns: spin_ns(&wishes, &status),
             };
-            let comparison = self_test::compare(&mut tick, &mut control, turn_s, wishes.period_ns, waiting);
+            let comparison = self_test::compare(&mut tick, serving, turn_s, wishes.period_ns, waiting);
             (comparison.report(wishes.period_ns, waiting), status)
         })?;
     thread
@@ -178,5 +267,22 @@ fn run(tick: &mut Tick<dyn Device>, shared: &Shared, period_ns: u64, waiting: Wa
         let wake = grid.wait(waiting);
         let ended_ns = tick.run(wake, grid.missed());
         grid.advance(ended_ns);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_message_is_cut_to_its_room_between_two_letters() {
+        let mut message = PanicMessage::empty();
+        assert!(write!(message, "line {}: short", 3 + 4).is_ok());
+        assert_eq!(message.to_string(), "line 7: short");
+        let mut message = PanicMessage::empty();
+        assert!(write!(message, "x{}", "é".repeat(PanicMessage::ROOM)).is_err());
+        let kept = message.to_string();
+        assert_eq!(kept.len(), PanicMessage::ROOM - 1);
+        assert!(kept.starts_with("xé") && kept.ends_with('é'));
     }
 }

@@ -6,12 +6,12 @@
 
 use crate::rig_state::{Command, Fault, Rig};
 use crate::rt::clock::{Wake, now_ns};
-use crate::rt::handoff::{CommandWord, CompiledScene, Outcome, Shared};
+use crate::rt::handoff::{CommandWord, CompiledScene, Outcome, Shared, Stopped};
 use crate::rt::lateness::Lateness;
 use crate::rt::transition::Transition;
 use crate::telemetry::ring::{Producer, TickRecord};
-use device_io::{Device, DeviceError, Measurement};
-use haptic_core::limiter::SafetyLimiter;
+use device_io::{Device, DeviceError, Measurement, Written};
+use haptic_core::limiter::{NonFiniteForce, SafetyLimiter};
 use haptic_core::passivity::PassivityObserver;
 use haptic_core::velocity::{Estimator, Method};
 use haptic_ipc::RigState;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 const BUMP_FADE_S: f64 = 0.05;
 
 /// What the way of a sample is made of beside the device and the scene.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Parts {
     pub(crate) rig: Rig,
     pub(crate) limiter: SafetyLimiter,
@@ -106,7 +106,7 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     bump: Bump,
     tick: u64,
     stops_seen: u64,
-    /// A stop whose zero force has not reached the device yet, and the state that it brought.
+    /// A stop whose zero force the device has not taken yet, and the state that it brought.
     stop_pending: Option<(u64, RigState)>,
     last_command: u32,
     last_began_ns: u64,
@@ -168,7 +168,9 @@ impl<D: Device + ?Sized> Tick<D> {
             self.rig.stop();
             self.stop_pending = Some((stops, self.rig.state()));
         }
-        if self.rig.is_live() && self.lateness.is_too_late(wake.began_ns, missed_periods) {
+        if !self.rig.is_live() {
+            self.lateness.rest(missed_periods);
+        } else if self.lateness.is_too_late(wake.began_ns, missed_periods) {
             self.rig.fail(Fault::TooLate);
         }
         if self.shared.has_lapsed(wake.began_ns) && self.rig.is_live() {
@@ -181,14 +183,16 @@ impl<D: Device + ?Sized> Tick<D> {
         let measured = self.device.read(wake.began_ns);
         let read_ns = self.link_time_ns();
         let elapsed_s = self.sense(measured, wake.began_ns);
-        // Ramps go by our own clock: they must end even if the device's stands still.
+        // Ramps and the slew limit go by our own clock: they must end even if the device's stands still.
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two ticks")]
-        let our_elapsed_s = wake.began_ns.saturating_sub(self.last_began_ns) as f64 * 1e-9;
+        let our_elapsed_s = self
+            .rig
+            .step_s(wake.began_ns.saturating_sub(self.last_began_ns) as f64 * 1e-9);
         self.last_began_ns = wake.began_ns;
         let (coupling_force, command_force) = self.render(elapsed_s, our_elapsed_s);
         let computed_ns = self.link_time_ns();
-        let written = self.device.write(command_force, self.rig.is_live()).is_ok();
-        if !written {
+        let written = self.device.write(command_force, self.rig.is_live());
+        if written.is_err() {
             self.rig.device_present(false);
         }
         let ended_ns = now_ns();
@@ -223,8 +227,8 @@ impl<D: Device + ?Sized> Tick<D> {
             fault: self.rig.fault(),
         });
         // The answers come last, so that whoever has one also finds the tick's record.
-        let stopped = if written { self.stop_pending.take() } else { None };
-        self.answer(stopped, new_scene, command);
+        self.answer(new_scene, command);
+        self.answer_stop(written);
         self.tick += 1;
         ended_ns
     }
@@ -246,7 +250,10 @@ impl<D: Device + ?Sized> Tick<D> {
     }
 
     /// Zero force, whatever happens after.
-    pub(crate) fn zero_force(&mut self) -> Result<(), DeviceError> {
+    ///
+    /// # Errors
+    /// The device could not be written.
+    pub(crate) fn zero_force(&mut self) -> Result<Written, DeviceError> {
         self.device.write(0.0, false)
     }
 
@@ -311,8 +318,9 @@ impl<D: Device + ?Sized> Tick<D> {
             return None;
         }
         self.last_command = word.serial;
-        // A stop that came after the command was sent wins over it.
-        let refused = word.overtaken_by(stops) || self.rig.command(word.command).is_err();
+        // A stop that came after the command was sent wins over it; and until the device has taken its zero force, no other may follow.
+        let early = word.command == Command::Engage && self.stop_pending.is_some();
+        let refused = early || word.overtaken_by(stops) || self.rig.command(word.command).is_err();
         Some((word, refused))
     }
 
@@ -405,13 +413,8 @@ impl<D: Device + ?Sized> Tick<D> {
             return (coupling_force, 0.0);
         }
         let on_hand = -(coupling_force + self.bump.fade(elapsed_s));
-        match self.limiter.limit(on_hand, gain, our_elapsed_s) {
-            Ok(force) => {
-                let added = self
-                    .passivity
-                    .observe(elapsed_s, self.device_position, self.device_velocity, force);
-                (coupling_force, self.limiter.within(force + added))
-            }
+        match self.pass_limits(on_hand, gain, elapsed_s, our_elapsed_s) {
+            Ok(force) => (coupling_force, force),
             Err(_) => {
                 self.rig.fail(Fault::NonFiniteForce);
                 (0.0, 0.0)
@@ -419,7 +422,46 @@ impl<D: Device + ?Sized> Tick<D> {
         }
     }
 
-    fn answer(&self, stopped: Option<(u64, RigState)>, new_scene: bool, command: Option<(CommandWord, bool)>) {
+    /// The force that the limits let through, with what the passivity controller adds, N.
+    fn pass_limits(
+        &mut self,
+        on_hand: f64,
+        gain: f64,
+        elapsed_s: f64,
+        our_elapsed_s: f64,
+    ) -> Result<f64, NonFiniteForce> {
+        let mut limiter = self.limiter;
+        let surface = limiter.limit(on_hand, gain, our_elapsed_s)?;
+        let wanted = self
+            .passivity
+            .observe(elapsed_s, self.device_position, self.device_velocity, surface);
+        if wanted == 0.0 {
+            self.limiter = limiter;
+            return Ok(surface);
+        }
+        let force = self.limiter.limit(on_hand + wanted, gain, our_elapsed_s)?;
+        self.passivity.applied(force);
+        Ok(force)
+    }
+
+    /// Confirms a stop once the device has taken the zero force. Where there is no device, nobody shall wait for that.
+    fn answer_stop(&mut self, written: Result<Written, DeviceError>) {
+        let heard = match written {
+            Ok(Written::Taken) => true,
+            Ok(Written::Later) => return,
+            Err(_) => false,
+        };
+        if let Some((stops, state)) = self.stop_pending.take() {
+            let stopped = Stopped {
+                tick: self.tick,
+                state,
+                heard,
+            };
+            self.shared.answers.stopped(stops, stopped);
+        }
+    }
+
+    fn answer(&self, new_scene: bool, command: Option<(CommandWord, bool)>) {
         let answers = &self.shared.answers;
         if new_scene {
             answers.scene_applied(self.scene.revision, self.tick);
@@ -431,9 +473,6 @@ impl<D: Device + ?Sized> Tick<D> {
                 refused,
             };
             answers.command_done(word.serial, outcome);
-        }
-        if let Some((stops, state)) = stopped {
-            answers.stopped(stops, self.tick, state);
         }
     }
 }

@@ -1,12 +1,13 @@
 mod changes;
 
 use super::*;
+use crate::control::compile::Compiled;
 use crate::rt::lateness::LatePolicy;
 use crate::telemetry::ring;
 use device_io::protocol::message::ErrorCode;
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
-use haptic_core::velocity::Method;
+use haptic_core::velocity::{METHODS, Method};
 use haptic_core::{Renderer, Scene, Scheme};
 use proptest::prelude::*;
 
@@ -18,7 +19,8 @@ struct Scripted {
     time_ns: u64,
     written: Arc<std::sync::Mutex<Vec<f64>>>,
     next: u32,
-    refuses_writes: bool,
+    /// What becomes of a command.
+    writing: Result<Written, DeviceError>,
     repeats: bool,
 }
 
@@ -44,12 +46,12 @@ impl Device for Scripted {
         })
     }
 
-    fn write(&mut self, force_n: f64, _enabled: bool) -> Result<(), DeviceError> {
-        if self.refuses_writes {
-            return Err(DeviceError::Disconnected);
+    fn write(&mut self, force_n: f64, _enabled: bool) -> Result<Written, DeviceError> {
+        let written = self.writing?;
+        if written == Written::Taken {
+            self.written.lock().expect("one thread").push(force_n);
         }
-        self.written.lock().expect("one thread").push(force_n);
-        Ok(())
+        Ok(written)
     }
 }
 
@@ -60,6 +62,7 @@ struct Bench {
     written: Arc<std::sync::Mutex<Vec<f64>>>,
     serial: u32,
     clock_ns: u64,
+    missed_periods: u64,
 }
 
 const MAX_FORCE: f64 = 20.0;
@@ -77,6 +80,9 @@ const NO_LOSSES: RigLosses = RigLosses {
     friction: 0.0,
 };
 
+/// What a stall counts for at most, s.
+const LONGEST_STEP_S: f64 = 0.005;
+
 /// Ticks until the velocity estimate has settled on the ramp.
 const SETTLE: usize = 50;
 
@@ -90,7 +96,7 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
         time_ns: 0,
         written: Arc::clone(&written),
         next: 0,
-        refuses_writes: false,
+        writing: Ok(Written::Taken),
         repeats: false,
     };
     let tick = Tick::new(
@@ -99,7 +105,7 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
         producer,
         Box::new(compiled(&Scene::paper(), 1)),
         Parts {
-            rig: Rig::new(0.02, 0.005),
+            rig: Rig::new(0.02, LONGEST_STEP_S),
             limiter: SafetyLimiter::new(LIMITS),
             passivity: PassivityObserver::new(NO_LOSSES, 0.0),
             lateness: Lateness::new(LatePolicy::Fault { most_in_a_second: 5 }),
@@ -117,6 +123,7 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
         written,
         serial: 0,
         clock_ns: 1_000_000_000,
+        missed_periods: 0,
     }
 }
 
@@ -129,12 +136,17 @@ fn compiled(scene: &Scene, revision: u64) -> CompiledScene {
 
 impl Bench {
     fn tick(&mut self) -> TickRecord {
-        self.clock_ns += 1_000_000;
+        self.tick_after(1_000_000)
+    }
+
+    /// A tick that begins so long after the last one.
+    fn tick_after(&mut self, after_ns: u64) -> TickRecord {
+        self.clock_ns += after_ns;
         let wake = Wake {
             deadline_ns: self.clock_ns,
             began_ns: self.clock_ns,
         };
-        self.tick.run(wake, 0);
+        self.tick.run(wake, self.missed_periods);
         self.records.pop().expect("every tick leaves a record")
     }
 
@@ -180,7 +192,7 @@ fn force_comes_with_engaging_opposes_the_motion_and_goes_with_a_stop() {
     let stop = bench.shared.stop();
     assert_eq!(bench.tick().command_force, 0.0);
     assert_eq!(
-        bench.shared.answers.stop(stop).map(|(_, state)| state),
+        bench.shared.answers.stop(stop).map(|stopped| stopped.state),
         Some(RigState::Stopped)
     );
     assert!(bench.command(Command::Engage).refused, "a stop holds until a reset");
@@ -240,16 +252,109 @@ fn a_stall_does_not_skip_the_ramp() {
 }
 
 #[test]
-fn a_stop_is_confirmed_only_when_zero_force_was_written() {
+fn a_stall_does_not_lift_the_slew_limit() {
+    // At rest, and a millimetre on after the stall, on a spring that gives all the force there is.
+    let still = || std::iter::repeat_n(Ok(0.0), 150);
+    let mut bench = bench(still().chain(std::iter::repeat_n(Ok(1e-3), 10)));
+    bench.shared.scenes.post(compiled(&scenes()[5], 2));
+    let slew_n_per_s = 1000.0;
+    bench.tick.limiter = SafetyLimiter::new(Limits { slew_n_per_s, ..LIMITS });
+    bench.command(Command::Engage);
+    bench.ticks(148);
+    assert_eq!(bench.tick().state, RigState::Engaged);
+    bench.tick.device.sample_ns = 100_000_000;
+    let after = bench.tick_after(100_000_000);
+    assert!(after.coupling_force.abs() > MAX_FORCE, "{after:?}");
+    assert_eq!(after.command_force.abs(), slew_n_per_s * LONGEST_STEP_S, "{after:?}");
+    bench.tick.device.sample_ns = 1_000_000;
+    let next = bench.tick();
+    assert_eq!(next.command_force.abs(), slew_n_per_s * (LONGEST_STEP_S + 1e-3));
+}
+
+#[test]
+fn what_the_passivity_controller_adds_grows_with_the_ramp_as_everything_does() {
+    const CONTROL_N: f64 = 3.0;
+    // A hand that trembles on a stiff coupling, along a ramp of a second.
+    let run = |control_n: f64| {
+        let tremble = (0..400).map(|k| Ok(1e-4 * (0.8 * f64::from(k)).sin()));
+        let mut bench = bench(tremble);
+        bench.tick.rig = Rig::new(1.0, LONGEST_STEP_S);
+        bench.tick.passivity = PassivityObserver::new(NO_LOSSES, control_n);
+        bench.command(Command::Engage);
+        let records: Vec<TickRecord> = (0..350).map(|_| bench.tick()).collect();
+        records
+    };
+    let (watched, controlled) = (run(0.0), run(CONTROL_N));
+    let mut added = false;
+    for (k, (watched, controlled)) in (1..).zip(watched.iter().zip(&controlled)) {
+        let gain = 1e-3 * f64::from(k);
+        let most = gain * (controlled.coupling_force.abs() + CONTROL_N) + 1e-9;
+        assert!(controlled.command_force.abs() <= most, "{most}: {controlled:?}");
+        added |= controlled.command_force != watched.command_force;
+    }
+    assert!(added, "the controller had nothing to do");
+    // As long as the gain is next to nothing so is what it takes out, and it must know that.
+    let (watched, controlled) = (watched[10].energy_excess, controlled[10].energy_excess);
+    assert!(
+        watched > 0.0 && (controlled / watched - 1.0).abs() < 0.1,
+        "{watched} J, {controlled} J"
+    );
+}
+
+#[test]
+fn a_stop_is_confirmed_only_when_the_device_has_taken_zero_force() {
     let mut bench = bench(ramp());
     bench.ticks(SETTLE);
-    bench.tick.device.refuses_writes = true;
+    bench.command(Command::Engage);
+    bench.ticks(50);
+    // A link that is busy: the zero force waits.
+    bench.tick.device.writing = Ok(Written::Later);
+    let stop = bench.shared.stop();
+    bench.ticks(5);
+    assert_eq!(bench.shared.answers.stop(stop), None);
+    // Another has seen the stop and resets; force may not come before the zero force has gone.
+    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
+    assert!(bench.command(Command::Engage).refused);
+    assert_eq!(bench.shared.answers.stop(stop), None);
+    bench.tick.device.writing = Ok(Written::Taken);
+    let tick = bench.tick().tick;
+    let stopped = Stopped {
+        tick,
+        state: RigState::Stopped,
+        heard: true,
+    };
+    assert_eq!(bench.shared.answers.stop(stop), Some(stopped));
+    assert_eq!(bench.last_written(), 0.0);
+    assert!(!bench.command(Command::Engage).refused);
+}
+
+#[test]
+fn a_stop_that_no_device_can_hear_is_answered_at_once_and_says_so() {
+    let gone = || std::iter::repeat_n(Err(DeviceError::Disconnected), 20);
+    let mut bench = bench(ramp().take(100).chain(gone()).chain(ramp().take(50)));
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(99 - SETTLE);
+    bench.tick.device.writing = Err(DeviceError::Disconnected);
+    bench.tick();
+    let stop = bench.shared.stop();
+    let unheard = Stopped {
+        tick: bench.tick().tick,
+        state: RigState::Stopped,
+        heard: false,
+    };
+    assert_eq!(bench.shared.answers.stop(stop), Some(unheard));
+    // The device that comes back is told, and nobody pulls before a reset.
+    bench.ticks(18);
+    bench.written.lock().expect("one thread").clear();
+    bench.tick.device.writing = Ok(Written::Taken);
+    assert_eq!(bench.tick().state, RigState::Stopped);
+    assert_eq!(bench.last_written(), 0.0);
+    assert!(bench.command(Command::Engage).refused);
+    // The next stop is heard.
     let stop = bench.shared.stop();
     bench.tick();
-    assert_eq!(bench.shared.answers.stop(stop), None);
-    bench.tick.device.refuses_writes = false;
-    bench.tick();
-    assert!(bench.shared.answers.stop(stop).is_some());
+    assert!(bench.shared.answers.stop(stop).is_some_and(|stopped| stopped.heard));
 }
 
 #[test]
@@ -427,17 +532,51 @@ fn a_loop_that_is_too_late_faults_where_the_policy_says_so() {
     bench.ticks(SETTLE);
     bench.command(Command::Engage);
     bench.ticks(50);
-    let mut run = |missed: u64| {
-        bench.clock_ns += 1_000_000;
-        let wake = Wake {
-            deadline_ns: bench.clock_ns,
-            began_ns: bench.clock_ns,
-        };
-        bench.tick.run(wake, missed);
-        (bench.tick.rig.fault(), bench.last_written())
+    let mut missed = |periods: u64| {
+        bench.missed_periods += periods;
+        let record = bench.tick();
+        (record.fault, record.command_force)
     };
-    assert_eq!(run(4).0, None);
-    assert_eq!(run(5), (Some(Fault::TooLate), 0.0));
+    assert_eq!(missed(4).0, None);
+    assert_eq!(missed(1), (Some(Fault::TooLate), 0.0));
+}
+
+#[test]
+fn only_what_is_missed_while_force_flows_makes_the_loop_too_late() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    // Idle, and late in many ticks: nobody is harmed.
+    for _ in 0..100 {
+        bench.missed_periods += 3;
+        bench.tick();
+    }
+    bench.command(Command::Engage);
+    bench.ticks(5);
+    assert_eq!(bench.tick().fault, None, "what was missed while it was idle");
+    // Four at the end of a second, four at the beginning of the next.
+    bench.missed_periods += 4;
+    assert_eq!(bench.tick().fault, None);
+    bench.missed_periods += 4;
+    assert_eq!(bench.tick().fault, Some(Fault::TooLate));
+    // While it is faulted it is late again; after a reset that is the past.
+    bench.missed_periods += 50;
+    bench.tick();
+    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
+    bench.missed_periods += 50;
+    bench.tick();
+    assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
+    bench.ticks(5);
+    bench.missed_periods += 4;
+    let engaged = bench.tick();
+    assert!(engaged.state.is_live(), "{engaged:?}");
+    // Released and engaged again within the second: it begins anew.
+    bench.command(Command::Release);
+    bench.ticks(30);
+    assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
+    bench.missed_periods += 4;
+    assert_eq!(bench.tick().fault, None);
+    bench.missed_periods += 1;
+    assert_eq!(bench.tick().fault, Some(Fault::TooLate));
 }
 
 /// Something that can happen to the loop between two ticks, or in one.
@@ -446,10 +585,21 @@ enum Happening {
     Command(Command),
     Stop,
     Scene(usize),
+    /// Over a time, s: in steps or, where the law is another, fading over.
+    SlowScene(usize, f64),
+    /// Leases lapse, or are taken anew.
+    Lease {
+        lapses: bool,
+    },
     /// A reading, or none; and time that goes by, ns.
     Tick(Option<f64>, u64),
     Repeat,
+    Error(DeviceError),
+    /// The device's clock goes on by a time other than ours, ns; negative, it jumps back.
+    DeviceClock(i64),
+    Missed(u64),
     RefusedWrite,
+    BusyLink,
 }
 
 fn scenes() -> Vec<Scene> {
@@ -490,31 +640,49 @@ fn happening() -> impl Strategy<Value = Happening> {
         2 => Just(Happening::Command(Command::Reset)),
         1 => Just(Happening::Stop),
         2 => (0..8_usize).prop_map(Happening::Scene),
+        2 => (0..8_usize, 0.002..0.05f64).prop_map(|(which, over_s)| Happening::SlowScene(which, over_s)),
+        1 => any::<bool>().prop_map(|lapses| Happening::Lease { lapses }),
         30 => tick.prop_map(|(position, after_ns)| Happening::Tick(position, after_ns)),
         1 => Just(Happening::Repeat),
+        1 => prop_oneof![
+            Just(DeviceError::MotorOff { watchdog: true }),
+            Just(DeviceError::MotorOff { watchdog: false }),
+            Just(DeviceError::Failed(ErrorCode::Sensor)),
+        ]
+        .prop_map(Happening::Error),
+        2 => prop_oneof![Just(0), -1_000_000_000..0_i64, 0..100_000_000_i64].prop_map(Happening::DeviceClock),
+        1 => (1..4_u64).prop_map(Happening::Missed),
         1 => Just(Happening::RefusedWrite),
+        1 => Just(Happening::BusyLink),
     ]
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Whatever is measured, commanded and changed: the force is a number within the limits, and zero where none may flow.
     #[test]
     fn force_stays_within_its_limits_and_where_it_belongs(
-        happenings in prop::collection::vec(happening(), 1..150),
-        steps in prop::collection::vec(-2e-3..2e-3f64, 150),
+        happenings in prop::collection::vec(happening(), 1..250),
+        steps in prop::collection::vec(-2e-3..2e-3f64, 250),
+        method in prop::sample::select(&METHODS[..]),
+        ramp_s in 0.001..0.05f64,
     ) {
         let scenes = scenes();
         let mut bench = bench([]);
-        let slew_n_per_s = 5000.0;
+        let slew_n_per_s = 1000.0;
         bench.tick.limiter = SafetyLimiter::new(Limits { slew_n_per_s, ..LIMITS });
         bench.tick.passivity = PassivityObserver::new(NO_LOSSES, 3.0);
+        bench.tick.velocity_of.method = method;
+        bench.tick.rig = Rig::new(ramp_s, LONGEST_STEP_S);
         let (mut position, mut revision, mut last) = (0.0, 1, 0.0_f64);
+        let mut newest = Scene::paper();
         for (happening, step) in happenings.into_iter().zip(steps) {
-            let (mut reading, mut after_ns) = (Some(position), 1_000_000);
-            bench.tick.device.repeats = false;
-            bench.tick.device.refuses_writes = false;
+            let (mut reading, mut after_ns, mut stopped) = (Ok(position), 1_000_000, false);
+            let device = &mut *bench.tick.device;
+            device.repeats = false;
+            device.writing = Ok(Written::Taken);
+            device.sample_ns = 1_000_000;
             match happening {
                 Happening::Command(command) => {
                     bench.serial += 1;
@@ -522,36 +690,53 @@ proptest! {
                 }
                 Happening::Stop => {
                     bench.shared.stop();
+                    stopped = true;
                 }
                 Happening::Scene(which) => {
                     revision += 1;
-                    bench.shared.scenes.post(compiled(&scenes[which], revision));
+                    newest = scenes[which].clone();
+                    bench.shared.scenes.post(compiled(&newest, revision));
                 }
+                Happening::SlowScene(which, over_s) => {
+                    revision += 1;
+                    let from = std::mem::replace(&mut newest, scenes[which].clone());
+                    let way = Compiled::new(&from, &newest, Scheme::Exact, 1e-3, over_s).expect("both are valid");
+                    bench.shared.scenes.post(way.into_scene(revision).0);
+                }
+                Happening::Lease { lapses } => bench.shared.lease_until(if lapses { 0 } else { u64::MAX }),
                 // Mostly a hand that goes on, and now and then a leap to anywhere.
                 Happening::Tick(Some(anywhere), ns) if !anywhere.is_finite() || anywhere.abs() > 0.09 => {
-                    (reading, after_ns) = (Some(anywhere), ns);
+                    (reading, after_ns) = (Ok(anywhere), ns);
                 }
-                Happening::Tick(None, ns) => (reading, after_ns) = (None, ns),
+                Happening::Tick(None, ns) => (reading, after_ns) = (Err(DeviceError::Disconnected), ns),
                 Happening::Tick(Some(_), ns) => {
                     position += step;
-                    (reading, after_ns) = (Some(position), ns);
+                    (reading, after_ns) = (Ok(position), ns);
                 }
-                Happening::Repeat => bench.tick.device.repeats = bench.tick.device.next > 0,
-                Happening::RefusedWrite => bench.tick.device.refuses_writes = true,
+                Happening::Repeat => device.repeats = device.next > 0,
+                Happening::Error(error) => reading = Err(error),
+                Happening::DeviceClock(ns) => {
+                    position += step;
+                    reading = Ok(position);
+                    device.sample_ns = 0;
+                    device.time_ns = device.time_ns.saturating_add_signed(ns);
+                }
+                Happening::Missed(periods) => bench.missed_periods += periods,
+                Happening::RefusedWrite => device.writing = Err(DeviceError::Disconnected),
+                Happening::BusyLink => device.writing = Ok(Written::Later),
             }
+            let unreadable = !reading.is_ok_and(f64::is_finite);
             if !bench.tick.device.repeats {
-                bench.tick.device.readings.push(reading.ok_or(DeviceError::Disconnected));
+                bench.tick.device.readings.push(reading);
             }
             let wrote_before = bench.written.lock().expect("one thread").len();
-            bench.clock_ns += after_ns;
-            let wake = Wake { deadline_ns: bench.clock_ns, began_ns: bench.clock_ns };
-            bench.tick.run(wake, 0);
-            let record = bench.records.pop().expect("a record");
+            let record = bench.tick_after(after_ns);
             bench.shared.drop_retired();
             let force = record.command_force;
             prop_assert!(force.is_finite() && force.abs() <= MAX_FORCE, "{record:?}");
-            // The controller's own few newtons come on top of the slew limit.
-            let most = slew_n_per_s * after_ns as f64 * 1e-9 + 2.0 * 3.0 + 1e-9;
+            prop_assert!(!stopped || force == 0.0, "a stop takes it away at once: {record:?}");
+            prop_assert!(!unreadable || force == 0.0, "nothing is known of the hand: {record:?}");
+            let most = slew_n_per_s * (after_ns as f64 * 1e-9).min(LONGEST_STEP_S) + 1e-9;
             prop_assert!(force.abs() - last.abs() <= most, "from {last} N to {force} N in {after_ns} ns");
             let written = bench.written.lock().expect("one thread").clone();
             if written.len() > wrote_before {

@@ -8,7 +8,7 @@ use super::super::super::health::{LinkCounters, add};
 use super::super::feedback::{Feedback, drive};
 use super::super::options::ODriveOptions;
 use super::super::text::{Text, TooLong, number};
-use super::super::{ARMING_NS, Conversation, TELL_AGAIN_NS};
+use super::super::{ARMING_NS, Conversation, TELL_AGAIN_NS, Telling};
 use super::words::{self, Answer, Damage};
 use crate::device::{DeviceError, Measurement};
 use crate::protocol::message::ErrorCode;
@@ -277,7 +277,7 @@ impl ODriveConversation {
         words::write(out, format_args!("w axis{axis}.requested_state {IDLE}"));
     }
 
-    fn stay_off(&mut self, now_ns: u64, out: &mut Text) {
+    fn stay_off(&mut self, now_ns: u64, out: &mut Text) -> Telling {
         let Motor::Off { told_at_ns, settled } = &mut self.motor else {
             self.motor = Motor::Off {
                 told_at_ns: Some(now_ns),
@@ -286,7 +286,7 @@ impl ODriveConversation {
             self.ask_after_ns = 0;
             self.ask_error_next = false;
             self.switch_off(out);
-            return;
+            return Telling::Now;
         };
         if *settled {
             if self.watchdog_is_over {
@@ -295,13 +295,15 @@ impl ODriveConversation {
                 self.watchdog_is_over = !words::write(out, format_args!("w axis{axis}.config.enable_watchdog 0"));
             }
             self.look_after(ASK_OFF_NS, now_ns, out);
-            return;
+            return Telling::Answered;
         }
-        if told_at_ns.is_none_or(|at_ns| now_ns.saturating_sub(at_ns) >= TELL_AGAIN_NS) {
+        let tell = told_at_ns.is_none_or(|at_ns| now_ns.saturating_sub(at_ns) >= TELL_AGAIN_NS);
+        if tell {
             *told_at_ns = Some(now_ns);
             self.switch_off(out);
         }
         self.ask(Question::State, now_ns, out);
+        if tell { Telling::Now } else { Telling::Before }
     }
 
     /// One step of arming; zero torque feeds the watchdog meanwhile.
@@ -371,10 +373,11 @@ impl Conversation for ODriveConversation {
         }
     }
 
-    fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64, out: &mut Text) {
+    fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64, out: &mut Text) -> Telling {
         let axis = self.axis;
+        let mut telling = Telling::NotYet;
         if !enabled {
-            self.stay_off(now_ns, out);
+            telling = self.stay_off(now_ns, out);
         } else if let Motor::Off { .. } = self.motor {
             self.motor = Motor::Arming {
                 since_ns: now_ns,
@@ -400,6 +403,7 @@ impl Conversation for ODriveConversation {
         match self.motor {
             Motor::On { doubted_at_ns } => {
                 if room {
+                    telling = Telling::Now;
                     let counters = self.feedback.counters();
                     let torque_nm = drive(force_n, self.newtons_per_nm, self.torque_limit_nm, counters);
                     let torque_nm = if doubted_at_ns.is_some() { 0.0 } else { torque_nm };
@@ -416,6 +420,7 @@ impl Conversation for ODriveConversation {
         if room && words::write(out, format_args!("f {axis}")) {
             self.feedback.ask(now_ns);
         }
+        telling
     }
 
     fn farewell(&self, out: &mut Text) {

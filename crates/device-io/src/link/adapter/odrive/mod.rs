@@ -10,7 +10,7 @@ use super::super::keeper::{ConnectError, Connector, Greeted};
 use super::super::nodes::folder_of;
 use super::greeting::{ATTEMPTS, Greeting};
 use super::options::ODriveOptions;
-use super::text::{Lines, Text, number};
+use super::text::{Text, number};
 use super::{TextConnection, clock};
 use conversation::{Generation, ODriveConversation};
 use std::ffi::OsStr;
@@ -213,12 +213,7 @@ impl Connector for ODriveConnector {
             firmware: name,
             force_limit_n: torque_limit_nm * motor.newtons_per_nm().abs(),
             sample_rate_hz,
-            connection: Box::new(TextConnection {
-                line: greeting.line,
-                lines: Lines::default(),
-                conversation,
-                counters: Arc::clone(counters),
-            }),
+            connection: Box::new(TextConnection::new(greeting.line, conversation, Arc::clone(counters))),
         })
     }
 }

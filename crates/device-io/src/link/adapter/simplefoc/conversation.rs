@@ -4,7 +4,7 @@ use super::super::super::health::add;
 use super::super::feedback::{Feedback, drive};
 use super::super::options::SimpleFocOptions;
 use super::super::text::{Text, TooLong};
-use super::super::{ARMING_NS, Conversation, TELL_AGAIN_NS};
+use super::super::{ARMING_NS, Conversation, TELL_AGAIN_NS, Telling};
 use super::words::{self, Answer, LONGEST_COMMAND};
 use crate::device::{DeviceError, Measurement};
 use crate::link::health::LinkCounters;
@@ -106,7 +106,7 @@ impl SimpleFocConversation {
         }
     }
 
-    fn stay_off(&mut self, now_ns: u64, out: &mut Text) {
+    fn stay_off(&mut self, now_ns: u64, out: &mut Text) -> Telling {
         let (told_at_ns, settled) = match self.motor {
             Motor::Off { told_at_ns, settled } => (told_at_ns, settled),
             _ => (None, false),
@@ -118,9 +118,13 @@ impl SimpleFocConversation {
         };
         if tell {
             self.switch_off(out);
-        } else if settled {
-            self.ask_enabled(ASK_OFF_NS, now_ns, out);
+            return Telling::Now;
         }
+        if !settled {
+            return Telling::Before;
+        }
+        self.ask_enabled(ASK_OFF_NS, now_ns, out);
+        Telling::Answered
     }
 
     fn arm(&mut self, now_ns: u64, out: &mut Text) {
@@ -181,9 +185,10 @@ impl Conversation for SimpleFocConversation {
         }
     }
 
-    fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64, out: &mut Text) {
+    fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64, out: &mut Text) -> Telling {
+        let mut telling = Telling::NotYet;
         if !enabled {
-            self.stay_off(now_ns, out);
+            telling = self.stay_off(now_ns, out);
         } else if let Motor::Off { .. } = self.motor {
             self.motor = Motor::Arming {
                 since_ns: now_ns,
@@ -201,6 +206,7 @@ impl Conversation for SimpleFocConversation {
         match self.motor {
             Motor::On => {
                 if room {
+                    telling = Telling::Now;
                     let target = drive(force_n, self.newtons_per_unit, self.limit_units, self.counters());
                     self.say(out, format_args!("{target:.5}"));
                 }
@@ -212,6 +218,7 @@ impl Conversation for SimpleFocConversation {
         if room && self.say(out, format_args!("MG6")) {
             self.feedback.ask(now_ns);
         }
+        telling
     }
 
     fn farewell(&self, out: &mut Text) {

@@ -12,7 +12,6 @@ use super::super::keeper::{ConnectError, Connector, Greeted};
 use super::super::nodes::folder_of;
 use super::greeting::{ATTEMPTS, Greeting};
 use super::options::SimpleFocOptions;
-use super::text::Lines;
 use super::{TextConnection, clock};
 use conversation::SimpleFocConversation;
 use std::ffi::OsStr;
@@ -144,12 +143,7 @@ impl Connector for SimpleFocConnector {
             ),
             force_limit_n: limit_units * self.options.nm_per_unit * motor.newtons_per_nm().abs(),
             sample_rate_hz,
-            connection: Box::new(TextConnection {
-                line: greeting.line,
-                lines: Lines::default(),
-                conversation,
-                counters: Arc::clone(counters),
-            }),
+            connection: Box::new(TextConnection::new(greeting.line, conversation, Arc::clone(counters))),
         })
     }
 }

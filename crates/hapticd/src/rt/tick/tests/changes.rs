@@ -1,7 +1,6 @@
 //! A change of scene never jerks the hand, whatever the two scenes, the state of the surface, and the way from one to the other.
 
 use super::*;
-use crate::control::compile::Compiled;
 use haptic_core::Directional;
 use haptic_core::scene::{Block, Coupling};
 use serde_json::json;
