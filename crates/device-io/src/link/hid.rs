@@ -496,7 +496,7 @@ mod tests {
             let measured = connection.read(now_ns);
             // Where a thread waited for a processor longer than the rig's watchdog or the writer's waits for it, it lets go, and begins anew.
             let written = connection.write(force_n, enabled && measured.is_ok(), now_ns);
-            if let (Ok(measured), Ok(())) = (measured, written)
+            if let (Ok(measured), Ok(_)) = (measured, written)
                 && done(measured)
             {
                 return;
