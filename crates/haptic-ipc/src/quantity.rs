@@ -1,4 +1,4 @@
-//! Numbers as people type them: `500g`, `2 mm/s`, `25 N/mm`, `0,5`.
+//! Numbers as people type them: `500g`, `2 mm/s`, `25 N/mm`.
 //!
 //! A bare number is in the SI unit that the parameter table gives. A unit must be one of those that measure the same thing.
 
@@ -47,6 +47,12 @@ pub enum BadQuantity {
         /// What was given.
         text: String,
     },
+    /// It has a comma, which would be a decimal point to some and separate thousands to others.
+    #[error("`{text}` has a comma: write a decimal point, and no separator between thousands")]
+    Comma {
+        /// What was given.
+        text: String,
+    },
     /// Its unit measures something else.
     #[error("`{given}` is not a unit of this: give {accepted}")]
     WrongUnit {
@@ -57,15 +63,17 @@ pub enum BadQuantity {
     },
 }
 
-/// Reads a number with or without a unit, and gives it in `si`, a unit of the parameter table. A decimal comma is one too.
+/// Reads a number with or without a unit, and gives it in `si`, a unit of the parameter table.
 ///
 /// # Errors
-/// It is not a finite number, or its unit measures something else.
+/// It is not a finite number, it has a comma, or its unit measures something else.
 pub fn parse(text: &str, si: &str) -> Result<f64, BadQuantity> {
     let text = text.trim();
     let bad = || BadQuantity::NotANumber { text: text.to_owned() };
-    let with_point = text.replace(',', ".");
-    let (number, unit) = split(&with_point).ok_or_else(bad)?;
+    let (number, unit) = split(text).ok_or_else(bad)?;
+    if unit.contains(',') {
+        return Err(BadQuantity::Comma { text: text.to_owned() });
+    }
     let plain = plain(unit);
     // A unit that is in no table means itself.
     let shift = if plain.is_empty() || plain == self::plain(si) {
@@ -150,7 +158,6 @@ mod tests {
         for (text, si, value) in [
             ("500g", "kg", 0.5),
             ("7g", "kg", 0.007),
-            ("0,5", "kg", 0.5),
             (" 2 mm/s ", "m/s", 0.002),
             ("200 µm/s", "m/s", 0.0002),
             ("25N/mm", "N/m", 25_000.0),
@@ -174,6 +181,10 @@ mod tests {
             ("NaN", "N", "not a finite number"),
             ("infinity", "N", "not a finite number"),
             ("1e999", "N", "not a finite number"),
+            ("25,000", "N/m", "`25,000` has a comma: write a decimal point"),
+            ("0,5", "kg", "has a comma"),
+            ("1,000.5 N", "N", "no separator between thousands"),
+            (",5", "kg", "not a finite number"),
             ("5 mm", "kg", "`mm` is not a unit of this: give kg, g or mg"),
             ("5 MN", "N", "give N, mN or kN"),
             ("0.5N", "1", "give a bare number or %"),

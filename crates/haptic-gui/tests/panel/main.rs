@@ -249,7 +249,7 @@ fn a_stop_that_failed_says_so() {
 #[test]
 fn a_typed_value_is_set_on_enter() {
     let mut panel = connected(RigState::Engaged);
-    type_into(&mut panel, "mass value", "1,25");
+    type_into(&mut panel, "mass value", "1.25");
     assert_eq!(asked(&mut panel), [], "not while typing");
     panel.key_press(Key::Enter);
     panel.run();
@@ -280,6 +280,11 @@ fn what_is_no_number_is_not_sent() {
     assert_eq!(asked(&mut panel), []);
     panel.get_by_label("`heavy` is not a finite number");
     assert_eq!(value_of(&panel, "mass value"), "0.5");
+    type_into(&mut panel, "stiffness value", "25,000");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "which would be 25 to some");
+    panel.get_by_label("`25,000` has a comma: write a decimal point, and no separator between thousands");
 }
 
 #[test]
