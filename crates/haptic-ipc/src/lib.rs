@@ -117,7 +117,9 @@ mod event;
 mod journal;
 mod line;
 mod link;
+mod nearest;
 pub mod quantity;
+mod refusal;
 mod request;
 mod sample;
 mod scene;
@@ -138,7 +140,8 @@ pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkStatus, LinkedDevice};
-pub use request::{BadLine, Envelope, Request, Topic};
+pub use nearest::{did_you_mean, meant_in, nearest};
+pub use request::{BATCH_MS, BadLine, Envelope, LEASE_TIMEOUT_MS, Request, Topic};
 pub use sample::{SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,
