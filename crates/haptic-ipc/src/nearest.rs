@@ -23,10 +23,10 @@ pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     })
 }
 
-/// The same as a part of a message: `, did you mean ...?`, or nothing.
+/// The same as a part of a message, on the way to what there is: `, did you mean ...?`, or a semicolon.
 #[must_use]
-pub fn did_you_mean(wrong: &str, known: &[&str]) -> String {
-    nearest(wrong, known).map_or_else(String::new, |meant| format!(", did you mean `{meant}`?"))
+pub fn meant_or_semicolon(wrong: &str, known: &[&str]) -> String {
+    nearest(wrong, known).map_or_else(|| ";".to_owned(), |meant| format!(", did you mean `{meant}`?"))
 }
 
 /// The same for a message of serde's about an unknown field or word, which lists those that there are.

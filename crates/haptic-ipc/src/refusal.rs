@@ -4,7 +4,7 @@
 //! field by field, in the order in which it was written.
 
 use crate::error::{ErrorCode, WireError};
-use crate::nearest::did_you_mean;
+use crate::nearest::meant_or_semicolon;
 use crate::quantity;
 use crate::request::{BATCH_MS, LEASE_TIMEOUT_MS};
 use haptic_core::friction::{Friction, LAWS};
@@ -238,7 +238,7 @@ fn check_line(fields: &Fields<'_>) -> Result<(), WireError> {
         let op = shortened(&op);
         let message = format!(
             "there is no operation `{op}`{} there are {}",
-            or_semicolon(did_you_mean(&op, &names)),
+            meant_or_semicolon(&op, &names),
             names.join(", ")
         );
         return Err(WireError::new(ErrorCode::UnknownOp, message).about("op"));
@@ -436,7 +436,7 @@ fn word(place: &str, name: &str, said: &str, what: &str, known: &[&str]) -> Resu
     let said = shortened(said);
     let message = format!(
         "{place}: there is no {what} `{said}`{} there are {}",
-        or_semicolon(did_you_mean(&said, known)),
+        meant_or_semicolon(&said, known),
         known.join(", ")
     );
     Err(WireError::new(ErrorCode::BadRequest, message).about(name))
@@ -484,13 +484,13 @@ fn missing(place: &str, name: &str, wanted: &str) -> WireError {
 }
 
 fn unknown_field(place: &str, name: &str, has: &[&str]) -> WireError {
-    let (shown, meant) = (shortened(name), did_you_mean(name, has));
+    let (shown, meant) = (shortened(name), meant_or_semicolon(name, has));
     let has = if has.is_empty() {
         "it has none but `id` and `op`".to_owned()
     } else {
         format!("it has {}", has.join(", "))
     };
-    let message = format!("`{place}` has no field `{shown}`{} {has}", or_semicolon(meant));
+    let message = format!("`{place}` has no field `{shown}`{meant} {has}");
     WireError::new(ErrorCode::UnknownField, message).about(name)
 }
 
@@ -506,10 +506,6 @@ fn number(unit: &str, directional: bool) -> String {
     } else {
         number
     }
-}
-
-fn or_semicolon(meant: String) -> String {
-    if meant.is_empty() { ";".to_owned() } else { meant }
 }
 
 fn text(value: &str) -> Option<String> {
@@ -981,22 +977,14 @@ mod tests {
         for Operation { name, needed, optional } in &OPERATIONS {
             let error = serde_json::from_str::<Envelope>(&format!(r#"{{"id":1,"op":"{name}","colour":1}}"#));
             let message = error.expect_err("no colour").to_string();
-            let known: Vec<&str> = message.split('`').skip(3).step_by(2).collect();
             assert!(message.starts_with("unknown field `colour`"), "{message}");
-            let listed: Vec<&str> = needed.iter().chain(*optional).copied().collect();
-            assert_eq!(
-                {
-                    let mut known = known;
-                    known.sort_unstable();
-                    known
-                },
-                {
-                    let mut listed = listed;
-                    listed.sort_unstable();
-                    listed
-                },
-                "{name}"
-            );
+            let sorted = |names: &mut dyn Iterator<Item = &'_ str>| {
+                let mut names: Vec<String> = names.map(str::to_owned).collect();
+                names.sort_unstable();
+                names
+            };
+            let listed = sorted(&mut needed.iter().chain(*optional).copied());
+            assert_eq!(listed, sorted(&mut message.split('`').skip(3).step_by(2)), "{name}");
         }
         let error = serde_json::from_str::<Envelope>(r#"{"id":1,"op":"dance"}"#).expect_err("no dance");
         assert_eq!(

@@ -46,6 +46,7 @@ fn connected(state: RigState) -> Panel {
         protocol: 1,
         server: "hapticd 0.1.0".into(),
         session: "1-1".into(),
+        rights: haptic_ipc::Rights::All,
     };
     let path = SOCKET.into();
     let scene = Scene::paper();
