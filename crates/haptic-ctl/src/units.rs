@@ -11,9 +11,17 @@ pub(crate) fn value(name: &str, text: &str) -> Result<f64, String> {
         Err(_) if quantity::unit_of(text).is_empty() || text.contains(',') => "",
         Err(error) => return Err(error.to_string()),
     };
+    value_in(name, text, si)
+}
+
+/// Reads a quantity in an SI unit, or in one that measures the same.
+pub(crate) fn value_in(name: &str, text: &str, si: &str) -> Result<f64, String> {
     quantity::parse(text, si).map_err(|error| match error {
         BadQuantity::NotANumber { .. } => format!("{name} = `{text}` is not a finite number"),
         comma @ BadQuantity::Comma { .. } => format!("{name} = {comma}"),
+        BadQuantity::WrongUnit { given, accepted } if accepted.is_empty() => {
+            format!("{name} = `{text}`: {name} has no unit; `{given}` is not accepted")
+        }
         BadQuantity::WrongUnit { given, accepted } => {
             format!("{name} = `{text}`: {name} is in {accepted}; `{given}` is not accepted")
         }
