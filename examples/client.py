@@ -1,7 +1,6 @@
 """Steers hapticd from Python, with nothing but the standard library.
 
     python3 examples/client.py [SOCKET]       engages, makes the block heavier, and stops
-
 or in a program of yours, with this file beside it:
     from client import Hapticd, Refused
     rig = Hapticd("/run/hapticd/control.sock")
@@ -10,9 +9,7 @@ or in a program of yours, with this file beside it:
 import itertools, json, os, socket, sys
 
 
-class Refused(Exception):
-    """The daemon said no: `error["code"]` for programs, `error["message"]` for people. docs/control.md lists the codes."""
-
+class Refused(Exception):  # `error["code"]` for programs, `error["message"]` for people: docs/control.md lists the codes
     def __init__(self, error):
         super().__init__(error["message"])
         self.error = error
@@ -24,9 +21,8 @@ class Hapticd:
         self.socket.connect(path)
         self.lines = self.socket.makefile("r", encoding="utf-8")  # one JSON object a line
         self.ids, self.heard = itertools.count(1), []
-        first = self.read()  # the server speaks first
-        if "error" in first:
-            raise Refused(first["error"])
+        if error := (first := self.read()).get("error"):  # the server speaks first
+            raise Refused(error)
         self.hello = first["hello"]
 
     def read(self):
@@ -34,8 +30,7 @@ class Hapticd:
             return json.loads(line)
         raise ConnectionError("hapticd closed the connection")
 
-    def request(self, op, **fields):
-        """Asks and waits for the answer; `rig.request("get")` gives what `ok` holds."""
+    def request(self, op, **fields):  # asks and waits; `rig.request("get")` gives what `ok` holds
         asked = next(self.ids)
         self.socket.sendall(json.dumps({"id": asked, "op": op, **fields}).encode() + b"\n")
         while (line := self.read()).get("id", "event") != asked:  # events may come in between
@@ -50,10 +45,15 @@ class Hapticd:
 
 
 if __name__ == "__main__":
-    usual = os.environ.get("XDG_RUNTIME_DIR", "/run") + "/hapticd/control.sock"
-    rig = Hapticd(sys.argv[1] if len(sys.argv) > 1 else os.environ.get("HAPTICD_SOCKET", usual))
-    rig.request("subscribe", topics=["state"])
-    rig.request("engage")  # the force rises along its ramp
-    next(event for event in rig.events() if event["state"] == "engaged")
-    print("applied at tick", rig.request("set", params={"mass": 1.5, "Fs": 5.0})["tick"])
-    print("the rig is", rig.request("stop")["state"])  # zero force in the next tick; only `reset` clears it
+    places = [os.environ.get("XDG_RUNTIME_DIR"), f"/run/user/{os.geteuid()}", os.path.expanduser("~/.local/state"), "/run"]
+    usual = [f"{place}/hapticd/control.sock" for place in places if place]  # where haptic-ctl looks too
+    path = (sys.argv[1:] or [os.environ.get("HAPTICD_SOCKET")])[0] or next(filter(os.path.exists, usual), usual[-1])
+    try:
+        rig = Hapticd(path)
+        rig.request("subscribe", topics=["state"])
+        rig.request("engage")  # the force rises along its ramp
+        next(event for event in rig.events() if event["state"] == "engaged")
+        print("applied at tick", rig.request("set", params={"mass": 1.5, "Fs": 5.0})["tick"])
+        print("the rig is", rig.request("stop")["state"])  # zero force in the next tick; only `reset` clears it
+    except (OSError, Refused) as error:
+        sys.exit(f"hapticd at {path}: {error}")

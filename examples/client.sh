@@ -2,7 +2,16 @@
 # Steers hapticd from a shell, with socat and jq:  examples/client.sh [SOCKET]
 # Engages the rig, makes its block heavier, shows how its state changes, and stops it.
 set -euo pipefail
-SOCKET=${1:-${HAPTICD_SOCKET:-${XDG_RUNTIME_DIR:-/run}/hapticd/control.sock}}
+SOCKET=${1:-${HAPTICD_SOCKET:-}}
+if [ -z "$SOCKET" ]; then # where haptic-ctl looks too: the first that is there
+    PLACES=("${XDG_RUNTIME_DIR:-/run/user/$EUID}" "/run/user/$EUID")
+    if [ "$EUID" != 0 ]; then PLACES+=("$HOME/.local/state"); fi
+    for PLACE in "${PLACES[@]}" /run; do
+        SOCKET=$PLACE/hapticd/control.sock
+        if [ -e "$SOCKET" ]; then break; fi
+    done
+fi
+[ -S "$SOCKET" ] || { echo "hapticd at $SOCKET: there is no socket" >&2; exit 1; }
 
 # One connection for all: what is written to ${RIG[1]} goes to the daemon, what it says comes from ${RIG[0]}.
 coproc RIG { socat - "UNIX-CONNECT:$SOCKET"; }
@@ -15,9 +24,14 @@ ask() {
     # A refusal has an `error`: a code for programs, a message for people.
     if jq -e .error <<<"$LINE" >/dev/null; then jq -r '"refused: \(.error.code): \(.error.message)"' <<<"$LINE" >&2; exit 1; fi
 }
-show_state() { jq -r 'select(.event == "state") | "state: \(.state), \(.params.mass) kg, at tick \(.tick)"' <<<"$LINE"; }
-# wait_for FILTER: reads events until one fits.
-wait_for() { while next_line; do show_state; if jq -e "$1" <<<"$LINE" >/dev/null; then return; fi; done; }
+STATE='{}' # the newest that was heard of; it may come before the answer to what has brought it about
+show_state() {
+    jq -e '.event == "state"' <<<"$LINE" >/dev/null || return 0
+    STATE=$LINE
+    jq -r '"state: \(.state), \(.params.mass) kg, at tick \(.tick)"' <<<"$STATE"
+}
+# wait_for FILTER: reads events until the state fits.
+wait_for() { until jq -e "$1" <<<"$STATE" >/dev/null; do next_line; show_state; done; }
 
 next_line # the server speaks first
 jq -r '"connected to \(.hello.server)"' <<<"$LINE"

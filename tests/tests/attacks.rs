@@ -12,7 +12,7 @@ use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 use system_tests::attack::{self, Attack};
 use system_tests::{Daemon, HeldThread, PATIENCE, binary, status, wait_for, wait_for_state};
@@ -63,8 +63,12 @@ fn as_nobody<T: Send>(act: impl FnOnce() -> T + Send) -> T {
     as_user(NOBODY, NOBODY, &[], act)
 }
 
+fn of_mass(mass_kg: f64) -> Request {
+    Request::set([("mass", mass_kg)].into_iter().collect::<Changes>())
+}
+
 fn heavier() -> Request {
-    Request::set([("mass", 1.5)].into_iter().collect::<Changes>())
+    of_mass(1.5)
 }
 
 fn code(refused: ClientError) -> ErrorCode {
@@ -117,7 +121,12 @@ fn a_member_of_the_group_tunes_and_nobody_else_does() {
             path.display()
         );
     }
-    let change = || Client::connect(&socket)?.request::<ChangeReply>(heavier());
+    let changes = AtomicU8::new(0);
+    let change = || {
+        // Another mass each time: what is so already is no change.
+        let mass_kg = 1.0 + f64::from(changes.fetch_add(1, Ordering::Relaxed)) / 100.0;
+        Client::connect(&socket)?.request::<ChangeReply>(of_mass(mass_kg))
+    };
     let journal = || -> Vec<JournalEntry> {
         let all = Request::Log {
             after: None,
@@ -277,7 +286,9 @@ fn survives(daemon: &Daemon, attack: Attack, time: Duration) {
             || (share(&mut stops, 900) >= SLOW_STOP && began.elapsed() < PATIENCE)
         {
             let _: StateReply = user.request(Request::Engage {}).expect("it is idle");
-            let _: ChangeReply = user.request(heavier()).expect("a valid change");
+            for change in [of_mass(1.0), heavier()] {
+                let _: ChangeReply = user.request(change).expect("a valid change");
+            }
             let asked = Instant::now();
             let stopped: StateReply = user.request(Request::Stop {}).expect("a stop always works");
             stops.push(asked.elapsed());

@@ -156,6 +156,28 @@ fn every_bad_request_gets_its_documented_error_and_the_loop_goes_on() {
 }
 
 #[test]
+fn a_number_that_no_type_holds_has_the_limits_of_one_that_is_only_too_small() {
+    let daemon = Daemon::start(&[]);
+    let mut raw = daemon.raw();
+    for (op, field, small, others) in [
+        ("lease", "timeout_ms", 1, ["-1", "99999999999"]),
+        ("subscribe", "batch_ms", 0, ["-1", "99999999999"]),
+    ] {
+        let mut ask = |value: &str| {
+            let topics = if op == "subscribe" { r#","topics":[]"# } else { "" };
+            raw.ask(&format!(r#"{{"id":1,"op":"{op}"{topics},"{field}":{value}}}"#))["error"].clone()
+        };
+        let small = ask(&small.to_string());
+        for value in others {
+            let other = ask(value);
+            for name in ["code", "param", "min", "max", "unit"] {
+                assert_eq!(other[name], small[name], "{field} = {value}: {other}");
+            }
+        }
+    }
+}
+
+#[test]
 fn an_overlong_line_is_refused_and_the_next_one_is_served() {
     let daemon = Daemon::start(&[]);
     let mut raw = daemon.raw();

@@ -124,7 +124,11 @@ fn exit_codes_tell_what_went_wrong() {
     for (arguments, code, named) in [
         (vec!["set", "mass=-1"], 1, "0.000001 to 100 kg"),
         (vec!["set", "masss=1"], 1, "did you mean `mass`"),
-        (vec!["watch", "--rate", "9999"], 1, "rate_hz = 9999 Hz"),
+        (
+            vec!["watch", "--rate", "9999"],
+            1,
+            "--rate = 9999 Hz is out of range: it must be from 0.1 to 1000 Hz",
+        ),
         (vec!["set", "mass"], 2, "NAME=VALUE"),
         (vec!["set", "mass=NaN"], 2, "not a finite number"),
         (vec!["set"], 2, "NAME=VALUE"),
@@ -201,9 +205,16 @@ fn a_socket_of_another_user_is_no_permission_and_the_doctor_says_whose_it_is() {
     assert_eq!(doctor.status.code(), Some(1));
     let said = text(&doctor.stdout);
     assert!(
-        said.contains("fail  socket: no permission") && said.contains("sudo -u"),
+        said.contains("fail  socket: no permission") && said.contains("fail  permission: "),
         "{said}"
     );
+    // An owner who has closed their own directory is shown which.
+    let mend = if rustix::process::geteuid().is_root() {
+        "sudo -u 'root' haptic-ctl --socket '"
+    } else {
+        "namei -l '"
+    };
+    assert!(said.contains(mend), "{said}");
     drop(daemon);
 }
 
@@ -311,5 +322,91 @@ fn a_scene_is_simulated_along_a_motion_without_a_daemon() {
         text(&output.stderr).contains("device_position_m"),
         "{}",
         text(&output.stderr)
+    );
+}
+
+#[test]
+fn wrong_usage_has_a_json_form_too() {
+    let daemon = Daemon::start(&[]);
+    for (arguments, named) in [
+        (vec!["fly", "--json"], "fly"),
+        (vec!["--json", "set"], "NAME=VALUE"),
+        (vec!["set", "--json", "mass"], "NAME=VALUE"),
+        (vec!["set", "K=25,000", "--json"], "decimal point"),
+        (vec!["wait", "--until", "mas=1", "--json"], "did you mean `mass`?"),
+        (
+            vec!["set", "mass=1", "--ramp", "-50ms", "--json"],
+            "`-50ms` is negative",
+        ),
+        (vec!["record", "-", "--json"], "goes to a file"),
+        (vec!["scene", "--json"], "subcommand"),
+    ] {
+        let output = daemon.ctl(&arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        let said = text(&output.stderr);
+        let error: serde_json::Value = serde_json::from_str(&said).unwrap_or_else(|error| panic!("{said}: {error}"));
+        assert_eq!(error["error"]["code"], "usage");
+        let message = error["error"]["message"].as_str().unwrap_or_default();
+        assert!(
+            message.contains(named) && !message.contains("Usage:"),
+            "{arguments:?}: {message}"
+        );
+    }
+    let output = daemon.ctl(&["lease", "--what", "--", "true", "--json"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        text(&output.stderr).starts_with("error: "),
+        "what stands after -- is another's"
+    );
+    let help = daemon.ctl_ok(&["set", "--help", "--json"]);
+    assert!(help.contains("NAME=VALUE"), "help is no error: {help}");
+}
+
+#[test]
+fn every_code_and_exit_code_of_its_own_is_documented() {
+    let page = include_str!("../../docs/control.md");
+    let help = text(&ctl(Path::new("/nonexistent"), &["--help"]).stdout).replace('\n', " ");
+    for code in
+        "usage no_daemon no_permission no_answer timed_out halted other_version bad_answer cannot_write".split(' ')
+    {
+        assert!(page.contains(&format!("| `{code}` |")), "{code}");
+        assert!(help.contains(code), "{code} is missing from {help}");
+    }
+}
+
+#[test]
+fn whoever_may_only_watch_is_told_so_and_ends_with_4() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let watch = directory.path().join("watch/watch.sock");
+    let _daemon = Daemon::start(&["--watch-socket", watch.to_str().expect("text")]);
+    let output = ctl(&watch, &["set", "mass=1"]);
+    assert_eq!(output.status.code(), Some(4), "{}", text(&output.stderr));
+    let doctor = text(&ctl(&watch, &["doctor"]).stdout);
+    assert!(doctor.contains("the watchers' socket"), "{doctor}");
+}
+
+#[test]
+fn a_refusal_names_the_option_and_not_the_field() {
+    let daemon = Daemon::start(&[]);
+    daemon.ctl_ok(&["scene", "save", "mine"]);
+    for (arguments, named) in [
+        (vec!["set", "mass=1", "--ramp", "20s"], "--ramp = 20000 ms"),
+        (vec!["set", "mass=1", "--if-revision", "7"], "--if-revision = 7"),
+        (vec!["scene", "save", "mine"], "`--replace`"),
+        (vec!["get", "min"], "did you mean `mine`?"),
+    ] {
+        let output = daemon.ctl(&arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        assert!(
+            text(&output.stderr).contains(named),
+            "{arguments:?}: {}",
+            text(&output.stderr)
+        );
+    }
+    assert_eq!(daemon.ctl_ok(&["log", "-n", "0"]), "", "none were asked for");
+    let far = daemon.raw().ask(r#"{"id":1,"op":"set","params":{},"ramp_ms":1e308}"#);
+    assert!(
+        far["error"]["message"].as_str().is_some_and(|said| said.len() < 100),
+        "{far}"
     );
 }

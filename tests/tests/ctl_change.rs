@@ -80,7 +80,7 @@ fn a_change_can_depend_on_the_revision_take_its_time_or_only_be_tried() {
     assert!((49..=51).contains(&ticks), "{ramped}");
     let said = refused(&daemon, &["set", "mass=3", "--if-revision", "1"], 1);
     assert!(
-        said.contains("if_revision = 1") && said.contains("revision 2"),
+        said.contains("--if-revision = 1") && said.contains("revision 2"),
         "{said}"
     );
     assert!(refused(&daemon, &["set", "mass=3", "--ramp", "50"], 2).contains("50ms"));

@@ -2,6 +2,7 @@
 
 use haptic_ipc::Client;
 use std::process::{Child, Command, Stdio};
+use system_tests::terminal::Terminal;
 use system_tests::{Daemon, binary, status, wait_for};
 
 fn text(bytes: &[u8]) -> String {
@@ -81,6 +82,26 @@ fn what_does_not_come_in_time_ends_with_5_and_a_daemon_that_goes_with_3() {
 }
 
 #[test]
+fn what_is_so_already_needs_no_time() {
+    let daemon = Daemon::start(&[]);
+    for condition in [
+        "state=idle",
+        "mass=500g and revision=1",
+        "tick>=0 and device_position_m<1m",
+        "contact=stuck",
+        "overruns>=0",
+        "state=idle and missed_periods>=0 and t_s>0ms",
+    ] {
+        let output = daemon.ctl(&["wait", "--until", condition, "--timeout", "0s"]);
+        assert_eq!(output.status.code(), Some(0), "{condition}: {}", text(&output.stderr));
+    }
+    for condition in ["state=engaged", "overruns<0", "device_position_m>1m"] {
+        let output = daemon.ctl(&["wait", "--until", condition, "--timeout", "0s"]);
+        assert_eq!(output.status.code(), Some(5), "{condition}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn a_condition_that_cannot_be_read_is_wrong_usage_and_names_the_fields() {
     let daemon = Daemon::start(&[]);
     for (condition, named) in [
@@ -104,4 +125,19 @@ fn engage_and_release_wait_for_the_end_of_their_ramps() {
     assert_eq!(output.status.code(), Some(5), "{}", text(&output.stderr));
     daemon.ctl_ok(&["stop"]);
     assert_eq!(daemon.ctl(&["engage", "--wait"]).status.code(), Some(6));
+}
+
+#[test]
+fn whoever_waits_at_a_terminal_sees_for_what() {
+    let daemon = Daemon::start(&[]);
+    let mut command = Command::new(binary("haptic-ctl"));
+    command
+        .args(["wait", "--until", "mass=1.5", "--socket"])
+        .arg(daemon.socket());
+    let mut terminal = Terminal::start(command);
+    terminal.wait_for("what is waited for", |screen| screen.contains("waiting for mass=1.5"));
+    daemon.ctl_ok(&["set", "mass=1.5"]);
+    terminal.wait_for("the end", |screen| {
+        screen.contains("mass=1.5: idle, revision 2") && !screen.contains("waiting for")
+    });
 }

@@ -118,3 +118,49 @@ fn the_one_for_the_shell_drives_the_rig_and_says_why_it_cannot() {
     let said = String::from_utf8_lossy(&again.stderr).into_owned();
     assert!(said.contains("refused: stopped: ") && said.contains("reset"), "{said}");
 }
+
+#[test]
+fn without_a_daemon_each_says_so_in_one_line() {
+    let nowhere = Path::new("/nonexistent/control.sock");
+    for (program, name) in [("python3", "client.py"), ("bash", "client.sh")] {
+        if !has(&[program]) {
+            continue;
+        }
+        let mut command = Command::new(program);
+        command.arg(example(name)).arg(nowhere);
+        let output = run(command);
+        assert_eq!(output.status.code(), Some(1));
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(
+            said.starts_with("hapticd at /nonexistent/control.sock") && said.lines().count() == 1,
+            "{said}"
+        );
+    }
+}
+
+#[test]
+fn each_looks_where_the_command_line_looks() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let daemon = Daemon::start_at(&directory.path().join("hapticd/control.sock"), &["--ramp-ms", "20"]);
+    for (programs, name) in [(&["python3"][..], "client.py"), (&["bash", "socat", "jq"], "client.sh")] {
+        if !has(programs) {
+            continue;
+        }
+        for (variable, value) in [
+            ("XDG_RUNTIME_DIR", directory.path()),
+            ("HAPTICD_SOCKET", daemon.socket()),
+        ] {
+            let mut command = Command::new(programs[0]);
+            command
+                .arg(example(name))
+                .env_remove("XDG_RUNTIME_DIR")
+                .env_remove("HAPTICD_SOCKET");
+            command.env(variable, value);
+            assert!(
+                printed(&run(command)).contains("the rig is stopped"),
+                "{name} by {variable}"
+            );
+            daemon.ctl_ok(&["reset"]);
+        }
+    }
+}

@@ -76,7 +76,10 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
 }
 
 fn measured_targets() -> Result<Vec<Target>, Failure> {
-    accuracy::targets().map_err(|error| Failure::Usage(error.to_string()))
+    let bar = progress::busy("measuring what the exact scheme is held to");
+    let targets = accuracy::targets();
+    bar.finish_and_clear();
+    targets.map_err(|error| Failure::Usage(error.to_string()))
 }
 
 fn show_targets(targets: &[Target]) -> Result<(), Failure> {

@@ -16,7 +16,7 @@ pub(crate) struct How {
     pub(crate) if_revision: Option<u64>,
 
     /// Go there over this time, as in 50ms or 2s, at most 10s
-    #[arg(long, value_name = "TIME", value_parser = duration)]
+    #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     ramp: Option<Duration>,
 
     /// Only say what would change, and what advice there would be

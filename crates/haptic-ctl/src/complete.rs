@@ -28,15 +28,28 @@ pub(crate) fn assignments(current: &OsStr) -> Vec<CompletionCandidate> {
         .collect()
 }
 
-/// Fields of a condition, after whatever comparisons there are already; states and operators are a person's.
+/// Fields and parameters of a condition, after whatever comparisons there are already, and the words that a field can be; operators and numbers are a
+/// person's.
 pub(crate) fn conditions(current: &OsStr) -> Vec<CompletionCandidate> {
     let text = current.to_string_lossy();
     let begins = text.rfind(char::is_whitespace).map_or(0, |space| space + 1);
     let (before, begun) = text.split_at(begins);
-    condition::fields()
-        .split(", ")
-        .filter(|field| field.starts_with(begun))
-        .map(|field| CompletionCandidate::new(format!("{before}{field}")))
+    let fields = condition::fields();
+    let words: Vec<String> = match begun.split_once('=') {
+        Some((field, _)) => condition::words(field.trim_end_matches('!'))
+            .into_iter()
+            .map(|word| format!("{}{word}", &begun[..=begun.find('=').unwrap_or_default()]))
+            .collect(),
+        None => fields
+            .split(", ")
+            .chain(TABLE.iter().flat_map(|row| [row.name, row.symbol]))
+            .map(str::to_owned)
+            .collect(),
+    };
+    words
+        .into_iter()
+        .filter(|word| word.starts_with(begun))
+        .map(|word| CompletionCandidate::new(format!("{before}{word}")))
         .collect()
 }
 
@@ -59,4 +72,25 @@ pub(crate) fn scenes(current: &OsStr) -> Vec<CompletionCandidate> {
         current,
     ));
     candidates
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_condition_is_completed_by_fields_and_then_by_words() {
+        let offered = |text: &str| -> Vec<String> {
+            let candidates = conditions(OsStr::new(text));
+            candidates
+                .iter()
+                .map(|one| one.get_value().to_string_lossy().into_owned())
+                .collect()
+        };
+        assert_eq!(offered("sta"), ["state", "static_force"]);
+        assert_eq!(offered("state=eng"), ["state=engaging", "state=engaged"]);
+        assert_eq!(offered("mass>1 and state!=stop"), ["mass>1 and state!=stopped"]);
+        assert_eq!(offered("contact=st"), ["contact=stuck"]);
+        assert!(offered("tick=").is_empty());
+    }
 }

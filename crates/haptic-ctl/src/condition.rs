@@ -4,8 +4,11 @@
 //! number or a word; a word with spaces is put in quotes. Fields are those of a sample, the rig's and scene's state, the parameters of the
 //! scene by name or symbol, and the counts of the loop.
 
+use crate::watch;
+use haptic_core::friction::LAWS;
+use haptic_core::parameters::TABLE;
 use haptic_core::{Directional, ParameterKey};
-use haptic_ipc::{Event, RigState, Sample, StateEvent, TimingWindow, Topic};
+use haptic_ipc::{Event, RigState, Sample, StateEvent, TimingWindow, Topic, meant_or_semicolon};
 use std::fmt;
 use std::str::FromStr;
 
@@ -84,6 +87,9 @@ const COLUMNS: [Read<Sample>; 13] = [
 /// The place of the revision in [`COLUMNS`]; it is known of the state as well.
 const REVISION: usize = 9;
 
+/// The place of the contact in [`COLUMNS`]; it goes by words as well.
+const CONTACT: usize = 2;
+
 /// What is counted since the loop began, told once a second.
 #[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
 const COUNTS: [Read<TimingWindow>; 3] = [
@@ -98,6 +104,24 @@ pub(crate) fn fields() -> String {
     names.extend(COLUMNS.iter().map(|(name, _)| *name));
     names.extend(COUNTS.iter().map(|(name, _)| *name));
     names.join(", ")
+}
+
+/// The words that a field can be, as a condition takes them.
+pub(crate) fn words(field: &str) -> Vec<String> {
+    match field {
+        "state" => RigState::ALL.map(|state| state.to_string()).to_vec(),
+        "law" => LAWS.map(str::to_owned).to_vec(),
+        "contact" => contacts()
+            .map(|(word, _)| {
+                if word.contains(' ') {
+                    format!("'{word}'")
+                } else {
+                    word.to_owned()
+                }
+            })
+            .to_vec(),
+        _ => Vec::new(),
+    }
 }
 
 impl Condition {
@@ -222,11 +246,28 @@ fn field(name: &str) -> Result<Field, String> {
         return Ok(Field::Count(count));
     }
     name.parse().map(Field::Parameter).map_err(|_| {
+        let fields = fields();
+        let parameters = TABLE.iter().flat_map(|row| [row.name, row.symbol]);
+        let known: Vec<&str> = fields.split(", ").chain(parameters).collect();
         format!(
-            "there is no field `{name}`; there are {}, and the parameters of the scene by name or symbol",
-            fields()
+            "there is no field `{name}`{} there are {fields}, and the parameters of the scene by name or symbol",
+            meant_or_semicolon(name, &known)
         )
     })
+}
+
+/// The unit of a column or count, which its name ends with; empty where it is a bare number.
+fn unit(name: &str) -> &'static str {
+    const UNITS: [(&str, &str); 5] = [("_m", "m"), ("_mps", "m/s"), ("_N", "N"), ("_s", "s"), ("_ns", "ns")];
+    UNITS
+        .iter()
+        .find(|(ending, _)| name.ends_with(ending))
+        .map_or("", |(_, unit)| unit)
+}
+
+/// The words for a contact, with the numbers that a sample has for them.
+fn contacts() -> [(&'static str, i8); 3] {
+    [0, 1, -1].map(|direction| (watch::contact(direction), direction))
 }
 
 impl Field {
@@ -237,18 +278,36 @@ impl Field {
                 .find(|state| state.to_string() == word)
                 .map(Value::State)
                 .ok_or_else(|| {
-                    let states = RigState::ALL.map(|state| state.to_string()).join(", ");
-                    format!("state = `{word}`: there is no such state; there are {states}")
+                    let states = RigState::ALL.map(|state| state.to_string());
+                    let known: Vec<&str> = states.iter().map(String::as_str).collect();
+                    format!(
+                        "state = `{word}`: there is no such state{} there are {}",
+                        meant_or_semicolon(word, &known),
+                        known.join(", ")
+                    )
                 }),
+            Self::Law if !LAWS.contains(&word) => Err(format!(
+                "law = `{word}`: there is no such law{} there are {}",
+                meant_or_semicolon(word, &LAWS),
+                LAWS.join(", ")
+            )),
             Self::Scene | Self::Law => Ok(Value::Word(word.to_owned())),
             // A parameter may be given in its units here as well.
             Self::Parameter(_) => crate::units::value(name, word).map(Value::Number),
-            Self::Sample(_) | Self::Count(_) => word
+            Self::Sample(CONTACT) if contacts().iter().any(|(known, _)| *known == word) => {
+                let found = contacts().into_iter().find(|(known, _)| *known == word);
+                Ok(Value::Number(found.map_or(0.0, |(_, direction)| direction.into())))
+            }
+            Self::Sample(CONTACT) => word
                 .parse()
                 .ok()
                 .filter(|number: &f64| number.is_finite())
                 .map(Value::Number)
-                .ok_or_else(|| format!("{name} = `{word}` is not a finite number")),
+                .ok_or_else(|| {
+                    let words = contacts().map(|(word, _)| format!("`{word}`")).join(", ");
+                    format!("{name} = `{word}` is not a finite number, nor one of {words}")
+                }),
+            Self::Sample(_) | Self::Count(_) => crate::units::value_in(name, word, unit(name)).map(Value::Number),
         }
     }
 }
@@ -301,6 +360,16 @@ impl Known {
             Event::Log(_) | Event::Unknown => return false,
         }
         self.fulfils(condition)
+    }
+
+    /// Whether all is known that the condition speaks of, and the rig's state.
+    pub(crate) fn is_enough_for(&self, condition: &Condition) -> bool {
+        self.state.is_some()
+            && condition.topics().iter().all(|topic| match topic {
+                Topic::Samples => self.sample.is_some(),
+                Topic::Timing => self.counts.is_some(),
+                Topic::State | Topic::Log => true,
+            })
     }
 
     /// The newest tick that is known.
@@ -396,7 +465,7 @@ mod tests {
         for column in SAMPLE_COLUMNS {
             assert!(fields().split(", ").any(|field| field == *column), "{column}");
         }
-        assert_eq!(COLUMNS[REVISION].0, "revision");
+        assert_eq!((COLUMNS[REVISION].0, COLUMNS[CONTACT].0), ("revision", "contact"));
     }
 
     #[test]
@@ -437,6 +506,10 @@ mod tests {
             ("device_position_m>0.01 and contact=1", true),
             ("device_position_m>0.01 and contact=0", false),
             ("contact=-1", true),
+            ("device_position_m>1cm and contact='slides +'", true),
+            ("device_position_m>=20mm", true),
+            ("device_position_m>3cm", false),
+            ("t_s<10ms and contact!=stuck", true),
             ("state=engaged and contact=-1", true),
             ("overruns=0", false),
         ] {
@@ -474,7 +547,15 @@ mod tests {
             ("state=asleep", "disconnected, idle, engaging"),
             ("state>idle", "= and != only"),
             ("colour=red", "device_position_m"),
-            ("contact=red", "not a finite number"),
+            ("contact=red", "not a finite number, nor one of `stuck`, `slides +`"),
+            ("tick>5m", "tick has no unit"),
+            ("device_position_m>5N", "m, cm, mm or um"),
+            ("tick_ns>1,000", "has a comma"),
+            ("mas=1", "did you mean `mass`?"),
+            ("contct=0", "did you mean `contact`?"),
+            ("device_position>0", "did you mean `device_position_m`?"),
+            ("state=engagd", "did you mean `engaged`?"),
+            ("law=karnop", "did you mean `karnopp`?"),
             ("t_s>inf", "not a finite number"),
             ("mass>5N", "kg, g or mg"),
             ("state=idle or contact=0", "joined by `and`"),

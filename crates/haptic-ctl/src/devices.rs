@@ -2,7 +2,7 @@
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, progress};
 use haptic_ipc::{DevicesReply, FoundDevice, Request};
 
 #[derive(Debug, clap::Args)]
@@ -21,7 +21,13 @@ impl Arguments {
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
-    let reply: DevicesReply = daemon.ask(request).await?;
+    let asking = matches!(request, Request::Devices { probe: Some(_) });
+    let bar = asking.then(|| progress::busy("asking the device who it is"));
+    let answered = daemon.ask(request).await;
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    let reply: DevicesReply = answered?;
     if json {
         return output::json(&reply);
     }

@@ -15,7 +15,7 @@ pub(crate) struct Waiting {
     wait: bool,
 
     /// How long to wait at most
-    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s", requires = "wait")]
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s", requires = "wait", allow_hyphen_values = true)]
     timeout: Duration,
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     let refused = || format!("`{text}` is no duration: write a number with its unit, as in 50ms, 5s or 1.5min");
     let read: jiff::SignedDuration = text.parse().map_err(|_| refused())?;
-    Duration::try_from(read).map_err(|_| refused())
+    Duration::try_from(read).map_err(|_| format!("`{text}` is negative: a duration is 0s or more, as in 50ms"))
 }
 
 /// In milliseconds, as requests have them.

@@ -1,6 +1,6 @@
 //! How a command can end badly, and with which exit code.
 
-use haptic_ipc::{ClientError, ErrorCode};
+use haptic_ipc::{ClientError, ErrorCode, WireError};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -39,7 +39,7 @@ impl Failure {
     pub(crate) const fn code_of_refusal(code: ErrorCode) -> u8 {
         match code {
             ErrorCode::Stopped | ErrorCode::Faulted => 6,
-            ErrorCode::NotPermitted => 4,
+            ErrorCode::NotPermitted | ErrorCode::ReadOnly => 4,
             _ => 1,
         }
     }
@@ -85,6 +85,7 @@ impl Failure {
 impl std::fmt::Display for Failure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            Self::Client(ClientError::Refused(error)) => f.write_str(&in_options(error)),
             Self::Client(error) => error.fmt(f),
             Self::Usage(message) | Self::TimedOut(message) | Self::Halted(message) | Self::File(message) => {
                 f.write_str(message)
@@ -93,6 +94,58 @@ impl std::fmt::Display for Failure {
             Self::Interrupted => f.write_str("interrupted"),
             Self::Output(error) => write!(f, "cannot write: {error}"),
             Self::Silent(code) => write!(f, "exit code {code}"),
+        }
+    }
+}
+
+/// A refusal as somebody meets it who has typed options, not fields of the protocol.
+fn in_options(error: &WireError) -> String {
+    let mut message = error.message.clone();
+    for (field, option) in [
+        ("if_revision = ", "--if-revision = "),
+        ("ramp_ms = ", "--ramp = "),
+        ("rate_hz = ", "--rate = "),
+        ("timeout_ms = ", "--timeout = "),
+    ] {
+        if let Some(rest) = message.strip_prefix(field) {
+            message = format!("{option}{rest}");
+        }
+    }
+    message
+        .replace("`scene.list` names", "`haptic-ctl scene list` names")
+        .replace("say `replace`", "say `--replace`")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_refusal_names_what_was_typed() {
+        for (message, typed) in [
+            (
+                "ramp_ms = 20000 ms is out of range",
+                "--ramp = 20000 ms is out of range",
+            ),
+            ("if_revision = 1, but the scene", "--if-revision = 1, but the scene"),
+            ("rate_hz = 9999 Hz is out of range", "--rate = 9999 Hz is out of range"),
+            ("timeout_ms = 1 ms is out of range", "--timeout = 1 ms is out of range"),
+            ("`mine` already: say `replace` to", "`mine` already: say `--replace` to"),
+            (
+                "no scene; `scene.list` names those",
+                "no scene; `haptic-ctl scene list` names those",
+            ),
+            ("mass = -1 kg is out of range", "mass = -1 kg is out of range"),
+        ] {
+            let refused = Failure::from(ClientError::Refused(WireError::new(ErrorCode::OutOfRange, message)));
+            assert_eq!(refused.to_string(), typed);
+        }
+    }
+
+    #[test]
+    fn what_one_has_no_right_to_ends_with_4() {
+        for code in [ErrorCode::NotPermitted, ErrorCode::ReadOnly] {
+            assert_eq!(Failure::code_of_refusal(code), 4);
         }
     }
 }

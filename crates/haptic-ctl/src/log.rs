@@ -50,7 +50,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
             show(entry, json)?;
             shown = entry.seq;
         }
-        if reply.entries.is_empty() && !arguments.follow && !json {
+        if reply.entries.is_empty() && arguments.limit > 0 && !arguments.follow && !json {
             output::line("nothing has been changed since the daemon began")?;
         }
     }

@@ -47,7 +47,7 @@ use std::process::ExitCode;
 #[command(name = "haptic-ctl", version, max_term_width = 110, after_help = EXIT_CODES)]
 struct Arguments {
     /// The daemon's control socket [default: $HAPTICD_SOCKET, else the first that exists of hapticd/control.sock in
-    /// the user's runtime directory and /run/hapticd/control.sock]
+    /// the user's runtime directory, in ~/.local/state and in /run]
     #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     socket: Option<PathBuf>,
 
@@ -68,7 +68,10 @@ const GLOBAL: &str = "Options of every subcommand";
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer or not so in time, \
-6 the rig is stopped or faulted, 130 interrupted.";
+6 the rig is stopped or faulted, 130 interrupted.
+
+With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of these: usage (exit code 2), \
+no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer and cannot_write (1).";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -153,7 +156,7 @@ impl Command {
             Self::Release(_) => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
-            Self::Wait(wait) => wait.request(),
+            Self::Wait(wait) => return Ok(wait.requests()),
             Self::Lease(lease) => lease.request()?,
             Self::Watch(watch) => watch.request(),
             Self::Record(record) => return Ok(vec![Request::Status {}, record.request(), Request::get()]),
@@ -179,7 +182,10 @@ impl Command {
 
 fn main() -> ExitCode {
     clap_complete::CompleteEnv::with_factory(Arguments::command).complete();
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return wrong_usage(&error),
+    };
     if arguments.print_request {
         return ended(print_requests(&arguments.command), arguments.json);
     }
@@ -198,6 +204,26 @@ fn main() -> ExitCode {
     // A thread that reads the terminal may still wait for a key; nobody waits for it.
     runtime.shutdown_background();
     ended(result, arguments.json)
+}
+
+/// Ends with what is wrong with the command line, or with the help that was asked for.
+fn wrong_usage(error: &clap::Error) -> ExitCode {
+    // After `--` comes somebody else's command line.
+    let wants_json = std::env::args_os()
+        .take_while(|argument| argument != "--")
+        .any(|argument| argument == "--json");
+    if wants_json && error.use_stderr() {
+        return Failure::Usage(said_of(error)).report(true);
+    }
+    error.exit()
+}
+
+/// What is wrong, without the summary of the options that stands below it.
+fn said_of(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let text = text.split("\n\nUsage:").next().unwrap_or(&text);
+    let text = text.split("\n\nFor more information").next().unwrap_or(text);
+    text.trim_start_matches("error: ").trim().to_owned()
 }
 
 fn ended(result: Result<(), Failure>, json: bool) -> ExitCode {

@@ -1,6 +1,7 @@
 //! A line that shows how far something is. Only on a terminal; where the output is piped nothing of it is written.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::borrow::Cow;
 use std::time::Duration;
 
 /// A line for something that takes this long, or until it is ended. Its position is set by [`position`].
@@ -20,7 +21,7 @@ pub(crate) fn steps(count: usize) -> ProgressBar {
 }
 
 /// A line for something whose end nobody knows.
-pub(crate) fn busy(message: &'static str) -> ProgressBar {
+pub(crate) fn busy(message: impl Into<Cow<'static, str>>) -> ProgressBar {
     let bar = styled(ProgressBar::no_length(), "{spinner} {msg}  {elapsed}");
     bar.set_message(message);
     bar.enable_steady_tick(Duration::from_millis(100));

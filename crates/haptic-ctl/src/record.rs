@@ -19,7 +19,7 @@ pub(crate) struct Arguments {
     file: PathBuf,
 
     /// End after this time, as in 10s [default: when interrupted]
-    #[arg(long = "for", value_name = "TIME", value_parser = duration)]
+    #[arg(long = "for", value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     length: Option<Duration>,
 
     /// End when this is so, as in state=stopped; `haptic-ctl wait --help` says what can be asked for
@@ -124,6 +124,12 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
 }
 
 fn create(path: &Path, force: bool) -> Result<File, Failure> {
+    if path == Path::new("-") {
+        return Err(Failure::Usage(
+            "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl watch --rate all --json`"
+                .to_owned(),
+        ));
+    }
     let created = if force {
         File::create(path)
     } else {

@@ -8,11 +8,20 @@ pub(crate) fn value(name: &str, text: &str) -> Result<f64, String> {
     let si = match name.parse::<ParameterKey>() {
         Ok(key) => key.parameter.info().unit,
         // A bare number needs no parameter to be read; the daemon says that there is none.
-        Err(_) if quantity::unit_of(text).is_empty() => "",
+        Err(_) if quantity::unit_of(text).is_empty() || text.contains(',') => "",
         Err(error) => return Err(error.to_string()),
     };
+    value_in(name, text, si)
+}
+
+/// Reads a quantity in an SI unit, or in one that measures the same.
+pub(crate) fn value_in(name: &str, text: &str, si: &str) -> Result<f64, String> {
     quantity::parse(text, si).map_err(|error| match error {
         BadQuantity::NotANumber { .. } => format!("{name} = `{text}` is not a finite number"),
+        comma @ BadQuantity::Comma { .. } => format!("{name} = {comma}"),
+        BadQuantity::WrongUnit { given, accepted } if accepted.is_empty() => {
+            format!("{name} = `{text}`: {name} has no unit; `{given}` is not accepted")
+        }
         BadQuantity::WrongUnit { given, accepted } => {
             format!("{name} = `{text}`: {name} is in {accepted}; `{given}` is not accepted")
         }
@@ -79,6 +88,9 @@ mod tests {
             ("mass", "nankg", vec!["not a finite number"]),
             ("mass", "1e400kg", vec!["not a finite number"]),
             ("mass", "", vec!["not a finite number"]),
+            ("K", "25,000", vec!["K = `25,000` has a comma", "decimal point"]),
+            ("K", "25,5N/mm", vec!["has a comma"]),
+            ("anything", "3,5", vec!["has a comma"]),
         ] {
             let error = value(name, text).expect_err(text);
             for part in parts {

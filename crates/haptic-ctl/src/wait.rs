@@ -4,9 +4,9 @@ use crate::condition::{self, Condition, Known};
 use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
-use crate::{complete, output};
+use crate::{complete, output, progress};
 use clap_complete::engine::ArgValueCompleter;
-use haptic_ipc::{Request, RigState, SubscribeReply};
+use haptic_ipc::{Event, Request, RigState, SubscribeReply, Timing, Topic};
 use std::time::{Duration, Instant};
 
 #[derive(Debug, clap::Args)]
@@ -16,23 +16,29 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "CONDITION", add = ArgValueCompleter::new(complete::conditions))]
     until: Condition,
 
-    /// How long at most, as in 5s [default: for ever]
-    #[arg(long, value_name = "TIME", value_parser = duration)]
+    /// How long at most, as in 5s; 0s only looks whether it is so [default: for ever]
+    #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     timeout: Option<Duration>,
 }
 
 /// For the help text.
 pub(crate) fn help() -> String {
     format!(
-        "Fields: {}; and the parameters of the scene by name or symbol, with units where you like. A word with spaces is put in quotes.\n\n\
+        "Fields: {}; and the parameters of the scene by name or symbol. Numbers take units where you like (device_position_m>1cm). A contact is a \
+         number or one of {}. A word with spaces is put in quotes.\n\n\
          Exits 5 when the time is over, and 6 when the rig is stopped or faulted while another state is waited for.",
-        condition::fields()
+        condition::fields(),
+        condition::words("contact").join(", ")
     )
 }
 
 impl Arguments {
-    pub(crate) fn request(&self) -> Request {
-        subscription(&self.until)
+    pub(crate) fn requests(&self) -> Vec<Request> {
+        let mut requests = vec![subscription(&self.until)];
+        if self.until.topics().contains(&Topic::Timing) {
+            requests.push(Request::Timing {});
+        }
+        requests
     }
 }
 
@@ -76,33 +82,33 @@ pub(crate) async fn subscribe(daemon: &mut Daemon, condition: &Condition) -> Res
     Ok(())
 }
 
-/// Waits until a condition that was subscribed to holds.
+/// Waits until a condition that was subscribed to holds. The time runs from when all is known that it speaks of, so that what is so already needs none.
 pub(crate) async fn until(
     daemon: &mut Daemon,
     condition: &Condition,
     timeout: Option<Duration>,
 ) -> Result<Known, Failure> {
+    let bar = progress::busy(format!("waiting for {condition}"));
+    let ended = wait(daemon, condition, timeout).await;
+    bar.finish_and_clear();
+    ended
+}
+
+async fn wait(daemon: &mut Daemon, condition: &Condition, timeout: Option<Duration>) -> Result<Known, Failure> {
     let mut known = Known::default();
-    let waiting = async {
-        loop {
-            let event = daemon.next_event().await?;
-            if known.take(event, condition) {
-                return Ok(());
-            }
-            if let Some(state) = &known.state
-                && matches!(state.state, RigState::Stopped | RigState::Faulted)
-                && condition.is_ruled_out_by(state.state)
-            {
-                let why = state
-                    .fault
-                    .as_ref()
-                    .map_or_else(String::new, |fault| format!(" ({fault})"));
-                return Err(Failure::Halted(format!(
-                    "the rig is {}{why}, and `{condition}` was waited for; `haptic-ctl reset` clears that",
-                    state.state
-                )));
-            }
+    if condition.topics().contains(&Topic::Timing) {
+        // Told once a second only.
+        let timing: Timing = daemon.ask(Request::Timing {}).await?;
+        known.take(Event::Timing(Box::new(timing)), condition);
+    }
+    while !known.is_enough_for(condition) {
+        if holds(&mut known, daemon.regular_event().await?, condition)? {
+            return Ok(known);
         }
+    }
+    let waiting = async {
+        while !holds(&mut known, daemon.next_event().await?, condition)? {}
+        Ok::<(), Failure>(())
     };
     match timeout {
         None => waiting.await?,
@@ -121,4 +127,28 @@ pub(crate) async fn until(
         },
     }
     Ok(known)
+}
+
+/// Whether the condition holds after an event.
+///
+/// # Errors
+/// The rig has stopped, and another state is waited for.
+fn holds(known: &mut Known, event: Event, condition: &Condition) -> Result<bool, Failure> {
+    if known.take(event, condition) {
+        return Ok(true);
+    }
+    if let Some(state) = &known.state
+        && matches!(state.state, RigState::Stopped | RigState::Faulted)
+        && condition.is_ruled_out_by(state.state)
+    {
+        let why = state
+            .fault
+            .as_ref()
+            .map_or_else(String::new, |fault| format!(" ({fault})"));
+        return Err(Failure::Halted(format!(
+            "the rig is {}{why}, and `{condition}` was waited for; `haptic-ctl reset` clears that",
+            state.state
+        )));
+    }
+    Ok(false)
 }

@@ -97,18 +97,22 @@ fn header() -> String {
     )
 }
 
-fn row(sample: &Sample) -> String {
-    let contact = match sample.contact {
+/// A contact in words.
+pub(crate) const fn contact(direction: i8) -> &'static str {
+    match direction {
         0 => "stuck",
         1.. => "slides +",
         _ => "slides -",
-    };
+    }
+}
+
+fn row(sample: &Sample) -> String {
     format!(
         "{:>10} {:>9.3}  {:<12} {:<8} {:>11.3} {:>11.3} {:>10.4} {:>9.4} {:>9.3}",
         sample.tick,
         sample.t_s,
         sample.state,
-        contact,
+        contact(sample.contact),
         sample.device_position_m * 1e3,
         sample.block_position_m * 1e3,
         sample.device_velocity_mps,

@@ -56,6 +56,7 @@ fn connected() -> Model {
         protocol: 1,
         server: "hapticd".into(),
         session: "1-1".into(),
+        rights: haptic_ipc::Rights::All,
     };
     let path = "/run/hapticd/control.sock".into();
     model.apply(Update::Connected { path, hello });

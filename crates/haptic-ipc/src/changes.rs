@@ -67,16 +67,13 @@ impl<'de> Deserialize<'de> for Changes {
             type Value = Changes;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object of parameter names and numbers in `params`")
+                f.write_str("an object of parameter names and numbers")
             }
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Changes, A::Error> {
                 let mut changes = Vec::new();
-                while let Some(name) = map.next_key::<String>()? {
-                    let value = map
-                        .next_value()
-                        .map_err(|error| serde::de::Error::custom(format!("`{name}`: {error}")))?;
-                    changes.push((name, value));
+                while let Some(change) = map.next_entry()? {
+                    changes.push(change);
                 }
                 Ok(Changes(changes))
             }

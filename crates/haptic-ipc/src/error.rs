@@ -29,7 +29,7 @@ pub enum ErrorCode {
     OutOfRange,
     /// A parameter is not a finite number.
     NotFinite,
-    /// One change gives the same value twice.
+    /// A line gives the same value twice, perhaps by name and by symbol.
     GivenTwice,
     /// Stiffness and damping of the coupling are both zero.
     NoCoupling,
@@ -47,7 +47,7 @@ pub enum ErrorCode {
     Faulted,
     /// The rig is in another state in which this cannot be done; the message says which and what to do.
     WrongState,
-    /// The scene is not at the revision that `if_revision` names; `value` is the newest.
+    /// The scene is not at the revision that `if_revision` names, which is `value`; `min` and `max` are the newest.
     Conflict,
     /// There is no change to take back.
     NothingToUndo,
@@ -124,11 +124,18 @@ impl WireError {
         self
     }
 
+    /// The same error, with the value refused.
+    #[must_use]
+    pub fn given(mut self, value: f64) -> Self {
+        // JSON has no NaN or infinity; the message names them.
+        self.value = value.is_finite().then_some(value);
+        self
+    }
+
     /// The same error, with the value refused, the range accepted, and the unit of both.
     #[must_use]
     pub fn within(mut self, value: f64, min: f64, max: f64, unit: &str) -> Self {
-        // JSON has no NaN or infinity; the message names them.
-        self.value = value.is_finite().then_some(value);
+        self = self.given(value);
         self.min = Some(min);
         self.max = Some(max);
         self.unit = Some(unit.to_owned());

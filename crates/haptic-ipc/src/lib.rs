@@ -40,7 +40,7 @@
 //! | `engage` | | [`StateReply`]: `engaging` or `engaged` | the tick that began the ramp |
 //! | `release` | | [`StateReply`]: `releasing` or `idle` | the tick that began the ramp |
 //! | `stop` | | [`StateReply`]: `stopped` or `faulted` | the tick whose zero force the device has taken; `no_device` where there is none to take it |
-//! | `reset` | | [`StateReply`]: `idle` | the tick that cleared the stop or fault |
+//! | `reset` | | [`StateReply`]: `idle`, or the state that there was where nothing was to be cleared | the tick that cleared the stop or fault |
 //! | `status` | | [`Status`] | |
 //! | `timing` | | [`Timing`] | |
 //! | `advise` | | [`AdviceReply`]: every check of the scene against the rig | |
@@ -103,10 +103,10 @@
 //!
 //! # A socket for watchers
 //! The daemon may have a second socket, on which only what leaves everything as it is may be asked, and `stop`
-//! ([`Request::is_for_watchers`]); all else is refused with `read_only`.
+//! ([`Request::is_for_watchers`]); all else is refused with `read_only`. The greeting says so by `"rights":"watch"`.
 //!
 //! # Limits
-//! 32 clients on either socket. While all places are taken further ones may still `stop`, and nothing else.
+//! 32 clients on either socket. While all places are taken further ones may still `stop`, and nothing else (`"rights":"stop"`).
 
 mod advice;
 mod async_client;
@@ -118,7 +118,9 @@ mod event;
 mod journal;
 mod line;
 mod link;
+mod nearest;
 pub mod quantity;
+mod refusal;
 mod request;
 mod sample;
 mod scene;
@@ -137,9 +139,10 @@ pub use describe::{Description, ParameterDescription};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
-pub use line::{Hello, ServerLine};
+pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkStatus, LinkedDevice};
-pub use request::{BadLine, Envelope, Request, Topic};
+pub use nearest::{meant_in, meant_or_semicolon, nearest};
+pub use request::{BATCH_MS, BadLine, Envelope, LEASE_TIMEOUT_MS, Request, Topic};
 pub use sample::{SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,

@@ -14,6 +14,35 @@ pub struct Hello {
     pub server: String,
     /// Name of this connection in the server's log.
     pub session: String,
+    /// What may be asked on it; absent where that is everything.
+    #[serde(default, skip_serializing_if = "Rights::is_all")]
+    pub rights: Rights,
+}
+
+/// What may be asked on a connection.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Rights {
+    /// Everything.
+    #[default]
+    All,
+    /// What leaves everything as it is, and stop: this is the watchers' socket.
+    Watch,
+    /// Stop, for two seconds, as there is no place left for more.
+    Stop,
+    /// Something of a later server.
+    #[serde(other)]
+    #[cfg_attr(feature = "schema", schemars(skip))]
+    Unknown,
+}
+
+impl Rights {
+    /// Whether everything may be asked.
+    #[must_use]
+    pub fn is_all(&self) -> bool {
+        *self == Self::All
+    }
 }
 
 /// A line from the server.
@@ -84,6 +113,21 @@ mod tests {
         assert_eq!(error.code, ErrorCode::Unknown);
         let line = r#"{"id":1,"ok":{"state":"idle","tick":3,"more":1},"took_ns":5}"#;
         assert!(ServerLine::parse(line).is_ok());
+    }
+
+    #[test]
+    fn a_greeting_says_what_may_be_asked() {
+        for (more, rights) in [
+            ("", Rights::All),
+            (r#","rights":"watch""#, Rights::Watch),
+            (r#","rights":"paint""#, Rights::Unknown),
+        ] {
+            let line = format!(r#"{{"hello":{{"protocol":1,"server":"hapticd 1","session":"1-1"{more}}}}}"#);
+            let Ok(ServerLine::Hello(hello)) = ServerLine::parse(&line) else {
+                panic!("{line}");
+            };
+            assert_eq!(hello.rights, rights);
+        }
     }
 
     proptest::proptest! {

@@ -1,13 +1,14 @@
-//! Numbers as people type them: `500g`, `2 mm/s`, `25 N/mm`, `0,5`.
+//! Numbers as people type them: `500g`, `2 mm/s`, `25 N/mm`.
 //!
 //! A bare number is in the SI unit that the parameter table gives. A unit must be one of those that measure the same thing.
 
+use haptic_core::parameters::TABLE;
 use thiserror::Error;
 
 /// A unit that is accepted, and the power of ten that turns it into the SI unit.
 type Accepted = (&'static str, i32);
 
-/// For each SI unit of the parameter table, the units accepted in its place, without spaces.
+/// For each unit of the parameter table and of a sample, the units accepted in its place, without spaces.
 const UNITS: &[(&str, &[Accepted])] = &[
     ("kg", &[("kg", 0), ("g", -3), ("mg", -6)]),
     ("N", &[("N", 0), ("mN", -3), ("kN", 3)]),
@@ -36,6 +37,9 @@ const UNITS: &[(&str, &[Accepted])] = &[
     ),
     ("1/s", &[("1/s", 0), ("/s", 0), ("Hz", 0), ("1/ms", 3)]),
     ("1", &[("%", -2)]),
+    ("m", &[("m", 0), ("cm", -2), ("mm", -3), ("um", -6)]),
+    ("s", &[("s", 0), ("ms", -3), ("us", -6), ("ns", -9)]),
+    ("ns", &[("ns", 0), ("us", 3), ("ms", 6), ("s", 9)]),
 ];
 
 /// Why a text is no quantity.
@@ -44,6 +48,12 @@ pub enum BadQuantity {
     /// It does not begin with a number, or with one that no computer holds.
     #[error("`{text}` is not a finite number")]
     NotANumber {
+        /// What was given.
+        text: String,
+    },
+    /// It has a comma, which would be a decimal point to some and separate thousands to others.
+    #[error("`{text}` has a comma: write a decimal point, and no separator between thousands")]
+    Comma {
         /// What was given.
         text: String,
     },
@@ -57,15 +67,17 @@ pub enum BadQuantity {
     },
 }
 
-/// Reads a number with or without a unit, and gives it in `si`, a unit of the parameter table. A decimal comma is one too.
+/// Reads a number with or without a unit, and gives it in `si`, a unit of the parameter table or of a sample.
 ///
 /// # Errors
-/// It is not a finite number, or its unit measures something else.
+/// It is not a finite number, it has a comma, or its unit measures something else.
 pub fn parse(text: &str, si: &str) -> Result<f64, BadQuantity> {
     let text = text.trim();
     let bad = || BadQuantity::NotANumber { text: text.to_owned() };
-    let with_point = text.replace(',', ".");
-    let (number, unit) = split(&with_point).ok_or_else(bad)?;
+    let (number, unit) = split(text).ok_or_else(bad)?;
+    if unit.contains(',') {
+        return Err(BadQuantity::Comma { text: text.to_owned() });
+    }
     let plain = plain(unit);
     // A unit that is in no table means itself.
     let shift = if plain.is_empty() || plain == self::plain(si) {
@@ -79,6 +91,17 @@ pub fn parse(text: &str, si: &str) -> Result<f64, BadQuantity> {
         *shift
     };
     scaled(number, shift).filter(|value| value.is_finite()).ok_or_else(bad)
+}
+
+/// The exact value in as few digits as tell it apart.
+#[must_use]
+pub fn number(value: f64) -> String {
+    let size = value.abs();
+    if size != 0.0 && !(1e-5..1e7).contains(&size) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
+    }
 }
 
 /// The unit behind a number; empty where there is none.
@@ -104,7 +127,8 @@ pub fn accepted(si: &str) -> String {
 
 /// Every SI unit of the parameter table.
 pub fn si_units() -> impl Iterator<Item = &'static str> {
-    UNITS.iter().map(|(si, _)| *si)
+    let measures_a_parameter = |si: &&str| TABLE.iter().any(|row| row.unit == *si);
+    UNITS.iter().map(|(si, _)| *si).filter(measures_a_parameter)
 }
 
 fn units(si: &str) -> &'static [Accepted] {
@@ -143,14 +167,12 @@ fn scaled(number: &str, shift: i32) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_core::parameters::TABLE;
 
     #[test]
     fn quantities_are_read_as_people_type_them() {
         for (text, si, value) in [
             ("500g", "kg", 0.5),
             ("7g", "kg", 0.007),
-            ("0,5", "kg", 0.5),
             (" 2 mm/s ", "m/s", 0.002),
             ("200 µm/s", "m/s", 0.0002),
             ("25N/mm", "N/m", 25_000.0),
@@ -159,6 +181,9 @@ mod tests {
             ("1e-3 kN", "N", 1.0),
             ("70%", "1", 0.7),
             ("5 Hz", "1/s", 5.0),
+            ("1 cm", "m", 0.01),
+            ("20 µs", "ns", 20_000.0),
+            ("10ms", "s", 0.01),
             ("7 furlongs", "furlongs", 7.0),
         ] {
             assert_eq!(parse(text, si), Ok(value), "{text}");
@@ -174,6 +199,10 @@ mod tests {
             ("NaN", "N", "not a finite number"),
             ("infinity", "N", "not a finite number"),
             ("1e999", "N", "not a finite number"),
+            ("25,000", "N/m", "`25,000` has a comma: write a decimal point"),
+            ("0,5", "kg", "has a comma"),
+            ("1,000.5 N", "N", "no separator between thousands"),
+            (",5", "kg", "not a finite number"),
             ("5 mm", "kg", "`mm` is not a unit of this: give kg, g or mg"),
             ("5 MN", "N", "give N, mN or kN"),
             ("0.5N", "1", "give a bare number or %"),
@@ -188,6 +217,19 @@ mod tests {
         for row in &TABLE {
             assert!(!units(row.unit).is_empty(), "{} has the unit {}", row.name, row.unit);
             assert_eq!(parse(&format!("3 {}", row.unit), row.unit), Ok(3.0));
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_exactly_and_short() {
+        for (value, text) in [
+            (0.0, "0"),
+            (0.5, "0.5"),
+            (25_000.0, "25000"),
+            (1e-6, "1e-6"),
+            (1e300, "1e300"),
+        ] {
+            assert_eq!(number(value), text);
         }
     }
 

@@ -1,9 +1,11 @@
 //! Requests, and how a line becomes one.
 
 use crate::changes::Changes;
-use crate::error::{ErrorCode, WireError};
+use crate::error::WireError;
+use crate::refusal::{Line, explain};
 use crate::scene::SceneRef;
 use serde::{Deserialize, Serialize};
+use std::ops::RangeInclusive;
 
 /// What a client asks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -225,8 +227,11 @@ impl Request {
     }
 }
 
-/// The operations, for messages.
-const OPERATIONS: &str = "describe, get, set, scene.load, scene.save, scene.list, scene.diff, undo, redo, engage, release, stop, reset, status, timing, advise, devices, subscribe, log, lease";
+/// How long a client with a lease may be silent, ms.
+pub const LEASE_TIMEOUT_MS: RangeInclusive<u32> = 20..=60_000;
+
+/// Time between sample events, ms.
+pub const BATCH_MS: RangeInclusive<u32> = 1..=1000;
 
 /// A request with the number that its answer will carry.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -256,70 +261,27 @@ impl Envelope {
     /// # Errors
     /// The answer to a line that is no request.
     pub fn parse(line: &str) -> Result<Self, BadLine> {
-        /// What must be known of a line whatever else is wrong with it.
-        #[derive(Default, Deserialize)]
+        /// What serde would take for something else: a list for an object, a number for an operation's place among them.
+        #[derive(Deserialize)]
         struct Head {
-            id: Option<serde_json::Value>,
-            op: Option<serde_json::Value>,
+            id: serde_json::Value,
+            op: serde_json::Value,
         }
-        // An array would be read as a head as well.
-        let is_object = line.trim_start().starts_with('{');
-        let head = if is_object {
-            serde_json::from_str(line).unwrap_or_default()
-        } else {
-            Head::default()
-        };
-        let (id, op) = (head.id.as_ref(), head.op.as_ref());
-        let refused = |error| BadLine {
-            id: id.and_then(serde_json::Value::as_u64),
-            error,
-            means_stop: op.is_some_and(|op| op == "stop"),
-        };
-        let bad = |field: &str, value: &serde_json::Value, wanted: &str| {
-            let message = format!("{field} = {value} is not {wanted}");
-            refused(WireError::new(ErrorCode::BadRequest, message).about(field))
-        };
-        match (id, op) {
-            (Some(id), _) if !id.is_u64() => Err(bad("id", id, "a whole number from 0 to 2^64 - 1")),
-            // A number would be taken for the operation's place in a list.
-            (_, Some(op)) if !op.is_string() => Err(bad("op", op, "the name of an operation")),
-            _ => serde_json::from_str(line).map_err(|error| refused(explain(line, &error))),
-        }
-    }
-}
-
-/// Turns serde's refusal into one of ours. Its texts are the only place where it names the culprit.
-fn explain(line: &str, error: &serde_json::Error) -> WireError {
-    let message = error.to_string();
-    let quoted = |after: &str| {
-        let rest = message.split_once(after)?.1;
-        Some(rest.split_once('`')?.0.to_owned())
-    };
-    if serde_json::from_str::<serde::de::IgnoredAny>(line).is_err() {
-        return WireError::new(
-            ErrorCode::BadJson,
-            format!("the line is not JSON: {error} (NaN and infinity are not JSON either)"),
-        );
-    }
-    if let Some(field) = quoted("unknown field `") {
-        return WireError::new(ErrorCode::UnknownField, message).about(field);
-    }
-    if let Some(op) = quoted("unknown variant `") {
-        // A topic can be unknown too; serde then lists the topics.
-        if message.contains("`describe`") {
-            return WireError::new(
-                ErrorCode::UnknownOp,
-                format!("there is no operation `{op}`; there are {OPERATIONS}"),
-            )
-            .about("op");
-        }
-        // So can a law.
-        let field = if message.contains("`karnopp`") { "law" } else { "topics" };
-        return WireError::new(ErrorCode::BadRequest, message).about(field);
-    }
-    match quoted("missing field `") {
-        Some(field) => WireError::new(ErrorCode::BadRequest, message).about(field),
-        None => WireError::new(ErrorCode::BadRequest, message),
+        let read = serde_json::from_str(line).and_then(|head: Head| {
+            if head.id.is_u64() && head.op.is_string() && line.trim_start().starts_with('{') {
+                serde_json::from_str(line)
+            } else {
+                Err(serde::de::Error::custom("no request"))
+            }
+        });
+        read.map_err(|error| {
+            let fields = Line::read(line);
+            BadLine {
+                id: fields.as_ref().and_then(Line::id),
+                means_stop: fields.as_ref().is_some_and(Line::means_stop),
+                error: explain(line, fields.as_ref(), &error),
+            }
+        })
     }
 }
 
@@ -341,6 +303,8 @@ pub enum Topic {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::ErrorCode;
+    use crate::refusal::OPERATIONS;
     use haptic_core::Scene;
 
     #[test]
@@ -354,7 +318,7 @@ mod tests {
             panic!("{envelope:?}");
         };
         assert_eq!(params.resolve().expect("known names").len(), 3);
-        for op in OPERATIONS.split(", ") {
+        for op in OPERATIONS.iter().map(|operation| operation.name) {
             let more = match op {
                 "set" => r#","params":{}"#,
                 "subscribe" => r#","topics":["samples"],"rate_hz":100"#,
@@ -425,6 +389,8 @@ mod tests {
             r#"{"id":1,"op":"stop","why":"fire"}"#,
             r#"{"id":"x","op":"stop"}"#,
             r#"{"op":"stop"}"#,
+            r#"{"id":1,"op":"stop","id":1}"#,
+            r#"{"id":1e400,"op":"stop"}"#,
         ] {
             assert!(Envelope::parse(line).expect_err(line).means_stop, "{line}");
         }

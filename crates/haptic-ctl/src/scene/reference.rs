@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_core::Scene;
-use haptic_ipc::{ClientError, ErrorCode, Request, SceneListReply, SceneRef};
+use haptic_ipc::{ClientError, ErrorCode, Request, SceneListReply, SceneRef, meant_in};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -34,7 +34,11 @@ pub(crate) fn read_optional(text: Option<&String>) -> Result<Option<SceneRef>, F
 pub(crate) fn file(path: &Path) -> Result<Scene, Failure> {
     let refused = |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| refused(&error))?;
-    let mut scene: Scene = toml::from_str(&text).map_err(|error| refused(&error))?;
+    let mut scene: Scene = toml::from_str(&text).map_err(|error| match meant_in(error.message()) {
+        // The reader shows the line and ends it.
+        Some(meant) => refused(&format!("{error}did you mean `{meant}`?")),
+        None => refused(&error),
+    })?;
     if scene.name.is_empty() {
         scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     }
@@ -42,7 +46,7 @@ pub(crate) fn file(path: &Path) -> Result<Scene, Failure> {
     Ok(scene)
 }
 
-/// Asks something about scenes. To a name that no scene has, the one that was probably meant is named.
+/// Asks something about scenes. To a name that no scene has, and that is like none, those that there are are listed.
 pub(crate) async fn ask<R: DeserializeOwned>(daemon: &mut Daemon, request: Request) -> Result<R, Failure> {
     let names: Vec<String> = names_in(&request).into_iter().cloned().collect();
     let failure = match daemon.ask(request).await {
@@ -54,12 +58,9 @@ pub(crate) async fn ask<R: DeserializeOwned>(daemon: &mut Daemon, request: Reque
         answered => return answered,
     };
     let mut error = failure;
-    let listed: SceneListReply = daemon.ask(Request::SceneList {}).await?;
-    let known: Vec<&str> = listed.scenes.iter().map(|scene| scene.name.as_str()).collect();
-    let wrong = names.iter().find(|name| !known.contains(&name.as_str()));
-    if let Some(meant) = wrong.and_then(|wrong| nearest(wrong, &known)) {
-        error.message.push_str(&format!("; did you mean `{meant}`?"));
-    } else {
+    if !error.message.contains("did you mean") {
+        let listed: SceneListReply = daemon.ask(Request::SceneList {}).await?;
+        let known: Vec<&str> = listed.scenes.iter().map(|scene| scene.name.as_str()).collect();
         error.message.push_str(&format!("; there are {}", known.join(", ")));
     }
     Err(ClientError::Refused(error).into())
@@ -81,19 +82,6 @@ fn names_in(request: &Request) -> Vec<&String> {
         .collect()
 }
 
-/// The name that was most likely meant: one that begins so, or one of which at most a third of the letters differ.
-fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
-    let begun = known.iter().find(|name| wrong.len() > 2 && name.starts_with(wrong));
-    begun.copied().or_else(|| {
-        known
-            .iter()
-            .map(|name| (strsim::osa_distance(wrong, name), *name))
-            .min()
-            .filter(|(distance, name)| *distance <= name.len() / 3)
-            .map(|(_, name)| name)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,11 +99,20 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_name_is_one_that_could_have_been_meant() {
-        let known = ["viscous-drag", "lugre", "no-friction"];
-        assert_eq!(nearest("viscus-drag", &known), Some("viscous-drag"));
-        assert_eq!(nearest("visc", &known), Some("viscous-drag"));
-        assert_eq!(nearest("lurge", &known), Some("lugre"));
-        assert_eq!(nearest("ice", &known), None);
+    fn a_misspelt_word_in_a_file_is_answered_with_the_one_that_was_meant() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("mine.toml");
+        for (text, meant) in [
+            ("[friction]\nlaw = \"viscous\"\nvisous = 1\n", "did you mean `viscous`?"),
+            ("[friction]\nlaw = \"viscos\"\nviscous = 1\n", "did you mean `viscous`?"),
+            (
+                "[frictoin]\nlaw = \"viscous\"\nviscous = 1\n",
+                "did you mean `friction`?",
+            ),
+        ] {
+            std::fs::write(&path, text).expect("it can be written");
+            let error = file(&path).expect_err(text).to_string();
+            assert!(error.contains(meant), "{text}: {error}");
+        }
     }
 }

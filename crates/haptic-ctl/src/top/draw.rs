@@ -40,20 +40,36 @@ impl Theme {
     }
 }
 
+/// Lines of how the loop keeps time.
+const LOOPS_HEIGHT: u16 = 10;
+
+/// Lines of the curves below which all room is theirs.
+const CURVES_HEIGHT: u16 = 5;
+
+/// Columns in which a curve's name and value can be read.
+const CURVE_WIDTH: u16 = 36;
+
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
+    // What the hand feels is worth more than how the loop keeps time.
+    let has_room_for_loops = frame.area().height >= 4 + CURVES_HEIGHT + LOOPS_HEIGHT;
     let [title, scene, message, plots, loops, keys] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(1),
         Constraint::Length(1),
         Constraint::Fill(1),
-        Constraint::Length(10),
+        Constraint::Length(if has_room_for_loops { LOOPS_HEIGHT } else { 0 }),
         Constraint::Length(1),
     ])
     .areas(frame.area());
     draw_title(frame, title, model, theme);
     draw_scene(frame, scene, model);
     draw_message(frame, message, model, theme);
-    let [force, position] = Layout::horizontal([Constraint::Fill(1), Constraint::Fill(1)]).areas(plots);
+    let halves = [Constraint::Fill(1), Constraint::Fill(1)];
+    let [force, position] = if plots.width >= 2 * CURVE_WIDTH {
+        Layout::horizontal(halves).areas(plots)
+    } else {
+        Layout::vertical(halves).areas(plots)
+    };
     let force_limit = model.status.as_ref().map_or(1.0, |status| status.device.force_limit_n);
     let force_curve = Curve {
         title: "force on the hand",
@@ -415,6 +431,20 @@ mod tests {
                 shown(&Model::new(String::new()), width, height);
             }
         }
+    }
+
+    #[test]
+    fn on_a_small_terminal_force_and_position_stay() {
+        for (width, height) in [(50, 12), (40, 14), (80, 12)] {
+            let mut model = busy();
+            model.help = false;
+            let small = shown(&model, width, height);
+            for part in ["force on the hand  -25.00 N", "position of the device  +30.00 mm"] {
+                assert!(small.contains(part), "{width}x{height}: {part} is missing:\n{small}");
+            }
+            assert!(!small.contains("wake-up"), "{small}");
+        }
+        assert!(shown(&busy(), 80, 24).contains("wake-up"));
     }
 
     #[test]

@@ -46,6 +46,7 @@ fn connected(state: RigState) -> Panel {
         protocol: 1,
         server: "hapticd 0.1.0".into(),
         session: "1-1".into(),
+        rights: haptic_ipc::Rights::All,
     };
     let path = SOCKET.into();
     let scene = Scene::paper();
@@ -270,7 +271,7 @@ fn a_stop_that_no_device_has_heard_says_so_until_the_rig_is_reset() {
 #[test]
 fn a_typed_value_is_set_on_enter() {
     let mut panel = connected(RigState::Engaged);
-    type_into(&mut panel, "mass value", "1,25");
+    type_into(&mut panel, "mass value", "1.25");
     assert_eq!(asked(&mut panel), [], "not while typing");
     panel.key_press(Key::Enter);
     panel.run();
@@ -301,6 +302,11 @@ fn what_is_no_number_is_not_sent() {
     assert_eq!(asked(&mut panel), []);
     panel.get_by_label("`heavy` is not a finite number");
     assert_eq!(value_of(&panel, "mass value"), "0.5");
+    type_into(&mut panel, "stiffness value", "25,000");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "which would be 25 to some");
+    panel.get_by_label("`25,000` has a comma: write a decimal point, and no separator between thousands");
 }
 
 #[test]

@@ -192,6 +192,7 @@ fn what_is_kept_outlives_the_daemon() {
         protocol: 1,
         server: "hapticd 0.1.0".into(),
         session: "1-2".into(),
+        rights: haptic_ipc::Rights::All,
     };
     let path = SOCKET.into();
     hear(&mut panel, Update::Connected { path, hello });

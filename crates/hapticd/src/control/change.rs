@@ -3,6 +3,7 @@
 use crate::control::history::{Dragged, Move};
 use crate::control::{RigHandle, advise, library};
 use haptic_core::{Direction, ParameterKey, Scene};
+use haptic_ipc::quantity::number;
 use haptic_ipc::{
     ChangeReply, Changes, Difference, ErrorCode, JournalEntry, Peer, SceneRef, Value, WireError, differences,
 };
@@ -115,7 +116,10 @@ fn begin(rig: &RigHandle, by: By<'_>, op: &str, scene: Scene, how: How, step: Mo
     }
     let ramp_ms = how.ramp_ms.unwrap_or(0.0);
     if !(0.0..=LONGEST_RAMP_MS).contains(&ramp_ms) {
-        let message = format!("ramp_ms = {ramp_ms} ms is out of range: it must be from 0 to {LONGEST_RAMP_MS} ms");
+        let message = format!(
+            "ramp_ms = {} ms is out of range: it must be from 0 to {LONGEST_RAMP_MS} ms",
+            number(ramp_ms)
+        );
         return Err(WireError::new(ErrorCode::OutOfRange, message).about("ramp_ms").within(
             ramp_ms,
             0.0,

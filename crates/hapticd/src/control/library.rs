@@ -3,7 +3,9 @@
 use crate::control::RigHandle;
 use crate::control::journal::Until;
 use haptic_core::Scene;
-use haptic_ipc::{ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError};
+use haptic_ipc::{
+    ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError, meant_or_semicolon,
+};
 use std::fs::Permissions;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
@@ -62,8 +64,17 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
             on_a_thread(move || match std::fs::read_to_string(&path) {
                 Ok(text) => read(&path.display().to_string(), &text),
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                    let message =
-                        format!("there is no scene `{name}` in the library: `scene.list` names those that there are");
+                    // One that is only guessed at may be missing.
+                    let saved = path
+                        .parent()
+                        .and_then(|directory| saved(directory).ok())
+                        .unwrap_or_default();
+                    let saved = saved.iter().map(|(name, _)| name.as_str());
+                    let known: Vec<&str> = BUILT_IN.iter().map(|(known, _)| *known).chain(saved).collect();
+                    let message = format!(
+                        "there is no scene `{name}` in the library{} `scene.list` names those that there are",
+                        meant_or_semicolon(&name, &known)
+                    );
                     Err(WireError::new(ErrorCode::NoSuchScene, message).about("scene"))
                 }
                 Err(error) => Err(file_error(&path, &error)),
@@ -84,28 +95,30 @@ pub(super) async fn list(rig: &RigHandle) -> Result<SceneListReply, WireError> {
             .iter()
             .map(|(name, text)| listed(name, None, read(name, text)))
             .collect();
-        let entries = match std::fs::read_dir(&directory) {
-            Ok(entries) => entries,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(SceneListReply { scenes }),
-            Err(error) => return Err(file_error(&directory, &error)),
-        };
         let built_in = scenes.len();
-        for path in entries.filter_map(|entry| Some(entry.ok()?.path())) {
-            let Some(name) = path.file_stem().and_then(|stem| stem.to_str()) else {
-                continue;
-            };
-            if path.extension().is_none_or(|extension| extension != "toml") || check(name).is_err() {
-                continue;
-            }
+        for (name, path) in saved(&directory).map_err(|error| file_error(&directory, &error))? {
             let scene = std::fs::read_to_string(&path)
                 .map_err(|error| file_error(&path, &error))
                 .and_then(|text| read(&path.display().to_string(), &text));
-            scenes.push(listed(name, Some(&path), scene));
+            scenes.push(listed(&name, Some(&path), scene));
         }
         scenes[built_in..].sort_by(|one, other| one.name.cmp(&other.name));
         Ok(SceneListReply { scenes })
     })
     .await
+}
+
+/// The names and files of the scenes that were saved.
+fn saved(directory: &Path) -> std::io::Result<Vec<(String, PathBuf)>> {
+    let entries = match std::fs::read_dir(directory) {
+        Ok(entries) => entries,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) => return Err(error),
+    };
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let scenes = paths.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    let named = scenes.filter_map(|path| Some((path.file_stem()?.to_str()?.to_owned(), path)));
+    Ok(named.filter(|(name, _)| check(name).is_ok()).collect())
 }
 
 fn listed(name: &str, path: Option<&Path>, scene: Result<Scene, WireError>) -> ListedScene {

@@ -286,6 +286,11 @@ impl Client {
             protocol: PROTOCOL_VERSION,
             server: self.rig.facts.server.clone(),
             session: self.peer.session.clone(),
+            rights: match self.rights {
+                Rights::All => haptic_ipc::Rights::All,
+                Rights::Watch => haptic_ipc::Rights::Watch,
+                Rights::OnlyStop => haptic_ipc::Rights::Stop,
+            },
         };
         if self.say(line(&Greeting { hello })).await.is_err() {
             return;
@@ -496,11 +501,15 @@ fn only_watching() -> WireError {
 
 fn unreadable(error: &LinesCodecError) -> WireError {
     match error {
-        LinesCodecError::MaxLineLengthExceeded => WireError::new(
-            ErrorCode::LineTooLong,
-            format!("the line is longer than the limit of {MAX_LINE_BYTES} bytes"),
-        )
-        .about("line"),
+        LinesCodecError::MaxLineLengthExceeded => WireError {
+            max: u32::try_from(MAX_LINE_BYTES).ok().map(f64::from),
+            unit: Some("bytes".to_owned()),
+            ..WireError::new(
+                ErrorCode::LineTooLong,
+                format!("the line is longer than the limit of {MAX_LINE_BYTES} bytes"),
+            )
+            .about("line")
+        },
         LinesCodecError::Io(error) => WireError::new(ErrorCode::BadJson, format!("the line cannot be read: {error}")),
     }
 }

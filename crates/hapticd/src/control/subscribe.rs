@@ -2,6 +2,7 @@
 
 use crate::control::RigHandle;
 use crate::telemetry::feed::{Line, Subscription};
+use haptic_ipc::quantity::number;
 use haptic_ipc::{ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
 use std::time::Duration;
 use tokio::sync::mpsc;
@@ -26,7 +27,11 @@ pub(super) fn subscribe(
     if !(SLOWEST_HZ..=fastest_hz).contains(&rate_hz) {
         return Err(WireError::new(
             ErrorCode::OutOfRange,
-            format!("rate_hz = {rate_hz} Hz is out of range: it must be from {SLOWEST_HZ} to {loop_rate_hz:.3} Hz, the loop's rate"),
+            format!(
+                "rate_hz = {} Hz is out of range: it must be from {SLOWEST_HZ} to {} Hz, the loop's rate",
+                number(rate_hz),
+                number((loop_rate_hz * 1e3).round() * 1e-3)
+            ),
         )
         .about("rate_hz")
         .within(rate_hz, SLOWEST_HZ, loop_rate_hz, "Hz"));
