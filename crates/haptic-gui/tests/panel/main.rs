@@ -5,7 +5,7 @@ mod scene;
 
 use egui::{Key, Modifiers};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::{Directional, Scene};
 use haptic_gui::{Answer, Intent, Model, Target, Update};
 use haptic_ipc::{
@@ -105,6 +105,24 @@ fn type_into(panel: &mut Panel, field: &str, text: &str) {
     panel.run();
 }
 
+/// Lets the clocks go on.
+fn wait(panel: &mut Panel, seconds: f64) {
+    let begin = panel.ctx.input(|input| input.time);
+    while panel.ctx.input(|input| input.time) < begin + seconds {
+        panel.step();
+    }
+}
+
+fn of_depth(undo_depth: usize, redo_depth: usize) -> Update {
+    let mut event = state_event(RigState::Engaged, 200);
+    (event.undo_depth, event.redo_depth) = (undo_depth, redo_depth);
+    Update::Event(Event::State(event))
+}
+
+fn is_enabled(panel: &Panel, label: &str) -> bool {
+    !panel.get_by_label(label).accesskit_node().is_disabled()
+}
+
 fn value_of(panel: &Panel, field: &str) -> String {
     panel.get_by_label(field).value().unwrap_or_default()
 }
@@ -126,13 +144,62 @@ fn an_engaged_rig_can_be_released_and_a_stopped_one_reset() {
     panel.run();
     hear(&mut panel, in_state(RigState::Stopped, 200));
     panel.get_by_label("Stopped at tick 200");
-    assert!(
-        panel.query_by_label("Engage").is_none(),
-        "a stopped rig cannot be engaged"
-    );
+    assert!(!is_enabled(&panel, "Engage"), "a stopped rig cannot be engaged");
     panel.get_by_label("Reset").click();
     panel.run();
     assert_eq!(asked(&mut panel), [Intent::Release, Intent::Reset]);
+}
+
+#[test]
+fn a_second_click_never_engages_the_rig() {
+    for (before, button, after) in [
+        (RigState::Stopped, "Reset", RigState::Idle),
+        (RigState::Faulted, "Reset", RigState::Idle),
+        (RigState::Engaged, "Release", RigState::Releasing),
+        (RigState::Engaging, "Release", RigState::Releasing),
+        (RigState::Engaged, "Release", RigState::Idle),
+    ] {
+        let mut panel = connected(before);
+        let at = panel.get_by_label(button).rect().center();
+        let press = |panel: &mut Panel| {
+            panel.drag_at(at);
+            panel.step();
+            panel.drop_at(at);
+            panel.step();
+        };
+        press(&mut panel);
+        assert_eq!(asked(&mut panel).len(), 1, "{button}");
+        panel.state_mut().model.apply(in_state(after, 200));
+        panel.step();
+        press(&mut panel);
+        assert_eq!(asked(&mut panel), [], "{button}, and again when the rig is {after}");
+        panel.get_by_label("Engage").click();
+        panel.run();
+        assert_eq!(asked(&mut panel), [Intent::Engage], "it has a place of its own");
+    }
+}
+
+#[test]
+fn nothing_else_ever_stands_where_engage_does() {
+    let states = [
+        RigState::Disconnected,
+        RigState::Idle,
+        RigState::Engaging,
+        RigState::Engaged,
+        RigState::Releasing,
+        RigState::Stopped,
+        RigState::Faulted,
+    ];
+    let mut panel = connected(RigState::Idle);
+    let engage = panel.get_by_label("Engage").rect();
+    for (tick, state) in (200..).zip(states) {
+        hear(&mut panel, in_state(state, tick));
+        assert_eq!(panel.get_by_label("Engage").rect(), engage, "{state}");
+        let others = ["Release", "Reset"].map(|label| panel.query_by_label(label));
+        for other in others.into_iter().flatten() {
+            assert!(!other.rect().intersects(engage), "{state}: {:?}", other.rect());
+        }
+    }
 }
 
 #[test]

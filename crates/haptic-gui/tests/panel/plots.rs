@@ -1,7 +1,6 @@
 //! What is done with the plots: freeze, move, trigger, measure, export, record, open.
 
 use super::*;
-use egui_kittest::kittest::NodeT;
 use haptic_gui::{Format, RecordingNews};
 use haptic_ipc::{Bucket, Percentiles, TimingHistogram};
 use haptic_lab::recording::{Ending, Metadata, Recording, Totals};

@@ -1,7 +1,6 @@
 //! What is done to the scene as a whole: law, undo and redo, A and B, tries, the library.
 
 use super::*;
-use egui_kittest::kittest::NodeT;
 use haptic_ipc::{
     Difference, JournalEntry, ListedScene, Peer, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply,
     Value,
@@ -35,24 +34,6 @@ fn changed(intent: Intent, revision: u64) -> Update {
     Update::Answered {
         intent,
         result: Ok(Answer::Changed(reply)),
-    }
-}
-
-fn of_depth(undo_depth: usize, redo_depth: usize) -> Update {
-    let mut event = state_event(RigState::Engaged, 200);
-    (event.undo_depth, event.redo_depth) = (undo_depth, redo_depth);
-    Update::Event(Event::State(event))
-}
-
-fn is_enabled(panel: &Panel, label: &str) -> bool {
-    !panel.get_by_label(label).accesskit_node().is_disabled()
-}
-
-/// Lets the interface's clock go on.
-fn wait(panel: &mut Panel, seconds: f64) {
-    let begin = panel.ctx.input(|input| input.time);
-    while panel.ctx.input(|input| input.time) < begin + seconds {
-        panel.step();
     }
 }
 
