@@ -171,7 +171,10 @@ fn show_trigger(ui: &mut Ui, scope: &mut Scope) {
     ui.label("level");
     let unit = format!(" {}", trigger.signal.quantity().unit());
     ui.add(DragValue::new(&mut trigger.level).speed(0.05).suffix(unit))
-        .accessible_name("trigger level");
+        .accessible_name("trigger level")
+        .on_hover_text(
+            "Before the signal can cross it again, it must go back beyond it by a tenth of how far it moved lately",
+        );
     ui.label("before");
     let mut percent = trigger.share_before * 100.0;
     let before = DragValue::new(&mut percent).range(0.0..=100.0).speed(1.0).suffix(" %");

@@ -63,7 +63,6 @@ pub(crate) struct While {
 impl Scope {
     /// Takes new samples of the live rig.
     pub(crate) fn extend(&mut self, rows: &[Sample]) {
-        let before = self.live.last().copied();
         self.live.extend(rows.iter().copied());
         // A recording that is looked at has a view of its own.
         let view = if self.is_of_recording() {
@@ -72,7 +71,7 @@ impl Scope {
             &self.view
         };
         let span_s = view.span_s();
-        self.trigger.look(before, rows, self.live.oldest_s(), span_s);
+        self.trigger.look(rows, self.live.oldest_s(), span_s);
         self.trigger.catch(&self.live, span_s);
     }
 
