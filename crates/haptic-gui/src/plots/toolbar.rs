@@ -196,7 +196,7 @@ fn show_cursors_toggle(ui: &mut Ui, scope: &mut Scope) {
     let toggle = Button::selectable(scope.cursors.shown, "Cursors").frame_when_inactive(true);
     if ui
         .add(toggle)
-        .on_hover_text("Two cursors in time, to be dragged or typed")
+        .on_hover_text("Two cursors in time, to be dragged or typed. If they are out of sight, this brings them back.")
         .clicked()
     {
         scope
@@ -214,6 +214,7 @@ fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
         .map(|signal| scope.cursors.read(signal, scope.tape(), zero_s))
         .collect();
     let speed = scope.span_s() / 500.0;
+    let has_room = ui.available_width() >= super::WIDE;
     let cursors = &mut scope.cursors;
     ui.horizontal_wrapped(|ui| {
         for (at_s, name) in cursors.at_s.iter_mut().zip(["cursor 1", "cursor 2"]) {
@@ -229,14 +230,15 @@ fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
                 continue;
             };
             let (name, unit) = (reading.signal.name(), reading.signal.quantity().unit());
-            let values = reading
+            let [first, second] = reading
                 .values
                 .map(|value| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.3}")));
-            ui.add(Label::new(RichText::new(format!("{name} {difference:+.3} {unit}")).small()).extend())
-                .on_hover_text(format!(
-                    "{} at the first, {} {unit} at the second",
-                    values[0], values[1]
-                ));
+            let mut text = format!("{name} {difference:+.3} {unit}");
+            if has_room {
+                text += &format!(" ({first} to {second})");
+            }
+            ui.add(Label::new(RichText::new(text).small()).extend())
+                .on_hover_text(format!("{first} at the first, {second} {unit} at the second"));
         }
     });
 }
