@@ -221,7 +221,7 @@ impl Drawing {
         let seen = scope.seen();
         let samples = scope.tape().within(seen.from_s, seen.to_s);
         let y = RIBBON / 2.0;
-        for run in contact_ribbon::runs(samples.map(|sample| (sample.t_s - seen.zero_s, sample.contact != 0))) {
+        for run in contact_ribbon::runs(samples, seen.zero_s) {
             let [from, to] = [run.from, run.to].map(|t_s| frame.x(t_s));
             let (color, what) = if run.slides {
                 (palette.sliding, "sliding")
