@@ -60,11 +60,13 @@ pub fn ui(ui: &mut Ui, model: &mut Model) -> Vec<Intent> {
             .show(ui, |ui| scene::show(ui, model.scene_mut(), &mut intents));
     }
     CentralPanel::default_margins().show(ui, |ui| {
-        if model.is_connected() || model.scope().is_of_recording() {
+        if !model.is_connected() && !model.scope().is_of_recording() {
+            top_bar::explain_no_daemon(ui, model);
+        }
+        if model.is_connected() || !model.scope().is_empty() {
             readouts::show(ui, model);
             plots::show(ui, model, &mut intents);
         } else {
-            top_bar::explain_no_daemon(ui, model);
             ui.add_space(12.0);
             ui.horizontal(|ui| plots::recordings::show(ui, model, &mut intents));
             plots::recordings::show_news(ui, model);

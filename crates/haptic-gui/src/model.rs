@@ -308,7 +308,7 @@ impl Model {
     fn forget(&mut self) {
         self.rig = None;
         self.scene.forget();
-        self.scope.clear_live();
+        self.scope.lose_live();
         (self.timing, self.status, self.clipping) = (None, None, None);
         self.losses = Losses::default();
         self.refusal = None;

@@ -141,21 +141,21 @@ fn describe(state: RigState) -> &'static str {
 /// Says in place of the scene and the plots why there are none.
 pub(crate) fn explain_no_daemon(ui: &mut Ui, model: &Model) {
     let palette = Palette::of(ui);
-    ui.add_space(24.0);
     match model.link() {
         Link::Connected { .. } => {}
         Link::Connecting { path } => {
             ui.heading("Connecting to the daemon");
-            ui.add_space(8.0);
             ui.label(format!("Socket: {}", path.display()));
         }
         Link::Lost { path, reason } => {
             ui.heading("Not connected to a daemon");
-            ui.add_space(8.0);
             ui.label(format!("Socket: {}", path.display()));
             ui.add(Label::new(RichText::new(reason).color(palette.error_text)).wrap());
-            ui.add_space(8.0);
             ui.label("The panel keeps trying and connects by itself.");
+            if !model.scope().is_empty() {
+                ui.label("Below is what came last before the connection was lost.");
+            }
+            ui.add_space(8.0);
         }
     }
 }

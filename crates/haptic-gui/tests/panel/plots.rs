@@ -53,6 +53,59 @@ fn plots_run_until_they_are_frozen() {
     assert_eq!(csv_times(&panel).1, 8.999);
 }
 
+fn lose_the_daemon(panel: &mut Panel) {
+    let lost = Update::Disconnected {
+        path: SOCKET.into(),
+        reason: "the daemon closed the connection".into(),
+    };
+    hear(panel, lost);
+}
+
+fn find_another_daemon(panel: &mut Panel) {
+    let hello = Hello {
+        protocol: 1,
+        server: "hapticd 0.1.0".into(),
+        session: "1-2".into(),
+    };
+    let path = SOCKET.into();
+    hear(panel, Update::Connected { path, hello });
+    hear(panel, in_state(RigState::Idle, 1));
+}
+
+#[test]
+fn what_is_frozen_outlives_the_daemon() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..6000, |_| 1.0));
+    press(&mut panel, "Freeze");
+    let seen = csv_times(&panel);
+    lose_the_daemon(&mut panel);
+    panel.get_by_label("Force plot");
+    assert_eq!(csv_times(&panel), seen);
+    find_another_daemon(&mut panel);
+    feel(&mut panel, &rows(0..3000, |_| 2.0));
+    assert_eq!(csv_times(&panel), seen, "the seconds before the other died");
+    press(&mut panel, "Run");
+    assert_eq!(csv_times(&panel).1, 2.999);
+}
+
+#[test]
+fn what_came_last_before_the_daemon_died_can_be_looked_at_and_kept() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..6000, |_| 1.0));
+    lose_the_daemon(&mut panel);
+    panel.get_by_label("Below is what came last before the connection was lost.");
+    panel.get_by_label("Force plot");
+    assert_eq!(csv_times(&panel).1, 5.999);
+    assert!(panel.query_by_label("-3.50").is_none(), "it is not what is so now");
+    press(&mut panel, "Export");
+    panel.get_by_label("export CSV");
+    find_another_daemon(&mut panel);
+    assert!(panel.query_by_label("-3.50").is_none(), "nor is it of this daemon");
+    assert_eq!(csv_times(&panel).1, 5.999);
+    feel(&mut panel, &rows(0..1000, |_| 2.0));
+    assert_eq!(csv_times(&panel), (0.0, 0.999));
+}
+
 #[test]
 fn plots_are_zoomed_and_moved_by_button_and_by_pointer() {
     let mut panel = connected(RigState::Engaged);
