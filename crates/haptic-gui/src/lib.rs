@@ -48,6 +48,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     if let Some(wait) = model.let_go(now) {
         ui.ctx().request_repaint_after(wait);
     }
+    let had_keyboard = ui.memory(egui::Memory::focused);
     // Before any widget sees them: a text field would take the space, a focused button would be clicked by it.
     let mut stop = stop_button::take_keys(ui);
     Panel::top("top bar").show(ui, |ui| stop |= top_bar::show(ui, model, &mut intents));
@@ -82,6 +83,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
             plots::recordings::show_news(ui, model);
         }
     });
+    keep_keyboard(ui, had_keyboard);
     model.scene_mut().asked(&intents);
     let (changes, wait) = model.due(now);
     intents.extend(changes);
@@ -89,4 +91,16 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         ui.ctx().request_repaint_after(wait);
     }
     intents
+}
+
+/// Enter ends the typing in a field. The keyboard stays there, for else the next Tab would begin at the top of the window.
+fn keep_keyboard(ui: &Ui, had_keyboard: Option<egui::Id>) {
+    let is_entered = ui.input(|input| input.key_pressed(egui::Key::Enter));
+    if let Some(field) = had_keyboard.filter(|_| is_entered) {
+        ui.memory_mut(|memory| {
+            if memory.focused().is_none() {
+                memory.request_focus(field);
+            }
+        });
+    }
 }

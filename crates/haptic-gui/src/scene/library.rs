@@ -58,9 +58,6 @@ fn show_saving(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
             .hint_text("name");
         let field = ui.add(field).accessible_name("name to save as");
         let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-        if is_entered {
-            field.request_focus();
-        }
         let name = scene.save_as.trim();
         let save = ui.add_enabled(!name.is_empty(), Button::new("Save"));
         let is_pressed = save

@@ -227,7 +227,6 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, in_for
     }
     if field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
         select_all(ui, field.id, &number(edit.shown(in_force)));
-        field.request_focus();
     }
     edit.field = Some(field.id);
 }

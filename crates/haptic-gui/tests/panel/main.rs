@@ -170,6 +170,21 @@ fn an_engaged_rig_can_be_released_and_a_stopped_one_reset() {
 }
 
 #[test]
+fn nothing_is_drawn_while_nothing_is_new() {
+    let mut panel = connected(RigState::Engaged);
+    panel.run();
+    let wait = |panel: &Panel| panel.output().viewport_output[&egui::ViewportId::ROOT].repaint_delay;
+    assert_eq!(wait(&panel), Duration::MAX);
+    hear(&mut panel, Update::Exported(Ok("/tmp/plots/haptic-plot-1.svg".into())));
+    panel.run();
+    assert!(
+        wait(&panel) > Duration::from_secs(1),
+        "until it goes: {:?}",
+        wait(&panel)
+    );
+}
+
+#[test]
 fn a_second_click_never_engages_the_rig() {
     for (before, button, after) in [
         (RigState::Stopped, "Reset", RigState::Idle),

@@ -236,6 +236,7 @@ fn a_trigger_takes_the_edge_and_the_share_that_it_is_given() {
     type_into(&mut panel, "pre-trigger share", "20");
     panel.key_press(Key::Enter);
     panel.run();
+    assert!(panel.get_by_label("pre-trigger share").is_focused());
     feel(&mut panel, &rows(0..14_000, square));
     panel.get_by_label("Caught");
     let (at, before) = caught_s(&panel, 0.2);
