@@ -5,7 +5,7 @@ use super::tools::SLOTS;
 use crate::drop_down::{self, Item};
 use crate::intent::Intent;
 use crate::theme::Palette;
-use egui::{Button, CollapsingHeader, DragValue, Key, Label, RichText, TextEdit, Ui};
+use egui::{Button, CollapsingHeader, DragValue, Id, Key, Label, RichText, TextEdit, Ui};
 use haptic_ipc::SceneRef;
 
 /// Shows the library and what can be done with it.
@@ -54,6 +54,8 @@ fn show_presets(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) 
 fn show_saving(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
     ui.horizontal_wrapped(|ui| {
         let field = TextEdit::singleline(&mut scene.save_as)
+            // The keyboard stays in it when the list above it grows.
+            .id(Id::unique("name to save as"))
             .desired_width(150.0)
             .hint_text("name");
         let field = ui.add(field).accessible_name("name to save as");

@@ -206,6 +206,8 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, in_for
     let field = ui
         .add(
             TextEdit::singleline(&mut text)
+                // The keyboard stays in it when another law has other parameters above it.
+                .id(Id::unique(("value of", spoken_name)))
                 .desired_width(FIELD_WIDTH - 8.0)
                 .align(Align2::RIGHT_CENTER),
         )

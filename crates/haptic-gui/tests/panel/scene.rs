@@ -440,6 +440,21 @@ fn enter_saves_under_the_name_that_was_typed() {
     };
     assert_eq!(asked(&mut panel), [save]);
     assert!(panel.get_by_label("name to save as").is_focused());
+    for names in [["first"].as_slice(), &["first", "mine"]] {
+        let listed = |name: &&str| ListedScene {
+            name: (*name).into(),
+            title: "A title".into(),
+            law: "karnopp".into(),
+            path: None,
+            problem: None,
+        };
+        let scenes = names.iter().map(listed).collect();
+        hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
+        assert!(
+            panel.get_by_label("name to save as").is_focused(),
+            "and not what now stands in its place"
+        );
+    }
 }
 
 #[test]
