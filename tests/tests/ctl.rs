@@ -32,7 +32,7 @@ fn every_subcommand_works_and_has_a_json_form() {
         (vec!["scene", "diff", "lugre"], "law: lugre -> karnopp", "differences"),
         (vec!["scene", "save", "mine", "--replace"], "mine is in", "path"),
         (vec!["scene", "load", "mine"], "nothing differs", "applied"),
-        (vec!["log"], "scene.load", "seq"),
+        (vec!["log"], "scene.save", "seq"),
         (vec!["devices"], "", "devices"),
         (vec!["doctor"], "socket", "checks"),
         (vec!["wait", "--until", "state=idle"], "idle", "waited_s"),

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
 use system_tests::screen::{Picture, SIZE, Screen};
-use system_tests::{Daemon, PATIENCE, wait_for, wait_for_state};
+use system_tests::{Daemon, PATIENCE, status, wait_for, wait_for_state};
 
 /// Colours of one driver's text differ a little from another's.
 const TOLERANCE: u8 = 48;
@@ -26,6 +26,9 @@ const MOST_DIFFERENT: f64 = 0.001;
 
 /// Where the field of the mass is, pixels.
 const MASS_FIELD: (usize, usize) = (255, 194);
+
+/// The rail of its slider, from left to right, pixels.
+const MASS_SLIDER: ([usize; 4], usize) = ([60, 90, 120, 150], 194);
 
 /// The red of the stop button, which is there as soon as anything is.
 const STOP_BUTTON: (usize, usize) = (1120, 20);
@@ -190,6 +193,52 @@ fn the_window_looks_as_it_did_in_both_themes() {
     }
 }
 
+fn wait_until_drawn(screen: &Screen) {
+    let began = std::time::Instant::now();
+    while !is_drawn(&screen.picture()) {
+        assert!(began.elapsed() < system_tests::PATIENCE, "the window is not drawn");
+    }
+}
+
+#[test]
+fn a_slider_that_is_dragged_is_one_step_of_undo() {
+    let Some(screen) = Screen::open() else {
+        return;
+    };
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let _panel = screen.panel(daemon.socket(), &["--theme", "dark"]);
+    wait_for(&mut client, "the panel", |status| status.clients == 2);
+    wait_until_drawn(&screen);
+    let mass = |client: &mut haptic_ipc::Client| {
+        let reply: SceneReply = client.request(Request::get()).expect("a scene");
+        reply.scene.value(Parameter::Mass)
+    };
+    let (stops, y) = MASS_SLIDER;
+    for steps in 1..=2 {
+        screen.act(&["mousemove", &stops[0].to_string(), &y.to_string(), "mousedown", "1"]);
+        for x in stops {
+            let before = status(&mut client).revision;
+            screen.act(&["mousemove", &x.to_string(), &y.to_string()]);
+            // The handle is there already where the button went down.
+            if x != stops[0] {
+                wait_for(&mut client, "the value under the handle", |status| {
+                    status.revision > before
+                });
+            }
+        }
+        screen.act(&["mouseup", "1"]);
+        assert_eq!(status(&mut client).undo_depth, steps, "drags that were made");
+    }
+    client
+        .request::<haptic_ipc::ChangeReply>(Request::undo())
+        .expect("a step back");
+    client
+        .request::<haptic_ipc::ChangeReply>(Request::undo())
+        .expect("a step back");
+    assert_eq!(mass(&mut client), Some(Directional::both(0.5)));
+}
+
 #[test]
 fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     let Some(screen) = Screen::open() else {
@@ -203,13 +252,7 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     wait_for(&mut client, "the panel", |status| status.clients == 2);
     client.request::<StateReply>(Request::Engage {}).expect("it engages");
     wait_for_state(&mut client, RigState::Engaged);
-    let is_drawn = |screen: &Screen| {
-        let began = std::time::Instant::now();
-        while !is_drawn(&screen.picture()) {
-            assert!(began.elapsed() < system_tests::PATIENCE, "the window is not drawn");
-        }
-    };
-    is_drawn(&screen);
+    wait_until_drawn(&screen);
     // There is no window manager that would do it.
     screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
 

@@ -109,7 +109,7 @@ fn frame(seconds: u32) -> Duration {
             ..RawInput::default()
         };
         let mut output = ctx.run_ui(input, |ui| {
-            black_box(haptic_gui::ui(ui, &mut model));
+            black_box(haptic_gui::ui(ui, &mut model, Instant::now()));
         });
         // There is no graphics card to give the fonts to.
         output.textures_delta.clear();

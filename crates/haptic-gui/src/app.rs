@@ -3,7 +3,7 @@
 use haptic_gui::connection::Connection;
 use haptic_gui::export;
 use haptic_gui::{Format, Intent, Model, Update};
-use haptic_lab::recording;
+use haptic_lab::recording::{self, RecordingError};
 use std::path::PathBuf;
 use std::sync::mpsc;
 use std::thread;
@@ -15,8 +15,6 @@ pub(crate) struct App {
     connection: Connection,
     /// News from threads of the panel's own: screenshots, and recordings that were read.
     own: (mpsc::Sender<Update>, mpsc::Receiver<Update>),
-    /// When the panel was drawn last, by its own clock in s and by the system's.
-    drawn: (f64, Instant),
 }
 
 impl App {
@@ -25,7 +23,6 @@ impl App {
             model: Model::new(),
             connection,
             own: mpsc::channel(),
-            drawn: (0.0, Instant::now()),
         }
     }
 
@@ -43,7 +40,11 @@ impl App {
         let reads = move || {
             let result = recording::read(&path);
             let result = result.map(Box::new);
-            let result = result.map_err(|error| format!("cannot open {}: {error}", path.display()));
+            let result = result.map_err(|error| match error {
+                // It names the file.
+                RecordingError::Open { .. } => format!("cannot open {error}"),
+                error => format!("cannot open {}: {error}", path.display()),
+            });
             own.send(Update::Opened { path, result }).unwrap_or(());
             ctx.request_repaint();
         };
@@ -84,9 +85,7 @@ impl eframe::App for App {
         while let Ok(update) = self.own.1.try_recv() {
             self.model.apply(update);
         }
-        // The clock of a hidden window stands still.
-        let now = self.drawn.0 + self.drawn.1.elapsed().as_secs_f64();
-        let (intents, wait) = self.model.due(now);
+        let (intents, wait) = self.model.due(Instant::now());
         for intent in intents {
             self.carry_out(ctx, intent);
         }
@@ -96,8 +95,7 @@ impl eframe::App for App {
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
-        self.drawn = (ui.input(|input| input.time), Instant::now());
-        for intent in haptic_gui::ui(ui, &mut self.model) {
+        for intent in haptic_gui::ui(ui, &mut self.model, Instant::now()) {
             self.carry_out(ui.ctx(), intent);
         }
     }

@@ -46,6 +46,8 @@ pub enum Intent {
         target: Target,
         /// Its new value, in the parameter's unit.
         value: f64,
+        /// Whether `undo` takes it back together with the change before, as all of a drag.
+        merge: bool,
     },
     /// Put a whole scene in force.
     Load {
@@ -72,12 +74,14 @@ pub enum Intent {
         /// Whether it may take the place of one that is there.
         replace: bool,
     },
-    /// Say in what the scene in force differs from another.
+    /// Say in what a scene that was put in force differs from another.
     Compare {
         /// What people call the other.
         what: String,
         /// The other.
         scene: SceneRef,
+        /// Revision of the one that was put in force.
+        revision: u64,
     },
     /// Write what the plots show into a file.
     Export {
@@ -137,7 +141,13 @@ impl Intent {
             Self::Release => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
-            Self::Set { target, value } => Request::set([(target.to_string(), *value)].into_iter().collect()),
+            Self::Set { target, value, merge } => Request::Set {
+                params: [(target.to_string(), *value)].into_iter().collect(),
+                if_revision: None,
+                ramp_ms: None,
+                dry_run: false,
+                merge: *merge,
+            },
             Self::Load { scene, ramp_ms, .. } => Request::SceneLoad {
                 scene: scene.clone(),
                 if_revision: None,
@@ -156,9 +166,9 @@ impl Intent {
                 scene: None,
                 replace: *replace,
             },
-            Self::Compare { scene, .. } => Request::SceneDiff {
+            Self::Compare { scene, revision, .. } => Request::SceneDiff {
                 from: scene.clone(),
-                to: None,
+                to: Some(SceneRef::Revision(*revision)),
             },
             Self::Export { .. } | Self::Record { .. } | Self::EndRecording | Self::Open { .. } => return None,
         })
@@ -178,13 +188,13 @@ impl fmt::Display for Intent {
             Self::Release => f.write_str("release"),
             Self::Stop => f.write_str("stop"),
             Self::Reset => f.write_str("reset"),
-            Self::Set { target, value } => write!(f, "set {target} = {value}"),
+            Self::Set { target, value, .. } => write!(f, "set {target} = {value}"),
             Self::Load { what, .. } => write!(f, "load {what}"),
             Self::Undo => f.write_str("undo"),
             Self::Redo => f.write_str("redo"),
             Self::TakeBack { .. } => f.write_str("take the try back"),
             Self::Save { name, .. } => write!(f, "save {name}"),
-            Self::Compare { what, .. } => write!(f, "compare with {what}"),
+            Self::Compare { what, revision, .. } => write!(f, "compare revision {revision} with {what}"),
             Self::Export { format, .. } => write!(f, "export {}", format.extension()),
             Self::Record { folder, .. } => write!(f, "record in {}", folder.display()),
             Self::EndRecording => f.write_str("end the recording"),

@@ -11,10 +11,12 @@
 
 mod beat;
 pub mod connection;
+mod drop_down;
 pub mod export;
 mod histogram;
 mod intent;
 mod model;
+mod notice;
 mod plots;
 mod readouts;
 mod recording;
@@ -32,14 +34,21 @@ pub use recording::RecordingNews;
 pub use update::{Answer, Update};
 
 use egui::{CentralPanel, Panel, Ui};
+use std::time::Instant;
 
 /// Draws the panel into the whole of `ui` and returns what the user asked for, a stop always first.
+///
+/// `now` is by the same clock as in [`Model::due`]: that of the interface stands still while the window is hidden.
 ///
 /// Changes of parameters are held back so that each goes out at most 30 times a second; `ui` then asks
 /// for the repaint in which the rest goes out, and otherwise for none.
 #[must_use = "an intent that is not sent is a button without effect"]
-pub fn ui(ui: &mut Ui, model: &mut Model) -> Vec<Intent> {
+pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     let mut intents = Vec::new();
+    if let Some(wait) = model.let_go(now) {
+        ui.ctx().request_repaint_after(wait);
+    }
+    let had_keyboard = ui.memory(egui::Memory::focused);
     // Before any widget sees them: a text field would take the space, a focused button would be clicked by it.
     let mut stop = stop_button::take_keys(ui);
     Panel::top("top bar").show(ui, |ui| stop |= top_bar::show(ui, model, &mut intents));
@@ -47,6 +56,8 @@ pub fn ui(ui: &mut Ui, model: &mut Model) -> Vec<Intent> {
         // Half-typed numbers must not become changes because the stop took the focus from their field.
         model.scene_mut().discard_typing();
         ui.memory_mut(egui::Memory::stop_text_input);
+        // The key that stops is the one that closes a list everywhere else.
+        egui::Popup::close_all(ui.ctx());
         model.stop_asked();
         intents.clear();
         intents.push(Intent::Stop);
@@ -60,22 +71,36 @@ pub fn ui(ui: &mut Ui, model: &mut Model) -> Vec<Intent> {
             .show(ui, |ui| scene::show(ui, model.scene_mut(), &mut intents));
     }
     CentralPanel::default_margins().show(ui, |ui| {
-        if model.is_connected() || model.scope().is_of_recording() {
+        if !model.is_connected() && !model.scope().is_of_recording() {
+            top_bar::explain_no_daemon(ui, model);
+        }
+        if model.is_connected() || !model.scope().is_empty() {
             readouts::show(ui, model);
             plots::show(ui, model, &mut intents);
         } else {
-            top_bar::explain_no_daemon(ui, model);
             ui.add_space(12.0);
             ui.horizontal(|ui| plots::recordings::show(ui, model, &mut intents));
             plots::recordings::show_news(ui, model);
         }
     });
+    keep_keyboard(ui, had_keyboard);
     model.scene_mut().asked(&intents);
-    let now = ui.input(|input| input.time);
     let (changes, wait) = model.due(now);
     intents.extend(changes);
     if let Some(wait) = wait {
         ui.ctx().request_repaint_after(wait);
     }
     intents
+}
+
+/// Enter ends the typing in a field. The keyboard stays there, for else the next Tab would begin at the top of the window.
+fn keep_keyboard(ui: &Ui, had_keyboard: Option<egui::Id>) {
+    let is_entered = ui.input(|input| input.key_pressed(egui::Key::Enter));
+    if let Some(field) = had_keyboard.filter(|_| is_entered) {
+        ui.memory_mut(|memory| {
+            if memory.focused().is_none() {
+                memory.request_focus(field);
+            }
+        });
+    }
 }

@@ -1,8 +1,9 @@
 //! What the panel knows: a fold over the daemon's news.
 
 use crate::intent::Intent;
+use crate::notice::{self, Notice};
 use crate::plots::Shown;
-use crate::recording::{Opened, RecordingNews};
+use crate::recording::{Opened, RecordingNews, amount};
 use crate::scene::SceneModel;
 use crate::scope::Scope;
 use crate::scope::tape::Tape;
@@ -10,9 +11,9 @@ use crate::update::{Answer, Update};
 use egui::Rect;
 use haptic_core::Scene;
 use haptic_ipc::{ErrorCode, Event, RigState, SamplesEvent, StateReply, Status, Timing, WireError};
-use haptic_lab::recording::{Metadata, Recording};
+use haptic_lab::recording::{Metadata, Recording, Totals};
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Over so much of the past the share of time at the force limit is counted, s.
 pub(crate) const CLIPPING_OVER_S: f64 = 10.0;
@@ -31,14 +32,16 @@ pub struct Model {
     status: Option<Status>,
     /// Share of the last seconds in which the force was cut by its limit.
     clipping: Option<f64>,
-    /// What became of the last export.
-    exported: Option<Result<PathBuf, String>>,
-    /// What becomes of the recording that is being made.
-    recording: Option<RecordingNews>,
-    /// The recording that is looked at, or why it cannot be.
-    opened: Option<Result<Opened, String>>,
+    /// What became of the last export, recording, or file to be opened.
+    pub(crate) file_news: Option<Notice>,
+    /// The recording that is being made.
+    recording: Option<(PathBuf, Totals)>,
+    /// The recording that is looked at.
+    opened: Option<Opened>,
     /// The recording to open, as it is typed.
     pub(crate) open_path: String,
+    /// Its field is to take the keyboard.
+    pub(crate) open_was_pressed: bool,
     /// Those that the user has chosen where there is no room for all.
     pub(crate) plots_shown: Shown,
     /// Those that were drawn.
@@ -106,10 +109,11 @@ impl Default for Model {
             timing: None,
             status: None,
             clipping: None,
-            exported: None,
+            file_news: None,
             recording: None,
             opened: None,
             open_path: String::new(),
+            open_was_pressed: false,
             plots_shown: Shown::default(),
             plots_seen: &[Shown::OverTime],
             plots_area: Rect::NOTHING,
@@ -159,9 +163,12 @@ impl Model {
                 self.clipping = self.share_at_limit(&status);
                 self.status = Some(*status);
             }
-            Update::Recording(news) => self.recording = Some(news),
+            Update::Recording(news) => self.take_recording(news),
             Update::Opened { path, result } => self.take_opened(path, result),
-            Update::Exported(result) => self.exported = Some(result),
+            Update::Exported(result) => {
+                let told = result.map(|path| format!("Written: {}", path.display()));
+                self.file_news = Some(Notice::new(told));
+            }
             Update::Advised(result) => self.scene.advised.take(result, self.scene.revision),
             // A topic of a later daemon.
             Update::Event(Event::Unknown) => {}
@@ -234,11 +241,12 @@ impl Model {
         (&mut self.scope, scene)
     }
 
-    pub(crate) fn recording(&self) -> Option<&RecordingNews> {
+    /// The recording that is being made.
+    pub(crate) fn recording(&self) -> Option<&(PathBuf, Totals)> {
         self.recording.as_ref()
     }
 
-    pub(crate) fn opened(&self) -> Option<&Result<Opened, String>> {
+    pub(crate) fn opened(&self) -> Option<&Opened> {
         self.opened.as_ref()
     }
 
@@ -268,10 +276,6 @@ impl Model {
         self.clipping
     }
 
-    pub(crate) fn exported(&self) -> Option<&Result<PathBuf, String>> {
-        self.exported.as_ref()
-    }
-
     pub(crate) fn timing(&self) -> Option<&Timing> {
         self.timing.as_ref()
     }
@@ -297,31 +301,57 @@ impl Model {
         };
     }
 
-    /// What is to be sent at `now` (s of interface time), and how long until more is. [`ui`](crate::ui) asks for it by itself; a
-    /// window that is hidden must, for a try goes back though nobody looks.
+    /// What is to be sent at `now`, and how long until more is. [`ui`](crate::ui) asks for it by itself; a window that is hidden
+    /// must, for a try goes back though nobody looks.
     #[must_use = "what is not sent has no effect"]
-    pub fn due(&mut self, now: f64) -> (Vec<Intent>, Option<Duration>) {
+    pub fn due(&mut self, now: Instant) -> (Vec<Intent>, Option<Duration>) {
         let (intents, wait) = self.scene.due(now);
         self.scene.asked(&intents);
         (intents, wait)
+    }
+
+    /// Lets go of what has been said for long enough at `now`; gives how long until there is more of that.
+    pub(crate) fn let_go(&mut self, now: Instant) -> Option<Duration> {
+        let news = notice::let_go(&mut self.file_news, now);
+        let report = notice::let_go(&mut self.scene.report, now);
+        news.into_iter().chain(report).min()
     }
 
     /// What was known of a daemon is void with its connection.
     fn forget(&mut self) {
         self.rig = None;
         self.scene.forget();
-        self.scope.clear_live();
+        self.scope.lose_live();
         (self.timing, self.status, self.clipping) = (None, None, None);
         self.losses = Losses::default();
         self.refusal = None;
     }
 
     fn take_opened(&mut self, path: PathBuf, result: Result<Box<Recording>, String>) {
-        self.opened = Some(result.map(|recording| {
-            let opened = Opened::new(path, &recording);
-            self.scope.open(Tape::recorded(recording.rows));
-            opened
-        }));
+        match result {
+            Ok(recording) => {
+                self.opened = Some(Opened::new(path, &recording));
+                self.scope.open(Tape::recorded(recording.rows));
+                self.file_news = None;
+            }
+            Err(why) => self.file_news = Some(Notice::new(Err(why))),
+        }
+    }
+
+    fn take_recording(&mut self, news: RecordingNews) {
+        let told = match news {
+            RecordingNews::Going { path, totals } => {
+                self.recording = Some((path, totals));
+                return;
+            }
+            RecordingNews::Ended { path, totals } => {
+                self.open_path = path.display().to_string();
+                Ok(format!("Recorded {}: {}", path.display(), amount(&totals)))
+            }
+            RecordingNews::Failed { why } => Err(why),
+        };
+        self.recording = None;
+        self.file_news = Some(Notice::new(told));
     }
 
     fn take_samples(&mut self, batch: &SamplesEvent) {
@@ -399,9 +429,9 @@ impl Model {
     }
 }
 
-fn scene_seen<'a>(scope: &Scope, opened: Option<&'a Result<Opened, String>>, rig: &'a SceneModel) -> Option<&'a Scene> {
+fn scene_seen<'a>(scope: &Scope, opened: Option<&'a Opened>, rig: &'a SceneModel) -> Option<&'a Scene> {
     match opened {
-        Some(Ok(opened)) if scope.is_of_recording() => {
+        Some(opened) if scope.is_of_recording() => {
             let newest = scope.tape().at(scope.seen().to_s);
             newest.and_then(|sample| opened.scene_at(sample.tick))
         }

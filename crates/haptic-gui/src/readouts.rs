@@ -3,8 +3,18 @@
 use crate::model::Model;
 use crate::scope::signal::MM_PER_M;
 use crate::theme::Palette;
-use egui::{Color32, RichText, Ui};
+use egui::{Color32, Label, RichText, Ui};
 use haptic_ipc::{RigState, Sample};
+
+/// Size of the numbers, points.
+const LARGEST: f32 = 28.0;
+const SMALLEST: f32 = 12.0;
+
+/// So many times a number's height fit the longest of them with its unit.
+const DIGITS: f32 = 5.0;
+
+/// Height of a unit, as a share of that of its number.
+const UNIT_SHARE: f32 = 0.57;
 
 /// Shows the newest sample in large type; dashes where there is none, for a stale number is no measurement.
 pub(crate) fn show(ui: &mut Ui, model: &Model) {
@@ -36,11 +46,14 @@ pub(crate) fn show(ui: &mut Ui, model: &Model) {
 
 fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>) {
     ui.spacing_mut().item_spacing = egui::vec2(4.0, 0.0);
-    ui.label(RichText::new(title).small());
+    // In a narrow window the numbers are smaller, lest one runs into the next.
+    let size = (ui.available_width() / DIGITS).clamp(SMALLEST, LARGEST);
+    ui.add(Label::new(RichText::new(title).small()).truncate());
     let color = color.unwrap_or(ui.visuals().strong_text_color());
     ui.horizontal(|ui| {
-        ui.label(RichText::new(value).size(28.0).color(color));
-        ui.label(RichText::new(unit).size(16.0).weak());
+        ui.label(RichText::new(value).size(size).color(color));
+        let unit = RichText::new(unit).size((size * UNIT_SHARE).max(SMALLEST)).weak();
+        ui.add(Label::new(unit).truncate());
     });
 }
 

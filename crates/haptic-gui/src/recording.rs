@@ -80,6 +80,17 @@ fn lost(path: &Path, error: &io::Error) -> RecordingNews {
     }
 }
 
+/// How much a recording holds, for people.
+pub(crate) fn amount(totals: &Totals) -> String {
+    #[expect(clippy::cast_precision_loss, reason = "one decimal is shown")]
+    let megabytes = totals.bytes as f64 / 1e6;
+    let mut text = format!("{:.1} s, {megabytes:.1} MB", totals.length_s);
+    if totals.lost > 0 {
+        text += &format!(", {} samples missing", totals.lost);
+    }
+    text
+}
+
 /// A recording that is looked at, without its samples.
 #[derive(Debug)]
 pub(crate) struct Opened {

@@ -124,9 +124,12 @@ mod tests {
     #[test]
     fn text_that_warns_can_be_read_in_both_themes() {
         for (palette, visuals) in [(&DARK, Visuals::dark()), (&LIGHT, Visuals::light())] {
-            let ground = luminance(visuals.panel_fill);
-            for text in [palette.error_text, palette.caution_text] {
-                let text = luminance(text);
+            let on_panel = [palette.error_text, palette.caution_text, visuals.text_color()];
+            let on_panel = on_panel.map(|text| (text, visuals.panel_fill));
+            let fills = [palette.rest, palette.live, palette.caution, palette.halt];
+            let on_fills = fills.map(|fill| (palette.on_fill, fill));
+            for (text, ground) in on_panel.into_iter().chain(on_fills) {
+                let [text, ground] = [text, ground].map(luminance);
                 let contrast = (text.max(ground) + 0.05) / (text.min(ground) + 0.05);
                 assert!(contrast >= 4.5, "{contrast} to 1");
             }

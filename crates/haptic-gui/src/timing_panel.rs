@@ -18,18 +18,23 @@ fn count(ui: &mut Ui, text: String, is_clean: bool, hint: &str) {
 /// From this height of the window on the histograms are shown unless the user hides them, points.
 const TALL: f32 = 760.0;
 
+/// In a lower one they would leave no room for the plots, points.
+const LOWEST: f32 = 560.0;
+
 /// Shows the lines, and the histograms above them.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
-    let is_tall = ui.ctx().content_rect().height() >= TALL;
-    let mut shows = model.histograms_shown.unwrap_or(is_tall);
+    let height = ui.ctx().content_rect().height();
+    let has_room = height >= LOWEST;
+    let mut shows = has_room && model.histograms_shown.unwrap_or(height >= TALL);
     if let Some(timing) = model.timing().filter(|_| shows) {
         show_histograms(ui, &timing.last_10_s);
     }
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Min), |ui| {
         let toggle = egui::Button::selectable(shows, RichText::new("Histograms").small()).frame_when_inactive(true);
         if ui
-            .add(toggle)
+            .add_enabled(has_room, toggle)
             .on_hover_text("How long wake-ups and ticks took")
+            .on_disabled_hover_text("The window is too low for them")
             .clicked()
         {
             shows = !shows;

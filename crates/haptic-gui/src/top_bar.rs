@@ -4,8 +4,12 @@ use crate::intent::Intent;
 use crate::model::{Link, Model};
 use crate::stop_button;
 use crate::theme::Palette;
-use egui::{Align, Button, Color32, Frame, Label, Layout, Margin, RichText, Ui, vec2};
+use egui::{Align, Button, Color32, Frame, Label, Layout, RichText, Ui, Vec2, vec2};
 use haptic_ipc::RigState;
+
+/// Room for the longest name of a state.
+const BADGE_SIZE: Vec2 = vec2(136.0, 36.0);
+const COMMAND_SIZE: Vec2 = vec2(84.0, 36.0);
 
 /// Shows the bar; says whether the stop button was pressed.
 pub(crate) fn show(ui: &mut Ui, model: &Model, intents: &mut Vec<Intent>) -> bool {
@@ -73,7 +77,7 @@ fn show_state(ui: &mut Ui, model: &Model, intents: &mut Vec<Intent>) {
     };
     show_badge(ui, badge, fill);
     if let Some(rig) = model.rig() {
-        show_command(ui, rig.state, intents);
+        show_commands(ui, rig.state, intents);
     }
     let Link::Connected { path, server } = model.link() else {
         return;
@@ -89,31 +93,35 @@ fn show_state(ui: &mut Ui, model: &Model, intents: &mut Vec<Intent>) {
     });
 }
 
+/// Shows the state. The buttons beside it stay where they are, whatever it is.
 fn show_badge(ui: &mut Ui, text: &str, fill: Color32) {
     let palette = Palette::of(ui);
-    Frame::new()
-        .fill(fill)
-        .corner_radius(4)
-        .inner_margin(Margin::symmetric(12, 8))
-        .show(ui, |ui| {
-            ui.label(RichText::new(text).size(18.0).strong().color(palette.on_fill));
-        });
+    Frame::new().fill(fill).corner_radius(4).show(ui, |ui| {
+        let text = RichText::new(text).size(18.0).strong().color(palette.on_fill);
+        ui.add_sized(BADGE_SIZE, Label::new(text));
+    });
 }
 
-/// The one thing that can be done from this state, besides a stop.
-fn show_command(ui: &mut Ui, state: RigState, intents: &mut Vec<Intent>) {
+/// What can be done from this state, besides a stop. Nothing else ever stands where the button does that brings the force up: a second click
+/// on what cleared a stop must not engage the rig.
+fn show_commands(ui: &mut Ui, state: RigState, intents: &mut Vec<Intent>) {
+    let engages = matches!(state, RigState::Idle | RigState::Releasing);
+    show_command(ui, "Engage", "Ramp the force up", engages, Intent::Engage, intents);
     let (label, hint, intent) = match state {
-        RigState::Disconnected => return,
-        RigState::Idle | RigState::Releasing => ("Engage", "Ramp the force up", Intent::Engage),
-        RigState::Engaging | RigState::Engaged => ("Release", "Ramp the force down", Intent::Release),
         RigState::Stopped | RigState::Faulted => (
             "Reset",
             "Clear the stop or the fault; the force stays off until you engage",
             Intent::Reset,
         ),
+        _ => ("Release", "Ramp the force down", Intent::Release),
     };
-    let button = Button::new(RichText::new(label).size(16.0)).min_size(vec2(96.0, 36.0));
-    if ui.add(button).on_hover_text(hint).clicked() {
+    let is_of_use = !matches!(state, RigState::Disconnected | RigState::Idle | RigState::Releasing);
+    show_command(ui, label, hint, is_of_use, intent, intents);
+}
+
+fn show_command(ui: &mut Ui, label: &str, hint: &str, is_enabled: bool, intent: Intent, intents: &mut Vec<Intent>) {
+    let button = Button::new(RichText::new(label).size(16.0)).min_size(COMMAND_SIZE);
+    if ui.add_enabled(is_enabled, button).on_hover_text(hint).clicked() {
         intents.push(intent);
     }
 }
@@ -133,21 +141,21 @@ fn describe(state: RigState) -> &'static str {
 /// Says in place of the scene and the plots why there are none.
 pub(crate) fn explain_no_daemon(ui: &mut Ui, model: &Model) {
     let palette = Palette::of(ui);
-    ui.add_space(24.0);
     match model.link() {
         Link::Connected { .. } => {}
         Link::Connecting { path } => {
             ui.heading("Connecting to the daemon");
-            ui.add_space(8.0);
             ui.label(format!("Socket: {}", path.display()));
         }
         Link::Lost { path, reason } => {
             ui.heading("Not connected to a daemon");
-            ui.add_space(8.0);
             ui.label(format!("Socket: {}", path.display()));
             ui.add(Label::new(RichText::new(reason).color(palette.error_text)).wrap());
-            ui.add_space(8.0);
             ui.label("The panel keeps trying and connects by itself.");
+            if !model.scope().is_empty() {
+                ui.label("Below is what came last before the connection was lost.");
+            }
+            ui.add_space(8.0);
         }
     }
 }

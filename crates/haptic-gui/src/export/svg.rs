@@ -4,7 +4,7 @@ use crate::model::Model;
 use crate::plots::Shown;
 use crate::plots::axis::{USUAL_COUNT, number, steps};
 use crate::plots::contact_ribbon;
-use crate::plots::force_velocity::{Graph, LABELS};
+use crate::plots::force_velocity::{Graph, LABELS, dot_name};
 use crate::plots::over_time::{stroke, time_label, traces, value_reach};
 use crate::scope::Scope;
 use crate::scope::signal::Quantity;
@@ -36,7 +36,7 @@ pub fn svg(model: &Model) -> String {
             }
             Shown::ForceVelocity => {
                 let graph = Graph::of(scope, model.scene_seen());
-                drawing.force_velocity(&graph, x + left, top);
+                drawing.force_velocity(&graph, dot_name(scope), x + left, top);
                 x += left + FORCE_VELOCITY.0 + right;
             }
         }
@@ -174,7 +174,7 @@ impl Drawing {
         }
     }
 
-    fn force_velocity(&mut self, graph: &Graph, left: f64, top: f64) {
+    fn force_velocity(&mut self, graph: &Graph, dot: &str, left: f64, top: f64) {
         let frame = Frame {
             corner: (left, top),
             size: FORCE_VELOCITY,
@@ -189,6 +189,13 @@ impl Drawing {
             if (graph.velocities.0..=graph.velocities.1).contains(threshold) {
                 self.add(format_args!(
                     "<path d=\"M{x:.2} {y}v{height}\" stroke=\"{}\" stroke-dasharray=\"6 4\"><title>DV</title></path>",
+                    mark.color
+                ));
+                let outwards = threshold.signum();
+                let (x, foot) = (x + 4.0 * outwards, y + height - 8.0);
+                let anchor = if outwards < 0.0 { "end" } else { "start" };
+                self.add(format_args!(
+                    "<text x=\"{x:.2}\" y=\"{foot}\" text-anchor=\"{anchor}\" fill=\"{}\">DV</text>",
                     mark.color
                 ));
             }
@@ -210,7 +217,7 @@ impl Drawing {
             );
             if velocity.abs() <= graph.velocities.1 {
                 self.add(format_args!(
-                    "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"5\" fill=\"{color}\"><title>Now</title></circle>"
+                    "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"5\" fill=\"{color}\"><title>{dot}</title></circle>"
                 ));
             }
         }
@@ -221,7 +228,7 @@ impl Drawing {
         let seen = scope.seen();
         let samples = scope.tape().within(seen.from_s, seen.to_s);
         let y = RIBBON / 2.0;
-        for run in contact_ribbon::runs(samples.map(|sample| (sample.t_s - seen.zero_s, sample.contact != 0))) {
+        for run in contact_ribbon::runs(samples, seen.zero_s) {
             let [from, to] = [run.from, run.to].map(|t_s| frame.x(t_s));
             let (color, what) = if run.slides {
                 (palette.sliding, "sliding")
@@ -341,6 +348,7 @@ mod tests {
             ">Law<",
             "Trail",
             "<title>DV<",
+            ">DV</text>",
             "<title>Now<",
         ] {
             assert!(text.contains(part), "{part}");

@@ -30,6 +30,12 @@ pub(crate) fn reach(values: impl IntoIterator<Item = f64>, smallest_span: f64) -
     (middle - half, middle + half)
 }
 
+/// Round distances, and in how many parts finer lines divide them.
+const ROUND: [(f64, f64); 4] = [(10.0, 5.0), (5.0, 5.0), (2.0, 4.0), (1.0, 5.0)];
+
+/// The next of them.
+const FINEST: (f64, f64) = (0.5, 5.0);
+
 /// Distances of the grid's lines: about `count` that carry a number, at 1, 2 or 5 times a power of ten.
 ///
 /// The plot's own grid knows only powers of ten, which leaves most axes with the number 0 alone.
@@ -39,12 +45,16 @@ pub(crate) fn steps((low, high): (f64, f64), count: f64) -> [f64; 3] {
         return [1.0; 3];
     }
     let power = 10_f64.powf(wanted.log10().floor());
-    let (major, parts) = match wanted / power {
-        ..1.5 => (power, 5.0),
-        ..3.5 => (2.0 * power, 4.0),
-        ..7.5 => (5.0 * power, 5.0),
-        _ => (10.0 * power, 5.0),
+    let nearest = match wanted / power {
+        ..1.5 => 3,
+        ..3.5 => 2,
+        ..7.5 => 1,
+        _ => 0,
     };
+    // Two of them lie on the axis wherever it begins; rounding errors must not take one away.
+    let fits = |(round, _): &(f64, f64)| 2.0 * round * power <= (high - low) * (1.0 - 1e-9);
+    let (round, parts) = ROUND[nearest..].iter().copied().find(fits).unwrap_or(FINEST);
+    let major = round * power;
     [major / parts, major, major * 10.0]
 }
 
@@ -77,6 +87,7 @@ fn decimals(step: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn the_numbers_of_an_axis_are_round_and_enough() {
@@ -89,6 +100,27 @@ mod tests {
         assert_eq!(steps((f64::NEG_INFINITY, f64::INFINITY), USUAL_COUNT), [1.0; 3]);
         for (value, text) in [(-0.0, "0"), (3.5, "3.5"), (0.1 + 0.2, "0.3"), (20.0, "20")] {
             assert_eq!(number(value, (0.0, 4.0)), text);
+        }
+    }
+
+    proptest! {
+        /// One number says nothing of how far an axis reaches, and two alike even less.
+        #[test]
+        fn an_axis_has_two_numbers_at_least(
+            middle in -1e4..1e4_f64,
+            decades in -4.0..5.0_f64,
+            is_centred: bool,
+            count in prop_oneof![Just(2.0), Just(USUAL_COUNT), 2.0..8.0_f64],
+        ) {
+            let half = 10_f64.powf(decades);
+            let middle = if is_centred { 0.0 } else { middle };
+            let bounds = (middle - half, middle + half);
+            let [_, step, _] = steps(bounds, count);
+            let first = (bounds.0 / step).ceil();
+            let marks = (0..20).map(|mark| (first + f64::from(mark)) * step).take_while(|mark| *mark <= bounds.1);
+            let texts: Vec<_> = marks.map(|mark| number(mark, bounds)).collect();
+            let different: std::collections::BTreeSet<_> = texts.iter().collect();
+            prop_assert!((2..=16).contains(&texts.len()) && different.len() == texts.len(), "{bounds:?}: {texts:?}");
         }
     }
 

@@ -2,17 +2,18 @@
 
 use crate::scope::Scope;
 use crate::theme::Palette;
-use egui::{Rect, Ui};
+use egui::{Painter, Rect, Ui};
 use egui_plot::PlotTransform;
+use haptic_ipc::Sample;
 
-/// Paints the ribbon into `strip`, on the time axis of the plot below it.
-pub(crate) fn paint(ui: &Ui, strip: Rect, transform: &PlotTransform, scope: &Scope) {
+/// Paints the ribbon into `strip`, on the time axis of the plots below it, which may be scrolled.
+pub(crate) fn paint(ui: &Ui, painter: &Painter, strip: Rect, transform: &PlotTransform, scope: &Scope) {
     let palette = Palette::of(ui);
     let frame = transform.frame();
-    let painter = ui.painter_at(strip.with_min_x(frame.left()).with_max_x(frame.right()));
+    let painter = painter.with_clip_rect(strip.with_min_x(frame.left()).with_max_x(frame.right()));
     let seen = scope.seen();
     let samples = scope.tape().around(seen.from_s, seen.to_s);
-    for run in runs(samples.map(|sample| (sample.t_s - seen.zero_s, sample.contact != 0))) {
+    for run in runs(samples, seen.zero_s) {
         let left = transform.position_from_point_x(run.from);
         let right = transform.position_from_point_x(run.to);
         let color = if run.slides { palette.sliding } else { palette.stuck };
@@ -28,21 +29,28 @@ pub(crate) struct Run {
     pub(crate) slides: bool,
 }
 
-/// Joins samples of the same contact; each run lasts until the next one begins.
-pub(crate) fn runs(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Run> {
+/// Whether the block slides; nothing while no force is on, for then there is no surface that it could stick to.
+fn slides(sample: &Sample) -> Option<bool> {
+    sample.state.is_live().then_some(sample.contact != 0)
+}
+
+/// Joins samples of the same contact; each run lasts until the next one begins, or the force ends. `zero_s` is where the axis has its zero.
+pub(crate) fn runs<'a>(samples: impl Iterator<Item = &'a Sample>, zero_s: f64) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
-    for (t_s, slides) in samples {
-        if let Some(last) = runs.last_mut() {
+    let mut before = None;
+    for sample in samples {
+        let (t_s, now) = (sample.t_s - zero_s, slides(sample));
+        if let Some(last) = runs.last_mut().filter(|_| before.is_some()) {
             last.to = t_s;
-            if last.slides == slides {
-                continue;
-            }
         }
-        runs.push(Run {
-            from: t_s,
-            to: t_s,
-            slides,
-        });
+        if let Some(slides) = now.filter(|_| now != before) {
+            runs.push(Run {
+                from: t_s,
+                to: t_s,
+                slides,
+            });
+        }
+        before = now;
     }
     runs
 }
@@ -50,20 +58,35 @@ pub(crate) fn runs(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Run> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scope::tape::tests::at;
+    use haptic_ipc::RigState;
+
+    fn run(from: f64, to: f64, slides: bool) -> Run {
+        Run { from, to, slides }
+    }
 
     #[test]
     fn samples_of_the_same_contact_are_one_run() {
-        let samples = [(-3.0, false), (-2.0, false), (-1.0, true), (0.0, true)];
-        let stuck = Run {
-            from: -3.0,
-            to: -1.0,
-            slides: false,
-        };
-        let sliding = Run {
-            from: -1.0,
-            to: 0.0,
-            slides: true,
-        };
-        assert_eq!(runs(samples.into_iter()), [stuck, sliding]);
+        let samples = [(7.0, 0), (8.0, 0), (9.0, -1), (10.0, 1)].map(|(t_s, contact)| Sample { contact, ..at(t_s) });
+        assert_eq!(
+            runs(samples.iter(), 10.0),
+            [run(-3.0, -1.0, false), run(-1.0, 0.0, true)]
+        );
+    }
+
+    #[test]
+    fn nothing_sticks_while_no_force_is_on() {
+        let samples = [
+            (0.0, RigState::Idle),
+            (1.0, RigState::Engaging),
+            (2.0, RigState::Engaged),
+            (3.0, RigState::Stopped),
+            (4.0, RigState::Stopped),
+            (5.0, RigState::Engaged),
+            (6.0, RigState::Releasing),
+        ];
+        let samples = samples.map(|(t_s, state)| Sample { state, ..at(t_s) });
+        assert_eq!(runs(samples.iter(), 0.0), [run(1.0, 3.0, false), run(5.0, 6.0, false)]);
+        assert_eq!(runs(samples[3..5].iter(), 0.0), []);
     }
 }

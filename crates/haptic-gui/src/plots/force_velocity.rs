@@ -6,8 +6,8 @@ use crate::scope::Scope;
 use crate::scope::signal::{MM_PER_M, Signal};
 use crate::scope::value_axes::Reach;
 use crate::theme::Palette;
-use egui::{Color32, Ui};
-use egui_plot::{Line, LineStyle, PlotBounds, PlotPoints, Points, VLine};
+use egui::{Align2, Color32, RichText, Ui};
+use egui_plot::{Line, LineStyle, PlotBounds, PlotPoint, PlotPoints, Points, Text, VLine};
 use haptic_core::{Parameter, Scene};
 
 /// How long a trail the dot has, s.
@@ -18,6 +18,9 @@ const CURVE_POINTS: u32 = 200;
 
 /// Numbers at the axis of velocity, which is short.
 const FEW: f64 = 2.0;
+
+/// How far above the lower edge the name of a mark stands, as a share of the height.
+const LABEL_SHARE: f64 = 0.04;
 
 /// Half of the stick band's width where the scene has no threshold, mm/s.
 const NARROW_BAND_MMPS: f64 = 5.0;
@@ -114,8 +117,17 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, scene: Option<&Scene>, height
         let ((left, right), (low, high)) = (graph.velocities, graph.forces);
         plot.set_plot_bounds(PlotBounds::from_min_max([left, low], [right, high]));
         for mark in graph.thresholds {
-            let line = VLine::new("DV", mark).color(palette.mark);
+            let line = VLine::new("", mark).color(palette.mark);
             plot.vline(line.style(LineStyle::dashed_loose()).allow_hover(false));
+            let at = PlotPoint::new(mark, low + LABEL_SHARE * (high - low));
+            // Outside of the band, which may be narrower than its name.
+            let side = if mark < 0.0 {
+                Align2::RIGHT_CENTER
+            } else {
+                Align2::LEFT_CENTER
+            };
+            let name = Text::new("", at, RichText::new(" DV ").small());
+            plot.text(name.color(palette.mark).anchor(side).allow_hover(false));
         }
         plot.line(
             Line::new("Law", PlotPoints::new(graph.law))
@@ -129,11 +141,16 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, scene: Option<&Scene>, height
                 .width(1.0),
         );
         if let Some(newest) = newest {
-            let dot = Points::new("Now", PlotPoints::new(vec![newest]));
+            let dot = Points::new(dot_name(scope), PlotPoints::new(vec![newest]));
             plot.points(dot.color(palette.device).radius(5.0));
         }
     });
     shown.response.accessible_name(name);
+}
+
+/// What the dot stands for.
+pub(crate) fn dot_name(scope: &Scope) -> &'static str {
+    if scope.ends_now() { "Now" } else { "Newest seen" }
 }
 
 /// Fainter than the block's line, so that the law and the dot stand out.

@@ -10,13 +10,16 @@ mod toolbar;
 
 use crate::intent::Intent;
 use crate::model::Model;
-use egui::Ui;
+use egui::{Ui, vec2};
 
 /// From this width on force against velocity has a column of its own, points.
 const WIDE: f32 = 820.0;
 
 /// Share of the width that this column has.
 const COLUMN_SHARE: f32 = 0.38;
+
+/// As far as the name of a vertical axis may reach beyond its plot's place, points: no farther than the panel's margin.
+const AXIS_NAME_MARGIN: f32 = 8.0;
 
 /// In a narrow window the plots share the place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,7 +42,8 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     }
     toolbar::show(ui, model, intents);
     let height = ui.available_height();
-    model.plots_area = ui.available_rect_before_wrap();
+    // The names of the axes reach into the margin.
+    model.plots_area = ui.available_rect_before_wrap().expand2(vec2(AXIS_NAME_MARGIN, 0.0));
     model.plots_seen = match model.plots_shown {
         _ if is_wide => &[Shown::OverTime, Shown::ForceVelocity],
         Shown::OverTime => &[Shown::OverTime],
@@ -50,10 +54,10 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     if is_wide {
         let column = ui.available_width() * COLUMN_SHARE;
         ui.horizontal_top(|ui| {
-            let first = egui::vec2(ui.available_width() - column - ui.spacing().item_spacing.x, height);
+            let first = vec2(ui.available_width() - column - ui.spacing().item_spacing.x, height);
             let layout = egui::Layout::top_down(egui::Align::Min);
             ui.allocate_ui_with_layout(first, layout, |ui| over_time::show(ui, scope, height));
-            let second = egui::vec2(column, height);
+            let second = vec2(column, height);
             ui.allocate_ui_with_layout(second, layout, |ui| force_velocity::show(ui, scope, scene, height));
         });
         return;

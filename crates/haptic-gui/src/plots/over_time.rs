@@ -8,14 +8,16 @@ use crate::scope::trigger::Mode;
 use crate::scope::value_axes::Reach;
 use crate::scope::{Scope, While};
 use crate::theme::Palette;
-use egui::{Color32, Pos2, Rect, RichText, Sense, Ui, vec2};
+use egui::scroll_area::ScrollSource;
+use egui::style::ScrollStyle;
+use egui::{Color32, Pos2, Rect, RichText, ScrollArea, Sense, Ui, vec2};
 use egui_plot::{HLine, Line, LineStyle, PlotBounds, PlotPoints, PlotResponse, VLine};
 
 const TIME_LABEL_HEIGHT: f32 = 18.0;
 const RIBBON_HEIGHT: f32 = 10.0;
 
-/// Lower than this a plot shows nothing.
-const LOWEST_PLOT: f32 = 60.0;
+/// Lower than this a plot has no room for the name of its axis.
+const LOWEST_PLOT: f32 = 100.0;
 
 /// So near to a cursor a drag takes it along, points.
 const GRAB: f32 = 8.0;
@@ -92,16 +94,29 @@ pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, height: f32) {
     #[expect(clippy::cast_precision_loss, reason = "three plots at most")]
     let count = quantities.len() as f32;
     let height = (left / count - spacing).max(LOWEST_PLOT);
-    for (place, quantity) in quantities.into_iter().enumerate() {
-        let has_time = place == lowest;
-        let height = if has_time { height + TIME_LABEL_HEIGHT } else { height };
-        let shown = show_one(ui, scope, quantity, height, has_time);
-        if place == 0 {
-            contact_ribbon::paint(ui, strip, &shown.transform, scope);
+    let painter = ui.painter().clone();
+    let show_all = |ui: &mut Ui| {
+        for (place, quantity) in quantities.into_iter().enumerate() {
+            let has_time = place == lowest;
+            let height = if has_time { height + TIME_LABEL_HEIGHT } else { height };
+            let shown = show_one(ui, scope, quantity, height, has_time);
+            if place == 0 {
+                contact_ribbon::paint(ui, &painter, strip, &shown.transform, scope);
+            }
+            take_pointer(ui, scope, &shown);
+            take_axis_pointer(ui, scope, quantity, &shown);
         }
-        take_pointer(ui, scope, &shown);
-        take_axis_pointer(ui, scope, quantity, &shown);
+    };
+    if count * (height + spacing) <= left + 1.0 {
+        show_all(ui);
+        return;
     }
+    // Where there is no room for all of them they are scrolled by the bar alone, which is always seen: the wheel zooms.
+    ui.spacing_mut().scroll = ScrollStyle::solid();
+    ScrollArea::vertical()
+        .scroll_source(ScrollSource::SCROLL_BAR)
+        .auto_shrink(false)
+        .show(ui, show_all);
 }
 
 fn show_key(ui: &mut Ui) {
@@ -112,7 +127,7 @@ fn show_key(ui: &mut Ui) {
         (palette.block, "block and coupling"),
         (palette.device, "device and hand"),
     ];
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.add_space(AXIS_WIDTH);
         for (color, text) in key {
             let (square, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());

@@ -2,23 +2,30 @@
 
 use crate::intent::Intent;
 use crate::model::Model;
-use crate::recording::RecordingNews;
+use crate::notice;
+use crate::recording::amount;
 use crate::theme::Palette;
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, Label, PopupCloseBehavior, RichText, TextEdit, Ui};
-use haptic_lab::recording::{Ending, Totals};
+use egui::{Button, Label, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
+use haptic_lab::recording::Ending;
 use std::path::PathBuf;
+
+/// Room for either name of the button that begins and ends a recording, so that what stands beside it does not move.
+const RECORD_SIZE: Vec2 = vec2(60.0, 0.0);
 
 /// Shows the buttons, and takes a file that was dropped on the window.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    if matches!(model.recording(), Some(RecordingNews::Going { .. })) && model.is_connected() {
-        let end = Button::new("End recording").fill(Palette::of(ui).caution);
-        if ui.add(end).clicked() {
+    if model.recording().is_some() && model.is_connected() {
+        let palette = Palette::of(ui);
+        let end = RichText::new("End").color(palette.on_fill);
+        let end = Button::new(end).fill(palette.caution).min_size(RECORD_SIZE);
+        let end = ui.add(end).accessible_name("End recording");
+        if end.on_hover_text("Ends the recording").clicked() {
             intents.push(Intent::EndRecording);
         }
     } else {
         let metadata = model.metadata();
-        let record = ui.add_enabled(metadata.is_some(), Button::new("Record"));
+        let record = ui.add_enabled(metadata.is_some(), Button::new("Record").min_size(RECORD_SIZE));
         let hint = format!("Every sample from now on, into a new file in {}", model.export_folder);
         let clicked = record
             .on_hover_text(hint)
@@ -53,6 +60,9 @@ fn show_opening(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         ui.label("A recording's file (dropping it on the window does the same):");
         let field = TextEdit::singleline(&mut model.open_path).desired_width(320.0);
         let field = ui.add(field).accessible_name("recording to open");
+        if std::mem::take(&mut model.open_was_pressed) {
+            field.request_focus();
+        }
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         if ui.button("Open recording").clicked() || entered {
             let path = PathBuf::from(model.open_path.trim());
@@ -60,53 +70,42 @@ fn show_opening(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             ui.close();
         }
     });
-    button.on_hover_text("Looks at a recording, with or without a rig");
+    if button
+        .on_hover_text("Looks at a recording, with or without a rig")
+        .clicked()
+    {
+        model.open_was_pressed = true;
+        ui.ctx().request_repaint();
+    }
 }
 
-/// What is being recorded, and what is looked at.
-pub(crate) fn show_news(ui: &mut Ui, model: &Model) {
+/// What is being recorded, what is looked at, and what became of the last file.
+pub(crate) fn show_news(ui: &mut Ui, model: &mut Model) {
     let palette = Palette::of(ui);
-    let plain = ui.visuals().text_color();
-    let taken = model.recording().map(|news| match news {
-        RecordingNews::Going { path, totals } => (
-            format!("Recording {}: {}", path.display(), size(totals)),
-            palette.caution_text,
-        ),
-        RecordingNews::Ended { path, totals } => (format!("Recorded {}: {}", path.display(), size(totals)), plain),
-        RecordingNews::Failed { why } => (why.clone(), palette.error_text),
+    let taken = model.recording().map(|(path, totals)| {
+        let text = format!("Recording {}: {}", path.display(), amount(totals));
+        (text, palette.caution_text)
     });
-    let opened = model.opened().map(|opened| match opened {
-        Ok(opened) => {
-            let mut text = format!(
-                "Looking at {}: {} of {}, scene {}",
-                opened.path.display(),
-                opened.metadata.server,
-                opened.metadata.device,
-                opened.metadata.scene.name
-            );
-            if opened.lost > 0 {
-                text += &format!(", {} samples missing", opened.lost);
-            }
-            let is_whole = opened.ending == Ending::Complete;
-            if !is_whole {
-                text += &format!("; {}", opened.ending);
-            }
-            (text, if is_whole { plain } else { palette.caution_text })
+    let opened = model.opened().map(|opened| {
+        let mut text = format!(
+            "Looking at {}: {} of {}, scene {}",
+            opened.path.display(),
+            opened.metadata.server,
+            opened.metadata.device,
+            opened.metadata.scene.name
+        );
+        if opened.lost > 0 {
+            text += &format!(", {} samples missing", opened.lost);
         }
-        Err(why) => (why.clone(), palette.error_text),
+        if opened.ending == Ending::Complete {
+            return (text, ui.visuals().text_color());
+        }
+        text += &format!("; {}", opened.ending);
+        (text, palette.caution_text)
     });
     for (text, color) in taken.into_iter().chain(opened) {
         let line = Label::new(RichText::new(&text).small().color(color)).truncate();
         ui.add(line).on_hover_text(text);
     }
-}
-
-fn size(totals: &Totals) -> String {
-    #[expect(clippy::cast_precision_loss, reason = "one decimal is shown")]
-    let megabytes = totals.bytes as f64 / 1e6;
-    let mut text = format!("{:.1} s, {megabytes:.1} MB", totals.length_s);
-    if totals.lost > 0 {
-        text += &format!(", {} samples missing", totals.lost);
-    }
-    text
+    notice::show(ui, &mut model.file_news);
 }

@@ -1,15 +1,15 @@
 //! What can be done with the plots: run and freeze, zoom and move, choose, trigger, measure, keep.
 
 use super::recordings;
+use crate::drop_down::{self, Item};
 use crate::intent::{Format, Intent};
 use crate::model::Model;
 use crate::scope::Scope;
 use crate::scope::signal::{Quantity, Signal};
 use crate::scope::trigger::{Edge, Mode};
 use crate::scope::value_axes::{FARTHEST, ValueAxes};
-use crate::theme::Palette;
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, ComboBox, DragValue, Label, PopupCloseBehavior, RichText, TextEdit, Ui};
+use egui::{Button, DragValue, Label, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
 use std::path::PathBuf;
 
 /// A press of a zoom button changes the while by this factor.
@@ -20,6 +20,10 @@ const SHIFT_SHARE: f64 = 0.25;
 
 /// From here on the fields for the ends of the axes stand in the menu, points.
 const AXIS_FIELDS_AT: f32 = 96.0;
+
+/// Room for either name of the button, and for a while, so that what stands beside them does not move.
+const RUN_SIZE: Vec2 = vec2(60.0, 0.0);
+const SPAN_SIZE: Vec2 = vec2(60.0, 22.0);
 
 /// Shows the tools.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
@@ -48,7 +52,6 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     if scope.cursors.shown {
         show_cursors(ui, scope);
     }
-    show_exported(ui, model);
 }
 
 fn show_running(ui: &mut Ui, scope: &mut Scope) {
@@ -60,7 +63,8 @@ fn show_running(ui: &mut Ui, scope: &mut Scope) {
     } else {
         ("Run", "Follows the rig again")
     };
-    if ui.button(name).on_hover_text(hint).clicked() {
+    let button = ui.add(Button::new(name).min_size(RUN_SIZE));
+    if button.on_hover_text(hint).clicked() {
         if scope.follows() {
             scope.freeze();
         } else {
@@ -90,7 +94,8 @@ fn show_moving(ui: &mut Ui, scope: &mut Scope) {
             _ => scope.zoom(ZOOM_STEP, middle_s),
         }
     }
-    ui.label(duration(span_s)).on_hover_text("How long a while is seen");
+    ui.add_sized(SPAN_SIZE, Label::new(duration(span_s)))
+        .on_hover_text("How long a while is seen");
 }
 
 /// How far the axes of the values reach, to be typed; the pointer does it at the numbers of each axis.
@@ -139,31 +144,23 @@ fn show_trigger_mode(ui: &mut Ui, scope: &mut Scope) {
     }
     ui.label("Trigger");
     let mode = scope.trigger.mode();
-    let combo = ComboBox::from_id_salt("trigger").width(64.0).selected_text(mode.name());
-    let shown = combo.show_ui(ui, |ui| {
-        for other in Mode::ALL {
-            if ui.selectable_label(other == mode, other.name()).clicked() {
-                scope.set_trigger_mode(other);
-            }
-        }
-    });
-    shown.response.accessible_name("trigger").on_hover_text(
+    let items = || Mode::ALL.map(|other| Item::new(other, other.name(), &mode)).into();
+    let (chosen, list) = drop_down::show(ui, "trigger", 80.0, mode.name(), items);
+    list.on_hover_text(
         "Catches the while around a crossing. Auto: at every one, running while there is none. Normal: at every one. \
          Single: at the next.",
     );
+    if let Some(mode) = chosen {
+        scope.set_trigger_mode(mode);
+    }
 }
 
 fn show_trigger(ui: &mut Ui, scope: &mut Scope) {
     let trigger = &mut scope.trigger;
-    let combo = ComboBox::from_id_salt("trigger signal")
-        .width(140.0)
-        .selected_text(trigger.signal.name());
-    let shown = combo.show_ui(ui, |ui| {
-        for signal in Signal::ALL {
-            ui.selectable_value(&mut trigger.signal, signal, signal.name());
-        }
-    });
-    shown.response.accessible_name("trigger signal");
+    let signal = trigger.signal;
+    let items = || Signal::ALL.map(|other| Item::new(other, other.name(), &signal)).into();
+    let (chosen, _) = drop_down::show(ui, "trigger signal", 140.0, signal.name(), items);
+    trigger.signal = chosen.unwrap_or(signal);
     for (edge, name) in [(Edge::Rising, "Rising"), (Edge::Falling, "Falling")] {
         ui.selectable_value(&mut trigger.edge, edge, name)
             .on_hover_text("Which way the signal crosses the level");
@@ -171,7 +168,10 @@ fn show_trigger(ui: &mut Ui, scope: &mut Scope) {
     ui.label("level");
     let unit = format!(" {}", trigger.signal.quantity().unit());
     ui.add(DragValue::new(&mut trigger.level).speed(0.05).suffix(unit))
-        .accessible_name("trigger level");
+        .accessible_name("trigger level")
+        .on_hover_text(
+            "Before the signal can cross it again, it must go back beyond it by a tenth of how far it moved lately",
+        );
     ui.label("before");
     let mut percent = trigger.share_before * 100.0;
     let before = DragValue::new(&mut percent).range(0.0..=100.0).speed(1.0).suffix(" %");
@@ -193,7 +193,7 @@ fn show_cursors_toggle(ui: &mut Ui, scope: &mut Scope) {
     let toggle = Button::selectable(scope.cursors.shown, "Cursors").frame_when_inactive(true);
     if ui
         .add(toggle)
-        .on_hover_text("Two cursors in time, to be dragged or typed")
+        .on_hover_text("Two cursors in time, to be dragged or typed. If they are out of sight, this brings them back.")
         .clicked()
     {
         scope
@@ -211,6 +211,7 @@ fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
         .map(|signal| scope.cursors.read(signal, scope.tape(), zero_s))
         .collect();
     let speed = scope.span_s() / 500.0;
+    let has_room = ui.available_width() >= super::WIDE;
     let cursors = &mut scope.cursors;
     ui.horizontal_wrapped(|ui| {
         for (at_s, name) in cursors.at_s.iter_mut().zip(["cursor 1", "cursor 2"]) {
@@ -226,14 +227,15 @@ fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
                 continue;
             };
             let (name, unit) = (reading.signal.name(), reading.signal.quantity().unit());
-            let values = reading
+            let [first, second] = reading
                 .values
                 .map(|value| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.3}")));
-            ui.add(Label::new(RichText::new(format!("{name} {difference:+.3} {unit}")).small()).extend())
-                .on_hover_text(format!(
-                    "{} at the first, {} {unit} at the second",
-                    values[0], values[1]
-                ));
+            let mut text = format!("{name} {difference:+.3} {unit}");
+            if has_room {
+                text += &format!(" ({first} to {second})");
+            }
+            ui.add(Label::new(RichText::new(text).small()).extend())
+                .on_hover_text(format!("{first} at the first, {second} {unit} at the second"));
         }
     });
 }
@@ -260,16 +262,6 @@ fn show_keeping(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         });
     });
     button.on_hover_text("PNG and SVG as it is drawn, CSV with every column");
-}
-
-/// What became of the last export.
-fn show_exported(ui: &mut Ui, model: &Model) {
-    let (text, color) = match model.exported() {
-        Some(Ok(path)) => (format!("Written: {}", path.display()), ui.visuals().text_color()),
-        Some(Err(why)) => (why.clone(), Palette::of(ui).error_text),
-        None => return,
-    };
-    ui.add(Label::new(RichText::new(text).small().color(color)).truncate());
 }
 
 /// A while as it is read at a glance.

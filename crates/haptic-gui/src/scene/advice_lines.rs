@@ -1,6 +1,7 @@
 //! The adviser's findings: a line below the parameter that each concerns, and a table of all of them.
 
 use super::advice::{Advised, Mending, Warning, four_digits};
+use super::edit::Hand;
 use super::parameter::ParameterModel;
 use super::parameter_row::{number, sentence_case, spoken};
 use crate::theme::Palette;
@@ -40,7 +41,7 @@ pub(crate) fn show(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advise
     }
     if let Some(Mending { target, value }) = wanted {
         let edit = parameter.edit(target.direction);
-        edit.change(value);
+        edit.change(value, Hand::Once);
         edit.typing = None;
     }
 }

@@ -1,9 +1,33 @@
 //! One value that the user is changing while the daemon, and perhaps another client, changes it too.
 
-use std::time::Duration;
+use egui::Id;
+use std::time::{Duration, Instant};
 
 /// How often a value is sent at most while it is dragged, Hz. The eye sees no more, and the daemon compiles a scene for each.
-pub(crate) const MAX_SENDS_HZ: f64 = 30.0;
+const MAX_SENDS_HZ: u32 = 30;
+
+/// Without a press of a key for this long, the next begins a step of undo of its own.
+const KEYS_PAUSE: Duration = Duration::from_secs(1);
+
+/// How the user changes a value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Hand {
+    /// At one stroke: typed, or by a button.
+    #[default]
+    Once,
+    /// By the slider's handle: all of a drag is one step of undo.
+    Drag,
+    /// By keys on the slider: presses that follow one another are one step of undo.
+    Keys,
+}
+
+/// What is to be sent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Change {
+    pub(crate) value: f64,
+    /// Whether `undo` takes it back together with the change before.
+    pub(crate) merge: bool,
+}
 
 /// The user's side of one value. Where it holds nothing, the value in force is shown.
 #[derive(Debug, Default)]
@@ -14,12 +38,18 @@ pub(crate) struct Edit {
     held: bool,
     /// `wanted` has not been sent yet.
     unsent: bool,
+    /// How `wanted` came about.
+    hand: Hand,
+    /// How the change sent last came about, as long as another may go on with it.
+    run: Option<Hand>,
     /// Changes sent and not answered.
     unanswered: u32,
-    /// When the last change was sent, s of interface time.
-    sent_at: Option<f64>,
+    /// When the last change was sent.
+    sent_at: Option<Instant>,
     /// What stands in the field while it is typed in.
     pub(crate) typing: Option<String>,
+    /// The field, as it was drawn last.
+    pub(crate) field: Option<Id>,
     /// Why the daemon refused the last change.
     refusal: Option<String>,
     /// The tick that applied the last change.
@@ -63,9 +93,15 @@ impl Edit {
     }
 
     /// The user wants `value`.
-    pub(crate) fn change(&mut self, value: f64) {
-        self.wanted = Some(value);
+    pub(crate) fn change(&mut self, value: f64, hand: Hand) {
+        (self.wanted, self.hand) = (Some(value), hand);
         self.unsent = true;
+        self.refusal = None;
+    }
+
+    /// What was said of the last change has been read: the user does something else.
+    pub(crate) fn forget_refusal(&mut self) {
+        self.refusal = None;
     }
 
     /// Says beside the value why what was typed is none.
@@ -75,25 +111,36 @@ impl Edit {
 
     /// Whether the user holds the handle.
     pub(crate) fn hold(&mut self, held: bool) {
+        if held && !self.held {
+            self.run = None;
+        }
         self.held = held;
         self.settle();
     }
 
     /// What is to be sent at `now`, or how long until something is. A change that is only tried waits for the end of a drag, so
     /// that it is one.
-    pub(crate) fn due(&mut self, now: f64, is_try: bool) -> Result<f64, Option<Duration>> {
+    pub(crate) fn due(&mut self, now: Instant, is_try: bool) -> Result<Change, Option<Duration>> {
         let Some(value) = self.wanted.filter(|_| self.unsent && !(is_try && self.held)) else {
             return Err(None);
         };
-        let wait = self.sent_at.map_or(0.0, |sent| sent + 1.0 / MAX_SENDS_HZ - now);
-        // A clock that jumped must not hold a change back for longer than a period.
-        if wait > 0.0 && wait <= 1.0 / MAX_SENDS_HZ {
-            return Err(Some(Duration::from_secs_f64(wait)));
+        let since = self.sent_at.map(|sent| now.saturating_duration_since(sent));
+        let period = Duration::from_secs(1) / MAX_SENDS_HZ;
+        if let Some(since) = since.filter(|since| *since < period) {
+            return Err(Some(period - since));
         }
+        let goes_on = match self.hand {
+            Hand::Once => false,
+            Hand::Drag => true,
+            Hand::Keys => since.is_some_and(|since| since < KEYS_PAUSE),
+        };
+        // A try goes back by an undo of its own.
+        let merge = goes_on && !is_try && self.run == Some(self.hand);
+        self.run = Some(self.hand).filter(|_| !is_try);
         self.unsent = false;
         self.unanswered += 1;
         self.sent_at = Some(now);
-        Ok(value)
+        Ok(Change { value, merge })
     }
 
     /// The daemon answered a change: with the tick that applied it, or why it refused.
@@ -101,7 +148,11 @@ impl Edit {
         self.unanswered = self.unanswered.saturating_sub(1);
         (self.applied_at, self.refusal) = match result {
             Ok(tick) => (tick, None),
-            Err(why) => (None, Some(why)),
+            Err(why) => {
+                // The change before it is not of this run.
+                self.run = None;
+                (None, Some(why))
+            }
         };
         self.settle();
     }
@@ -125,28 +176,93 @@ impl Edit {
 mod tests {
     use super::*;
 
+    /// A time of a clock that began somewhere.
+    fn at(s: f64) -> Instant {
+        static BEGIN: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+        *BEGIN.get_or_init(Instant::now) + Duration::from_secs_f64(s)
+    }
+
+    fn value(due: Result<Change, Option<Duration>>) -> Result<f64, Option<Duration>> {
+        due.map(|change| change.value)
+    }
+
     #[test]
     fn a_drag_is_thinned_and_its_last_value_is_sent() {
         let mut edit = Edit::default();
         edit.hold(true);
         let mut sent = Vec::new();
         for frame in 0..144 {
-            let now = f64::from(frame) / 144.0;
-            edit.change(f64::from(frame));
+            let now = at(f64::from(frame) / 144.0);
+            edit.change(f64::from(frame), Hand::Drag);
             sent.extend(edit.due(now, false));
         }
         edit.hold(false);
         assert!((25..=31).contains(&sent.len()), "{} changes in a second", sent.len());
-        let wait = edit.due(1.0, false).expect_err("too early").expect("a value waits");
-        assert_eq!(edit.due(1.0 + wait.as_secs_f64() + 1e-9, false), Ok(143.0));
-        assert_eq!(edit.due(2.0, false), Err(None));
+        let wait = edit.due(at(1.0), false).expect_err("too early").expect("a value waits");
+        assert_eq!(value(edit.due(at(1.0) + wait, false)), Ok(143.0));
+        assert_eq!(value(edit.due(at(2.0), false)), Err(None));
+    }
+
+    /// Whether each change that was sent goes on with the one before.
+    fn merges(edit: &mut Edit, hand: Hand, at_s: impl IntoIterator<Item = f64>) -> Vec<bool> {
+        let changes = at_s.into_iter().map(|at_s| {
+            edit.change(at_s, hand);
+            edit.due(at(at_s), false).expect("it is due").merge
+        });
+        changes.collect()
+    }
+
+    #[test]
+    fn a_drag_is_one_step_of_undo_and_so_are_presses_of_a_key_in_a_row() {
+        let mut edit = Edit::default();
+        for begin in [1.0, 10.0] {
+            edit.hold(true);
+            let drag = merges(&mut edit, Hand::Drag, [begin, begin + 0.1]);
+            // A hand may rest in the middle of a drag, and its last value may wait until after it.
+            edit.change(0.0, Hand::Drag);
+            edit.hold(false);
+            let last = edit.due(at(begin + 8.0), false).expect("it is due");
+            assert_eq!((drag, last.merge), (vec![false, true], true), "each drag is a step");
+        }
+        assert_eq!(
+            merges(&mut edit, Hand::Keys, [18.5, 18.6, 19.5, 20.6]),
+            [false, true, true, false]
+        );
+        assert_eq!(merges(&mut edit, Hand::Once, [21.0, 21.1]), [false, false]);
+        assert_eq!(
+            merges(&mut edit, Hand::Keys, [21.2]),
+            [false],
+            "not with what was typed"
+        );
+    }
+
+    #[test]
+    fn what_follows_a_refusal_or_a_try_is_a_step_of_its_own() {
+        let mut edit = Edit::default();
+        edit.hold(true);
+        assert_eq!(merges(&mut edit, Hand::Drag, [1.0, 2.0]), [false, true]);
+        edit.answered(Err("too much".into()));
+        assert_eq!(merges(&mut edit, Hand::Drag, [3.0, 4.0]), [false, true]);
+        edit.hold(false);
+        edit.change(1.0, Hand::Keys);
+        assert!(!edit.due(at(5.0), true).expect("it is due").merge);
+        edit.change(2.0, Hand::Keys);
+        assert!(
+            !edit.due(at(5.5), true).expect("it is due").merge,
+            "each try goes back alone"
+        );
+        assert_eq!(
+            merges(&mut edit, Hand::Keys, [6.0]),
+            [false],
+            "what stays is not undone with a try"
+        );
     }
 
     #[test]
     fn the_value_wanted_is_shown_until_the_daemon_has_decided() {
         let mut edit = Edit::default();
-        edit.change(2.0);
-        assert_eq!(edit.due(0.0, false), Ok(2.0));
+        edit.change(2.0, Hand::Once);
+        assert_eq!(value(edit.due(at(0.0), false)), Ok(2.0));
         assert_eq!(edit.shown(1.0), 2.0);
         assert_eq!(edit.fate(), Fate::Pending);
         edit.answered(Err("too much".into()));
@@ -159,8 +275,8 @@ mod tests {
     fn an_answer_during_a_drag_does_not_move_the_handle() {
         let mut edit = Edit::default();
         edit.hold(true);
-        edit.change(2.0);
-        assert_eq!(edit.due(0.0, false), Ok(2.0));
+        edit.change(2.0, Hand::Drag);
+        assert_eq!(value(edit.due(at(0.0), false)), Ok(2.0));
         edit.answered(Ok(Some(9)));
         assert_eq!((edit.shown(1.0), edit.fate()), (2.0, Fate::Applied(9)));
         edit.hold(false);
@@ -171,9 +287,9 @@ mod tests {
     fn a_try_is_sent_when_the_handle_is_let_go() {
         let mut edit = Edit::default();
         edit.hold(true);
-        edit.change(2.0);
-        assert_eq!(edit.due(0.0, true), Err(None));
+        edit.change(2.0, Hand::Drag);
+        assert_eq!(value(edit.due(at(0.0), true)), Err(None));
         edit.hold(false);
-        assert_eq!(edit.due(0.1, true), Ok(2.0));
+        assert_eq!(value(edit.due(at(0.1), true)), Ok(2.0));
     }
 }

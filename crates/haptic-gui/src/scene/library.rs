@@ -2,9 +2,10 @@
 
 use super::model::{Comparison, SceneModel};
 use super::tools::SLOTS;
+use crate::drop_down::{self, Item};
 use crate::intent::Intent;
 use crate::theme::Palette;
-use egui::{Button, CollapsingHeader, ComboBox, DragValue, Label, RichText, TextEdit, Ui};
+use egui::{Button, CollapsingHeader, DragValue, Id, Key, Label, RichText, TextEdit, Ui};
 use haptic_ipc::SceneRef;
 
 /// Shows the library and what can be done with it.
@@ -12,7 +13,7 @@ pub(crate) fn show(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent
     let title = CollapsingHeader::new("Scenes").default_open(false).show(ui, |ui| {
         show_presets(ui, scene, intents);
         show_saving(ui, scene, intents);
-        show_comparison(ui, scene, intents);
+        show_comparison(ui, scene);
     });
     title.header_response.on_hover_text("Load, save, compare");
 }
@@ -51,18 +52,21 @@ fn show_presets(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) 
 }
 
 fn show_saving(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let field = TextEdit::singleline(&mut scene.save_as)
+            // The keyboard stays in it when the list above it grows.
+            .id(Id::unique("name to save as"))
             .desired_width(150.0)
             .hint_text("name");
-        ui.add(field).accessible_name("name to save as");
+        let field = ui.add(field).accessible_name("name to save as");
+        let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         let name = scene.save_as.trim();
         let save = ui.add_enabled(!name.is_empty(), Button::new("Save"));
-        if save
+        let is_pressed = save
             .on_hover_text("Keeps the scene in force in the daemon's library")
             .accessible_name("save scene")
-            .clicked()
-        {
+            .clicked();
+        if is_pressed || (is_entered && !name.is_empty()) {
             intents.push(Intent::Save {
                 name: name.to_owned(),
                 replace: false,
@@ -93,31 +97,39 @@ fn comparable(scene: &SceneModel) -> Vec<(String, SceneRef)> {
     slots.chain(library).chain(revisions).collect()
 }
 
-fn show_comparison(ui: &mut Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
+fn show_comparison(ui: &mut Ui, scene: &mut SceneModel) {
     ui.horizontal(|ui| {
         ui.label("Compare with");
-        let shown = scene
-            .comparison
-            .as_ref()
-            .map_or("choose", |comparison| comparison.with.as_str());
-        let combo = ComboBox::from_id_salt("compare").width(150.0).selected_text(shown);
-        let chosen = combo.show_ui(ui, |ui| {
-            for (what, other) in comparable(scene) {
-                if ui.selectable_label(what == shown, &what).clicked() {
-                    intents.push(Intent::Compare { what, scene: other });
-                }
-            }
-        });
-        chosen.response.accessible_name("compare with");
+        let shown = scene.comparison.as_ref().map(|comparison| comparison.with.clone());
+        let shown = shown.unwrap_or_else(|| "choose".to_owned());
+        let item = |(what, other): (String, SceneRef)| Item {
+            is_in_force: what == shown,
+            text: what.clone(),
+            hint: String::new(),
+            what: (what, other),
+        };
+        let items = || comparable(scene).into_iter().map(item).collect();
+        let (chosen, _) = drop_down::show(ui, "compare with", 150.0, &shown, items);
+        if let Some((with, other)) = chosen {
+            scene.comparison = Some(Comparison::new(with, other));
+        }
     });
-    let Some(Comparison { with, result }) = &scene.comparison else {
+    let Some(Comparison {
+        with,
+        found: Some(found),
+        ..
+    }) = &scene.comparison
+    else {
         return;
     };
-    match result {
+    let revision = found.revision;
+    match &found.result {
         Ok(differences) if differences.is_empty() => {
-            ui.label(RichText::new(format!("No difference from {with}")).small());
+            ui.label(RichText::new(format!("Revision {revision}, in force, does not differ from {with}")).small());
         }
         Ok(differences) => {
+            let way = format!("From {with} to revision {revision}, in force:");
+            ui.label(RichText::new(way).small().weak());
             for difference in differences {
                 ui.add(Label::new(RichText::new(difference.to_string()).small()).wrap());
             }

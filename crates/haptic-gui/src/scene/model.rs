@@ -1,17 +1,21 @@
 //! What the panel knows of the scene, and what the user is doing to it.
 
 use super::advice::Advised;
+use super::edit::Change;
 use super::parameter::ParameterModel;
+use super::tools::SLOTS;
 use super::trial::Trial;
 use crate::intent::{Intent, Target};
+use crate::notice::Notice;
 use crate::update::Answer;
+use egui::Id;
 use haptic_core::Scene;
 use haptic_ipc::{
     ChangeReply, Description, Difference, ErrorCode, JournalEntry, ListedScene, LogReply, SceneListReply, SceneRef,
     SceneReply, StateEvent, WireError,
 };
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Changes of the journal that are kept.
 const MOST_ENTRIES: usize = 50;
@@ -43,7 +47,7 @@ pub(crate) struct SceneModel {
     pub(crate) ramp_ms: f64,
     pub(crate) trial: Trial,
     /// What became of the last load, undo, redo or save.
-    pub(crate) report: Option<Result<String, String>>,
+    pub(crate) report: Option<Notice>,
     pub(crate) comparison: Option<Comparison>,
     /// The name under which to save, as it is typed.
     pub(crate) save_as: String,
@@ -51,11 +55,54 @@ pub(crate) struct SceneModel {
     pub(crate) would_replace: Option<String>,
 }
 
-/// In what the scene in force differs from another.
+/// In what the scene in force differs from another. It is asked for again whenever one of them changes.
 #[derive(Debug)]
 pub(crate) struct Comparison {
     pub(crate) with: String,
+    other: SceneRef,
+    /// The revision that was compared last, or is being compared.
+    asked: Option<u64>,
+    is_unanswered: bool,
+    pub(crate) found: Option<Found>,
+}
+
+/// What came of a comparison.
+#[derive(Debug)]
+pub(crate) struct Found {
+    /// Revision of the scene that was in force.
+    pub(crate) revision: u64,
     pub(crate) result: Result<Vec<Difference>, String>,
+}
+
+impl Comparison {
+    pub(crate) fn new(with: String, other: SceneRef) -> Self {
+        Self {
+            with,
+            other,
+            asked: None,
+            is_unanswered: false,
+            found: None,
+        }
+    }
+
+    /// What to ask while `newest` is in force. One at a time, so that a slider that is dragged does not swamp the daemon.
+    fn due(&mut self, newest: Option<u64>) -> Option<Intent> {
+        let revision = newest.filter(|_| !self.is_unanswered && self.asked != newest)?;
+        (self.asked, self.is_unanswered) = (newest, true);
+        Some(Intent::Compare {
+            what: self.with.clone(),
+            scene: self.other.clone(),
+            revision,
+        })
+    }
+
+    /// Takes an answer, unless it is to another question.
+    fn take(&mut self, with: &str, other: &SceneRef, revision: u64, result: Result<Vec<Difference>, String>) {
+        if (self.with.as_str(), &self.other, self.asked) == (with, other, Some(revision)) {
+            self.is_unanswered = false;
+            self.found = Some(Found { revision, result });
+        }
+    }
 }
 
 impl SceneModel {
@@ -78,10 +125,33 @@ impl SceneModel {
         }
     }
 
+    /// Keeps the scene in force in a slot.
+    pub(crate) fn keep(&mut self, place: usize) {
+        self.slots[place].clone_from(&self.in_force);
+        let kept = self.slots[place].clone();
+        let comparison = self
+            .comparison
+            .as_ref()
+            .filter(|comparison| comparison.with == SLOTS[place]);
+        if let (Some(comparison), Some(kept)) = (comparison, kept) {
+            // What was compared with is another now.
+            self.comparison = Some(Comparison::new(
+                comparison.with.clone(),
+                SceneRef::Scene(Box::new(kept)),
+            ));
+        }
+    }
+
     /// The slot whose scene is in force.
     pub(crate) fn slot_in_force(&self) -> Option<usize> {
         let in_force = self.in_force.as_ref()?;
         self.slots.iter().position(|slot| slot.as_ref() == Some(in_force))
+    }
+
+    /// Whether this is the field of a value, and nothing has been typed there yet.
+    pub(crate) fn waits_to_be_typed(&self, field: Id) -> bool {
+        let mut edits = self.parameters.iter().flat_map(ParameterModel::all_edits);
+        edits.any(|edit| edit.field == Some(field) && edit.typing.is_none())
     }
 
     /// Drops what stands half-typed in the fields.
@@ -93,8 +163,8 @@ impl SceneModel {
         }
     }
 
-    /// What is to be sent at `now` (s of interface time), and how long until more is.
-    pub(crate) fn due(&mut self, now: f64) -> (Vec<Intent>, Option<Duration>) {
+    /// What is to be sent at `now`, and how long until more is.
+    pub(crate) fn due(&mut self, now: Instant) -> (Vec<Intent>, Option<Duration>) {
         let mut intents = Vec::new();
         let mut soonest: Option<Duration> = None;
         let mut wait_for = |wait: Option<Duration>| {
@@ -107,15 +177,17 @@ impl SceneModel {
             let name = parameter.about.name.clone();
             for (direction, edit) in parameter.edits() {
                 match edit.due(now, is_try) {
-                    Ok(value) => {
+                    Ok(Change { value, merge }) => {
                         let name = name.clone();
                         let target = Target { name, direction };
-                        intents.push(Intent::Set { target, value });
+                        intents.push(Intent::Set { target, value, merge });
                     }
                     Err(wait) => wait_for(wait),
                 }
             }
         }
+        let comparison = self.comparison.as_mut();
+        intents.extend(comparison.and_then(|comparison| comparison.due(self.revision)));
         match self.trial.due(now) {
             Ok(revision) => intents.push(Intent::TakeBack { revision }),
             Err(wait) => wait_for(wait),
@@ -163,7 +235,7 @@ impl SceneModel {
         if self.revision.is_some_and(|known| known != event.revision) {
             self.tick = Some(event.tick);
         }
-        self.revision = Some(event.revision);
+        self.take_revision(event.revision);
         self.advised.overtaken(event.revision);
         self.name = event.scene;
         if !event.law.is_empty() {
@@ -222,15 +294,15 @@ impl SceneModel {
             }
             (Intent::Load { what, .. }, result) => {
                 let result = self.take_change(result).map_err(refusal);
-                self.report = Some(told(&format!("Loaded {what}"), result));
+                self.report = told(&format!("Loaded {what}"), result);
             }
             (Intent::Undo, result) => {
                 let result = self.take_applied(result).map(|reply| reply.tick).map_err(refusal);
-                self.report = Some(told("Undone", result));
+                self.report = told("Undone", result);
             }
             (Intent::Redo, result) => {
                 let result = self.take_applied(result).map(|reply| reply.tick).map_err(refusal);
-                self.report = Some(told("Done again", result));
+                self.report = told("Done again", result);
             }
             (Intent::TakeBack { .. }, result) => {
                 let result = self.take_applied(result);
@@ -239,25 +311,32 @@ impl SceneModel {
             }
             (Intent::Save { .. }, Ok(Answer::Saved(reply))) => {
                 self.would_replace = None;
-                self.report = Some(Ok(format!("Saved as {} ({})", reply.name, reply.path)));
+                if let Some(comparison) = self
+                    .comparison
+                    .as_mut()
+                    .filter(|comparison| comparison.with == reply.name)
+                {
+                    comparison.asked = None;
+                }
+                self.report = Some(Notice::new(Ok(format!("Saved as {} ({})", reply.name, reply.path))));
             }
             (Intent::Save { name, .. }, Err(error)) => {
-                if error.code == ErrorCode::SceneExists {
+                let why = if error.code == ErrorCode::SceneExists {
                     self.would_replace = Some(name.clone());
+                    format!("The library has a scene {name} already: save under another name, or replace it")
+                } else {
+                    error.message
+                };
+                self.report = Some(Notice::new(Err(why)));
+            }
+            (Intent::Compare { what, scene, revision }, result) => {
+                let result = result.map_err(refusal).and_then(|answer| match answer {
+                    Answer::Differs(reply) => Ok(reply.differences),
+                    _ => Err("the daemon's answer is not that to a comparison".to_owned()),
+                });
+                if let Some(comparison) = &mut self.comparison {
+                    comparison.take(what, scene, *revision, result);
                 }
-                self.report = Some(Err(error.message));
-            }
-            (Intent::Compare { what, .. }, Ok(Answer::Differs(reply))) => {
-                self.comparison = Some(Comparison {
-                    with: what.clone(),
-                    result: Ok(reply.differences),
-                });
-            }
-            (Intent::Compare { what, .. }, Err(error)) => {
-                self.comparison = Some(Comparison {
-                    with: what.clone(),
-                    result: Err(error.message),
-                });
             }
             (_, result) => return Some(result),
         }
@@ -282,7 +361,7 @@ impl SceneModel {
         if self.revision.is_some_and(|known| reply.revision < known) {
             return Ok(reply);
         }
-        self.revision = Some(reply.revision);
+        self.take_revision(reply.revision);
         self.tick = reply.tick;
         self.advised.take_remarks(&reply);
         for (key, &value) in &reply.applied {
@@ -302,6 +381,19 @@ impl SceneModel {
         Ok(reply)
     }
 
+    fn take_revision(&mut self, revision: u64) {
+        if self.revision != Some(revision) {
+            // What was refused was a change of another scene.
+            self.report.take_if(|report| report.told.is_err());
+            for parameter in &mut self.parameters {
+                for (_, edit) in parameter.edits() {
+                    edit.forget_refusal();
+                }
+            }
+        }
+        self.revision = Some(revision);
+    }
+
     fn parameter(&mut self, name: &str) -> Option<&mut ParameterModel> {
         let mut parameters = self.parameters.iter_mut();
         parameters.find(|parameter| parameter.about.name == name)
@@ -309,6 +401,7 @@ impl SceneModel {
 }
 
 /// What became of something, with the tick that did it.
-fn told(what: &str, result: Result<Option<u64>, String>) -> Result<String, String> {
-    result.map(|tick| tick.map_or_else(|| what.to_owned(), |tick| format!("{what} at tick {tick}")))
+fn told(what: &str, result: Result<Option<u64>, String>) -> Option<Notice> {
+    let done = |tick: Option<u64>| tick.map_or_else(|| what.to_owned(), |tick| format!("{what} at tick {tick}"));
+    Some(Notice::new(result.map(done)))
 }

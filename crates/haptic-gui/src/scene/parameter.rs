@@ -1,6 +1,6 @@
 //! One parameter: its row of the table, and what the user is doing to it.
 
-use super::edit::{Edit, Fate};
+use super::edit::{Edit, Fate, Hand};
 use haptic_core::{Direction, Directional};
 use haptic_ipc::ParameterDescription;
 
@@ -52,8 +52,12 @@ impl ParameterModel {
     pub(crate) fn join(&mut self) {
         self.split = false;
         if !self.about.value.is_symmetric() {
-            self.both.change(self.about.value.positive);
+            self.both.change(self.about.value.positive, Hand::Once);
         }
+    }
+
+    pub(crate) fn all_edits(&self) -> [&Edit; 3] {
+        [&self.both, &self.positive, &self.negative]
     }
 
     pub(crate) fn edits(&mut self) -> [(Option<Direction>, &mut Edit); 3] {
@@ -75,7 +79,7 @@ impl ParameterModel {
 
     /// What became of the last change, of either direction: what is pending or refused before what is done.
     pub(crate) fn fate(&self) -> Fate {
-        let fates = [self.both.fate(), self.positive.fate(), self.negative.fate()];
+        let fates = self.all_edits().map(Edit::fate);
         if fates.contains(&Fate::Pending) {
             return Fate::Pending;
         }

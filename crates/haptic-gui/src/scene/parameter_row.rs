@@ -2,10 +2,13 @@
 
 use super::advice::Advised;
 use super::advice_lines;
-use super::edit::{Edit, Fate};
+use super::edit::{Edit, Fate, Hand};
 use super::parameter::ParameterModel;
 use crate::theme::Palette;
-use egui::{Align, Align2, Label, Layout, RichText, Slider, SliderClamping, TextEdit, Ui, vec2};
+use egui::accesskit::Action;
+use egui::text::{CCursor, CCursorRange};
+use egui::text_edit::TextEditState;
+use egui::{Align, Align2, Id, Key, Label, Layout, RichText, Slider, SliderClamping, TextEdit, Ui, vec2};
 use haptic_core::Direction;
 use haptic_ipc::{ParameterDescription, quantity};
 
@@ -14,6 +17,12 @@ pub(crate) use haptic_ipc::quantity::number;
 const FIELD_WIDTH: f32 = 84.0;
 const UNIT_WIDTH: f32 = 44.0;
 const SIGN_WIDTH: f32 = 12.0;
+
+/// Share of a slider's length by which an arrow key moves it.
+const KEY_STEP: f64 = 0.01;
+
+/// The same with Shift.
+const FINE_KEY_STEP: f64 = 0.001;
 
 /// Shows it and takes what the user changes.
 pub(crate) fn show(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advised) {
@@ -130,15 +139,68 @@ fn show_slider(
     if about.step > 0.0 {
         slider = slider.step_by(about.step);
     }
+    let before = edit.shown(in_force);
     let slider = ui
         .add(slider)
         .accessible_name(format!("{spoken_name} slider"))
         .on_hover_text(explanation(about));
-    if slider.changed() {
-        edit.change(round_to_step(value, about.step));
+    let is_held = slider.is_pointer_button_down_on() || slider.dragged();
+    edit.hold(is_held);
+    let steps = key_steps(ui, slider.id);
+    if steps != 0.0 {
+        // The slider's own step is the smallest that makes sense, a thousand of them from end to end.
+        edit.change(stepped(about, before, steps), Hand::Keys);
+        edit.typing = None;
+    } else if slider.changed() {
+        // The last of a drag may come with its end; what is left is a screen reader.
+        let hand = if is_held || slider.drag_stopped() {
+            Hand::Drag
+        } else {
+            Hand::Once
+        };
+        edit.change(round_to_step(value, about.step), hand);
         edit.typing = None;
     }
-    edit.hold(slider.is_pointer_button_down_on() || slider.dragged());
+}
+
+/// By what share of its length the keyboard, or a screen reader, moves a slider now.
+fn key_steps(ui: &Ui, slider: Id) -> f64 {
+    let has_focus = ui.memory(|memory| memory.has_focus(slider));
+    ui.input(|input| {
+        let presses = |key| if has_focus { input.num_presses(key) } else { 0 };
+        let asked = |action| input.num_accesskit_action_requests(slider, action);
+        let up = presses(Key::ArrowRight) + asked(Action::Increment);
+        let down = presses(Key::ArrowLeft) + asked(Action::Decrement);
+        let step = if input.modifiers.shift { FINE_KEY_STEP } else { KEY_STEP };
+        #[expect(clippy::cast_precision_loss, reason = "presses in a frame")]
+        let steps = up as f64 - down as f64;
+        steps * step
+    })
+}
+
+/// A value that is moved by a share of the slider's length: by one step at least, and not beyond the slider's ends.
+fn stepped(about: &ParameterDescription, value: f64, share: f64) -> f64 {
+    let ParameterDescription {
+        slider_min: low,
+        slider_max: high,
+        step,
+        ..
+    } = *about;
+    let moved = if about.logarithmic {
+        let least = low.max(step).max(f64::MIN_POSITIVE);
+        let moved = value.max(least) * (high / least).powf(share);
+        if moved < least { low } else { three_digits(moved) }
+    } else {
+        value + share * (high - low)
+    };
+    let rounded = round_to_step(moved, step);
+    let moved = if rounded == value {
+        value + step * share.signum()
+    } else {
+        rounded
+    };
+    // One that was typed beyond them is not moved farther.
+    moved.clamp(low.min(value), high.max(value))
 }
 
 fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, in_force: f64, spoken_name: &str) {
@@ -146,6 +208,8 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, in_for
     let field = ui
         .add(
             TextEdit::singleline(&mut text)
+                // The keyboard stays in it when another law has other parameters above it.
+                .id(Id::unique(("value of", spoken_name)))
                 .desired_width(FIELD_WIDTH - 8.0)
                 .align(Align2::RIGHT_CENTER),
         )
@@ -154,14 +218,36 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, in_for
     if field.changed() {
         edit.typing = Some(text);
     }
+    if field.changed() || field.gained_focus() {
+        edit.forget_refusal();
+    }
     if field.lost_focus()
         && let Some(typed) = edit.typing.take()
     {
         match quantity::parse(&typed, &about.unit) {
-            Ok(value) => edit.change(value),
+            Ok(value) => edit.change(value, Hand::Once),
             Err(why) => edit.reject(why.to_string()),
         }
     }
+    if field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
+        select_all(ui, field.id, &number(edit.shown(in_force)));
+    }
+    edit.field = Some(field.id);
+}
+
+/// Selects all that stands in a field, so that the next number takes its place.
+fn select_all(ui: &Ui, field: Id, text: &str) {
+    let mut state = TextEditState::load(ui.ctx(), field).unwrap_or_default();
+    let end = CCursor::new(text.chars().count());
+    state
+        .cursor
+        .set_char_range(Some(CCursorRange::two(CCursor::default(), end)));
+    state.store(ui.ctx(), field);
+}
+
+/// The value in three significant digits, to the nearest.
+fn three_digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
 }
 
 /// Takes the noise off a slider's value: as many decimals as its step has.
@@ -213,5 +299,29 @@ mod tests {
         assert_eq!(round_to_step(24_999.7, 1.0), 25_000.0);
         assert_eq!(round_to_step(24_999.7, 0.0), 25_000.0);
         assert_eq!(round_to_step(0.012_345, 1e-300), 0.012_345);
+    }
+
+    #[test]
+    fn an_arrow_key_moves_a_slider_by_a_step_that_is_felt() {
+        let about = |name: &str| {
+            let mut rows = ParameterDescription::all_of(&haptic_core::Scene::paper()).into_iter();
+            rows.find(|row| row.name == name).expect("a parameter")
+        };
+        // The mass and the stiffness are logarithmic, the force is not.
+        for (name, value, up, fine) in [
+            ("mass", 0.5, 0.536, 0.503),
+            ("mass", 0.01, 0.011, 0.011),
+            ("mass", 10.0, 10.0, 10.0),
+            ("mass", 50.0, 50.0, 50.0),
+            ("stiffness", 25_000.0, 26_800.0, 25_200.0),
+            ("static_force", 4.0, 4.2, 4.02),
+            ("velocity_threshold", 0.0, 0.0005, 0.0001),
+        ] {
+            let about = about(name);
+            assert_eq!(stepped(&about, value, KEY_STEP), up, "{name} from {value}");
+            assert_eq!(stepped(&about, value, FINE_KEY_STEP), fine, "{name} from {value}, fine");
+        }
+        assert_eq!(stepped(&about("mass"), 0.536, -KEY_STEP), 0.5, "and back");
+        assert_eq!(stepped(&about("static_force"), 0.1, -KEY_STEP), 0.0);
     }
 }

@@ -1,9 +1,10 @@
 //! What is done to the scene as a whole: its law, undo and redo, two scenes to switch between, and trying.
 
 use super::model::SceneModel;
-use super::trial::TRIAL_S;
+use super::trial::TRIAL;
+use crate::drop_down::{self, Item};
 use crate::intent::Intent;
-use egui::{Align, Button, ComboBox, Key, KeyboardShortcut, Layout, Modifiers, RichText, Ui};
+use egui::{Align, Button, Key, KeyboardShortcut, Layout, Modifiers, RichText, Ui};
 use haptic_core::friction::LAWS;
 use haptic_ipc::SceneRef;
 
@@ -15,7 +16,8 @@ pub(crate) const SLOTS: [&str; 2] = ["A", "B"];
 
 /// Takes the keys of undo and redo, unless a text field is being typed in, which has an undo of its own.
 pub(crate) fn take_keys(ui: &Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
-    if ui.ctx().text_edit_focused() {
+    let focused = ui.memory(egui::Memory::focused);
+    if ui.ctx().text_edit_focused() && !focused.is_some_and(|field| scene.waits_to_be_typed(field)) {
         return;
     }
     // The longer one first: the shorter would match it as well.
@@ -70,20 +72,17 @@ pub(crate) fn show(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent
 /// The law in force, and all the others to choose from.
 fn show_law(ui: &mut Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
     ui.label("Law");
-    let combo = ComboBox::from_id_salt("law").width(140.0).selected_text(&scene.law);
-    let chosen = combo.show_ui(ui, |ui| {
-        let mut chosen = None;
-        for law in LAWS {
-            if ui.selectable_label(law == scene.law, law).clicked() {
-                chosen = Some(law);
-            }
-        }
-        chosen
-    });
-    chosen.response.accessible_name("friction law").on_hover_text(
-        "How the surface holds and slides. Another law takes over every parameter that both have, and the force on the hand.",
-    );
-    let Some(law) = chosen.inner.flatten().filter(|law| *law != scene.law) else {
+    let item = |law| Item {
+        hint: about_law(law).to_owned(),
+        ..Item::new(law, law, &scene.law.as_str())
+    };
+    let items = || LAWS.map(item).into();
+    let (chosen, list) = drop_down::show(ui, "friction law", 140.0, &scene.law, items);
+    list.on_hover_text(format!(
+        "{}.\nAnother law takes over every parameter that both have, and the force on the hand.",
+        about_law(&scene.law)
+    ));
+    let Some(law) = chosen.filter(|law| *law != scene.law) else {
         return;
     };
     let changed = scene
@@ -93,6 +92,29 @@ fn show_law(ui: &mut Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
         .and_then(Result::ok);
     if let Some(changed) = changed {
         intents.push(scene.load(format!("law {law}"), SceneRef::Scene(Box::new(changed))));
+    }
+}
+
+/// What a law is, for people.
+fn about_law(law: &str) -> &'static str {
+    match law {
+        "karnopp" => "Holds rigidly up to the static force, then slides at the dynamic force (Karnopp 1985)",
+        "dahl" => "A spring that yields from the first displacement on; no stiction (Dahl 1968)",
+        "hayward-armstrong" => {
+            "A spring dragged along by displacement alone, which no noise makes drift (Hayward and Armstrong 2000)"
+        }
+        "reset-integrator" => {
+            "A spring and damper up to a length, then a slide at that deflection (Haessig and Friedland 1991)"
+        }
+        "lugre" => "A bristle that yields, with stiction and Stribeck's fall (Canudas de Wit et al. 1995)",
+        "elasto-plastic" => {
+            "LuGre's bristle, elastic at first, so that shaking does not make it creep (Dupont et al. 2002)"
+        }
+        "salcudean-vlaar" => {
+            "A spring that holds up to the static force, and only drag while it slides (Salcudean and Vlaar 1994)"
+        }
+        "viscous" => "Drag in proportion to velocity, and nothing that holds",
+        _ => "",
     }
 }
 
@@ -107,7 +129,7 @@ fn show_slots(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
             .on_hover_text(format!("Keeps the scene in force as {slot}, in this panel"))
             .clicked()
         {
-            scene.slots[place].clone_from(&scene.in_force);
+            scene.keep(place);
         }
         let kept = scene.slots[place].clone();
         let go = Button::selectable(in_force == Some(place), slot).frame_when_inactive(true);
@@ -134,12 +156,13 @@ fn show_slots(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
 }
 
 fn show_trying(ui: &mut Ui, scene: &mut SceneModel) {
+    let seconds = TRIAL.as_secs();
     let hint = format!(
-        "While this is on, every change goes back by itself {TRIAL_S} s after it was made. It is this panel that takes it \
+        "While this is on, every change goes back by itself {seconds} s after it was made. It is this panel that takes it \
          back: if you close it or it loses the daemon meanwhile, the change stays. A change that somebody else has made \
          since is never taken back."
     );
-    let toggle = Button::selectable(scene.trial.is_on, format!("Try {TRIAL_S} s")).frame_when_inactive(true);
+    let toggle = Button::selectable(scene.trial.is_on, format!("Try {seconds} s")).frame_when_inactive(true);
     if ui.add(toggle).accessible_name("try").on_hover_text(hint).clicked() {
         scene.trial.is_on = !scene.trial.is_on;
     }

@@ -3,10 +3,10 @@
 //! It goes back by `undo`, bound to the revision that the try has made, so that nobody else's change is ever taken back. Several
 //! changes that were tried go back one after the other, as long as they followed one another directly.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// How long a try is felt, s.
-pub(crate) const TRIAL_S: f64 = 2.0;
+/// How long a try is felt.
+pub(crate) const TRIAL: Duration = Duration::from_secs(2);
 
 /// The tries of the moment.
 #[derive(Debug, Default)]
@@ -19,12 +19,21 @@ pub(crate) struct Trial {
     tried: Vec<u64>,
     /// The newest revision, which to take back: that of the newest try, or of the step back before.
     newest: u64,
-    /// When they go back, s of interface time; unknown until the interface is next drawn.
-    due_s: Option<f64>,
+    due: Due,
     /// The daemon has been asked to take one back.
     goes_back: bool,
     /// Why a try could not be taken back.
     failure: Option<String>,
+}
+
+/// When a try goes back.
+#[derive(Clone, Copy, Debug, Default)]
+enum Due {
+    /// In [`TRIAL`] from when it is next asked for.
+    #[default]
+    InAWhile,
+    At(Instant),
+    AtOnce,
 }
 
 impl Trial {
@@ -58,18 +67,22 @@ impl Trial {
             self.tried.clear();
         }
         self.tried.push(revision);
-        (self.newest, self.due_s) = (revision, None);
+        (self.newest, self.due) = (revision, Due::InAWhile);
     }
 
     /// The revision to take back at `now`, or how long until one is.
-    pub(crate) fn due(&mut self, now: f64) -> Result<u64, Option<Duration>> {
+    pub(crate) fn due(&mut self, now: Instant) -> Result<u64, Option<Duration>> {
         if self.tried.is_empty() || self.unanswered > 0 || self.goes_back {
             return Err(None);
         }
-        let due = *self.due_s.get_or_insert(now + TRIAL_S);
-        // A clock that jumped must not hold a try for longer than it is meant to last.
-        if due > now && due <= now + TRIAL_S {
-            return Err(Some(Duration::from_secs_f64(due - now)));
+        let due = match self.due {
+            Due::InAWhile => now + TRIAL,
+            Due::At(due) => due,
+            Due::AtOnce => now,
+        };
+        self.due = Due::At(due);
+        if due > now {
+            return Err(Some(due - now));
         }
         self.goes_back = true;
         Ok(self.newest)
@@ -81,8 +94,7 @@ impl Trial {
         match result {
             Ok(revision) => {
                 self.tried.pop();
-                // The next goes at once.
-                (self.newest, self.due_s) = (revision, Some(f64::NEG_INFINITY));
+                (self.newest, self.due) = (revision, Due::AtOnce);
             }
             Err(why) => {
                 self.failure = Some(format!("the try stays: {why}"));
@@ -102,6 +114,12 @@ impl Trial {
 mod tests {
     use super::*;
 
+    /// A time of a clock that began somewhere.
+    fn at(s: f64) -> Instant {
+        static BEGIN: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
+        *BEGIN.get_or_init(Instant::now) + Duration::from_secs_f64(s)
+    }
+
     fn tried(revisions: &[u64]) -> Trial {
         let mut trial = Trial::default();
         for &revision in revisions {
@@ -114,21 +132,21 @@ mod tests {
     #[test]
     fn a_try_goes_back_after_two_seconds() {
         let mut trial = tried(&[7]);
-        assert_eq!(trial.due(10.0), Err(Some(Duration::from_secs(2))));
-        assert_eq!(trial.due(12.0), Ok(7));
-        assert_eq!(trial.due(12.1), Err(None), "asked once");
+        assert_eq!(trial.due(at(10.0)), Err(Some(Duration::from_secs(2))));
+        assert_eq!(trial.due(at(12.0)), Ok(7));
+        assert_eq!(trial.due(at(12.1)), Err(None), "asked once");
         trial.went_back(Ok(8));
         assert!(!trial.is_felt());
-        assert_eq!(trial.due(20.0), Err(None));
+        assert_eq!(trial.due(at(20.0)), Err(None));
     }
 
     #[test]
     fn several_tries_go_back_one_after_the_other() {
         let mut trial = tried(&[7, 8]);
-        assert!(trial.due(0.0).is_err());
-        assert_eq!(trial.due(2.0), Ok(8));
+        assert!(trial.due(at(0.0)).is_err());
+        assert_eq!(trial.due(at(2.0)), Ok(8));
         trial.went_back(Ok(9));
-        assert_eq!(trial.due(2.1), Ok(9), "the step back before is the newest change");
+        assert_eq!(trial.due(at(2.1)), Ok(9), "the step back before is the newest change");
         trial.went_back(Ok(10));
         assert!(!trial.is_felt());
     }
@@ -136,11 +154,11 @@ mod tests {
     #[test]
     fn another_try_begins_the_two_seconds_anew() {
         let mut trial = tried(&[7]);
-        assert!(trial.due(0.0).is_err());
+        assert!(trial.due(at(0.0)).is_err());
         trial.sent();
-        assert_eq!(trial.due(2.5), Err(None), "the answer is awaited");
+        assert_eq!(trial.due(at(2.5)), Err(None), "the answer is awaited");
         trial.answered(Some(8));
-        assert_eq!(trial.due(3.0), Err(Some(Duration::from_secs(2))));
+        assert_eq!(trial.due(at(3.0)), Err(Some(Duration::from_secs(2))));
     }
 
     #[test]
@@ -148,15 +166,15 @@ mod tests {
         // Somebody else made revision 8.
         let mut trial = tried(&[7, 9]);
         assert!(trial.failure().is_some());
-        assert!(trial.due(0.0).is_err());
-        assert_eq!(trial.due(2.0), Ok(9));
+        assert!(trial.due(at(0.0)).is_err());
+        assert_eq!(trial.due(at(2.0)), Ok(9));
         trial.went_back(Ok(10));
-        assert_eq!(trial.due(2.1), Err(None), "what is older than that is theirs");
+        assert_eq!(trial.due(at(2.1)), Err(None), "what is older than that is theirs");
         let mut trial = tried(&[7]);
-        assert!(trial.due(0.0).is_err());
-        assert!(trial.due(2.0).is_ok());
+        assert!(trial.due(at(0.0)).is_err());
+        assert!(trial.due(at(2.0)).is_ok());
         trial.went_back(Err("the newest revision is 8".to_owned()));
-        assert_eq!(trial.due(9.0), Err(None));
+        assert_eq!(trial.due(at(9.0)), Err(None));
         assert_eq!(trial.failure(), Some("the try stays: the newest revision is 8"));
     }
 

@@ -27,9 +27,10 @@ impl Reading {
 }
 
 impl Cursors {
-    /// Shows them, at a third and two thirds of what is seen, or hides them.
+    /// Shows them, at a third and two thirds of what is seen, or hides them. What is out of sight is fetched, not hidden.
     pub(crate) fn toggle(&mut self, (left_s, right_s): (f64, f64)) {
-        self.shown = !self.shown;
+        let in_sight = self.at_s.iter().any(|at_s| (left_s..=right_s).contains(at_s));
+        self.shown = !(self.shown && in_sight);
         let span_s = right_s - left_s;
         self.at_s = [left_s + span_s / 3.0, left_s + span_s * 2.0 / 3.0];
     }
@@ -80,6 +81,14 @@ mod tests {
         assert_eq!(reading.difference(), Some(10e3));
         assert_eq!(cursors.frequency_hz(), Some(0.1));
         assert_eq!((cursors.nearest(-49.0), cursors.nearest(-44.0)), (0, 1));
+        cursors.toggle((-5.0, 4.0));
+        assert_eq!(
+            (cursors.shown, cursors.at_s),
+            (true, [-2.0, 1.0]),
+            "they were out of sight"
+        );
+        cursors.toggle((-5.0, 4.0));
+        assert!(!cursors.shown);
         cursors.at_s = [-500.0, -40.0];
         assert_eq!(cursors.read(Signal::DevicePosition, &tape, 99.0).difference(), None);
     }

@@ -20,6 +20,8 @@ use view::{View, Zero};
 #[derive(Debug)]
 pub(crate) struct Scope {
     live: Tape,
+    /// The connection is gone: the live tape ends here, and is looked at until another begins.
+    is_over: bool,
     /// What the live tape was when the user froze it.
     frozen: Option<Tape>,
     pub(crate) trigger: Trigger,
@@ -38,6 +40,7 @@ impl Default for Scope {
     fn default() -> Self {
         Self {
             live: Tape::default(),
+            is_over: false,
             frozen: None,
             trigger: Trigger::default(),
             view: View::default(),
@@ -63,7 +66,9 @@ pub(crate) struct While {
 impl Scope {
     /// Takes new samples of the live rig.
     pub(crate) fn extend(&mut self, rows: &[Sample]) {
-        let before = self.live.last().copied();
+        if self.is_over && !rows.is_empty() {
+            self.begin_anew();
+        }
         self.live.extend(rows.iter().copied());
         // A recording that is looked at has a view of its own.
         let view = if self.is_of_recording() {
@@ -72,22 +77,32 @@ impl Scope {
             &self.view
         };
         let span_s = view.span_s();
-        self.trigger.look(before, rows, self.live.oldest_s(), span_s);
+        self.trigger.look(rows, self.live.oldest_s(), span_s);
         self.trigger.catch(&self.live, span_s);
     }
 
-    /// Forgets the live rig; a recording stays.
-    pub(crate) fn clear_live(&mut self) {
-        self.live.clear();
-        self.frozen = None;
+    /// The connection to the rig is gone. What was seen last stays until there is something else to see.
+    pub(crate) fn lose_live(&mut self) {
+        self.is_over = true;
+    }
+
+    /// Forgets what was live before the connection was lost. What the user holds still stays, and so does a recording.
+    fn begin_anew(&mut self) {
+        let before = std::mem::take(&mut self.live);
+        self.is_over = false;
+        let view = if self.is_of_recording() {
+            &self.live_view
+        } else {
+            &self.view
+        };
+        if view.zero != Zero::Newest {
+            // One that was only moved is on the tape that ends here.
+            self.frozen.get_or_insert(before);
+        }
+        // What it caught and what it waits for are of the past as well.
         let mode = self.trigger.mode();
         self.trigger.set_mode(Mode::Off);
         self.trigger.set_mode(mode);
-        if self.is_of_recording() {
-            self.live_view.follow();
-        } else {
-            self.view.follow();
-        }
     }
 
     /// Looks at a recording.
@@ -129,9 +144,14 @@ impl Scope {
         &self.live
     }
 
-    /// The newest sample of the live rig.
+    /// The newest sample of the live rig; none when the connection to it is gone.
     pub(crate) fn last(&self) -> Option<&Sample> {
-        self.live.last()
+        self.live.last().filter(|_| !self.is_over)
+    }
+
+    /// Whether there is anything to look at.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.tape().last().is_none()
     }
 
     pub(crate) fn span_s(&self) -> f64 {
@@ -155,6 +175,11 @@ impl Scope {
     /// Whether the plots follow the live rig.
     pub(crate) fn follows(&self) -> bool {
         !self.is_of_recording() && self.frozen.is_none() && self.view.zero == Zero::Newest
+    }
+
+    /// Whether the right edge of what is seen is now.
+    pub(crate) fn ends_now(&self) -> bool {
+        self.follows() && !self.is_over && self.caught().is_none()
     }
 
     /// Keeps what is there now, for as long as the user wants to look at it.
@@ -239,6 +264,40 @@ mod tests {
         assert!(!scope.follows());
         scope.follow();
         assert!(scope.tape().newest_s() > Some(29.9));
+    }
+
+    #[test]
+    fn what_was_seen_last_stays_when_the_connection_is_lost_until_something_new_comes() {
+        let mut scope = running();
+        scope.lose_live();
+        assert_eq!((scope.seen().from_s, scope.seen().to_s), (15.0, 20.0));
+        assert!(!scope.is_empty() && scope.last().is_none(), "it is not what is so now");
+        scope.extend(&[]);
+        assert!(!scope.is_empty());
+        // The same daemon goes on, or another begins.
+        for t_s in [100.0, 0.5] {
+            scope.lose_live();
+            scope.extend(&[at(t_s)]);
+            assert_eq!((scope.tape().oldest_s(), scope.seen().to_s), (Some(t_s), t_s));
+            assert!(scope.last().is_some());
+        }
+    }
+
+    #[test]
+    fn what_is_held_still_outlives_the_daemon() {
+        let hold: [fn(&mut Scope); 2] = [Scope::freeze, |scope| scope.shift(-1.0)];
+        for hold in hold {
+            let mut scope = running();
+            hold(&mut scope);
+            let seen = scope.seen();
+            for _ in 0..2 {
+                scope.lose_live();
+                scope.extend(&[at(0.5)]);
+                assert_eq!((scope.seen(), scope.tape().newest_s()), (seen, Some(20.0)));
+            }
+            scope.follow();
+            assert_eq!(scope.tape().newest_s(), Some(0.5));
+        }
     }
 
     #[test]

@@ -54,11 +54,6 @@ impl Tape {
         self.samples.push_back(row);
     }
 
-    /// Forgets everything.
-    pub(crate) fn clear(&mut self) {
-        self.samples.clear();
-    }
-
     /// The newest sample.
     pub(crate) fn last(&self) -> Option<&Sample> {
         self.samples.back()

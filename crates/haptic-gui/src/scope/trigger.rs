@@ -1,6 +1,7 @@
 //! A trigger as an oscilloscope has it: when a signal crosses a level, the while around that moment is caught and stands still.
 //!
-//! It fires only once as much of the past is there as the view shows before the trigger, and catches when as much of the
+//! A signal that has crossed must go back beyond the level by a share of how far it moved lately before it can cross again (hysteresis), so that
+//! ripple on the level does not fire. It fires only once as much of the past is there as the view shows before the trigger, and catches when as much of the
 //! future is. Times are those of the samples, so a late batch moves nothing.
 
 use super::signal::Signal;
@@ -12,6 +13,12 @@ const WHILES_AROUND: f64 = 2.0;
 
 /// Without a crossing for this long the automatic mode lets the plots run, s.
 const PATIENCE_S: f64 = 0.5;
+
+/// Hysteresis, as a share of how far the signal moved lately.
+const HYSTERESIS: f64 = 0.1;
+
+/// What lately means: how far the signal moved is forgotten with this time constant, s.
+const LATELY_S: f64 = 5.0;
 
 /// When it catches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,6 +63,56 @@ pub(crate) struct Caught {
     pub(crate) t_s: f64,
 }
 
+/// Finds where a signal crosses a level.
+#[derive(Debug)]
+struct Crossing {
+    signal: Signal,
+    edge: Edge,
+    level: f64,
+    /// How far the signal moved lately, in the unit of its quantity.
+    reach: Option<(f64, f64)>,
+    /// Time of the newest sample, s on the daemon's clock.
+    t_s: f64,
+    /// The signal has been far enough on the other side.
+    is_ready: bool,
+}
+
+impl Crossing {
+    fn new(signal: Signal) -> Self {
+        Self {
+            signal,
+            edge: Edge::default(),
+            level: 0.0,
+            reach: None,
+            t_s: 0.0,
+            is_ready: false,
+        }
+    }
+
+    /// Looks for this crossing.
+    fn aim(&mut self, edge: Edge, level: f64) {
+        self.is_ready &= (self.edge, self.level) == (edge, level);
+        (self.edge, self.level) = (edge, level);
+    }
+
+    /// Takes the next sample; says whether the signal has crossed there.
+    fn take(&mut self, sample: &Sample) -> bool {
+        let value = self.signal.of(sample);
+        let (low, high) = self.reach.unwrap_or((value, value));
+        let forgets = ((sample.t_s - self.t_s) / LATELY_S).clamp(0.0, 1.0) * (high - low);
+        let (low, high) = (value.min(low + forgets), value.max(high - forgets));
+        (self.reach, self.t_s) = (Some((low, high)), sample.t_s);
+        // How far beyond the level, in the direction in which it is crossed.
+        let beyond = match self.edge {
+            Edge::Rising => value - self.level,
+            Edge::Falling => self.level - value,
+        };
+        let crosses = self.is_ready && beyond >= 0.0;
+        self.is_ready = !crosses && (self.is_ready || beyond < -HYSTERESIS * (high - low));
+        crosses
+    }
+}
+
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Phase {
     #[default]
@@ -79,6 +136,7 @@ pub(crate) struct Trigger {
     phase: Phase,
     /// Since when it waits for a crossing, s on the daemon's clock.
     armed_at_s: Option<f64>,
+    crossing: Option<Crossing>,
     caught: Option<Caught>,
 }
 
@@ -92,6 +150,7 @@ impl Default for Trigger {
             share_before: 0.5,
             phase: Phase::Armed,
             armed_at_s: None,
+            crossing: None,
             caught: None,
         }
     }
@@ -105,6 +164,7 @@ impl Trigger {
     /// Changes the mode, and waits for a crossing from now on.
     pub(crate) fn set_mode(&mut self, mode: Mode) {
         self.mode = mode;
+        self.crossing = None;
         self.arm();
         if mode == Mode::Off {
             self.caught = None;
@@ -137,16 +197,19 @@ impl Trigger {
         (-self.share_before * span_s, (1.0 - self.share_before) * span_s)
     }
 
-    /// Looks at new samples, `before` being the one before the first of them.
-    pub(crate) fn look(&mut self, mut before: Option<Sample>, rows: &[Sample], oldest_s: Option<f64>, span_s: f64) {
+    /// Looks at new samples.
+    pub(crate) fn look(&mut self, rows: &[Sample], oldest_s: Option<f64>, span_s: f64) {
         if self.mode == Mode::Off {
             return;
         }
         let past_s = -self.edges(span_s).0;
+        let crossing = self.crossing.take().filter(|crossing| crossing.signal == self.signal);
+        let mut crossing = crossing.unwrap_or_else(|| Crossing::new(self.signal));
+        crossing.aim(self.edge, self.level);
         for row in rows {
             let since = *self.armed_at_s.get_or_insert(row.t_s);
             let has_past = oldest_s.is_some_and(|oldest| row.t_s - oldest >= past_s);
-            let crosses = before.is_some_and(|before| self.crosses(&before, row));
+            let crosses = crossing.take(row);
             if self.phase == Phase::Armed && has_past && crosses {
                 self.phase = Phase::Fired(row.t_s);
             }
@@ -154,16 +217,8 @@ impl Trigger {
             if self.mode == Mode::Auto && self.phase == Phase::Armed && is_quiet {
                 self.caught = None;
             }
-            before = Some(*row);
         }
-    }
-
-    fn crosses(&self, before: &Sample, after: &Sample) -> bool {
-        let (before, after) = (self.signal.of(before), self.signal.of(after));
-        match self.edge {
-            Edge::Rising => before < self.level && after >= self.level,
-            Edge::Falling => before > self.level && after <= self.level,
-        }
+        self.crossing = Some(crossing);
     }
 
     /// Catches what it has fired at once the future is there; says whether it did.
@@ -224,9 +279,8 @@ mod tests {
                 })
                 .collect();
             for batch in rows.chunks(10) {
-                let before = self.tape.last().copied();
                 self.tape.extend(batch.iter().copied());
-                self.trigger.look(before, batch, self.tape.oldest_s(), SPAN_S);
+                self.trigger.look(batch, self.tape.oldest_s(), SPAN_S);
                 self.trigger.catch(&self.tape, SPAN_S);
             }
         }
@@ -267,6 +321,45 @@ mod tests {
         rig.trigger.edge = Edge::Falling;
         rig.feel(0, 3000, square);
         assert_eq!(rig.caught_ms(), Some(400.0));
+    }
+
+    /// A block that sticks up to 5 N, and slides at 3 N with a ripple of a quarter of a newton.
+    fn stick_slip_with_ripple(ms: u32) -> f64 {
+        match ms % 1000 {
+            until @ ..500 => f64::from(until) * 0.01,
+            until => 3.0 + 0.25 * (f64::from(until) * 0.3).sin(),
+        }
+    }
+
+    #[test]
+    fn ripple_on_the_level_does_not_fire() {
+        for (edge, at_ms) in [(Edge::Rising, 300.0), (Edge::Falling, 500.0)] {
+            let mut rig = Rig::new(Mode::Single);
+            rig.trigger.edge = edge;
+            rig.trigger.level = if edge == Edge::Rising { 3.0 } else { 2.9 };
+            for second in (1..20_u32).step_by(2) {
+                rig.trigger.arm();
+                // Armed in the middle of a slide.
+                rig.feel(1000 * second - 300, 1000 * second + 1700, stick_slip_with_ripple);
+                if second > 1 {
+                    assert_eq!(rig.caught_ms().map(|ms| ms % 1000.0), Some(at_ms), "{edge:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_small_signal_fires_once_a_large_one_is_long_past() {
+        let mut rig = Rig::new(Mode::Single);
+        rig.feel(0, 2000, |ms| if ms < 1000 { 0.0 } else { 20.0 });
+        rig.trigger.arm();
+        rig.feel(2000, 3000, |_| 2.5);
+        rig.trigger.level = 2.6;
+        let small = |ms: u32| if ms % 1000 < 500 { 2.5 } else { 2.7 };
+        rig.feel(3000, 5000, small);
+        assert_eq!(rig.caught_ms(), Some(1000.0), "not yet again");
+        rig.feel(5000, 60_000, small);
+        assert!(rig.caught_ms() > Some(5000.0));
     }
 
     #[test]

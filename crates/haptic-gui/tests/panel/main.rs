@@ -5,7 +5,7 @@ mod scene;
 
 use egui::{Key, Modifiers};
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::{Directional, Scene};
 use haptic_gui::{Answer, Intent, Model, Target, Update};
 use haptic_ipc::{
@@ -13,28 +13,43 @@ use haptic_ipc::{
     LinkedDevice, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, SamplesEvent, StateEvent, StateReply, Timing,
     TimingWindow, WireError, params_of,
 };
+use std::time::{Duration, Instant};
 
 const SOCKET: &str = "/run/user/1000/hapticd/control.sock";
 
 /// The panel and everything that it asked for.
-#[derive(Default)]
 struct Bench {
     model: Model,
     asked: Vec<Intent>,
+    /// When the interface's clock began, by the system's.
+    began: Instant,
+}
+
+impl Bench {
+    /// The system's time.
+    fn now(&self, ui: &egui::Ui) -> Instant {
+        self.began + Duration::from_secs_f64(ui.input(|input| input.time))
+    }
 }
 
 type Panel = Harness<'static, Bench>;
 
 fn panel() -> Panel {
     let draw = |ui: &mut egui::Ui, bench: &mut Bench| {
-        let asked = haptic_gui::ui(ui, &mut bench.model);
+        let now = bench.now(ui);
+        let asked = haptic_gui::ui(ui, &mut bench.model, now);
         bench.asked.extend(asked);
+    };
+    let bench = Bench {
+        model: Model::new(),
+        asked: Vec::new(),
+        began: Instant::now(),
     };
     // The smallest window that the panel is made for.
     let mut panel = Harness::builder()
         .with_size([1024.0, 640.0])
         .with_context_setup(haptic_gui::theme::install)
-        .build_ui_state(draw, Bench::default());
+        .build_ui_state(draw, bench);
     panel.run();
     panel
 }
@@ -90,7 +105,11 @@ fn set(name: &str, value: f64) -> Intent {
         name: name.into(),
         direction: None,
     };
-    Intent::Set { target, value }
+    Intent::Set {
+        target,
+        value,
+        merge: false,
+    }
 }
 
 fn asked(panel: &mut Panel) -> Vec<Intent> {
@@ -104,6 +123,24 @@ fn type_into(panel: &mut Panel, field: &str, text: &str) {
     panel.run();
     panel.get_by_label(field).type_text(text);
     panel.run();
+}
+
+/// Lets the clocks go on.
+fn wait(panel: &mut Panel, seconds: f64) {
+    let begin = panel.ctx.input(|input| input.time);
+    while panel.ctx.input(|input| input.time) < begin + seconds {
+        panel.step();
+    }
+}
+
+fn of_depth(undo_depth: usize, redo_depth: usize) -> Update {
+    let mut event = state_event(RigState::Engaged, 200);
+    (event.undo_depth, event.redo_depth) = (undo_depth, redo_depth);
+    Update::Event(Event::State(event))
+}
+
+fn is_enabled(panel: &Panel, label: &str) -> bool {
+    !panel.get_by_label(label).accesskit_node().is_disabled()
 }
 
 fn value_of(panel: &Panel, field: &str) -> String {
@@ -127,13 +164,77 @@ fn an_engaged_rig_can_be_released_and_a_stopped_one_reset() {
     panel.run();
     hear(&mut panel, in_state(RigState::Stopped, 200));
     panel.get_by_label("Stopped at tick 200");
-    assert!(
-        panel.query_by_label("Engage").is_none(),
-        "a stopped rig cannot be engaged"
-    );
+    assert!(!is_enabled(&panel, "Engage"), "a stopped rig cannot be engaged");
     panel.get_by_label("Reset").click();
     panel.run();
     assert_eq!(asked(&mut panel), [Intent::Release, Intent::Reset]);
+}
+
+#[test]
+fn nothing_is_drawn_while_nothing_is_new() {
+    let mut panel = connected(RigState::Engaged);
+    panel.run();
+    let wait = |panel: &Panel| panel.output().viewport_output[&egui::ViewportId::ROOT].repaint_delay;
+    assert_eq!(wait(&panel), Duration::MAX);
+    hear(&mut panel, Update::Exported(Ok("/tmp/plots/haptic-plot-1.svg".into())));
+    panel.run();
+    assert!(
+        wait(&panel) > Duration::from_secs(1),
+        "until it goes: {:?}",
+        wait(&panel)
+    );
+}
+
+#[test]
+fn a_second_click_never_engages_the_rig() {
+    for (before, button, after) in [
+        (RigState::Stopped, "Reset", RigState::Idle),
+        (RigState::Faulted, "Reset", RigState::Idle),
+        (RigState::Engaged, "Release", RigState::Releasing),
+        (RigState::Engaging, "Release", RigState::Releasing),
+        (RigState::Engaged, "Release", RigState::Idle),
+    ] {
+        let mut panel = connected(before);
+        let at = panel.get_by_label(button).rect().center();
+        let press = |panel: &mut Panel| {
+            panel.drag_at(at);
+            panel.step();
+            panel.drop_at(at);
+            panel.step();
+        };
+        press(&mut panel);
+        assert_eq!(asked(&mut panel).len(), 1, "{button}");
+        panel.state_mut().model.apply(in_state(after, 200));
+        panel.step();
+        press(&mut panel);
+        assert_eq!(asked(&mut panel), [], "{button}, and again when the rig is {after}");
+        panel.get_by_label("Engage").click();
+        panel.run();
+        assert_eq!(asked(&mut panel), [Intent::Engage], "it has a place of its own");
+    }
+}
+
+#[test]
+fn nothing_else_ever_stands_where_engage_does() {
+    let states = [
+        RigState::Disconnected,
+        RigState::Idle,
+        RigState::Engaging,
+        RigState::Engaged,
+        RigState::Releasing,
+        RigState::Stopped,
+        RigState::Faulted,
+    ];
+    let mut panel = connected(RigState::Idle);
+    let engage = panel.get_by_label("Engage").rect();
+    for (tick, state) in (200..).zip(states) {
+        hear(&mut panel, in_state(state, tick));
+        assert_eq!(panel.get_by_label("Engage").rect(), engage, "{state}");
+        let others = ["Release", "Reset"].map(|label| panel.query_by_label(label));
+        for other in others.into_iter().flatten() {
+            assert!(!other.rect().intersects(engage), "{state}: {:?}", other.rect());
+        }
+    }
 }
 
 #[test]
@@ -320,7 +421,117 @@ fn a_moved_slider_sets_its_parameter() {
     panel.drop_at(slider.right_center());
     panel.run();
     let asked = asked(&mut panel);
-    assert_eq!(asked.last(), Some(&set("static_force", 20.0)), "{asked:?}");
+    assert!(
+        matches!(asked.last(), Some(Intent::Set { target, value: 20.0, .. }) if target.name == "static_force"),
+        "{asked:?}"
+    );
+}
+
+/// Drags a slider by its handle, and gives what was asked.
+fn drag_slider(panel: &mut Panel, slider: &str, shares: &[f32]) -> Vec<Intent> {
+    let rail = panel.get_by_label(slider).rect();
+    let at = |share: f32| egui::pos2(rail.left() + share * rail.width(), rail.center().y);
+    panel.drag_at(at(shares[0]));
+    panel.run();
+    for share in shares {
+        panel.hover_at(at(*share));
+        wait(panel, 0.1);
+    }
+    // Let go while it still moves.
+    panel.drop_at(at(shares[shares.len() - 1] + 0.05));
+    wait(panel, 0.5);
+    asked(panel)
+}
+
+/// Whether each change of a parameter goes on with the one before.
+fn merges(asked: &[Intent]) -> Vec<bool> {
+    let merge = |intent: &Intent| match intent {
+        Intent::Set { merge, .. } => *merge,
+        other => panic!("{other:?}"),
+    };
+    asked.iter().map(merge).collect()
+}
+
+#[test]
+fn all_of_a_drag_is_one_step_of_undo() {
+    let mut panel = connected(RigState::Engaged);
+    for way in [[0.2, 0.4, 0.6, 0.8], [0.7, 0.5, 0.3, 0.1]] {
+        let merges = merges(&drag_slider(&mut panel, "mass slider", &way));
+        assert!(merges.len() >= 4, "{merges:?}");
+        assert!(!merges[0] && merges[1..].iter().all(|merge| *merge), "{merges:?}");
+    }
+}
+
+#[test]
+fn arrow_keys_move_a_slider_by_steps_that_are_felt() {
+    let mut panel = connected(RigState::Engaged);
+    panel.get_by_label("static force slider").focus();
+    panel.run();
+    panel.key_press(Key::ArrowRight);
+    panel.step();
+    assert_eq!(asked(&mut panel), [set("static_force", 4.2)], "a hundredth of 20 N");
+    wait(&mut panel, 0.1);
+    panel.key_press(Key::ArrowRight);
+    wait(&mut panel, 0.1);
+    panel.key_press_modifiers(Modifiers::SHIFT, Key::ArrowLeft);
+    wait(&mut panel, 0.1);
+    let more = asked(&mut panel);
+    let values: Vec<_> = more.iter().map(ToString::to_string).collect();
+    assert_eq!(values, ["set static_force = 4.4", "set static_force = 4.38"]);
+    assert_eq!(merges(&more), [true, true], "one step of undo");
+    wait(&mut panel, 1.5);
+    panel.key_press(Key::ArrowRight);
+    panel.run();
+    assert_eq!(merges(&asked(&mut panel)), [false], "after a pause it is another");
+}
+
+#[test]
+fn enter_sets_a_value_and_leaves_the_keyboard_in_its_field() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "2");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert!(panel.get_by_label("mass value").is_focused());
+    // The next number takes the place of this one.
+    panel.get_by_label("mass value").type_text("3");
+    panel.run();
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [set("mass", 2.0), set("mass", 3.0)]);
+    hear(&mut panel, of_depth(2, 0));
+    panel.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Undo], "nothing is half-typed there");
+    panel.key_press(Key::Tab);
+    panel.run();
+    assert!(!panel.get_by_label("mass value").is_focused());
+}
+
+#[test]
+fn a_refusal_goes_when_something_else_is_done() {
+    let message = "mass = 1000 kg is out of range: 1e-6 to 100 kg";
+    let refused = || {
+        let mut panel = connected(RigState::Engaged);
+        type_into(&mut panel, "mass value", "1000");
+        panel.key_press(Key::Enter);
+        panel.run();
+        let refused = Update::Answered {
+            intent: set("mass", 1000.0),
+            result: Err(WireError::new(ErrorCode::OutOfRange, message)),
+        };
+        hear(&mut panel, refused);
+        panel.get_by_label(message);
+        panel
+    };
+    let mut panel = refused();
+    let mut other = state_event(RigState::Engaged, 200);
+    other.revision = 2;
+    hear(&mut panel, Update::Event(Event::State(other)));
+    assert!(panel.query_by_label(message).is_none(), "another scene is in force");
+    let mut panel = refused();
+    panel.get_by_label("mass value").type_text("1");
+    panel.run();
+    assert!(panel.query_by_label(message).is_none(), "the field was touched");
 }
 
 #[test]
@@ -421,7 +632,7 @@ fn a_split_parameter_is_set_by_direction() {
     panel.key_press(Key::Enter);
     panel.run();
     let asked = asked(&mut panel);
-    let [Intent::Set { target, value }] = asked.as_slice() else {
+    let [Intent::Set { target, value, .. }] = asked.as_slice() else {
         panic!("{asked:?}");
     };
     assert_eq!((target.to_string().as_str(), *value), ("viscous-", 2.0));
@@ -604,7 +815,7 @@ fn a_mending_of_one_direction_sets_that_one() {
     hear(&mut panel, advised(1, vec![advice]));
     press(&mut panel, "set viscous- to 2 N s/m");
     let asked = asked(&mut panel);
-    let [Intent::Set { target, value }] = asked.as_slice() else {
+    let [Intent::Set { target, value, .. }] = asked.as_slice() else {
         panic!("{asked:?}");
     };
     assert_eq!((target.to_string().as_str(), *value), ("viscous-", 2.0));

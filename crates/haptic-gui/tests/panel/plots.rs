@@ -1,7 +1,6 @@
 //! What is done with the plots: freeze, move, trigger, measure, export, record, open.
 
 use super::*;
-use egui_kittest::kittest::NodeT;
 use haptic_gui::{Format, RecordingNews};
 use haptic_ipc::{Bucket, Percentiles, TimingHistogram};
 use haptic_lab::recording::{Ending, Metadata, Recording, Totals};
@@ -52,6 +51,60 @@ fn plots_run_until_they_are_frozen() {
     assert_eq!(csv_times(&panel).1, 5.999);
     press(&mut panel, "Run");
     assert_eq!(csv_times(&panel).1, 8.999);
+}
+
+fn lose_the_daemon(panel: &mut Panel) {
+    let lost = Update::Disconnected {
+        path: SOCKET.into(),
+        reason: "the daemon closed the connection".into(),
+    };
+    hear(panel, lost);
+}
+
+fn find_another_daemon(panel: &mut Panel) {
+    let hello = Hello {
+        protocol: 1,
+        server: "hapticd 0.1.0".into(),
+        session: "1-2".into(),
+        rights: haptic_ipc::Rights::All,
+    };
+    let path = SOCKET.into();
+    hear(panel, Update::Connected { path, hello });
+    hear(panel, in_state(RigState::Idle, 1));
+}
+
+#[test]
+fn what_is_frozen_outlives_the_daemon() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..6000, |_| 1.0));
+    press(&mut panel, "Freeze");
+    let seen = csv_times(&panel);
+    lose_the_daemon(&mut panel);
+    panel.get_by_label("Force plot");
+    assert_eq!(csv_times(&panel), seen);
+    find_another_daemon(&mut panel);
+    feel(&mut panel, &rows(0..3000, |_| 2.0));
+    assert_eq!(csv_times(&panel), seen, "the seconds before the other died");
+    press(&mut panel, "Run");
+    assert_eq!(csv_times(&panel).1, 2.999);
+}
+
+#[test]
+fn what_came_last_before_the_daemon_died_can_be_looked_at_and_kept() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..6000, |_| 1.0));
+    lose_the_daemon(&mut panel);
+    panel.get_by_label("Below is what came last before the connection was lost.");
+    panel.get_by_label("Force plot");
+    assert_eq!(csv_times(&panel).1, 5.999);
+    assert!(panel.query_by_label("-3.50").is_none(), "it is not what is so now");
+    press(&mut panel, "Export");
+    panel.get_by_label("export CSV");
+    find_another_daemon(&mut panel);
+    assert!(panel.query_by_label("-3.50").is_none(), "nor is it of this daemon");
+    assert_eq!(csv_times(&panel).1, 5.999);
+    feel(&mut panel, &rows(0..1000, |_| 2.0));
+    assert_eq!(csv_times(&panel), (0.0, 0.999));
 }
 
 #[test]
@@ -165,6 +218,122 @@ fn a_trigger_catches_a_crossing_with_what_was_before_it() {
     panel.get_by_label("Armed");
 }
 
+/// Where the crossing is that the trigger has caught, and how much before it is seen, s.
+fn caught_s(panel: &Panel, share_before: f64) -> (f64, f64) {
+    let (from, to) = csv_times(panel);
+    let before = share_before * (to - from);
+    (((from + before) * 10.0).round() / 10.0, before)
+}
+
+fn square(ms: u32) -> f64 {
+    if ms % 8000 < 4000 { 0.0 } else { 5.0 }
+}
+
+#[test]
+fn a_trigger_takes_the_edge_and_the_share_that_it_is_given() {
+    let mut panel = connected(RigState::Engaged);
+    choose(&mut panel, "trigger", "Single");
+    press(&mut panel, "Falling");
+    type_into(&mut panel, "pre-trigger share", "20");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert!(panel.get_by_label("pre-trigger share").is_focused());
+    feel(&mut panel, &rows(0..14_000, square));
+    panel.get_by_label("Caught");
+    let (at, before) = caught_s(&panel, 0.2);
+    assert!(at == 8.0 && (before - 1.0).abs() < 0.01, "{at}, {before}");
+}
+
+#[test]
+fn normal_holds_the_last_crossing_and_automatic_runs_on_without_one() {
+    for (mode, holds) in [("Normal", true), ("Auto", false)] {
+        let mut panel = connected(RigState::Engaged);
+        choose(&mut panel, "trigger", mode);
+        feel(&mut panel, &rows(0..8000, square));
+        assert_eq!(caught_s(&panel, 0.5).0, 4.0, "{mode}");
+        feel(&mut panel, &rows(8000..16_000, square));
+        assert_eq!(caught_s(&panel, 0.5).0, 12.0, "{mode}: the next");
+        feel(&mut panel, &rows(16_000..40_000, |_| 0.0));
+        let (_, to) = csv_times(&panel);
+        assert_eq!(to < 16.0, holds, "{mode}: up to {to} s");
+    }
+}
+
+#[test]
+fn a_trigger_is_chosen_by_keyboard() {
+    let mut panel = connected(RigState::Engaged);
+    for (list, item) in [("trigger", "Normal"), ("trigger signal", "Block velocity")] {
+        panel.get_by_label(list).focus();
+        panel.run();
+        panel.key_press(Key::Enter);
+        panel.run();
+        panel.get_by_label(item).focus();
+        panel.run();
+        panel.key_press(Key::Enter);
+        panel.run();
+        assert!(panel.query_by_label(item).is_none(), "{item}: a choice closes the list");
+        assert!(panel.get_by_label(list).is_focused());
+    }
+    panel.get_by_label("Armed");
+}
+
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &std::path::Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("the panel reads it by its path".to_owned())
+    }
+}
+
+#[test]
+fn a_file_that_is_dropped_on_the_window_is_opened() {
+    let mut panel = connected(RigState::Engaged);
+    let file = Dropped("/home/ada/r.csv".into());
+    panel.input_mut().dropped_files.push(std::sync::Arc::new(file));
+    panel.run();
+    let path = std::path::PathBuf::from("/home/ada/r.csv");
+    assert_eq!(asked(&mut panel), [Intent::Open { path }]);
+}
+
+#[test]
+fn cursors_that_are_out_of_sight_are_fetched_by_their_button() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..20_000, |ms| f64::from(ms) * 1e-3));
+    press(&mut panel, "Freeze");
+    press(&mut panel, "Cursors");
+    for _ in 0..8 {
+        press(&mut panel, "earlier");
+    }
+    press(&mut panel, "Cursors");
+    panel.get_by_label("dt 1.6667 s, 1/dt 0.6000 Hz");
+    panel.get_by_label("Coupling force +1.667 N");
+    press(&mut panel, "Cursors");
+    assert!(panel.query_by_label_contains("1/dt").is_none());
+}
+
+#[test]
+fn plots_do_not_lie_over_one_another_in_the_smallest_window() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..6000, |ms| f64::from(ms) * 1e-3));
+    hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(vec![])))));
+    press(&mut panel, "Histograms");
+    press(&mut panel, "Cursors");
+    choose(&mut panel, "trigger", "Normal");
+    let plots = ["Force plot", "Position plot", "Velocity plot"].map(|plot| panel.get_by_label(plot).rect());
+    for (place, plot) in plots.iter().enumerate() {
+        assert!(plot.height() >= 80.0, "{plot:?}");
+        assert!(
+            plots[..place].iter().all(|above| above.bottom() <= plot.top()),
+            "{plots:?}"
+        );
+    }
+}
+
 #[test]
 fn cursors_say_what_lies_between_them() {
     let mut panel = connected(RigState::Engaged);
@@ -207,6 +376,9 @@ fn what_is_seen_is_exported() {
         Update::Exported(Err("cannot write /x: no such folder".into())),
     );
     panel.get_by_label("cannot write /x: no such folder");
+    wait(&mut panel, 10.0);
+    press(&mut panel, "close the message");
+    assert!(panel.query_by_label("cannot write /x: no such folder").is_none());
 }
 
 #[test]
@@ -229,9 +401,30 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
     panel.get_by_label("Recording /home/ada/r.csv: 12.3 s, 1.8 MB, 2 samples missing");
     press(&mut panel, "End recording");
     assert_eq!(asked(&mut panel), [Intent::EndRecording]);
-    hear(&mut panel, Update::Recording(RecordingNews::Ended { path, totals }));
+    hear(
+        &mut panel,
+        Update::Recording(RecordingNews::Ended {
+            path: path.clone(),
+            totals,
+        }),
+    );
     panel.get_by_label_contains("Recorded /home/ada/r.csv");
     panel.get_by_label("Record");
+    press(&mut panel, "Open");
+    assert!(panel.get_by_label("recording to open").is_focused());
+    assert_eq!(
+        value_of(&panel, "recording to open"),
+        "/home/ada/r.csv",
+        "it may be looked at"
+    );
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Open { path }]);
+    wait(&mut panel, 10.0);
+    assert!(
+        panel.query_by_label_contains("Recorded").is_none(),
+        "it is said for a while"
+    );
 }
 
 #[test]
@@ -282,16 +475,14 @@ fn a_recording_is_looked_at_without_a_daemon() {
     panel.get_by_label("cannot open /x: it is no recording");
 }
 
-#[test]
-fn histograms_and_clipping_are_shown() {
-    let mut panel = connected(RigState::Engaged);
+/// The same for wake-ups and ticks.
+fn timing(buckets: Vec<Bucket>) -> Timing {
     let percentiles = Percentiles {
         p50: 2_000,
         p99: 9_000,
         p999: 30_000,
         max: 1_200_000,
     };
-    let buckets = vec![Bucket { up_to: 1024, count: 7 }, Bucket { up_to: 2048, count: 1 }];
     let window = TimingWindow {
         wake_latency_ns: percentiles,
         tick_ns: percentiles,
@@ -301,13 +492,19 @@ fn histograms_and_clipping_are_shown() {
         },
         ..TimingWindow::default()
     };
-    let timing = Timing {
+    Timing {
         rate_hz: 1000.0,
         since_start: window.clone(),
         last_10_s: window,
         link: None,
-    };
-    hear(&mut panel, Update::Event(Event::Timing(Box::new(timing))));
+    }
+}
+
+#[test]
+fn histograms_and_clipping_are_shown() {
+    let mut panel = connected(RigState::Engaged);
+    let buckets = vec![Bucket { up_to: 1024, count: 7 }, Bucket { up_to: 2048, count: 1 }];
+    hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(buckets)))));
     press(&mut panel, "Histograms");
     panel.get_by_label("Wake-up histogram");
     panel.get_by_label("Tick: half below 2.00 µs, 99 % below 9.00 µs, 99.9 % below 30.0 µs, longest 1.20 ms");

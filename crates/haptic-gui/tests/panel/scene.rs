@@ -1,7 +1,6 @@
 //! What is done to the scene as a whole: law, undo and redo, A and B, tries, the library.
 
 use super::*;
-use egui_kittest::kittest::NodeT;
 use haptic_ipc::{
     Difference, JournalEntry, ListedScene, Peer, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply,
     Value,
@@ -37,24 +36,6 @@ fn changed(intent: Intent, revision: u64) -> Update {
     Update::Answered {
         intent,
         result: Ok(Answer::Changed(reply)),
-    }
-}
-
-fn of_depth(undo_depth: usize, redo_depth: usize) -> Update {
-    let mut event = state_event(RigState::Engaged, 200);
-    (event.undo_depth, event.redo_depth) = (undo_depth, redo_depth);
-    Update::Event(Event::State(event))
-}
-
-fn is_enabled(panel: &Panel, label: &str) -> bool {
-    !panel.get_by_label(label).accesskit_node().is_disabled()
-}
-
-/// Lets the interface's clock go on.
-fn wait(panel: &mut Panel, seconds: f64) {
-    let begin = panel.ctx.input(|input| input.time);
-    while panel.ctx.input(|input| input.time) < begin + seconds {
-        panel.step();
     }
 }
 
@@ -229,6 +210,40 @@ fn a_try_goes_back_by_itself_after_two_seconds() {
     assert!(panel.query_by_label("Trying: goes back by itself").is_none());
 }
 
+/// The program asks what is due before each frame, and alone while the window is hidden. The interface's clock stands still meanwhile.
+#[test]
+fn a_try_lasts_two_seconds_of_the_systems_clock_whoever_asks() {
+    let mut panel = informed();
+    press(&mut panel, "try");
+    type_into(&mut panel, "mass value", "2");
+    panel.key_press(Key::Enter);
+    panel.run();
+    asked(&mut panel);
+    panel.state_mut().model.apply(changed(set("mass", 2.0), 7));
+    let begin = Instant::now() + Duration::from_secs(3600);
+    let ctx = egui::Context::default();
+    let mut wait_ms = Vec::new();
+    let mut interface_s = 100.0;
+    for ms in (0..2500).step_by(10) {
+        let now = begin + Duration::from_millis(ms);
+        let model = &mut panel.state_mut().model;
+        let (intents, _) = model.due(now);
+        // It lags, and then stands still.
+        interface_s += if ms < 1000 { 0.009 } else { 0.0 };
+        let input = egui::RawInput {
+            time: Some(interface_s),
+            ..egui::RawInput::default()
+        };
+        let mut drawn = Vec::new();
+        let mut output = ctx.run_ui(input, |ui| {
+            drawn = haptic_gui::ui(ui, &mut panel.state_mut().model, now);
+        });
+        output.textures_delta.clear();
+        wait_ms.extend(intents.iter().chain(&drawn).map(|intent| (ms, intent.clone())));
+    }
+    assert_eq!(wait_ms, [(2000, Intent::TakeBack { revision: 7 })]);
+}
+
 #[test]
 fn a_try_that_somebody_has_overtaken_stays_and_says_so() {
     let mut panel = informed();
@@ -279,10 +294,13 @@ fn the_library_is_loaded_from_and_saved_to() {
     assert_eq!(super::asked(&mut panel), [save(false)]);
     let refused = Update::Answered {
         intent: save(false),
-        result: Err(WireError::new(ErrorCode::SceneExists, "there is a scene `mine`")),
+        result: Err(WireError::new(
+            ErrorCode::SceneExists,
+            "there is a scene `mine`: say `replace`",
+        )),
     };
     hear(&mut panel, refused);
-    panel.get_by_label("there is a scene `mine`");
+    panel.get_by_label("The library has a scene mine already: save under another name, or replace it");
     press(&mut panel, "Replace mine");
     assert_eq!(super::asked(&mut panel), [save(true)]);
     let saved = SceneSaveReply {
@@ -297,8 +315,43 @@ fn the_library_is_loaded_from_and_saved_to() {
     panel.get_by_label("Saved as mine (/scenes/mine.toml)");
 }
 
+/// Answers a comparison: the static force is `force` N in the scene in force.
+fn differs(intent: Intent, force: f64) -> Update {
+    let difference = Difference {
+        param: "static_force".into(),
+        unit: Some("N".into()),
+        before: Some(Value::Number(Directional::both(4.0))),
+        after: Some(Value::Number(Directional {
+            positive: force,
+            negative: 3.0,
+        })),
+    };
+    Update::Answered {
+        intent,
+        result: Ok(Answer::Differs(SceneDiffReply {
+            differences: vec![difference],
+        })),
+    }
+}
+
+fn of_revision(revision: u64) -> Update {
+    let mut event = state_event(RigState::Engaged, 200 + revision);
+    event.revision = revision;
+    Update::Event(Event::State(event))
+}
+
+/// The one comparison that was asked for.
+fn compared(panel: &mut Panel) -> (Intent, u64) {
+    let asked = asked(panel);
+    let [intent @ Intent::Compare { what, revision, .. }] = asked.as_slice() else {
+        panic!("{asked:?}");
+    };
+    assert_eq!(what, "A");
+    (intent.clone(), *revision)
+}
+
 #[test]
-fn the_scene_in_force_is_compared() {
+fn the_scene_in_force_is_compared_and_again_when_it_changes() {
     let mut panel = informed();
     press(&mut panel, "keep as A");
     press(&mut panel, "Scenes");
@@ -307,26 +360,146 @@ fn the_scene_in_force_is_compared() {
     let item = panel.get_all_by_label("A").last().expect("an item");
     item.click();
     panel.run();
-    let asked = asked(&mut panel);
-    let [intent @ Intent::Compare { what, .. }] = asked.as_slice() else {
-        panic!("{asked:?}");
-    };
-    assert_eq!(what, "A");
-    let difference = Difference {
-        param: "static_force".into(),
-        unit: Some("N".into()),
-        before: Some(Value::Number(Directional::both(4.0))),
-        after: Some(Value::Number(Directional {
-            positive: 5.0,
-            negative: 3.0,
-        })),
-    };
-    let differs = Update::Answered {
-        intent: intent.clone(),
-        result: Ok(Answer::Differs(SceneDiffReply {
-            differences: vec![difference],
-        })),
-    };
-    hear(&mut panel, differs);
+    let (first, revision) = compared(&mut panel);
+    assert_eq!(revision, 1);
+    for newer in [2, 3] {
+        hear(&mut panel, of_revision(newer));
+    }
+    assert_eq!(asked(&mut panel), [], "one at a time");
+    hear(&mut panel, differs(first, 5.0));
+    panel.get_by_label("From A to revision 1, in force:");
     panel.get_by_label("static_force: 4 N -> +5 -3 N");
+    let (second, revision) = compared(&mut panel);
+    assert_eq!(revision, 3, "what was found is not of the scene in force any more");
+    hear(&mut panel, differs(second, 6.0));
+    panel.get_by_label("From A to revision 3, in force:");
+    panel.get_by_label("static_force: 4 N -> +6 -3 N");
+    assert_eq!(asked(&mut panel), []);
+
+    press(&mut panel, "keep as A");
+    let (third, _) = compared(&mut panel);
+    let same = Update::Answered {
+        intent: third,
+        result: Ok(Answer::Differs(SceneDiffReply { differences: vec![] })),
+    };
+    hear(&mut panel, same);
+    panel.get_by_label("Revision 3, in force, does not differ from A");
+}
+
+#[test]
+fn lists_are_used_by_keyboard_alone() {
+    let mut panel = informed();
+    panel.get_by_label("friction law").focus();
+    panel.run();
+    panel.key_press(Key::Enter);
+    panel.run();
+    panel.get_by_label("dahl").focus();
+    panel.run();
+    panel.key_press(Key::Enter);
+    panel.run();
+    let asked = super::asked(&mut panel);
+    assert!(
+        matches!(asked.as_slice(), [Intent::Load { what, .. }] if what == "law dahl"),
+        "{asked:?}"
+    );
+    assert!(panel.query_by_label("dahl").is_none(), "a choice closes the list");
+    assert!(panel.get_by_label("friction law").is_focused());
+}
+
+#[test]
+fn escape_stops_and_closes_what_is_open() {
+    let mut panel = informed();
+    for (opens, shows) in [
+        ("friction law", "dahl"),
+        ("Export", "folder to export to"),
+        ("trigger", "Single"),
+    ] {
+        press(&mut panel, opens);
+        panel.get_by_label(shows);
+        panel.key_press(Key::Escape);
+        panel.run();
+        assert_eq!(asked(&mut panel), [Intent::Stop]);
+        assert!(panel.query_by_label(shows).is_none(), "{opens}");
+    }
+}
+
+#[test]
+fn enter_saves_under_the_name_that_was_typed() {
+    let mut panel = informed();
+    press(&mut panel, "Scenes");
+    panel.get_by_label("name to save as").scroll_to_me();
+    panel.run();
+    panel.get_by_label("name to save as").focus();
+    panel.run();
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "there is no name yet");
+    type_into(&mut panel, "name to save as", "mine");
+    panel.key_press(Key::Enter);
+    panel.run();
+    let save = Intent::Save {
+        name: "mine".into(),
+        replace: false,
+    };
+    assert_eq!(asked(&mut panel), [save]);
+    assert!(panel.get_by_label("name to save as").is_focused());
+    for names in [["first"].as_slice(), &["first", "mine"]] {
+        let listed = |name: &&str| ListedScene {
+            name: (*name).into(),
+            title: "A title".into(),
+            law: "karnopp".into(),
+            path: None,
+            problem: None,
+        };
+        let scenes = names.iter().map(listed).collect();
+        hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
+        assert!(
+            panel.get_by_label("name to save as").is_focused(),
+            "and not what now stands in its place"
+        );
+    }
+}
+
+#[test]
+fn what_is_under_the_pointer_stays_there_when_the_scene_changes() {
+    let mut panel = informed();
+    let listed = |name: &str| ListedScene {
+        name: name.into(),
+        title: "A title".into(),
+        law: "karnopp".into(),
+        path: None,
+        problem: None,
+    };
+    let scenes = vec![listed("first"), listed("second"), listed("third")];
+    hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
+    press(&mut panel, "Scenes");
+    press(&mut panel, "load second");
+    asked(&mut panel);
+    let at = panel.get_by_label("load second").rect();
+    panel.hover_at(at.center());
+    panel.run();
+    let load = Intent::Load {
+        what: "second".into(),
+        scene: SceneRef::Name("second".into()),
+        ramp_ms: None,
+    };
+    hear(&mut panel, changed(load, 2));
+    panel.get_by_label("Loaded second at tick 1002");
+    hear(
+        &mut panel,
+        advised(2, vec![check("friction", 16_000.0, Some(16_000.0))]),
+    );
+    panel.get_by_label_contains("Friction: 25000");
+    assert_eq!(panel.get_by_label("load second").rect(), at);
+    hear(&mut panel, advised(2, vec![]));
+    assert_eq!(panel.get_by_label("load second").rect(), at);
+}
+
+#[test]
+fn what_was_done_is_said_for_a_while() {
+    let mut panel = connected(RigState::Engaged);
+    hear(&mut panel, changed(Intent::Undo, 5));
+    panel.get_by_label("Undone at tick 1005");
+    wait(&mut panel, 10.0);
+    assert!(panel.query_by_label("Undone at tick 1005").is_none());
 }
