@@ -415,8 +415,15 @@ impl FromStr for ParameterKey {
     }
 }
 
+/// Bytes of the longest text for which a name is looked for.
+const LONGEST_NAME: usize = 64;
+
 /// The name or symbol that `text` was most likely meant to be, when one is near enough to say so.
 fn nearest_name(text: &str) -> Option<&'static str> {
+    // No name is near to a longer one; and looking takes time that grows with it, while anybody may send one of any length.
+    if text.len() > LONGEST_NAME {
+        return None;
+    }
     let wanted = text.to_ascii_lowercase();
     let mut best: Option<(usize, &'static str)> = None;
     for row in &TABLE {

@@ -227,7 +227,7 @@ impl Request {
     }
 }
 
-/// How long a client with a lease may be silent, ms.
+/// How long a client with a lease may be silent, ms. Below, an ordinary program would lapse whenever the machine is busy.
 pub const LEASE_TIMEOUT_MS: RangeInclusive<u32> = 20..=60_000;
 
 /// Time between sample events, ms.

@@ -95,7 +95,7 @@ pub struct ChangeReply {
     /// The first tick that rendered it, or began to ramp to it; absent where it was only tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// The tick at which the ramp will have come to its end, if none is missed.
+    /// The tick at which the ramp will have come to its end, if none is missed. The force follows within 50 ms, over which its last step is let in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ends_tick: Option<u64>,
     /// Whether it was only tried.

@@ -6,14 +6,10 @@ use crate::control::change::By;
 use crate::control::journal::Until;
 use crate::rig_state::Command;
 use crate::rt::clock::now_ns;
-use haptic_ipc::{ErrorCode, JournalEntry, LeaseReply, Peer, WireError};
+use haptic_ipc::{ErrorCode, JournalEntry, LEASE_TIMEOUT_MS, LeaseReply, Peer, WireError};
 use std::cell::RefCell;
-use std::ops::RangeInclusive;
 use std::time::Duration;
 use tokio::sync::Notify;
-
-/// How long a client with a lease may be silent, ms. Below, an ordinary program would lapse whenever the machine is busy.
-const TIMEOUT_MS: RangeInclusive<u32> = 20..=60_000;
 
 /// The leases of all clients.
 #[derive(Debug, Default)]
@@ -53,8 +49,8 @@ impl Leases {
 /// # Errors
 /// The time is out of range.
 pub(super) fn lease(rig: &RigHandle, by: By<'_>, timeout_ms: u32) -> Result<LeaseReply, WireError> {
-    if timeout_ms != 0 && !TIMEOUT_MS.contains(&timeout_ms) {
-        let (min, max) = (*TIMEOUT_MS.start(), *TIMEOUT_MS.end());
+    if timeout_ms != 0 && !LEASE_TIMEOUT_MS.contains(&timeout_ms) {
+        let (min, max) = (*LEASE_TIMEOUT_MS.start(), *LEASE_TIMEOUT_MS.end());
         let message = format!(
             "timeout_ms = {timeout_ms} ms is out of range: it must be from {min} to {max} ms, or 0 to end the lease"
         );

@@ -3,11 +3,10 @@
 use crate::control::RigHandle;
 use crate::telemetry::feed::{Line, Subscription};
 use haptic_ipc::quantity::number;
-use haptic_ipc::{ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
+use haptic_ipc::{BATCH_MS, ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
 use std::time::Duration;
 use tokio::sync::mpsc;
 
-const BATCH_MS: std::ops::RangeInclusive<u32> = 1..=1000;
 const DEFAULT_BATCH_MS: u32 = 10;
 /// Slowest rate of samples; whoever wants fewer can ask for `status`.
 const SLOWEST_HZ: f64 = 0.1;
