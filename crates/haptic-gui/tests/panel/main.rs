@@ -54,16 +54,22 @@ fn panel() -> Panel {
     panel
 }
 
+/// A connection that has been greeted.
+fn greeted(session: &str) -> Update {
+    Update::Connected {
+        path: SOCKET.into(),
+        hello: Hello {
+            protocol: 1,
+            server: "hapticd 0.1.0".into(),
+            session: session.into(),
+            rights: haptic_ipc::Rights::All,
+        },
+    }
+}
+
 /// A panel whose daemon renders the paper's scene.
 fn connected(state: RigState) -> Panel {
     let mut panel = panel();
-    let hello = Hello {
-        protocol: 1,
-        server: "hapticd 0.1.0".into(),
-        session: "1-1".into(),
-        rights: haptic_ipc::Rights::All,
-    };
-    let path = SOCKET.into();
     let scene = Scene::paper();
     let description = Description {
         laws: Vec::new(),
@@ -71,7 +77,7 @@ fn connected(state: RigState) -> Panel {
         parameters: ParameterDescription::all_of(&scene),
         sample_columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
     };
-    hear(&mut panel, Update::Connected { path, hello });
+    hear(&mut panel, greeted("1-1"));
     hear(&mut panel, Update::Described(description));
     hear(&mut panel, in_state(state, 100));
     panel

@@ -62,14 +62,7 @@ fn lose_the_daemon(panel: &mut Panel) {
 }
 
 fn find_another_daemon(panel: &mut Panel) {
-    let hello = Hello {
-        protocol: 1,
-        server: "hapticd 0.1.0".into(),
-        session: "1-2".into(),
-        rights: haptic_ipc::Rights::All,
-    };
-    let path = SOCKET.into();
-    hear(panel, Update::Connected { path, hello });
+    hear(panel, greeted("1-2"));
     hear(panel, in_state(RigState::Idle, 1));
 }
 

@@ -169,14 +169,7 @@ fn what_is_kept_outlives_the_daemon() {
         reason: "gone".into(),
     };
     hear(&mut panel, lost);
-    let hello = Hello {
-        protocol: 1,
-        server: "hapticd 0.1.0".into(),
-        session: "1-2".into(),
-        rights: haptic_ipc::Rights::All,
-    };
-    let path = SOCKET.into();
-    hear(&mut panel, Update::Connected { path, hello });
+    hear(&mut panel, greeted("1-2"));
     hear(&mut panel, in_state(RigState::Idle, 1));
     assert!(is_enabled(&panel, "go to A"));
 }
