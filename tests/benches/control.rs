@@ -43,7 +43,8 @@ fn engaged(arguments: &[&str]) -> Daemon {
 }
 
 fn change(turn: u64) -> Request {
-    let mass = if turn.is_multiple_of(2) { 0.5 } else { 0.6 };
+    // The first differs from what is in force: what is so already would be no change.
+    let mass = if turn.is_multiple_of(2) { 0.6 } else { 0.5 };
     Request::set([("M", mass)].into_iter().collect::<Changes>())
 }
 

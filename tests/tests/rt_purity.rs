@@ -237,7 +237,7 @@ impl Load {
         !self.over.load(Ordering::SeqCst)
     }
 
-    /// Every parameter of the scene, up and down again.
+    /// Every parameter of the scene, up and down.
     fn set(&self, daemon: &Daemon) {
         let mut client = daemon.client();
         let before: SceneReply = client.request(Request::get()).expect("the scene");
@@ -251,7 +251,7 @@ impl Load {
                 if !self.goes_on() {
                     return;
                 }
-                let factor = if turn % 2 == 0 { 1.1 } else { 1.0 };
+                let factor = if turn % 2 == 0 { 1.1 } else { 0.95 };
                 let params: Changes = [(name.as_str(), value * factor)].into_iter().collect();
                 // Some values do not go with the others; that is refused, and others follow.
                 for change in [Request::set(params), slowly(name)] {
