@@ -14,6 +14,7 @@ use haptic_core::{Directional, ParameterKey};
 use serde::de::{DeserializeOwned, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
+use std::collections::HashSet;
 use std::fmt;
 
 /// The fields of an operation beside `id` and `op`: those that it needs, and those that may be left out.
@@ -163,11 +164,12 @@ impl<'a> Fields<'a> {
 
     /// The first field that has come before, under this name or another.
     fn given_twice(&self) -> Option<&str> {
-        let meant = |name: &str| TABLE.iter().find(|row| row.is_called(name)).map(|row| row.parameter);
-        self.0.iter().enumerate().find_map(|(place, (name, _))| {
-            let again =
-                |(before, _): &(String, _)| before == name || (meant(name).is_some() && meant(before) == meant(name));
-            self.0[..place].iter().any(again).then_some(name.as_str())
+        let mut come = HashSet::new();
+        let mut names = self.0.iter().map(|(name, _)| name.as_str());
+        // In one pass: a line has room for thousands of fields, and others wait meanwhile.
+        names.find(|name| {
+            let row = TABLE.iter().find(|row| row.is_called(name));
+            !come.insert(row.map_or(*name, |row| row.name))
         })
     }
 }
