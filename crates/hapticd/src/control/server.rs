@@ -2,9 +2,9 @@
 
 use crate::control::RigHandle;
 use crate::control::peer::{UserNames, peer_of};
-use crate::control::session::{self, MOST_CLIENTS, Rights};
+use crate::control::session::{self, MOST_CLIENTS};
 use crate::control::socket::{Access, Group, Socket, SocketError};
-use haptic_ipc::{ErrorCode, Problem, WireError};
+use haptic_ipc::{ErrorCode, Problem, Rights, WireError};
 use rustix::net::SendFlags;
 use serde_json::json;
 use std::cell::Cell;
@@ -113,7 +113,7 @@ impl Server {
             let rights = if connected < MOST_CLIENTS {
                 door.rights
             } else {
-                Rights::OnlyStop
+                Rights::Stop
             };
             let place = Place::take(&door.clients, rig);
             let (number, names) = (self.sessions.get() + 1, Rc::clone(&self.names));
@@ -130,7 +130,7 @@ async fn serve(stream: UnixStream, place: Place, number: u64, rights: Rights, na
         return;
     };
     let served = session::run(Rc::clone(&place.rig), stream, number, peer, rights);
-    if rights == Rights::OnlyStop {
+    if rights == Rights::Stop {
         // It has had its chance to stop; nothing is lost with the rest.
         drop(tokio::time::timeout(STOPPING_TIME, served).await);
     } else {

@@ -6,7 +6,9 @@ use crate::control::{
 };
 use crate::rig_state::Command;
 use crate::telemetry::feed::{BACKLOG_LINES, Line};
-use haptic_ipc::{BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Peer, Request, WireError};
+use haptic_ipc::{
+    BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Peer, Request, Rights, WireError,
+};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -39,17 +41,6 @@ const BYTES_OF_A_CHANGE: usize = 96;
 /// Changes of a client that may be on their way to the real-time thread at once.
 const CHANGES_UNDER_WAY: usize = 64;
 
-/// What a client may do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Rights {
-    /// Everything.
-    All,
-    /// What leaves everything as it is, and stop.
-    Watch,
-    /// Stop, as there is no place left for more.
-    OnlyStop,
-}
-
 /// Talks to one client until it goes.
 pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, peer: Peer, rights: Rights) {
     let (reader, writer) = stream.into_split();
@@ -72,7 +63,7 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
         ((), ()) = async { tokio::join!(client.read(&mut incoming, requests), client.converse(waiting)) } => {}
         () = client.lines.closed() => {}
     }
-    client.raise_last_stops(&mut incoming);
+    client.raise_last_stops(&mut incoming).await;
     client.rig.feed().unsubscribe(session);
     lease::gone(&client.rig, session).await;
     drop(client);
@@ -265,11 +256,13 @@ impl Client {
 
     /// Raises the stops in what was sent and not read any more: a client that asks for one and hangs up at once has asked for it. Nothing else of that
     /// is done, as there is nobody to hear of it.
-    fn raise_last_stops(&self, lines: &mut Lines) {
+    async fn raise_last_stops(&self, lines: &mut Lines) {
         let mut left = LAST_BYTES;
         loop {
             while let Some(line) = lines.next() {
                 drop(self.heard(line));
+                // Others have their turn here too.
+                tokio::task::yield_now().await;
             }
             if lines.ended {
                 return;
@@ -286,11 +279,7 @@ impl Client {
             protocol: PROTOCOL_VERSION,
             server: self.rig.facts.server.clone(),
             session: self.peer.session.clone(),
-            rights: match self.rights {
-                Rights::All => haptic_ipc::Rights::All,
-                Rights::Watch => haptic_ipc::Rights::Watch,
-                Rights::OnlyStop => haptic_ipc::Rights::Stop,
-            },
+            rights: self.rights,
         };
         if self.say(line(&Greeting { hello })).await.is_err() {
             return;
@@ -363,7 +352,8 @@ impl Client {
         match self.rights {
             Rights::All => None,
             Rights::Watch => (!request.is_for_watchers()).then(only_watching),
-            Rights::OnlyStop => (*request != (Request::Stop {})).then(no_place),
+            // Nobody is given rights that have no name yet; a stop is everybody's.
+            Rights::Stop | Rights::Unknown => (*request != (Request::Stop {})).then(no_place),
         }
     }
 
