@@ -127,7 +127,8 @@ fn begin(rig: &RigHandle, by: By<'_>, op: &str, scene: Scene, how: How, step: Mo
             "ms",
         ));
     }
-    let changes = differences(&rig.scene(), &scene);
+    let before = rig.scene();
+    let changes = differences(&before, &scene);
     let reply = ChangeReply {
         revision: newest,
         tick: None,
@@ -139,16 +140,12 @@ fn begin(rig: &RigHandle, by: By<'_>, op: &str, scene: Scene, how: How, step: Mo
     };
     let compiled = rig.compile(&scene, ramp_ms * 1e-3)?;
     let ramp_ticks = compiled.ramp_ticks();
-    let as_it_is = Begun {
-        reply: reply.clone(),
-        ramp_ticks: None,
-    };
-    if how.dry_run {
-        return Ok(as_it_is);
-    }
     // What is so already takes no step of the history, and nobody else's revision goes out of date by it.
-    if scene == rig.scene() && !rig.is_on_its_way() && rig.history_mut().stays(&step) {
-        return Ok(as_it_is);
+    if how.dry_run || (scene == before && !rig.is_on_its_way() && rig.history_mut().stays(&step)) {
+        return Ok(Begun {
+            reply,
+            ramp_ticks: None,
+        });
     }
     let entry = JournalEntry {
         by: Some(by.peer.clone()),
