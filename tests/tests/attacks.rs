@@ -410,17 +410,22 @@ fn a_stop_does_not_wait_behind_what_its_client_asked_before() {
     assert!(engaged < 500, "the stop came after {engaged} of 1000 requests");
 }
 
+/// A daemon that may have so many descriptors, as the shell's `ulimit` takes them.
+fn with_descriptors(most: &str, socket: &Path) -> Daemon {
+    let mut command = Command::new("sh");
+    command
+        .args(["-c", &format!("ulimit -n {most}; exec \"$0\" \"$@\"")])
+        .arg(binary("hapticd"))
+        .args(["--device", "fake"]);
+    Daemon::spawn(command, socket)
+}
+
 #[test]
 fn a_crowd_at_the_door_does_not_keep_a_stop_waiting() {
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("run/control.sock");
-    let mut command = Command::new("sh");
     // With the usual 1024 descriptors it is their lack that keeps the crowd small.
-    command
-        .args(["-c", "ulimit -n \"$(ulimit -Hn)\"; exec \"$0\" \"$@\""])
-        .arg(binary("hapticd"))
-        .args(["--device", "fake"]);
-    let daemon = Daemon::spawn(command, &socket);
+    let daemon = with_descriptors("\"$(ulimit -Hn)\"", &socket);
     survives(&daemon, attack::CROWD, Duration::from_secs(3));
 }
 
@@ -428,12 +433,7 @@ fn a_crowd_at_the_door_does_not_keep_a_stop_waiting() {
 fn without_descriptors_those_who_are_connected_are_served_and_later_all() {
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("run/control.sock");
-    let mut command = Command::new("sh");
-    command
-        .args(["-c", "ulimit -n 32; exec \"$0\" \"$@\""])
-        .arg(binary("hapticd"))
-        .args(["--device", "fake"]);
-    let daemon = Daemon::spawn(command, &socket);
+    let daemon = with_descriptors("32", &socket);
     let mut user = daemon.client();
     let mut crowd = Vec::new();
     let began = Instant::now();
