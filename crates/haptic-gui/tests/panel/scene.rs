@@ -14,6 +14,17 @@ fn scene_in_force(revision: u64, scene: &Scene) -> Update {
     })))
 }
 
+/// A scene of the library.
+fn listed(name: &str) -> ListedScene {
+    ListedScene {
+        name: name.into(),
+        title: "A title".into(),
+        law: "karnopp".into(),
+        path: None,
+        problem: None,
+    }
+}
+
 /// A panel that knows the whole of the paper's scene.
 fn informed() -> Panel {
     let mut panel = connected(RigState::Engaged);
@@ -257,14 +268,11 @@ fn a_try_that_somebody_has_overtaken_stays_and_says_so() {
 #[test]
 fn the_library_is_loaded_from_and_saved_to() {
     let mut panel = informed();
-    let listed = |name: &str, problem: Option<&str>| ListedScene {
-        name: name.into(),
-        title: "A title".into(),
-        law: "karnopp".into(),
-        path: None,
-        problem: problem.map(str::to_owned),
+    let broken = ListedScene {
+        problem: Some("line 3: no law".into()),
+        ..listed("broken")
     };
-    let scenes = vec![listed("high-stiction", None), listed("broken", Some("line 3: no law"))];
+    let scenes = vec![listed("high-stiction"), broken];
     hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
     press(&mut panel, "Scenes");
     press(&mut panel, "load high-stiction");
@@ -437,14 +445,7 @@ fn enter_saves_under_the_name_that_was_typed() {
     assert_eq!(asked(&mut panel), [save]);
     assert!(panel.get_by_label("name to save as").is_focused());
     for names in [["first"].as_slice(), &["first", "mine"]] {
-        let listed = |name: &&str| ListedScene {
-            name: (*name).into(),
-            title: "A title".into(),
-            law: "karnopp".into(),
-            path: None,
-            problem: None,
-        };
-        let scenes = names.iter().map(listed).collect();
+        let scenes = names.iter().map(|name| listed(name)).collect();
         hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
         assert!(
             panel.get_by_label("name to save as").is_focused(),
@@ -456,13 +457,6 @@ fn enter_saves_under_the_name_that_was_typed() {
 #[test]
 fn what_is_under_the_pointer_stays_there_when_the_scene_changes() {
     let mut panel = informed();
-    let listed = |name: &str| ListedScene {
-        name: name.into(),
-        title: "A title".into(),
-        law: "karnopp".into(),
-        path: None,
-        problem: None,
-    };
     let scenes = vec![listed("first"), listed("second"), listed("third")];
     hear(&mut panel, Update::Library(Ok(SceneListReply { scenes })));
     press(&mut panel, "Scenes");
