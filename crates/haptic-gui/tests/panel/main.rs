@@ -67,6 +67,19 @@ fn greeted(session: &str) -> Update {
     }
 }
 
+fn lose_the_daemon(panel: &mut Panel) {
+    let lost = Update::Disconnected {
+        path: SOCKET.into(),
+        reason: "the daemon closed the connection".into(),
+    };
+    hear(panel, lost);
+}
+
+fn find_another_daemon(panel: &mut Panel) {
+    hear(panel, greeted("1-2"));
+    hear(panel, in_state(RigState::Idle, 1));
+}
+
 /// A panel whose daemon renders the paper's scene.
 fn connected(state: RigState) -> Panel {
     let mut panel = panel();

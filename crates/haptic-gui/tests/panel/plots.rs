@@ -53,19 +53,6 @@ fn plots_run_until_they_are_frozen() {
     assert_eq!(csv_times(&panel).1, 8.999);
 }
 
-fn lose_the_daemon(panel: &mut Panel) {
-    let lost = Update::Disconnected {
-        path: SOCKET.into(),
-        reason: "the daemon closed the connection".into(),
-    };
-    hear(panel, lost);
-}
-
-fn find_another_daemon(panel: &mut Panel) {
-    hear(panel, greeted("1-2"));
-    hear(panel, in_state(RigState::Idle, 1));
-}
-
 #[test]
 fn what_is_frozen_outlives_the_daemon() {
     let mut panel = connected(RigState::Engaged);

@@ -175,13 +175,8 @@ fn two_scenes_are_kept_and_switched_between() {
 fn what_is_kept_outlives_the_daemon() {
     let mut panel = informed();
     press(&mut panel, "keep as A");
-    let lost = Update::Disconnected {
-        path: SOCKET.into(),
-        reason: "gone".into(),
-    };
-    hear(&mut panel, lost);
-    hear(&mut panel, greeted("1-2"));
-    hear(&mut panel, in_state(RigState::Idle, 1));
+    lose_the_daemon(&mut panel);
+    find_another_daemon(&mut panel);
     assert!(is_enabled(&panel, "go to A"));
 }
 
