@@ -149,8 +149,8 @@ pub use scene::{
     differences, params_of,
 };
 pub use state::{RigState, StateReply};
-pub use status::{DeviceStatus, Problem, RealTimeStatus, Status};
-pub use timing::{Bucket, Percentiles, Timing, TimingHistogram, TimingWindow};
+pub use status::{DeviceStatus, ForceLimitBy, Problem, RealTimeStatus, Status};
+pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
 
 /// The protocol version that this crate speaks.
 pub const PROTOCOL_VERSION: u32 = 1;

@@ -214,7 +214,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
             method: config.velocity,
             period_s,
         },
-        stale_ns: config.stale_ns,
+        watches: config.watches,
     };
     let tick = Tick::new(device, Arc::clone(&shared), producer, scene, parts);
     let facts = Facts {
@@ -365,6 +365,7 @@ async fn pump(rig: &RigHandle) {
     let mut pause = tokio::time::interval(PUMP_PERIOD);
     loop {
         pause.tick().await;
+        rig.beat();
         rig.pump();
     }
 }

@@ -6,7 +6,8 @@ use crate::control::journal::{Journal, Until};
 use crate::control::lease::Leases;
 use crate::control::pulse::Pulse;
 use crate::rig_state::Command;
-use crate::rt::handoff::{Outcome, Shared, Stopped};
+use crate::rt::clock::now_ns;
+use crate::rt::handoff::{Heard, Outcome, Shared, Stopped};
 use crate::telemetry::feed::Feed;
 use crate::telemetry::ring::TickRecord;
 use device_io::Address;
@@ -15,7 +16,9 @@ use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
-use haptic_ipc::{ErrorCode, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange, WireError};
+use haptic_ipc::{
+    ErrorCode, ForceLimitBy, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange, WireError,
+};
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -52,6 +55,16 @@ impl Facts {
                 ..self.rig
             },
             _ => self.rig,
+        }
+    }
+
+    /// The largest force that goes to the rig, N, and whose limit that is.
+    pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
+        match self.link.as_ref().map(LinkMonitor::state) {
+            Some(LinkState::Connected { force_limit_n, .. }) if force_limit_n < self.limits.force_n => {
+                (force_limit_n, ForceLimitBy::Device)
+            }
+            _ => (self.limits.force_n, ForceLimitBy::Configuration),
         }
     }
 
@@ -145,7 +158,11 @@ impl RigHandle {
     /// Moves telemetry on, and frees what the real-time thread gave back.
     pub(crate) fn pump(&self) {
         self.shared.drop_retired();
-        let changes = self.feed.borrow_mut().pump(self.history.borrow().scenes());
+        let changes = {
+            let mut feed = self.feed.borrow_mut();
+            feed.stops_ended(&self.shared.answers);
+            feed.pump(self.history.borrow().scenes())
+        };
         self.keep_journal(&changes);
     }
 
@@ -176,12 +193,14 @@ impl RigHandle {
                 tick.is_some()
             }
             Until::Stopped(stop) => match self.shared.answers.stop(stop) {
-                Some(Stopped { tick, state, heard }) => {
+                Some(Stopped { tick, state, heard, .. }) => {
                     entry.tick = Some(tick);
                     entry.state = entry.state.map(|change| StateChange { after: state, ..change });
-                    if !heard {
-                        entry.message = Some("no device was connected to take the zero force".to_owned());
-                    }
+                    entry.message = match heard {
+                        Heard::Confirmed => None,
+                        Heard::Unconfirmed => Some("the device has not confirmed that its motor is off".to_owned()),
+                        Heard::NoDevice => Some("no device was connected to take the zero force".to_owned()),
+                    };
                     true
                 }
                 None => false,
@@ -362,9 +381,20 @@ impl RigHandle {
         .about("state"))
     }
 
+    /// A sign of life for the real-time thread: whoever calls this hears stops.
+    pub(crate) fn beat(&self) {
+        self.shared.beat(now_ns());
+    }
+
+    /// Samples that were not rendered, because no hand can have made them.
+    pub(crate) fn samples_forgotten(&self) -> u64 {
+        self.shared.answers.samples_forgotten()
+    }
+
     /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows the stop.
     pub(crate) fn raise_stop(&self, by: &Peer) -> u64 {
         let stop = self.shared.stop();
+        self.feed.borrow_mut().stop_begun(stop, now_ns());
         let before = self
             .feed
             .borrow()
@@ -389,18 +419,19 @@ impl RigHandle {
     /// # Errors
     /// No device is there to take the zero force, or the real-time thread does not answer.
     pub(crate) async fn stopped(&self, stop: u64) -> Result<(u64, RigState), WireError> {
-        let Stopped { tick, state, heard } = self.answer(|shared| shared.answers.stop(stop)).await?;
-        if heard {
-            return Ok((tick, state));
-        }
-        Err(WireError::new(
-            ErrorCode::NoDevice,
-            format!(
-                "the rig is {state}, but no device is connected to take the zero force: if the motor still pulls, cut its power \
-                 (its own watchdog switches it off, where it has one)"
+        let Stopped { tick, state, heard, .. } = self.answer(|shared| shared.answers.stop(stop)).await?;
+        let (code, what) = match heard {
+            Heard::Confirmed => return Ok((tick, state)),
+            Heard::NoDevice => (ErrorCode::NoDevice, "no device is connected to take the zero force"),
+            Heard::Unconfirmed => (
+                ErrorCode::NotConfirmed,
+                "the device was sent the zero force and has not confirmed that its motor is off",
             ),
-        )
-        .about("device"))
+        };
+        let message = format!(
+            "the rig is {state}, but {what}: if the motor still pulls, cut its power (its own watchdog switches it off, where it has one)"
+        );
+        Err(WireError::new(code, message).about("device"))
     }
 
     async fn answer<T>(&self, answered: impl Fn(&Shared) -> Option<T>) -> Result<T, WireError> {

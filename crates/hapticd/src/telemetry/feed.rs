@@ -1,7 +1,9 @@
 //! Where the records go: the timing histograms, the newest state, and the subscribers.
 
+use crate::rt::handoff::Answers;
 use crate::telemetry::link;
 use crate::telemetry::ring::{Consumer, TickRecord};
+use crate::telemetry::stop_times::StopTimes;
 use crate::telemetry::timing::TimingRecorder;
 use device_io::link::LinkMonitor;
 use haptic_core::Scene;
@@ -69,6 +71,7 @@ pub(crate) struct Feed {
     /// The link to the rig, where it is not in this process.
     link: Option<LinkMonitor>,
     timing: TimingRecorder,
+    stops: StopTimes,
     started_ns: u64,
     newest: Option<TickRecord>,
     subscribers: Vec<Subscriber>,
@@ -87,6 +90,7 @@ impl Feed {
             consumer,
             link,
             timing: TimingRecorder::new(period_ns),
+            stops: StopTimes::default(),
             started_ns: 0,
             newest: None,
             subscribers: Vec::new(),
@@ -105,8 +109,19 @@ impl Feed {
     pub(crate) fn timing_report(&self) -> Timing {
         Timing {
             link: self.link(),
+            stops: self.stops.report(),
             ..self.timing.report()
         }
+    }
+
+    /// A stop with a number was asked for by a line that was read at this time, ns.
+    pub(crate) fn stop_begun(&mut self, stop: u64, read_ns: u64) {
+        self.stops.begin(stop, read_ns);
+    }
+
+    /// Takes in the stops that have ended by now.
+    pub(crate) fn stops_ended(&mut self, answers: &Answers) {
+        self.stops.pump(answers);
     }
 
     /// How the link to the rig is, where there is one.
