@@ -1,6 +1,6 @@
 //! What the loop did: from the real-time thread through a ring to whoever wants to know.
 
 pub(crate) mod feed;
-mod link;
+pub(crate) mod link;
 pub(crate) mod ring;
 pub(crate) mod timing;
