@@ -131,7 +131,7 @@ mod state;
 mod status;
 mod timing;
 
-pub use advice::{Advice, AdviceReply, Finding};
+pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
 pub use async_client::AsyncClient;
 pub use changes::Changes;
 pub use client::{Client, ClientError, Receiver, Sender};

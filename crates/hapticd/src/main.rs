@@ -10,6 +10,7 @@ mod config;
 mod control;
 mod demo;
 mod late_log;
+mod processor_share;
 mod rig_state;
 mod rt;
 mod self_test;
@@ -28,10 +29,11 @@ use haptic_core::limiter::SafetyLimiter;
 use haptic_core::passivity::{PassivityObserver, RigLosses};
 use haptic_core::{Renderer, Scene, SceneError};
 use haptic_ipc::{Problem, RealTimeStatus};
+use processor_share::ProcessorShare;
 use rig_state::{Command, Rig};
 use rt::handoff::{CompiledScene, Shared};
 use rt::lateness::Lateness;
-use rt::privileges;
+use rt::privileges::{self, Policy};
 use rt::thread::{End, LastWord, RunningLoop, Wishes};
 use rt::tick::{Parts, Tick, Velocity};
 use service::ServiceManager;
@@ -217,17 +219,24 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         watches: config.watches,
     };
     let tick = Tick::new(device, Arc::clone(&shared), producer, scene, parts);
+    let share = claim_processor(config.cpu.filter(|_| config.policy != Policy::Deadline), &mut status);
+    let phase_ns = share.as_ref().map_or_else(
+        || processor_share::usual_phase_ns(config.period_ns),
+        |share| share.phase_ns(config.period_ns),
+    );
     let facts = Facts {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
         address: config.device,
         limits: config.limits,
         _awake: awake,
+        share,
         keeper: None,
         rig: RigFacts {
             period_s,
-            // The fake rig renders in the tick that it measures; behind a link a sample waits for a tick, and a command for the device.
-            delay_ticks: if monitor.is_some() { 1.0 } else { 0.0 },
+            // The rig in this process measures when it is read, and is driven in the same tick; of a link that is measured.
+            sample_period_s: 0.0,
+            delay_s: 0.0,
             damping: losses.damping,
             friction: losses.friction,
             resolution,
@@ -243,6 +252,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         tick,
         wishes: Wishes {
             period_ns: config.period_ns,
+            phase_ns,
             cpu: config.cpu,
             policy: config.policy,
             spin_ns: config.spin_ns,
@@ -255,6 +265,20 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         cpus: config.available_cpus,
         keeper,
     })
+}
+
+/// The share of the processor that the loop is to be pinned to.
+fn claim_processor(cpu: Option<usize>, status: &mut RealTimeStatus) -> Option<ProcessorShare> {
+    match ProcessorShare::claim(cpu?) {
+        Ok(share) => Some(share),
+        Err(error) => {
+            status.problems.push(Problem {
+                what: format!("whether another daemon has its loop on the same processor cannot be seen: locking /dev/null says {error}"),
+                remedy: "allow fcntl(F_OFD_SETLK) in the filter of system calls that the daemon runs under, and /dev/null for writing".to_owned(),
+            });
+            None
+        }
+    }
 }
 
 /// The device's real-time end, and the rest of its link where it has one.
@@ -340,7 +364,7 @@ fn say_problem(problem: &Problem) {
 /// Says what runs, where, and what it could not have.
 fn introduce(rig: &RigHandle, server: &Server) {
     let facts = &rig.facts;
-    let real_time = &facts.real_time;
+    let real_time = facts.real_time();
     say(&facts.device);
     say(&format!("control socket {}", server.path().display()));
     if let Some(path) = server.watch_path() {

@@ -67,8 +67,7 @@ pub(crate) struct Session {
 impl Session {
     /// Begins where a device has said hello, at a time of ours, for a host with such a period.
     pub(crate) fn new(hello: &DeviceHello, period_ns: u64, now_ns: u64, counters: Arc<LinkCounters>) -> Self {
-        counters.drift_ppb.store(UNKNOWN_DRIFT, Relaxed);
-        add(&counters.connections, 1);
+        counters.begin_conversation();
         Self {
             counters,
             clock: DeviceClock::new(),
@@ -131,10 +130,7 @@ impl Session {
         if is_newer(sample.command, self.echoed) && !is_newer(sample.command, self.sent) {
             self.echoed = sample.command;
             let round_trip_ns = now_ns.saturating_sub(self.sent_at_ns[sample.command as usize % SENT]);
-            self.counters.round_trip_ns.store(round_trip_ns, Relaxed);
-            if round_trip_ns > self.counters.round_trip_max_ns.load(Relaxed) {
-                self.counters.round_trip_max_ns.store(round_trip_ns, Relaxed);
-            }
+            self.counters.note_round_trip(round_trip_ns);
         }
         self.counters.buttons.store(sample.buttons.into(), Relaxed);
         self.motor = match (self.motor, sample.enabled) {
@@ -165,9 +161,8 @@ impl Session {
             return Ok(None);
         };
         self.used = Some(newest.sequence);
-        self.counters
-            .age_ns
-            .store(self.clock.age_ns(self.device_ns, now_ns), Relaxed);
+        let age_ns = self.clock.age_ns(self.device_ns, now_ns);
+        self.counters.note_age(age_ns, age_ns);
         self.counters
             .drift_ppb
             .store(self.clock.drift_ppb().unwrap_or(UNKNOWN_DRIFT), Relaxed);

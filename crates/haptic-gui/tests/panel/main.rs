@@ -762,7 +762,11 @@ fn check(name: &str, bound: f64, mending: Option<f64>) -> Advice {
 }
 
 fn advised(revision: u64, advice: Vec<Advice>) -> Update {
-    Update::Advised(Ok(AdviceReply { revision, advice }))
+    Update::Advised(Ok(AdviceReply {
+        revision,
+        advice,
+        basis: None,
+    }))
 }
 
 /// Presses a button that may have to be scrolled to.

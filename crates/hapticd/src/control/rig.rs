@@ -5,10 +5,12 @@ use crate::control::history::{History, Move};
 use crate::control::journal::{Journal, Until};
 use crate::control::lease::Leases;
 use crate::control::pulse::Pulse;
+use crate::processor_share::ProcessorShare;
 use crate::rig_state::Command;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::{Heard, Outcome, Shared, Stopped};
 use crate::telemetry::feed::Feed;
+use crate::telemetry::link;
 use crate::telemetry::ring::TickRecord;
 use device_io::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
@@ -17,7 +19,8 @@ use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
 use haptic_ipc::{
-    ErrorCode, ForceLimitBy, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange, WireError,
+    AdviceBasis, ErrorCode, ForceLimitBy, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange,
+    WireError,
 };
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::path::PathBuf;
@@ -33,6 +36,8 @@ pub(crate) struct Facts {
     pub(crate) limits: Limits,
     /// Keeps the processors awake as long as it is open.
     pub(crate) _awake: Option<std::fs::File>,
+    /// The loop's share of its processor, where it is pinned to one.
+    pub(crate) share: Option<ProcessorShare>,
     pub(crate) rig: RigFacts,
     /// The link to the rig, where it is not in this process.
     pub(crate) link: Option<LinkMonitor>,
@@ -43,19 +48,54 @@ pub(crate) struct Facts {
     pub(crate) velocity: Method,
     /// Where saved scenes are.
     pub(crate) scene_dir: PathBuf,
+    /// As it was when the loop began.
     pub(crate) real_time: RealTimeStatus,
 }
 
 impl Facts {
-    /// What the adviser goes by: with a link, the resolution is that of the device that is connected.
+    /// What the adviser goes by: with a link, resolution and rate are those of the device that is connected, and the delay is what was measured of it.
     pub(crate) fn rig_facts(&self) -> RigFacts {
-        match self.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected { resolution_m, .. }) => RigFacts {
-                resolution: resolution_m,
-                ..self.rig
-            },
-            _ => self.rig,
+        let Some(link) = &self.link else { return self.rig };
+        let mut times = link::times(link);
+        let mut rig = self.rig;
+        if let LinkState::Connected {
+            resolution_m,
+            sample_rate_hz,
+            ..
+        } = link.state()
+        {
+            rig.resolution = resolution_m;
+            times.sample_period_s = 1.0 / sample_rate_hz;
         }
+        rig.sample_period_s = times.sample_period_s;
+        rig.delay_s = times.delay_s(rig.period_s);
+        rig
+    }
+
+    /// What the adviser goes by, for people.
+    pub(crate) fn advice_basis(&self) -> AdviceBasis {
+        let rig = self.rig_facts();
+        AdviceBasis {
+            period_us: rig.period_s * 1e6,
+            sample_period_us: (rig.sample_period_s > 0.0).then_some(rig.sample_period_s * 1e6),
+            delay_us: rig.delay_s * 1e6,
+            delay_measured: self
+                .link
+                .as_ref()
+                .is_none_or(|monitor| link::times(monitor).round_trip_s > 0.0),
+            damping_ns_per_m: rig.damping,
+            friction_n: rig.friction,
+            resolution_m: rig.resolution,
+        }
+    }
+
+    /// The real-time thread, with what has come between it and its processor since.
+    pub(crate) fn real_time(&self) -> RealTimeStatus {
+        let mut status = self.real_time.clone();
+        status
+            .problems
+            .extend(self.share.as_ref().and_then(ProcessorShare::problem));
+        status
     }
 
     /// The largest force that goes to the rig, N, and whose limit that is.

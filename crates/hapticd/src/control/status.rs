@@ -39,6 +39,6 @@ pub(super) fn status(rig: &RigHandle) -> Status {
             acceleration_limit_mps2: facts.limits.acceleration_mps2,
             link,
         },
-        real_time: facts.real_time.clone(),
+        real_time: facts.real_time(),
     }
 }

@@ -50,10 +50,9 @@ pub(crate) struct Wake {
 }
 
 impl Grid {
-    /// A grid that begins a period or two after `now_ns`.
-    pub(crate) fn new(period_ns: u64, now_ns: u64) -> Self {
-        // Half a period off the multiples of the period, because the kernel's own tick sits on those.
-        let deadline_ns = (now_ns / period_ns + 2) * period_ns + period_ns / 2;
+    /// A grid that begins a period or two after `now_ns`, with its deadlines `phase_ns` after the multiples of the period: the kernel's own tick sits on those.
+    pub(crate) fn new(period_ns: u64, phase_ns: u64, now_ns: u64) -> Self {
+        let deadline_ns = (now_ns / period_ns + 2) * period_ns + phase_ns;
         Self {
             period_ns,
             deadline_ns,
@@ -101,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_stall_is_counted_to_the_period_and_not_made_up_for() {
-        let mut grid = Grid::new(1_000_000, 0);
+        let mut grid = Grid::new(1_000_000, 500_000, 0);
         let first = grid.deadline_ns;
         grid.advance(first + 20_000);
         assert_eq!((grid.deadline_ns, grid.missed()), (first + 1_000_000, 0));
@@ -116,7 +115,7 @@ mod tests {
     #[test]
     fn ticks_and_skipped_deadlines_add_up_to_the_time_elapsed() {
         let period = 1_000_000;
-        let mut grid = Grid::new(period, 12_345);
+        let mut grid = Grid::new(period, period / 2, 12_345);
         let first = grid.deadline_ns;
         let mut ticks = 0;
         for stall in [10, 300, 999_999, 1_000_000, 7_654_321, 5, 2_000_001] {
