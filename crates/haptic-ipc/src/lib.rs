@@ -121,6 +121,7 @@ mod link;
 mod nearest;
 pub mod quantity;
 mod refusal;
+pub mod regular_file;
 mod request;
 mod sample;
 mod scene;

@@ -4,7 +4,7 @@ use crate::link::LinkStatus;
 use serde::{Deserialize, Serialize};
 
 /// Answer to `timing`, and the timing event: counts and percentiles since the loop began.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Timing {
     /// Nominal rate of the loop, Hz.

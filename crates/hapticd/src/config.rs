@@ -1,5 +1,6 @@
 //! What the daemon is told: the command line, a configuration file with the same names, and the defaults.
 
+use crate::control::history::LONGEST_TITLE;
 use crate::control::socket::Group;
 use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, Policy, available_cpus, default_cpu};
@@ -12,6 +13,7 @@ use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, SceneError, Scheme};
+use haptic_ipc::regular_file;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -551,6 +553,9 @@ impl Options {
             path: path.clone(),
             source,
         })?;
+        #[expect(clippy::cast_precision_loss, reason = "at most a megabyte")]
+        let (bytes, most) = (scene.name.len() as f64, LONGEST_TITLE as f64);
+        within("the length of the scene's name", Some(bytes), 0.0, 0.0, most, "bytes")?;
         Ok(scene)
     }
 
@@ -636,14 +641,16 @@ impl Options {
                     Some(AfterEndName::Loop) => AfterEnd::Loop,
                     Some(AfterEndName::Hold) | None => AfterEnd::Hold,
                 };
-                Ok(Motion::Recorded(Arc::new(Recording::read(path, scale, after_end)?)))
+                let file = regular_file::open(path);
+                let recording = Recording::read_opened(path, file, scale, after_end)?;
+                Ok(Motion::Recorded(Arc::new(recording)))
             }
         }
     }
 }
 
 fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
-    let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+    let text = regular_file::read_text(path).map_err(|source| ConfigError::Read {
         path: path.to_path_buf(),
         source,
     })?;

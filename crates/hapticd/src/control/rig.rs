@@ -1,9 +1,11 @@
 //! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and what comes back.
 
+use crate::control::aside::Aside;
 use crate::control::compile::{Compiled, Way};
 use crate::control::history::{History, Move};
 use crate::control::journal::{Journal, Until};
 use crate::control::lease::Leases;
+use crate::control::presence::{self, Presence};
 use crate::control::pulse::Pulse;
 use crate::processor_share::ProcessorShare;
 use crate::rig_state::Command;
@@ -170,6 +172,11 @@ pub(crate) struct RigHandle {
     leases: Leases,
     /// Whether the newest record was a fault's.
     faulted: Cell<bool>,
+    presence: RefCell<Presence>,
+    /// Where the library is read and written.
+    library: Aside,
+    /// Where devices are looked for.
+    devices: Aside,
     clients: Cell<usize>,
     closing: Cell<bool>,
     serial: Cell<u32>,
@@ -188,6 +195,9 @@ impl RigHandle {
             ramp: RefCell::new(None),
             leases: Leases::default(),
             faulted: Cell::new(false),
+            presence: RefCell::default(),
+            library: Aside::new("library"),
+            devices: Aside::new("devices"),
             clients: Cell::new(0),
             closing: Cell::new(false),
             serial: Cell::new(0),
@@ -220,6 +230,22 @@ impl RigHandle {
                 };
                 journal.enter(Until::Done, entry);
             }
+            if record.state == RigState::Disconnected && self.presence.borrow_mut().lost() {
+                journal.enter(Until::Done, self.lost(Some(record.tick)));
+            }
+        }
+        if let Some(link) = &self.facts.link {
+            for change in self.presence.borrow_mut().look(link) {
+                let entry = match change {
+                    presence::Change::Lost => self.lost(None),
+                    presence::Change::Found { firmware } => JournalEntry {
+                        message: Some(format!("{}: {firmware}", self.facts.device)),
+                        revision: self.revision(),
+                        ..JournalEntry::of("connected")
+                    },
+                };
+                journal.enter(Until::Done, entry);
+            }
         }
         let whole = journal.completed(|until, entry| match until {
             Until::Done => true,
@@ -248,7 +274,18 @@ impl RigHandle {
         });
         let feed = self.feed.borrow();
         for entry in &whole {
+            crate::log::journal(entry);
             feed.tell(entry);
+        }
+    }
+
+    /// The device can no longer be read, from this tick on where that is known.
+    fn lost(&self, tick: Option<u64>) -> JournalEntry {
+        JournalEntry {
+            tick,
+            revision: self.revision(),
+            message: Some(self.facts.device.clone()),
+            ..JournalEntry::of("disconnected")
         }
     }
 
@@ -280,6 +317,16 @@ impl RigHandle {
     pub(crate) fn journal(&self, after: u64, limit: usize) -> LogReply {
         self.pump();
         self.journal.borrow().entries(after, limit)
+    }
+
+    /// Where the library is read and written.
+    pub(super) fn library(&self) -> &Aside {
+        &self.library
+    }
+
+    /// Where devices are looked for.
+    pub(super) fn devices(&self) -> &Aside {
+        &self.devices
     }
 
     pub(crate) fn leases(&self) -> &Leases {
@@ -367,6 +414,12 @@ impl RigHandle {
         self.journal
             .borrow_mut()
             .enter(until, JournalEntry { revision, ..entry });
+    }
+
+    /// What ends the loop with zero force, from whichever thread, also while this one hangs.
+    pub(crate) fn end_of_loop(&self) -> impl Fn() + Send + 'static {
+        let shared = Arc::clone(&self.shared);
+        move || shared.quit()
     }
 
     /// Stops asked for so far.
