@@ -21,7 +21,21 @@ impl HeldThread {
     /// There is none, or this user may not trace it.
     #[must_use]
     pub fn real_time(daemon: u32) -> Self {
-        let thread = Pid::from_raw(i32::try_from(real_time_thread(daemon)).expect("a thread"));
+        Self::hold(real_time_thread(daemon))
+    }
+
+    /// Takes hold of the thread of a daemon that hears its clients.
+    ///
+    /// # Panics
+    /// This user may not trace it.
+    #[must_use]
+    pub fn control(daemon: u32) -> Self {
+        // It is the first of its process.
+        Self::hold(daemon)
+    }
+
+    fn hold(thread: u32) -> Self {
+        let thread = Pid::from_raw(i32::try_from(thread).expect("a thread"));
         ptrace::seize(thread, ptrace::Options::empty()).expect("a thread that may be traced");
         ptrace::interrupt(thread).expect("it is traced");
         let stopped = waitpid(thread, Some(WaitPidFlag::__WALL)).expect("it is traced");

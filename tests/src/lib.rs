@@ -6,6 +6,8 @@
 pub mod attack;
 pub mod fake_rig;
 mod held;
+#[cfg(target_arch = "x86_64")]
+pub mod hung;
 pub mod measure;
 pub mod pid1;
 pub mod schema;
@@ -122,12 +124,22 @@ impl Daemon {
     /// # Panics
     /// It does not come up.
     #[must_use]
-    pub fn spawn(mut command: Command, socket: &Path) -> Self {
+    pub fn spawn(command: Command, socket: &Path) -> Self {
+        Self::spawn_writing_to(command, socket, None)
+    }
+
+    /// The same, with something else than nothing as its standard output.
+    ///
+    /// # Panics
+    /// It does not come up.
+    #[must_use]
+    pub fn spawn_writing_to(mut command: Command, socket: &Path, stdout: Option<&std::os::fd::OwnedFd>) -> Self {
+        let stdout = stdout.map_or_else(Stdio::null, |stdout| stdout.try_clone().expect("a descriptor").into());
         let mut child = command
             .arg("--socket")
             .arg(socket)
             .stdin(Stdio::null())
-            .stdout(Stdio::null())
+            .stdout(stdout)
             .stderr(Stdio::piped())
             .spawn()
             .expect("hapticd starts");

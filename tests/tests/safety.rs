@@ -1,0 +1,335 @@
+//! What must hold with a hand on the handle, whatever lies, hangs or is cut: the real daemon on a real pseudo-terminal, and a rig that misbehaves on demand.
+
+use haptic_ipc::{Client, ClientError, ErrorCode, Request, RigState, StateReply, Timing};
+use std::time::{Duration, Instant};
+use system_tests::fake_rig::FakeRig;
+#[cfg(target_arch = "x86_64")]
+use system_tests::hung::{Hang, HungThread};
+use system_tests::{Daemon, HeldThread, PATIENCE, engage, pull_until, status, wait_for, wait_for_state};
+
+/// A rig with more arguments, and a daemon with more arguments that has connected to it.
+fn connected(rig: &[&str], daemon: &[&str]) -> (FakeRig, Daemon, Client) {
+    let rig = FakeRig::start(rig);
+    let daemon = Daemon::start_on(&rig.address(), &[&["--ramp-ms", "20"], daemon].concat());
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    (rig, daemon, client)
+}
+
+/// On a busy machine the kernel may pass a terminal's bytes on late, which is not what most of these are about.
+const PATIENT: [&str; 2] = ["--stale-ms", "200"];
+
+/// Waits until the motor pulls.
+fn pull(rig: &mut FakeRig, client: &mut Client) {
+    pull_until(client, |_| rig.force().now_n.abs() > 2.0);
+}
+
+fn refused(client: &mut Client, request: Request) -> haptic_ipc::WireError {
+    match client.request::<StateReply>(request) {
+        Err(ClientError::Refused(error)) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Has the control thread of an engaged daemon hang in some way, and sees the rig let go of.
+fn hang_it<T>(what: &str, stdout: Option<&std::os::fd::OwnedFd>, hang: impl FnOnce(u32) -> T) {
+    let mut rig = FakeRig::start(&[]);
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut command = std::process::Command::new(system_tests::binary("hapticd"));
+    // Its own ramp is far too long for this.
+    command
+        .args(["--device", &rig.address(), "--ramp-ms", "1000"])
+        .args(PATIENT);
+    let daemon = Daemon::spawn_writing_to(command, &directory.path().join("control.sock"), stdout);
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    pull(&mut rig, &mut client);
+    let hung = hang(daemon.pid());
+    let began = Instant::now();
+    // The motor is off when the firmware says so: force alone passes through zero by itself.
+    let mut zero_since = None;
+    while zero_since.is_none_or(|since: Instant| since.elapsed() < Duration::from_millis(100)) {
+        assert!(began.elapsed() < PATIENCE, "{what}: the force stays");
+        if rig.force().now_n == 0.0 {
+            zero_since.get_or_insert_with(Instant::now);
+        } else {
+            zero_since = None;
+        }
+    }
+    let took = zero_since.expect("it is zero").duration_since(began);
+    drop(hung);
+    let after = wait_for(&mut client, "an answer", |_| true);
+    println!(
+        "{what}: zero force {took:?} after the control thread hung, then {:?}",
+        after.fault
+    );
+    assert_eq!(after.state, RigState::Faulted, "{what}");
+    let fault = after.fault.unwrap_or_default();
+    assert!(fault.starts_with("control_lost"), "{what}: {fault}");
+    assert_eq!(refused(&mut client, Request::Engage {}).code, ErrorCode::Faulted);
+    let reset: StateReply = client.request(Request::Reset {}).expect("a reset");
+    assert_eq!(reset.state, RigState::Idle);
+}
+
+// hazard: H2
+#[test]
+fn a_control_thread_that_a_debugger_stops_ends_in_a_released_rig() {
+    hang_it("stopped by a debugger", None, HeldThread::control);
+}
+
+// hazard: H2
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn a_control_thread_that_goes_round_and_round_ends_in_a_released_rig() {
+    hang_it("a busy loop", None, |daemon| {
+        HungThread::control(daemon, Hang::Spinning)
+    });
+}
+
+// hazard: H1, H2
+#[cfg(target_arch = "x86_64")]
+#[test]
+fn a_control_thread_that_stands_in_a_write_ends_in_a_released_rig() {
+    let (_reader, writer) = std::io::pipe().expect("a pipe");
+    let writer = std::os::fd::OwnedFd::from(writer);
+    rustix::io::ioctl_fionbio(&writer, true).expect("a pipe");
+    while rustix::io::write(&writer, &[0; 4096]).is_ok() {}
+    rustix::io::ioctl_fionbio(&writer, false).expect("a pipe");
+    hang_it("a write to a full pipe", Some(&writer), |daemon| {
+        HungThread::control(daemon, Hang::Writing(1))
+    });
+}
+
+// hazard: H3
+#[test]
+fn no_lying_clock_of_a_device_is_rendered() {
+    let (mut rig, _daemon, mut client) = connected(&[], &["--stale-ms", "40"]);
+    for lie in [
+        "clock-backwards",
+        "clock-stop",
+        "clock-half",
+        "clock-double",
+        "clock-speed 1.2",
+        "clock-jump 60",
+        "clock-jump -60",
+        "clock-wrap16",
+        "clock-torn",
+    ] {
+        let began = Instant::now();
+        loop {
+            assert!(began.elapsed() < 4 * PATIENCE, "{lie} is not seen");
+            pull(&mut rig, &mut client);
+            let from = status(&mut client);
+            rig.force();
+            let honest = wait_for(&mut client, "an honest second", |status| {
+                status.tick > from.tick + 1000 || status.state != RigState::Engaged
+            });
+            let honest_n = rig.force().largest_n;
+            rig.fail(lie);
+            let after = wait_for(&mut client, "a fault", |status| {
+                status.state != RigState::Engaged || status.tick > honest.tick + 3000
+            });
+            let lying_n = rig.force().largest_n;
+            rig.fail("honest");
+            let fault = after.fault.clone().unwrap_or_default();
+            if fault.starts_with("device_clock") && lying_n <= 1.5 * honest_n {
+                println!("{lie}: {honest_n:.2} N honest, {lying_n:.2} N lying, then: {fault}");
+                break;
+            }
+            println!(
+                "once more, the machine is busy: {lie} {} {fault:?} {honest_n} N {lying_n} N",
+                after.state
+            );
+        }
+    }
+}
+
+// hazard: H6
+#[test]
+fn a_lone_wrong_sample_is_not_felt() {
+    let (mut rig, _daemon, mut client) = connected(&[], &PATIENT);
+    for wrong in ["position-spike 0.5", "position-spike 1", "position-spike -5"] {
+        let began = Instant::now();
+        loop {
+            assert!(began.elapsed() < 2 * PATIENCE, "{wrong} is felt");
+            pull(&mut rig, &mut client);
+            let from = status(&mut client);
+            rig.force();
+            wait_for(&mut client, "an honest second", |status| status.tick > from.tick + 1000);
+            let honest_n = rig.force().largest_n;
+            let before = status(&mut client);
+            rig.fail(wrong);
+            let after = wait_for(&mut client, "200 ticks", |status| status.tick > before.tick + 200);
+            let wrong_n = rig.force().largest_n;
+            let forgotten = after.device.samples_forgotten - before.device.samples_forgotten;
+            if after.state == RigState::Engaged && forgotten == 1 && wrong_n < 1.3 * honest_n {
+                println!("{wrong}: {honest_n:.2} N without, {wrong_n:.2} N with");
+                break;
+            }
+            println!(
+                "once more, the machine is busy: {wrong} {forgotten} {honest_n} N {wrong_n} N {:?}",
+                after.fault
+            );
+        }
+    }
+}
+
+// hazard: H9
+#[test]
+fn a_device_that_stays_enabled_after_a_stop_is_an_alarm() {
+    let (mut rig, daemon, mut client) = connected(&[], &PATIENT);
+    pull(&mut rig, &mut client);
+    rig.fail("stay-enabled");
+    assert_eq!(refused(&mut client, Request::Stop {}).code, ErrorCode::NotConfirmed);
+    let alarmed = wait_for_state(&mut client, RigState::Faulted);
+    let fault = alarmed.fault.unwrap_or_default();
+    assert!(
+        fault.starts_with("still_enabled") && fault.contains("cut its power"),
+        "{fault}"
+    );
+    let told = daemon.ctl_ok(&["log"]);
+    assert!(told.contains("still_enabled"), "{told}");
+    // A reset does not make it well.
+    let _: StateReply = client.request(Request::Reset {}).expect("a reset");
+    wait_for_state(&mut client, RigState::Faulted);
+    rig.fail("honest");
+    let _: StateReply = client.request(Request::Reset {}).expect("a reset");
+    let idle = wait_for_state(&mut client, RigState::Idle);
+    let later = wait_for(&mut client, "ticks", |status| status.tick > idle.tick + 300);
+    assert_eq!(later.state, RigState::Idle, "{later:?}");
+}
+
+// hazard: H12
+#[test]
+fn a_stop_is_confirmed_by_the_device_and_timed() {
+    let (mut rig, _daemon, mut client) = connected(&[], &PATIENT);
+    pull(&mut rig, &mut client);
+    let stopped: StateReply = client.request(Request::Stop {}).expect("confirmed");
+    assert_eq!(
+        (stopped.state, rig.force().now_n),
+        (RigState::Stopped, 0.0),
+        "it is off when that is said"
+    );
+    // A device that hears nothing any more cannot confirm.
+    let _: StateReply = client.request(Request::Reset {}).expect("a reset");
+    pull(&mut rig, &mut client);
+    rig.fail("no-echo");
+    let asked = Instant::now();
+    assert_eq!(refused(&mut client, Request::Stop {}).code, ErrorCode::NotConfirmed);
+    println!("said not to be confirmed after {:?}", asked.elapsed());
+    let timing: Timing = client.request(Request::Timing {}).expect("the timing");
+    let stops = timing.stops;
+    assert_eq!(
+        (stops.confirmed, stops.unconfirmed, stops.without_device),
+        (1, 1, 0),
+        "{stops:?}"
+    );
+    assert!(
+        stops.to_written_ns.max > 0 && stops.to_confirmed_ns.max > 0,
+        "{stops:?}"
+    );
+}
+
+// hazard: H19
+#[test]
+fn the_rigs_own_buttons_stop_it() {
+    let (mut rig, daemon, mut client) = connected(
+        &["--buttons", "2"],
+        &[&PATIENT[..], &["--stop-button", "1", "--enable-button", "2"]].concat(),
+    );
+    assert_eq!(
+        refused(&mut client, Request::Engage {}).code,
+        ErrorCode::WrongState,
+        "nobody holds the switch"
+    );
+    rig.fail("button 2 on");
+    pull(&mut rig, &mut client);
+    rig.fail("button 2 off");
+    wait_for_state(&mut client, RigState::Idle);
+    wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
+    rig.fail("button 2 on");
+    pull(&mut rig, &mut client);
+    rig.fail("button 1 on");
+    let stopped = wait_for_state(&mut client, RigState::Stopped);
+    assert!(
+        stopped
+            .fault
+            .as_deref()
+            .is_some_and(|why| why.starts_with("stop_button")),
+        "{stopped:?}"
+    );
+    wait_for(&mut client, "no force", |_| rig.force().now_n == 0.0);
+    rig.fail("button 1 off");
+    let told = daemon.ctl_ok(&["log"]);
+    assert!(told.contains("stop_button"), "{told}");
+    let _: StateReply = client.request(Request::Reset {}).expect("a reset");
+    pull(&mut rig, &mut client);
+}
+
+// hazard: H8
+#[test]
+fn the_devices_own_force_limit_is_the_limit_and_is_said() {
+    let (mut rig, _daemon, mut client) = connected(&["--force-limit-n", "1"], &PATIENT);
+    pull_until(&mut client, |_| rig.force().now_n.abs() > 0.9);
+    let device = status(&mut client).device;
+    assert_eq!(
+        (device.force_limit_n, device.force_limit_by),
+        (1.0, haptic_ipc::ForceLimitBy::Device)
+    );
+    let seen = wait_for(&mut client, "a force at its limit", |status| {
+        status.command_force_n.abs() > 0.99
+    });
+    assert!(
+        seen.command_force_n.abs() <= 1.0,
+        "what status says is what the rig gives: {seen:?}"
+    );
+    assert!(rig.force().largest_n <= 1.0);
+}
+
+// hazard: H7
+#[test]
+fn a_daemon_that_was_stopped_while_force_flowed_comes_back_without_force() {
+    let daemon = Daemon::start(&["--ramp-ms", "20"]);
+    let mut client = daemon.client();
+    engage(&mut client);
+    let pid = rustix::process::Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("a process");
+    rustix::process::kill_process(pid, rustix::process::Signal::STOP).expect("it runs");
+    // That it stands still for longer than a sample may be old needs that time to go by.
+    let began = Instant::now();
+    while began.elapsed() < Duration::from_millis(300) {
+        std::thread::yield_now();
+    }
+    rustix::process::kill_process(pid, rustix::process::Signal::CONT).expect("it is there");
+    let after = wait_for(&mut client, "an answer", |_| true);
+    assert_eq!((after.state, after.command_force_n), (RigState::Faulted, 0.0));
+    assert!(
+        after.fault.as_deref().is_some_and(|fault| fault.starts_with("stalled")),
+        "{after:?}"
+    );
+}
+
+// hazard: H17
+#[test]
+fn signals_do_not_reach_the_real_time_thread() {
+    let daemon = Daemon::start(&[]);
+    let thread = system_tests::real_time_thread(daemon.pid());
+    let status = std::fs::read_to_string(format!("/proc/{}/task/{thread}/status", daemon.pid())).expect("it runs");
+    let blocked = status
+        .lines()
+        .find_map(|line| line.strip_prefix("SigBlk:"))
+        .and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .expect("a mask");
+    for (name, signal) in [
+        ("INT", 2),
+        ("USR1", 10),
+        ("ALRM", 14),
+        ("TERM", 15),
+        ("CHLD", 17),
+        ("PROF", 27),
+    ] {
+        assert!(blocked & (1 << (signal - 1)) != 0, "{name} reaches it");
+    }
+    for (name, signal) in [("SEGV", 11), ("BUS", 7), ("FPE", 8), ("ILL", 4)] {
+        assert!(blocked & (1 << (signal - 1)) == 0, "{name} must reach it");
+    }
+}
