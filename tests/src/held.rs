@@ -21,7 +21,20 @@ impl HeldThread {
     /// There is none, or this user may not trace it.
     #[must_use]
     pub fn real_time(daemon: u32) -> Self {
-        let thread = Pid::from_raw(i32::try_from(real_time_thread(daemon)).expect("a thread"));
+        Self::thread(real_time_thread(daemon))
+    }
+
+    /// Takes hold of the control thread of a daemon, which is its first.
+    ///
+    /// # Panics
+    /// There is none, or this user may not trace it.
+    #[must_use]
+    pub fn control(daemon: u32) -> Self {
+        Self::thread(daemon)
+    }
+
+    fn thread(number: u32) -> Self {
+        let thread = Pid::from_raw(i32::try_from(number).expect("a thread"));
         ptrace::seize(thread, ptrace::Options::empty()).expect("a thread that may be traced");
         ptrace::interrupt(thread).expect("it is traced");
         let stopped = waitpid(thread, Some(WaitPidFlag::__WALL)).expect("it is traced");
