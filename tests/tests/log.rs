@@ -88,7 +88,7 @@ fn faults_disconnects_and_stops_are_in_the_journal_and_on_standard_error_in_the_
         connected
             .message
             .as_ref()
-            .is_some_and(|said| said.contains("serial:") && said.contains("fake-rig ")),
+            .is_some_and(|said| said.contains("serial line") && said.contains("fake-rig ")),
         "{connected:?}"
     );
     let shown = daemon.ctl_ok(&["log", "-n", "2000"]);
