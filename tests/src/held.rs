@@ -21,21 +21,20 @@ impl HeldThread {
     /// There is none, or this user may not trace it.
     #[must_use]
     pub fn real_time(daemon: u32) -> Self {
-        Self::hold(real_time_thread(daemon))
+        Self::thread(real_time_thread(daemon))
     }
 
-    /// Takes hold of the thread of a daemon that hears its clients.
+    /// Takes hold of the control thread of a daemon, which is its first.
     ///
     /// # Panics
-    /// This user may not trace it.
+    /// There is none, or this user may not trace it.
     #[must_use]
     pub fn control(daemon: u32) -> Self {
-        // It is the first of its process.
-        Self::hold(daemon)
+        Self::thread(daemon)
     }
 
-    fn hold(thread: u32) -> Self {
-        let thread = Pid::from_raw(i32::try_from(thread).expect("a thread"));
+    fn thread(number: u32) -> Self {
+        let thread = Pid::from_raw(i32::try_from(number).expect("a thread"));
         ptrace::seize(thread, ptrace::Options::empty()).expect("a thread that may be traced");
         ptrace::interrupt(thread).expect("it is traced");
         let stopped = waitpid(thread, Some(WaitPidFlag::__WALL)).expect("it is traced");

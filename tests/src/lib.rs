@@ -4,6 +4,7 @@
 //! condition is waited for by asking the daemon.
 
 pub mod attack;
+pub mod blocked;
 pub mod fake_rig;
 mod held;
 #[cfg(target_arch = "x86_64")]
@@ -13,6 +14,7 @@ pub mod pid1;
 pub mod schema;
 pub mod screen;
 pub mod simulated_rig;
+pub mod stalled;
 pub mod terminal;
 pub mod transcript;
 

@@ -5,7 +5,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use std::collections::HashMap;
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
-use system_tests::pid1::Machine;
+use system_tests::pid1::{CONFIGURATION, Machine};
 use system_tests::{HeldThread, real_time_thread, status, wait_for, wait_for_state};
 
 /// A machine on which the unit is up.
@@ -71,6 +71,22 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
     assert_eq!(machine.property("LimitRTPRIO"), "80");
     assert_eq!(machine.property("LimitMEMLOCK"), "infinity");
 
+    // Something else is killed first when memory runs out, and nothing is dumped.
+    assert_eq!(machine.property("LimitCORE"), "0");
+    assert_eq!(machine.property("OOMScoreAdjust"), "-900");
+    assert_eq!(machine.property("MemoryMax"), (256 * 1024 * 1024).to_string());
+    assert_eq!(machine.property("WatchdogUSec"), "500ms");
+    let own = fs::read_to_string(format!("/proc/{daemon}/oom_score_adj")).expect("it runs");
+    if machine.raises_limits() {
+        assert_eq!(own.trim(), "-900");
+    } else {
+        println!(
+            "NOTE: without CAP_SYS_RESOURCE oom_score_adj cannot be lowered; it is {}",
+            own.trim()
+        );
+    }
+    assert!(CONFIGURATION.lines().any(|line| line == "late-policy = \"fault:20\""));
+
     // The user: a plain one, with nothing beyond what the limits give.
     let user = machine.run_ok(&["id", "-u", "hapticd"]);
     let uids: Vec<&str> = of_process["Uid"].split_whitespace().collect();
@@ -93,6 +109,28 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
         !complaints.contains("hapticd") && verified.status.success(),
         "{complaints}"
     );
+    // And with the drop-in for one rig.
+    let drop_in = machine.path("/etc/systemd/system/hapticd.service.d/rig.conf");
+    fs::create_dir_all(drop_in.parent().expect("a folder")).expect("made");
+    fs::write(
+        &drop_in,
+        include_str!("../../packaging/hapticd.service.d/rig.conf.example"),
+    )
+    .expect("written");
+    let verified = machine.run(&["systemd-analyze", "verify", "--recursive-errors=no", unit]);
+    let complaints = String::from_utf8_lossy(&verified.stderr).into_owned();
+    assert!(
+        !complaints.contains("hapticd") && verified.status.success(),
+        "{complaints}"
+    );
+    machine.run_ok(&["systemctl", "daemon-reload"]);
+    let allowed = machine.property("DeviceAllow");
+    assert!(
+        allowed.contains("usb-Example_Rig") && !allowed.contains("char-ttyACM"),
+        "{allowed}"
+    );
+    fs::remove_file(&drop_in).expect("it was written");
+
     // Exposure in tenths, of a hundred. It was 10 when this was written.
     let exposure = machine.run_ok(&[
         "systemd-analyze",
@@ -233,4 +271,45 @@ fn a_wrong_configuration_is_not_tried_again() {
         assert_eq!(machine.property(property), value, "{property}: {}", machine.journal());
     }
     assert!(machine.journal().contains("rate = 1 Hz"), "{}", machine.journal());
+}
+
+// hazard: H18
+#[test]
+fn the_managers_journal_tells_who_stopped_the_rig_and_how_urgent_that_is() {
+    let Some(machine) = machine_with_unit("") else { return };
+    pull(&machine);
+    let mut client = machine.client();
+    let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+    let said = |least: &str| {
+        machine.run_ok(&["journalctl", "--sync"]);
+        let read = [
+            "journalctl",
+            "--no-pager",
+            "--output=cat",
+            "--unit=hapticd",
+            "--priority",
+            least,
+        ];
+        machine.run_ok(&read)
+    };
+    let warned = machine.eventually("the stop in the journal", || {
+        Some(said("warning")).filter(|said| said.contains("stop  "))
+    });
+    let stop = warned
+        .lines()
+        .find(|line| line.contains("stop  "))
+        .expect("it is there");
+    assert!(
+        stop.contains("root (") && stop.ends_with(|last: char| last.is_ascii_digit()),
+        "{stop}"
+    );
+    assert!(stop.contains("engaged -> stopped  tick "), "{stop}");
+    assert!(
+        !warned.contains("engage  "),
+        "to engage is nothing to be warned of: {warned}"
+    );
+    let all = said("info");
+    assert!(all.contains("engage  idle -> engaging  tick "), "{all}");
+    // Its priority is read and not shown.
+    assert!(!all.contains("<6>") && !all.contains("<4>"), "{all}");
 }

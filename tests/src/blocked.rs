@@ -1,0 +1,82 @@
+//! Outputs that take nothing: a full pipe, and a terminal that is held.
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::Errno;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{Action, tcflow};
+use std::os::fd::OwnedFd;
+use std::process::Stdio;
+
+/// An output on which every write waits, for as long as this is there.
+#[derive(Debug)]
+pub struct Blocked {
+    /// What a program is given.
+    end: OwnedFd,
+    /// The other end, from which nobody reads.
+    _other: OwnedFd,
+}
+
+impl Blocked {
+    /// A pipe that is full.
+    ///
+    /// # Panics
+    /// The system has none.
+    #[must_use]
+    pub fn pipe() -> Self {
+        let (other, end) = std::io::pipe().expect("a pipe");
+        let (other, end) = (OwnedFd::from(other), OwnedFd::from(end));
+        fill(&end);
+        Self { end, _other: other }
+    }
+
+    /// A terminal that is held, as by Ctrl-S.
+    ///
+    /// # Panics
+    /// The system has none.
+    #[must_use]
+    pub fn terminal() -> Self {
+        let other = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a terminal");
+        grantpt(&other).expect("granted");
+        unlockpt(&other).expect("unlocked");
+        let name = ptsname(&other, Vec::new()).expect("its name");
+        let end = rustix::fs::open(name, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).expect("its other end");
+        tcflow(&end, Action::OOff).expect("held");
+        let blocked = Self { end, _other: other };
+        assert!(!blocked.takes_something(), "it is held");
+        blocked
+    }
+
+    /// A handle for a program.
+    ///
+    /// # Panics
+    /// The system has no descriptor left.
+    #[must_use]
+    pub fn stdio(&self) -> Stdio {
+        self.end.try_clone().expect("another handle").into()
+    }
+
+    /// Whether a write would not wait now.
+    ///
+    /// # Panics
+    /// It cannot be asked.
+    #[must_use]
+    pub fn takes_something(&self) -> bool {
+        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+        poll(&mut [PollFd::new(&self.end, PollFlags::OUT)], Some(&at_once)).expect("it can be asked") > 0
+    }
+}
+
+/// Writes until nothing more fits.
+fn fill(end: &OwnedFd) {
+    let flags = fcntl_getfl(end).expect("its flags");
+    fcntl_setfl(end, flags | OFlags::NONBLOCK).expect("they can be set");
+    loop {
+        match rustix::io::write(end, &[b'.'; 4096]) {
+            Ok(_) => {}
+            Err(Errno::AGAIN) => break,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    fcntl_setfl(end, flags).expect("they can be set");
+}

@@ -1,0 +1,194 @@
+//! A stop and a signal work while every output of the daemon is blocked.
+
+use haptic_ipc::{Client, Request, RigState, StateReply};
+use rustix::process::{Pid, Signal, kill_process};
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+use system_tests::blocked::Blocked;
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, wait_for, wait_for_state};
+
+/// A daemon that has said nothing that anybody could read.
+struct Mute {
+    child: Child,
+    socket: PathBuf,
+    _directory: tempfile::TempDir,
+}
+
+impl Mute {
+    /// Starts one with its outputs as they are given; it is up when it serves.
+    fn start(arguments: &[&str], stdout: Stdio, stderr: Stdio) -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let socket = directory.path().join("run/control.sock");
+        let child = Command::new(binary("hapticd"))
+            .args(arguments)
+            .args(["--ramp-ms", "50", "--socket"])
+            .arg(&socket)
+            .stdin(Stdio::null())
+            .stdout(stdout)
+            .stderr(stderr)
+            .spawn()
+            .expect("hapticd starts");
+        Self {
+            child,
+            socket,
+            _directory: directory,
+        }
+    }
+
+    fn client(&self) -> Client {
+        serving(&self.socket)
+    }
+
+    /// Sends a signal; returns how it ended and how long that took.
+    fn end(mut self, signal: Signal) -> (ExitStatus, Duration) {
+        let began = Instant::now();
+        kill_process(Pid::from_child(&self.child), signal).expect("it runs");
+        loop {
+            if let Some(status) = self.child.try_wait().expect("it is ours") {
+                return (status, began.elapsed());
+            }
+            assert!(began.elapsed() < PATIENCE, "it does not end after {signal:?}");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+impl Drop for Mute {
+    fn drop(&mut self) {
+        // It may have ended already; either way nothing of it stays.
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+fn serving(socket: &Path) -> Client {
+    let began = Instant::now();
+    loop {
+        match Client::connect(socket) {
+            Ok(client) => return client,
+            Err(error) => assert!(began.elapsed() < PATIENCE, "it does not serve: {error}"),
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Asks for something on a thread of its own, since a daemon that hangs never answers; returns the state and how long it took.
+fn asked(socket: &Path, request: Request) -> (RigState, Duration) {
+    let (answer, answered) = std::sync::mpsc::channel();
+    let socket = socket.to_path_buf();
+    std::thread::spawn(move || {
+        let mut client = serving(&socket);
+        let began = Instant::now();
+        let reply: StateReply = client.request(request).expect("it is answered");
+        answer.send((reply.state, began.elapsed())).expect("somebody waits");
+    });
+    answered.recv_timeout(PATIENCE).expect("the daemon does not answer")
+}
+
+/// Longest that a stop or an end may take, beyond the ramp, on a machine as busy as any.
+const LIMIT: Duration = Duration::from_secs(5);
+
+/// Engages the rig of a daemon with blocked outputs, lets it say more than fits into its queues, stops it, and ends it.
+fn holds(what: &str, arguments: &[&str], blocked: impl Fn() -> Blocked) {
+    for signal in [Signal::TERM, Signal::INT] {
+        let output = blocked();
+        let daemon = Mute::start(arguments, output.stdio(), output.stdio());
+        let (state, _) = asked(&daemon.socket, Request::Engage {});
+        assert!(state.is_live(), "{state}");
+        let mut client = daemon.client();
+        // More lines than the queue takes: each of these is one.
+        for _ in 0..300 {
+            let _: StateReply = client.request(Request::Engage {}).expect("it is answered");
+        }
+        wait_for_state(&mut client, RigState::Engaged);
+        // And more status lines of the demo than the output would take.
+        let from = system_tests::status(&mut client).tick;
+        wait_for(&mut client, "two seconds", |status| status.tick > from + 2000);
+        assert!(!output.takes_something(), "it is still blocked");
+        let (state, stop_took) = asked(&daemon.socket, Request::Stop {});
+        assert_eq!(state, RigState::Stopped);
+        // And while force flows.
+        let _: StateReply = client.request(Request::Reset {}).expect("it was stopped");
+        let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+        wait_for_state(&mut client, RigState::Engaged);
+        let (ended, end_took) = daemon.end(signal);
+        println!("{what}: stop confirmed after {stop_took:?}, {signal:?} ended it after {end_took:?}");
+        assert!(ended.success(), "{ended}");
+        assert!(stop_took < LIMIT && end_took < LIMIT, "{stop_took:?} {end_took:?}");
+    }
+}
+
+// hazard: H1
+#[test]
+fn a_stop_and_a_signal_work_with_both_outputs_a_full_pipe() {
+    holds("--device fake, a full pipe", &["--device", "fake"], Blocked::pipe);
+}
+
+// hazard: H1
+#[test]
+fn a_stop_and_a_signal_work_with_both_outputs_a_terminal_that_is_held() {
+    holds(
+        "--device fake, a held terminal",
+        &["--device", "fake"],
+        Blocked::terminal,
+    );
+}
+
+// hazard: H1
+#[test]
+fn a_stop_and_a_signal_work_in_a_demo_with_both_outputs_a_full_pipe() {
+    holds("--demo, a full pipe", &["--demo"], Blocked::pipe);
+}
+
+// hazard: H1
+#[test]
+fn a_stop_and_a_signal_work_in_a_demo_with_both_outputs_a_terminal_that_is_held() {
+    holds("--demo, a held terminal", &["--demo"], Blocked::terminal);
+}
+
+// hazard: H1, H2
+#[test]
+fn a_signal_ends_a_daemon_whose_control_thread_hangs() {
+    let daemon = Daemon::start(&["--ramp-ms", "50"]);
+    let mut client = daemon.client();
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, RigState::Engaged);
+    let held = HeldThread::control(daemon.pid());
+    let pid = Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("not zero");
+    let began = Instant::now();
+    kill_process(pid, Signal::TERM).expect("it runs");
+    while !held.is_killed() {
+        assert!(began.elapsed() < PATIENCE, "it does not end");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let took = began.elapsed();
+    println!("with the control thread held: ended after {took:?}");
+    assert!(took < LIMIT, "{took:?}");
+}
+
+// hazard: H1
+#[test]
+fn what_was_lost_is_told_once_somebody_reads() {
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    let daemon = Mute::start(&["--device", "fake"], Stdio::null(), writer.into());
+    let mut client = daemon.client();
+    // Each is a line, and more than pipe and queue hold.
+    for _ in 0..3000 {
+        let _: StateReply = client.request(Request::Engage {}).expect("it is answered");
+    }
+    let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
+    let told = lines.find(|line| line.contains("lost")).expect("it is told");
+    let count: u32 = told
+        .split_whitespace()
+        .find_map(|word| word.parse().ok())
+        .expect("how many");
+    println!("{told}");
+    assert!(
+        (1..3000).contains(&count) && told.contains("nobody read standard error"),
+        "{told}"
+    );
+    let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+    assert!(lines.any(|line| line.contains("-> stopped")), "and it goes on");
+}

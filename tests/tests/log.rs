@@ -1,0 +1,122 @@
+//! What standard error tells of a running daemon, and its journal: the same.
+
+use haptic_ipc::{JournalEntry, LogReply, Request, RigState, StateReply};
+use rustix::process::Signal;
+use std::time::{Duration, Instant};
+use system_tests::fake_rig::FakeRig;
+use system_tests::{Daemon, PATIENCE, engage, status, wait_for, wait_for_state};
+
+fn log(daemon: &Daemon) -> Vec<JournalEntry> {
+    let all = Request::Log {
+        after: None,
+        limit: Some(2000),
+    };
+    let reply: LogReply = daemon.client().request(all).expect("a log");
+    reply.entries
+}
+
+/// The entries that are not changes of the scene, once one that is wanted is among them.
+fn log_with(daemon: &Daemon, what: &str, wanted: impl Fn(&[JournalEntry]) -> bool) -> Vec<JournalEntry> {
+    let began = Instant::now();
+    loop {
+        let entries = log(daemon);
+        if wanted(&entries) {
+            return entries;
+        }
+        assert!(began.elapsed() < PATIENCE, "waited in vain for {what}: {entries:?}");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn count(entries: &[JournalEntry], op: &str) -> usize {
+    entries.iter().filter(|entry| entry.op == op).count()
+}
+
+// hazard: H18
+#[test]
+fn faults_disconnects_and_stops_are_in_the_journal_and_on_standard_error_in_the_same_words() {
+    let mut rig = FakeRig::start(&[]);
+    let daemon = Daemon::start_on(&rig.address(), &["--ramp-ms", "20", "--stale-ms", "200"]);
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    engage(&mut client);
+    // A fault.
+    rig.fail("stall 0.4");
+    wait_for_state(&mut client, RigState::Faulted);
+    wait_for(&mut client, "samples again", |status| status.tick > 0);
+    // Unplugged while it is faulted, and plugged in again.
+    rig.fail("hang-up 0.3");
+    log_with(&daemon, "a disconnect", |entries| count(entries, "disconnected") >= 1);
+    log_with(&daemon, "a reconnect", |entries| count(entries, "connected") >= 2);
+    let _: StateReply = client.request(Request::Reset {}).expect("it is faulted");
+    wait_for_state(&mut client, RigState::Idle);
+    // Unplugged while it is idle.
+    let before = log(&daemon);
+    rig.fail("hang-up 0.3");
+    log_with(&daemon, "another reconnect", |entries| {
+        count(entries, "connected") > count(&before, "connected")
+    });
+    wait_for_state(&mut client, RigState::Idle);
+    engage(&mut client);
+    let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+    let _: StateReply = client.request(Request::Reset {}).expect("it is stopped");
+    // A lease that lapses.
+    let mut holder = daemon.client();
+    let _: haptic_ipc::LeaseReply = holder.request(Request::Lease { timeout_ms: 10_000 }).expect("a lease");
+    drop(holder);
+    let entries = log_with(&daemon, "a lapsed lease", |entries| count(entries, "lease_lapsed") >= 1);
+
+    let ops: Vec<&str> = entries.iter().map(|entry| entry.op.as_str()).collect();
+    for op in [
+        "connected",
+        "engage",
+        "fault",
+        "disconnected",
+        "reset",
+        "stop",
+        "lease_lapsed",
+    ] {
+        assert!(ops.contains(&op), "{ops:?} lacks {op}");
+    }
+    assert_eq!(
+        count(&entries, "connected"),
+        count(&entries, "disconnected") + 1,
+        "each loss and each return is told once: {ops:?}"
+    );
+    let connected = entries.iter().find(|entry| entry.op == "connected").expect("it is");
+    assert!(
+        connected
+            .message
+            .as_ref()
+            .is_some_and(|said| said.contains("serial line") && said.contains("fake-rig ")),
+        "{connected:?}"
+    );
+    let shown = daemon.ctl_ok(&["log", "-n", "2000"]);
+    let (ended, said) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{said}");
+    for entry in &entries {
+        let line = format!("hapticd: {entry}\n");
+        assert!(said.contains(&line), "standard error lacks {line}{said}");
+        assert!(
+            shown.contains(&entry.to_string()),
+            "haptic-ctl log lacks {entry}: {shown}"
+        );
+    }
+    let stop = entries.iter().find(|entry| entry.op == "stop").expect("it is");
+    assert!(stop.by.is_some() && said.contains("-> stopped"), "{said}");
+}
+
+#[test]
+fn a_thousand_changes_of_the_scene_are_in_the_journal_alone() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    for step in 0..100 {
+        let mass = 1.0 + f64::from(step) * 0.01;
+        let change = Request::set([("mass", mass)].into_iter().collect());
+        let _: haptic_ipc::ChangeReply = client.request(change).expect("a change");
+    }
+    assert_eq!(count(&log(&daemon), "set"), 100);
+    assert_eq!(status(&mut client).state, RigState::Idle);
+    let (ended, said) = daemon.end(Signal::TERM);
+    assert!(ended.success() && !said.contains("set  "), "{said}");
+}

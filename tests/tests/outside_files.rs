@@ -1,0 +1,226 @@
+//! Files that anybody may have put where the daemon reads: none keeps it waiting, and none fills its memory.
+
+use haptic_ipc::{ClientError, ErrorCode, Request, RigState, SceneListReply, SceneRef, SceneSaveReply, StateReply};
+use rustix::fs::{CWD, FileType, Mode, mknodat};
+use rustix::process::Signal;
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::os::unix::net::UnixListener;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use system_tests::stalled::stall_disk;
+use system_tests::{Daemon, PATIENCE, binary, ctl, wait_for_state};
+
+/// Each kind of file that is none to read, with what the refusal says of it.
+const TRAPS: [(&str, &str); 6] = [
+    ("fifo", "a FIFO"),
+    ("endless", "a device"),
+    ("socket", "a socket"),
+    ("folder", "a directory"),
+    ("loop", "symbolic links"),
+    ("huge", "more than 1048576 bytes"),
+];
+
+/// Lays one of each into a directory, as a scene's file.
+fn lay_traps(directory: &Path) -> UnixListener {
+    fs::create_dir_all(directory).expect("a directory");
+    let at = |name: &str| directory.join(format!("{name}.toml"));
+    mknodat(CWD, at("fifo"), FileType::Fifo, Mode::from_raw_mode(0o600), 0).expect("a FIFO");
+    symlink("/dev/zero", at("endless")).expect("a link");
+    fs::create_dir(at("folder")).expect("a directory");
+    symlink(at("loop"), at("loop")).expect("a link");
+    // Sparse: it takes no room on the disk.
+    fs::File::create(at("huge"))
+        .and_then(|file| file.set_len(64 << 30))
+        .expect("a file");
+    UnixListener::bind(at("socket")).expect("a socket")
+}
+
+/// Resident memory of a process, bytes.
+fn resident(pid: u32) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{pid}/status")).expect("it runs");
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:"))
+        .expect("a size");
+    let kib: u64 = line.trim().trim_end_matches(" kB").parse().expect("a number");
+    kib * 1024
+}
+
+// hazard: H14
+#[test]
+fn what_is_no_scene_in_the_library_is_refused_at_once_and_the_daemon_ends() {
+    let daemon = Daemon::start(&["--ramp-ms", "20"]);
+    let _socket = lay_traps(&daemon.scene_dir());
+    let mut client = daemon.client();
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, RigState::Engaged);
+    let before = resident(daemon.pid());
+    let began = Instant::now();
+    for (name, part) in TRAPS {
+        let load = Request::load(SceneRef::Name(name.to_owned()));
+        let Err(ClientError::Refused(error)) = client.request::<serde_json::Value>(load) else {
+            panic!("{name} is no scene");
+        };
+        assert_eq!(error.code, ErrorCode::SceneFile, "{error}");
+        assert!(
+            error.message.contains(part) && error.message.contains(&format!("{name}.toml")),
+            "{name}: {error}"
+        );
+    }
+    let list: SceneListReply = client.request(Request::SceneList {}).expect("a list");
+    for (name, part) in TRAPS {
+        let listed = list.scenes.iter().find(|scene| scene.name == name).expect(name);
+        assert!(
+            listed.problem.as_ref().is_some_and(|problem| problem.contains(part)),
+            "{listed:?}"
+        );
+    }
+    let (grown, took) = (resident(daemon.pid()).saturating_sub(before), began.elapsed());
+    println!("{} refusals and a list took {took:?} and {grown} bytes", TRAPS.len());
+    assert!(took < Duration::from_secs(10), "{took:?}");
+    assert!(grown < 32 << 20, "{grown} bytes");
+    let (ended, said) = daemon.end(Signal::TERM);
+    assert!(ended.success(), "{said}");
+}
+
+/// Runs a program that must refuse soon; returns its exit code and what it said.
+fn refused(command: &mut Command) -> (Option<i32>, String) {
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let began = Instant::now();
+    while child.try_wait().expect("it is ours").is_none() {
+        if began.elapsed() > PATIENCE {
+            child.kill().expect("it runs");
+            panic!("{command:?} waits for ever");
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let output = child.wait_with_output().expect("it has ended");
+    (
+        output.status.code(),
+        String::from_utf8_lossy(&output.stderr).into_owned(),
+    )
+}
+
+// hazard: H14
+#[test]
+fn what_is_no_configuration_scene_or_motion_is_refused_at_once() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let _socket = lay_traps(directory.path());
+    for (name, part) in TRAPS {
+        let path = directory.path().join(format!("{name}.toml"));
+        let hand = format!("file:{}", path.display());
+        for (option, value) in [
+            ("--config", path.as_os_str()),
+            ("--scene", path.as_os_str()),
+            ("--hand", hand.as_ref()),
+        ] {
+            if (option, name) == ("--hand", "huge") {
+                // A recording may be long.
+                continue;
+            }
+            let mut hapticd = Command::new(binary("hapticd"));
+            hapticd.args(["--device", "fake", option]).arg(value);
+            let (code, said) = refused(&mut hapticd);
+            assert_eq!(code, Some(2), "{option} {name}: {said}");
+            assert!(
+                said.contains(part) && said.contains(&format!("{name}.toml")),
+                "{option} {name}: {said}"
+            );
+        }
+        let mut load = Command::new(binary("haptic-ctl"));
+        load.args(["scene", "load"]).arg(&path);
+        let (code, said) = refused(&mut load);
+        assert_eq!(code, Some(2), "{name}: {said}");
+        assert!(said.contains(part), "{name}: {said}");
+    }
+}
+
+// hazard: H14
+#[test]
+fn a_disk_that_does_not_answer_holds_up_neither_a_stop_nor_the_end() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let socket = directory.path().join("run/control.sock");
+    let mut command = Command::new(binary("hapticd"));
+    command
+        .args(["--device", "fake", "--ramp-ms", "20", "--scene-dir"])
+        .arg(directory.path().join("scenes"));
+    if let Err(why) = stall_disk(&mut command) {
+        println!("SKIPPED: this kernel holds no system calls: {why}");
+        return;
+    }
+    let daemon = Daemon::spawn(command, &socket);
+    let mut client = daemon.client();
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, RigState::Engaged);
+    // More of them than it has threads for.
+    let mut waiting: Vec<_> = (0..6).map(|_| daemon.raw()).collect();
+    for (index, raw) in waiting.iter_mut().enumerate() {
+        let save = format!("{{\"id\":1,\"op\":\"scene.save\",\"name\":\"mine {index}\"}}\n");
+        raw.send(if index % 2 == 0 {
+            save
+        } else {
+            "{\"id\":1,\"op\":\"scene.list\"}\n".to_owned()
+        });
+    }
+    let asked = Instant::now();
+    let stopped: StateReply = client.request(Request::Stop {}).expect("a stop");
+    let stop_took = asked.elapsed();
+    assert_eq!(stopped.state, RigState::Stopped);
+    // Each is told that the disk does not answer, which also shows that it did not.
+    for raw in &mut waiting {
+        let answer = raw.line();
+        assert_eq!(answer["error"]["code"], "scene_file", "{answer}");
+        let message = answer["error"]["message"].as_str().expect("a message");
+        assert!(
+            message.contains("has not answered for 2 s") && message.contains("scenes"),
+            "{message}"
+        );
+    }
+    let _: StateReply = client.request(Request::Reset {}).expect("it is stopped");
+    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
+    wait_for_state(&mut client, RigState::Engaged);
+    let asked = Instant::now();
+    let (ended, said) = daemon.end(Signal::TERM);
+    let end_took = asked.elapsed();
+    println!("with the disk stalled: stop confirmed after {stop_took:?}, ended after {end_took:?}");
+    assert!(ended.success(), "{said}");
+    assert!(stop_took < Duration::from_secs(2), "{stop_took:?}");
+    assert!(end_took < Duration::from_secs(5), "{end_took:?}");
+}
+
+// hazard: H20
+#[test]
+fn a_name_longer_than_the_history_may_hold_is_refused() {
+    let daemon = Daemon::start(&[]);
+    let scene = include_str!("../../scenes/viscous-drag.toml");
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("long.toml");
+    let name = scene
+        .lines()
+        .find(|line| line.starts_with("name"))
+        .expect("it has a name");
+    let long = format!("name = \"{}\"", "x".repeat(300));
+    fs::write(&path, scene.replace(name, &long)).expect("a file");
+    let path = path.to_str().expect("a plain path");
+    let loaded = daemon.ctl(&["scene", "load", path]);
+    let said = String::from_utf8_lossy(&loaded.stderr);
+    assert_eq!(loaded.status.code(), Some(1), "{said}");
+    assert!(said.contains("300 bytes") && said.contains("256"), "{said}");
+    let (code, said) = refused(Command::new(binary("hapticd")).args(["--device", "fake", "--scene", path]));
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("300 bytes") && said.contains("256"), "{said}");
+    let saved: Result<SceneSaveReply, _> = daemon.client().request(Request::SceneSave {
+        name: "short".to_owned(),
+        scene: None,
+        replace: false,
+    });
+    assert!(saved.is_ok(), "{saved:?}");
+    assert!(ctl(daemon.socket(), &["scene", "load", "short"]).status.success());
+}
