@@ -8,7 +8,7 @@
 //!
 //! Force flows only while engaging, engaged or releasing, scaled by a gain that moves along a ramp.
 
-use device_io::protocol::message::ErrorCode;
+use device_io::protocol::message::ErrorReport;
 use haptic_ipc::RigState;
 
 /// What a person may ask of the rig. A stop is not among them: it goes its own way, ahead of everything.
@@ -51,7 +51,7 @@ pub(crate) enum Fault {
         watchdog: bool,
     },
     /// The device says that something is wrong with it.
-    Device(ErrorCode),
+    Device(ErrorReport),
 }
 
 impl std::fmt::Display for Fault {
