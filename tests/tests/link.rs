@@ -439,10 +439,20 @@ fn devices_are_listed_and_asked_who_they_are() {
     let answer = daemon.ctl_ok(&["devices", "--probe", &other.address()]);
     assert!(answer.contains("fake-rig") && answer.contains("up to 7 N"), "{answer}");
     let strange = FakeRig::start(&["--fault", "version 9"]);
-    let answer = daemon.ctl_ok(&["devices", "--probe", &strange.address()]);
-    assert!(answer.contains("version 9"), "{answer}");
-    let answer = daemon.ctl_ok(&["devices", "--probe", "serial:/nowhere/rig"]);
-    assert!(answer.contains("is not there"), "{answer}");
+    for (address, why) in [
+        (strange.address(), "version 9"),
+        ("serial:/nowhere/rig".to_owned(), "is not there"),
+    ] {
+        let asked = daemon.ctl(&["devices", "--probe", &address]);
+        // A script may go by the exit code.
+        assert_eq!(asked.status.code(), Some(1), "{asked:?}");
+        for text in [&asked.stdout, &asked.stderr] {
+            assert!(String::from_utf8_lossy(text).contains(why), "{asked:?}");
+        }
+        let json = daemon.ctl(&["--json", "devices", "--probe", &address]);
+        assert_eq!(json.status.code(), Some(1), "{json:?}");
+        assert!(String::from_utf8_lossy(&json.stderr).contains("no_device"), "{json:?}");
+    }
     let wrong = daemon.ctl(&["devices", "--probe", "usb:1"]);
     assert_eq!(wrong.status.code(), Some(1), "{wrong:?}");
 }

@@ -1,9 +1,9 @@
 //! What is told of a link: how well it works, what went wrong on it, and what the adviser makes of that.
 
-use haptic_ipc::{AdviceReply, Client, Request, RigState};
+use haptic_ipc::{AdviceReply, Client, LinkStatus, LogReply, Request, RigState, Status};
 use std::time::Instant;
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, PATIENCE, wait_for_state};
+use system_tests::{Daemon, PATIENCE, wait_for, wait_for_state};
 
 /// A rig with more arguments, and a daemon that has connected to it.
 fn connected(arguments: &[&str], stale_ms: &str) -> (FakeRig, Daemon, Client) {
@@ -12,6 +12,10 @@ fn connected(arguments: &[&str], stale_ms: &str) -> (FakeRig, Daemon, Client) {
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     (rig, daemon, client)
+}
+
+fn link(status: &Status) -> &LinkStatus {
+    status.device.link.as_ref().expect("it is behind a link")
 }
 
 /// The advice once its delay was measured; the machine may be busy for a while.
@@ -67,4 +71,79 @@ fn advice_reckons_with_the_rate_of_the_rig_and_the_delay_of_the_link() {
         said.contains("a device at 60 Hz") && said.contains("ms from a sample to its force"),
         "{said}"
     );
+}
+
+#[test]
+fn an_error_of_the_device_is_told_with_its_code_and_its_detail() {
+    let (mut rig, daemon, mut client) = connected(&[], "200");
+    // A message that the device did not understand is no fault, and is shown all the same.
+    rig.fail("error 1 170");
+    let told = wait_for(&mut client, "the error", |status| link(status).last_error.is_some());
+    let error = link(&told).last_error.clone().expect("there is one");
+    assert!(error.message.contains("code 1, detail 170 = 0xaa"), "{error:?}");
+    assert!((0.0..PATIENCE.as_secs_f64()).contains(&error.age_s), "{error:?}");
+    assert_ne!(told.state, RigState::Faulted);
+
+    rig.fail("error 3 4711");
+    let told = wait_for_state(&mut client, RigState::Faulted);
+    let words = "the device reports: its motor or amplifier fails (code 3, detail 4711 = 0x1267)";
+    assert_eq!(told.fault.as_deref(), Some(words));
+    let error = link(&told).last_error.clone().expect("there is one");
+    assert!(error.message.contains("code 3, detail 4711"), "{error:?}");
+    let log: LogReply = client
+        .request(Request::Log {
+            after: None,
+            limit: Some(50),
+        })
+        .expect("a log");
+    assert!(
+        log.entries.iter().any(|entry| entry.message.as_deref() == Some(words)),
+        "{log:?}"
+    );
+    for arguments in [&["status"][..], &["log"]] {
+        let said = daemon.ctl_ok(arguments);
+        assert!(said.contains("detail 4711"), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn a_jump_of_the_sequence_or_of_the_clock_is_not_counted_as_a_million_lost_samples() {
+    let (mut rig, _daemon, mut client) = connected(&[], "200");
+    rig.fail("sequence-jump 1000000000");
+    let told = wait_for(&mut client, "the jump", |status| {
+        link(status).counts.sequence_jumps == 1
+    });
+    assert!(link(&told).counts.lost < 100_000, "{told:?}");
+    rig.fail("clock-jump 2000000");
+    let from = told.tick;
+    // Drift is told after five seconds.
+    let told = wait_for(&mut client, "the drift", |status| {
+        status.tick > from + 6000 && link(status).clock_drift_ppm.is_some()
+    });
+    let drift_ppm = link(&told).clock_drift_ppm.expect("it is known");
+    assert!(drift_ppm.abs() < 100_000.0, "{drift_ppm} ppm");
+}
+
+#[test]
+fn a_rig_that_is_back_and_silent_is_told_apart_from_one_that_is_gone() {
+    let (mut rig, _daemon, mut client) = connected(&[], "200");
+    let says = |client: &mut Client, what: &str| {
+        wait_for(client, what, |status| {
+            link(status).waiting.as_deref().is_some_and(|why| why.contains(what))
+        })
+    };
+    // Its firmware takes two seconds to come up.
+    rig.fail("stall 3");
+    rig.fail("hang-up 1");
+    let gone = says(&mut client, "is not there");
+    // And why it went is still to be seen.
+    let error = link(&gone).last_error.clone().expect("a bus error");
+    println!("{:?}, {error:?}", link(&gone).waiting);
+    assert!(
+        error.message.contains("os error") || error.message.contains("hung up"),
+        "{error:?}"
+    );
+    says(&mut client, &format!("before that, {}", error.message));
+    says(&mut client, "is there, but has not answered the hello yet");
+    wait_for_state(&mut client, RigState::Idle);
 }

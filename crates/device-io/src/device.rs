@@ -1,6 +1,6 @@
 //! What every rig can do.
 
-use crate::protocol::message::ErrorCode;
+use crate::protocol::message::ErrorReport;
 use thiserror::Error;
 
 /// One sample of a rig.
@@ -60,7 +60,7 @@ pub enum DeviceError {
     },
     /// The rig is there and says that something is wrong with it.
     #[error("{0}")]
-    Failed(ErrorCode),
+    Failed(ErrorReport),
 }
 
 /// What became of a command.

@@ -28,8 +28,10 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
         bar.finish_and_clear();
     }
     let reply: DevicesReply = answered?;
+    let unanswered = asking.then(|| unanswered(&reply)).flatten();
     if json {
-        return output::json(&reply);
+        output::json(&reply)?;
+        return unanswered.map_or(Ok(()), |why| Err(Failure::NoDevice(why)));
     }
     if reply.devices.is_empty() {
         return output::line("no serial line and no HID device is plugged in");
@@ -39,7 +41,20 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
             output::line(&line)?;
         }
     }
-    Ok(())
+    unanswered.map_or(Ok(()), |why| Err(Failure::NoDevice(why)))
+}
+
+/// Why the device that was asked has not said who it is.
+fn unanswered(reply: &DevicesReply) -> Option<String> {
+    let asked = reply.devices.first()?;
+    if asked.device.is_some() {
+        return None;
+    }
+    let why = asked
+        .problem
+        .as_ref()
+        .map_or("it says nothing", |problem| &problem.what);
+    Some(format!("{} has not said who it is: {why}", asked.address))
 }
 
 fn lines(device: &FoundDevice) -> Vec<String> {

@@ -5,7 +5,8 @@ use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
 use crate::{output, wait};
-use haptic_ipc::{Request, RigState, StateReply};
+use haptic_ipc::{ClientError, Request, RigState, StateReply};
+use std::path::Path;
 use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
@@ -17,6 +18,35 @@ pub(crate) struct Waiting {
     /// How long to wait at most
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s", requires = "wait", allow_hyphen_values = true)]
     timeout: Duration,
+}
+
+/// After so long without an answer to a stop a person is told what to do, and after so long nobody waits any more.
+const STOP_ALARM: Duration = Duration::from_millis(300);
+const STOP_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// Stops the rig. Whatever keeps the daemon from saying that it has, the answer to that is not to start one.
+pub(crate) async fn stop(socket: Option<&Path>, request: Request, json: bool) -> Result<(), Failure> {
+    let asked = async {
+        let mut daemon = Daemon::connect(socket).await?;
+        daemon.ask::<StateReply>(request).await
+    };
+    tokio::pin!(asked);
+    let answered = match tokio::time::timeout(STOP_ALARM, &mut asked).await {
+        Ok(answered) => answered,
+        Err(_) => {
+            if !json {
+                eprintln!("haptic-ctl: no answer yet: if the motor pulls, cut its power");
+            }
+            tokio::time::timeout(STOP_TIMEOUT - STOP_ALARM, asked)
+                .await
+                .unwrap_or(Err(Failure::NoAnswer(STOP_TIMEOUT)))
+        }
+    };
+    match answered {
+        Ok(reply) => show(&reply, json),
+        Err(Failure::Client(ClientError::Refused(error))) => Err(Failure::Client(ClientError::Refused(error))),
+        Err(failure) => Err(Failure::CannotStop(Box::new(failure))),
+    }
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {

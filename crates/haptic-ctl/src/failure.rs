@@ -4,6 +4,9 @@ use haptic_ipc::{ClientError, ErrorCode, WireError};
 use std::process::ExitCode;
 use std::time::Duration;
 
+/// What to do where the daemon cannot be told to stop.
+const CUT_THE_POWER: &str = "the rig could not be told to stop: if the motor pulls, cut its power. Its own watchdog switches it off where it has one";
+
 #[derive(Debug)]
 pub(crate) enum Failure {
     Client(ClientError),
@@ -13,6 +16,10 @@ pub(crate) enum Failure {
     TimedOut(String),
     /// The rig was stopped or faulted instead.
     Halted(String),
+    /// The daemon cannot be asked to stop: nobody is there, or it does not answer.
+    CannotStop(Box<Failure>),
+    /// The device that was asked has not answered.
+    NoDevice(String),
     Interrupted,
     /// The output cannot be written.
     Output(std::io::Error),
@@ -56,6 +63,8 @@ impl Failure {
             Self::NoAnswer(_) => (5, "no_answer"),
             Self::TimedOut(_) => (5, "timed_out"),
             Self::Halted(_) => (6, "halted"),
+            Self::CannotStop(failure) => failure.code(),
+            Self::NoDevice(_) => (1, "no_device"),
             Self::Interrupted => (130, "interrupted"),
             Self::Output(_) | Self::File(_) => (1, "cannot_write"),
             Self::Silent(code) => (*code, ""),
@@ -87,10 +96,19 @@ impl std::fmt::Display for Failure {
         match self {
             Self::Client(ClientError::Refused(error)) => f.write_str(&in_options(error)),
             Self::Client(error) => error.fmt(f),
-            Self::Usage(message) | Self::TimedOut(message) | Self::Halted(message) | Self::File(message) => {
-                f.write_str(message)
-            }
-            Self::NoAnswer(after) => write!(f, "the daemon has not answered for {} s", after.as_secs()),
+            Self::Usage(message)
+            | Self::TimedOut(message)
+            | Self::Halted(message)
+            | Self::File(message)
+            | Self::NoDevice(message) => f.write_str(message),
+            // How to start one is of no use to somebody whose motor pulls.
+            Self::CannotStop(failure) => match &**failure {
+                Self::Client(ClientError::NoDaemon { path, source }) => {
+                    write!(f, "{CUT_THE_POWER} (no daemon at {}: {source})", path.display())
+                }
+                other => write!(f, "{CUT_THE_POWER} ({other})"),
+            },
+            Self::NoAnswer(after) => write!(f, "the daemon has not answered for {:.1} s", after.as_secs_f64()),
             Self::Interrupted => f.write_str("interrupted"),
             Self::Output(error) => write!(f, "cannot write: {error}"),
             Self::Silent(code) => write!(f, "exit code {code}"),

@@ -264,6 +264,9 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     // What can be refused here is refused before anybody is asked.
     let mut requests = command.requests()?;
     let request = requests.remove(0);
+    if let Command::Stop = command {
+        return drive::stop(socket, request, json).await;
+    }
     let daemon = &mut Daemon::connect(socket).await?;
     match command {
         Command::Status => status::run(daemon, json).await,

@@ -126,8 +126,14 @@ fn link_rows(link: &LinkStatus) -> Vec<(&'static str, String)> {
     rows.push((
         "samples",
         format!(
-            "{}, lost {}, bad CRC {}, malformed {}, out of sequence {}, late {}",
-            counts.samples, counts.lost, counts.bad_crc, counts.malformed, counts.out_of_sequence, counts.late
+            "{}, lost {}, jumps of the sequence {}, bad CRC {}, malformed {}, out of sequence {}, late {}",
+            counts.samples,
+            counts.lost,
+            counts.sequence_jumps,
+            counts.bad_crc,
+            counts.malformed,
+            counts.out_of_sequence,
+            counts.late
         ),
     ));
     rows.push((
@@ -137,5 +143,8 @@ fn link_rows(link: &LinkStatus) -> Vec<(&'static str, String)> {
             counts.not_sent, counts.clipped, counts.device_errors, counts.connections
         ),
     ));
+    if let Some(error) = &link.last_error {
+        rows.push(("last error", format!("{}, {:.1} s ago", error.message, error.age_s)));
+    }
     rows
 }

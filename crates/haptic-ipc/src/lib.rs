@@ -141,7 +141,7 @@ pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
-pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkStatus, LinkedDevice};
+pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use nearest::{meant_in, meant_or_semicolon, nearest};
 pub use request::{BATCH_MS, BadLine, Envelope, LEASE_TIMEOUT_MS, Request, Topic};
 pub use sample::{SAMPLE_COLUMNS, Sample};

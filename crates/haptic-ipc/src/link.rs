@@ -26,6 +26,19 @@ pub struct LinkStatus {
     pub buttons: u64,
     /// What was counted since the daemon began.
     pub counts: LinkCounts,
+    /// The last thing that went wrong on it: an error that the device reported, or why it was given up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_error: Option<LinkErrorStatus>,
+}
+
+/// Something that went wrong on a link.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct LinkErrorStatus {
+    /// What, with the system's error, or the code and the detail of the device.
+    pub message: String,
+    /// How long ago, s.
+    pub age_s: f64,
 }
 
 /// A device at the other end of a link.
@@ -51,6 +64,9 @@ pub struct LinkCounts {
     pub samples: u64,
     /// Samples that never came, or came after a newer one.
     pub lost: u64,
+    /// Jumps of the device's sequence that are too long for lost samples.
+    #[serde(default)]
+    pub sequence_jumps: u64,
     /// Frames with a wrong CRC, or broken off.
     pub bad_crc: u64,
     /// Messages of another version, kind or length, or with impossible values.

@@ -8,7 +8,7 @@
 //!
 //! Force flows only while engaging, engaged or releasing, scaled by a gain that moves along a ramp.
 
-use device_io::protocol::message::ErrorCode;
+use device_io::protocol::message::ErrorReport;
 use haptic_core::sample_clock::ClockError;
 use haptic_ipc::RigState;
 
@@ -52,7 +52,7 @@ pub(crate) enum Fault {
         watchdog: bool,
     },
     /// The device says that something is wrong with it.
-    Device(ErrorCode),
+    Device(ErrorReport),
     /// The device's clock cannot be one.
     DeviceClock(ClockError),
     /// The loop stood still for longer than a sample may be old, or the machine slept.

@@ -38,6 +38,14 @@ struct Options {
     #[arg(long, value_name = "MS")]
     host_timeout_ms: Option<u32>,
 
+    /// SimpleFOC: how it makes torque
+    #[arg(long, value_enum, default_value = "foc-current")]
+    torque: Torque,
+
+    /// SimpleFOC: resistance of a phase, ohm; 0 where it is not set
+    #[arg(long, value_name = "OHM", default_value_t = 0.0)]
+    phase_resistance: f64,
+
     /// ODrive: firmware 0.6 instead of 0.5.6
     #[arg(long)]
     firmware_0_6: bool,
@@ -73,6 +81,16 @@ enum BoardKind {
     Odrive,
     /// A board with the Commander of SimpleFOC 2.3
     Simplefoc,
+}
+
+/// How a SimpleFOC board makes torque.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Torque {
+    Voltage,
+    DcCurrent,
+    FocCurrent,
+    /// From SimpleFOC 2.4 on
+    EstimatedCurrent,
 }
 
 fn main() -> ExitCode {
@@ -113,6 +131,13 @@ fn board(options: &Options) -> Box<dyn Board> {
             let properties = SimpleFocProperties {
                 radius_m,
                 nm_per_unit: options.nm_per_unit,
+                torque: match options.torque {
+                    Torque::Voltage => "volt",
+                    Torque::DcCurrent => "dc curr",
+                    Torque::FocCurrent => "foc curr",
+                    Torque::EstimatedCurrent => "est. curr",
+                },
+                phase_resistance_ohm: options.phase_resistance,
                 host_timeout_ns: options.host_timeout_ms.map(|ms| u64::from(ms) * 1_000_000),
                 ..SimpleFocProperties::default()
             };

@@ -56,6 +56,8 @@ pub struct ODriveBoard {
     requested: u32,
     requested_at_ns: u64,
     error: u32,
+    /// Of the board as a whole.
+    board_error: u32,
     bitten: bool,
     torque_nm: f64,
     control_mode: f64,
@@ -78,6 +80,7 @@ impl ODriveBoard {
             requested: 0,
             requested_at_ns: 0,
             error: 0,
+            board_error: 0,
             bitten: false,
             torque_nm: 0.0,
             control_mode: 3.0,
@@ -109,6 +112,12 @@ impl ODriveBoard {
     /// Something fails: the axis is disarmed with these bits in its error.
     pub fn fail(&mut self, bits: u32) {
         self.error |= bits;
+        self.disarm();
+    }
+
+    /// Something fails that is not of the axis, as the supply: every axis is disarmed, with these bits in the board's own error.
+    pub fn fail_as_a_whole(&mut self, bits: u32) {
+        self.board_error |= bits;
         self.disarm();
     }
 
@@ -214,6 +223,7 @@ impl ODriveBoard {
             Some('s') => {
                 if command.starts_with("sc") {
                     self.error = 0;
+                    self.board_error = 0;
                 }
                 None
             }
@@ -248,6 +258,7 @@ impl ODriveBoard {
             "fw_version_minor" => minor.to_string(),
             "fw_version_revision" => revision.to_string(),
             "vbus_voltage" => "24.087744".to_owned(),
+            "error" if old => self.board_error.to_string(),
             "axis0.error" if old => self.error.to_string(),
             "axis0.active_errors" | "axis0.disarm_reason" if !old => self.error_of_6().to_string(),
             "axis0.current_state" => self.state.to_string(),
@@ -326,7 +337,7 @@ impl Board for ODriveBoard {
         if self.requested != 0 && now_ns >= self.requested_at_ns + STATE_PERIOD_NS {
             let requested = std::mem::take(&mut self.requested);
             self.pulley.live_until(self.requested_at_ns + STATE_PERIOD_NS);
-            if requested == CLOSED_LOOP && (self.error != 0 || !self.properties.calibrated) {
+            if requested == CLOSED_LOOP && (self.error != 0 || self.board_error != 0 || !self.properties.calibrated) {
                 self.error |= INVALID_STATE;
                 self.state = IDLE;
             } else {

@@ -21,6 +21,10 @@ pub struct SimpleFocProperties {
     pub voltage_limit: f64,
     /// After so long without a command the motor is disabled, ns, where the builder has added that; the library has nothing like it.
     pub host_timeout_ns: Option<u64>,
+    /// How it makes torque, as the Commander calls it: `volt`, `dc curr`, `foc curr`, and from 2.4 on `est. curr`.
+    pub torque: &'static str,
+    /// Resistance of a phase, ohm; 0 where it is not set.
+    pub phase_resistance_ohm: f64,
     /// Its firmware sets the kind of control itself and keeps it at an angle, whatever is said.
     pub keeps_angle: bool,
 }
@@ -33,6 +37,8 @@ impl Default for SimpleFocProperties {
             nm_per_unit: 0.05,
             voltage_limit: 12.0,
             host_timeout_ns: None,
+            torque: "foc curr",
+            phase_resistance_ohm: 0.0,
             keeps_angle: false,
         }
     }
@@ -174,7 +180,10 @@ impl SimpleFocBoard {
                 let names = ["torque", "vel", "angle", "vel open", "angle open"];
                 self.said(&format!("{id}C"), "Motion:", names[usize::from(self.control)])
             }
-            ('T', None) => said("Torque: ", "foc curr"),
+            ('T', None) => said("Torque: ", self.properties.torque),
+            ('R', None) if self.properties.phase_resistance_ohm > 0.0 => {
+                said("R phase: ", &self.float(self.properties.phase_resistance_ohm))
+            }
             ('R', None) => said("R phase: ", "0"),
             ('L', Some('U')) => said("Limits| volt: ", &self.float(self.properties.voltage_limit)),
             ('M', Some('G')) => match value {

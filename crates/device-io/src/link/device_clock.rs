@@ -4,6 +4,10 @@
 const WINDOW_NS: u64 = 1_000_000_000;
 /// Windows that the drift is taken over.
 const WINDOWS: usize = 16;
+/// A drift beyond that is none: no clock that anybody builds in is so far off, parts in 1e9.
+const LARGEST_DRIFT_PPB: i64 = 100_000_000;
+/// From one sample to the next the clocks stand to each other as before, but for how long a sample takes to come. A difference beyond that is a jump of the device's clock, ns.
+const JUMP_NS: u64 = 100_000_000;
 /// Windows that there must be before anything is said of the drift.
 const FEWEST_WINDOWS: usize = 4;
 
@@ -57,6 +61,13 @@ impl DeviceClock {
             host_ns,
             offset_ns: signed(host_ns) - signed(self.device_ns),
         };
+        if self
+            .current
+            .is_some_and(|quickest| seen.offset_ns.abs_diff(quickest.offset_ns) > JUMP_NS)
+        {
+            // What was known of it is of another clock, so to say.
+            self.forget();
+        }
         if self.current.is_none() {
             self.window_began_ns = host_ns;
         } else if host_ns.saturating_sub(self.window_began_ns) >= WINDOW_NS {
@@ -71,6 +82,11 @@ impl DeviceClock {
             self.current = Some(seen);
         }
         self.device_ns
+    }
+
+    /// Begins to look at the clocks anew.
+    fn forget(&mut self) {
+        (self.current, self.ended, self.drift_ppb) = (None, 0, None);
     }
 
     /// Our time less the device's at the quickest sample of late, ns.
@@ -109,7 +125,10 @@ impl DeviceClock {
         let elapsed_ns = signed(to.host_ns.checked_sub(from.host_ns)?);
         // The faster its clock, the less ours is ahead.
         let gained_ns = i128::from(from.offset_ns - to.offset_ns);
-        i64::try_from(gained_ns * 1_000_000_000 / i128::from(elapsed_ns.max(1))).ok()
+        let drift_ppb = gained_ns * 1_000_000_000 / i128::from(elapsed_ns.max(1));
+        i64::try_from(drift_ppb)
+            .ok()
+            .filter(|drift_ppb| drift_ppb.abs() <= LARGEST_DRIFT_PPB)
     }
 }
 
@@ -123,6 +142,27 @@ mod tests {
         assert_eq!(clock.stamp(u32::MAX - 499, 1_000_000), 0);
         assert_eq!(clock.stamp(500, 2_000_000), 1_000_000);
         assert_eq!(clock.stamp(1500, 3_000_000), 2_000_000);
+    }
+
+    #[test]
+    fn a_jump_of_the_clock_is_no_drift_and_makes_no_sample_old() {
+        let mut clock = DeviceClock::new();
+        let mut host_ns = 7_000_000_000;
+        let mut device_us = 0_u32;
+        let mut largest = 0;
+        for k in 0..60_000_u32 {
+            host_ns += 1_000_000;
+            device_us = device_us.wrapping_add(match k {
+                20_000 => 1 << 31,
+                40_000 => 0_u32.wrapping_sub(5_000_000),
+                _ => 1000,
+            });
+            let device_ns = clock.stamp(device_us, host_ns);
+            assert!(clock.age_ns(device_ns, host_ns) < 1_000_000, "{k}");
+            largest = largest.max(clock.drift_ppb().unwrap_or(0).abs());
+        }
+        assert!(largest < 1_000_000, "{largest} ppb for two clocks that run alike");
+        assert!(clock.drift_ppb().is_some(), "it is known again");
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! How a link is: counters that the real-time thread writes and anybody reads, without ever waiting for each other.
 
+use crate::protocol::message::{ErrorCode, ErrorReport};
+use std::fmt;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed};
 
 /// Written by the real-time thread alone. Each stands for itself, so no order between them is needed.
@@ -9,6 +11,8 @@ pub struct LinkCounters {
     pub samples: AtomicU64,
     /// Samples that the device numbered and that never came, or came after a newer one.
     pub lost: AtomicU64,
+    /// Jumps of the device's sequence that are too long for lost samples.
+    pub sequence_jumps: AtomicU64,
     /// Frames with a wrong CRC, or broken off.
     pub bad_crc: AtomicU64,
     /// Messages of another version, kind or length, or with impossible values.
@@ -39,6 +43,74 @@ pub struct LinkCounters {
     pub device_errors: AtomicU64,
     /// Buttons pressed, one bit each.
     pub buttons: AtomicU64,
+    /// The last error, as a word, and when it was, ns.
+    last_error: AtomicU64,
+    last_error_at_ns: AtomicU64,
+    /// Since when a device that is there is asked who it is, ns; 0 where none is.
+    asking_since_ns: AtomicU64,
+}
+
+/// What went wrong on a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkError {
+    /// The system could not read it, and said so by a number.
+    Read(i32),
+    /// The system could not write to it, and said so by a number.
+    Write(i32),
+    /// The other end has hung up.
+    HungUp,
+    /// It has taken nothing for too long.
+    Stuck,
+    /// The device has sent nothing for too long.
+    Silent,
+    /// The device has reported an error.
+    Device(ErrorReport),
+}
+
+impl LinkError {
+    /// A kind in the upper bits, what the device calls it in the middle, and a number below. No word is 0.
+    fn word(self) -> u64 {
+        let number = |kind: u64, number: i32| kind << 56 | u64::from(number.cast_unsigned());
+        match self {
+            Self::Read(errno) => number(1, errno),
+            Self::Write(errno) => number(2, errno),
+            Self::HungUp => number(3, 0),
+            Self::Stuck => number(4, 0),
+            Self::Silent => number(5, 0),
+            Self::Device(ErrorReport { code, detail }) => 6 << 56 | u64::from(code as u8) << 32 | u64::from(detail),
+        }
+    }
+
+    fn of_word(word: u64) -> Option<Self> {
+        let [kind, _, _, code, number @ ..] = word.to_be_bytes();
+        let number = u32::from_be_bytes(number);
+        Some(match kind {
+            1 => Self::Read(number.cast_signed()),
+            2 => Self::Write(number.cast_signed()),
+            3 => Self::HungUp,
+            4 => Self::Stuck,
+            5 => Self::Silent,
+            6 => Self::Device(ErrorReport {
+                code: ErrorCode::from_byte(code),
+                detail: number,
+            }),
+            _ => return None,
+        })
+    }
+}
+
+impl fmt::Display for LinkError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let said = |errno: i32| std::io::Error::from_raw_os_error(errno);
+        match *self {
+            Self::Read(errno) => write!(f, "reading it failed: {}", said(errno)),
+            Self::Write(errno) => write!(f, "writing to it failed: {}", said(errno)),
+            Self::HungUp => f.write_str("it was hung up"),
+            Self::Stuck => f.write_str("it took no command for too long"),
+            Self::Silent => f.write_str("the device sent nothing for too long"),
+            Self::Device(report) => write!(f, "the device reported: {report}"),
+        }
+    }
 }
 
 impl LinkCounters {
@@ -62,6 +134,40 @@ impl LinkCounters {
             .store(beyond_ns.max(greatest_ns - greatest_ns / FORGOTTEN_AFTER), Relaxed);
     }
 
+    /// Notes that so many samples are missing before one that has come.
+    pub(crate) fn note_gap(&self, missing: u32) {
+        if missing <= MOST_LOST {
+            add(&self.lost, u64::from(missing));
+        } else {
+            add(&self.sequence_jumps, 1);
+        }
+    }
+
+    /// Notes what has gone wrong, at a time of ours, ns.
+    pub(crate) fn note_error(&self, error: LinkError, now_ns: u64) {
+        self.last_error.store(error.word(), Relaxed);
+        self.last_error_at_ns.store(now_ns, Relaxed);
+    }
+
+    /// The last thing that went wrong, and when that was on the monotonic clock, ns.
+    #[must_use]
+    pub fn last_error(&self) -> Option<(LinkError, u64)> {
+        let error = LinkError::of_word(self.last_error.load(Relaxed))?;
+        Some((error, self.last_error_at_ns.load(Relaxed)))
+    }
+
+    /// A device that is there is asked who it is, from a time of ours on, ns, and as long as what this returns lives.
+    pub(crate) fn ask(&self, now_ns: u64) -> Asking<'_> {
+        self.asking_since_ns.store(now_ns.max(1), Relaxed);
+        Asking(self)
+    }
+
+    /// Since when a device that is there is asked who it is, on the monotonic clock, ns.
+    #[must_use]
+    pub fn asking_since_ns(&self) -> Option<u64> {
+        Some(self.asking_since_ns.load(Relaxed)).filter(|since_ns| *since_ns > 0)
+    }
+
     /// Forgets what is measured of one conversation: the next may be with another device.
     pub(crate) fn begin_conversation(&self) {
         self.drift_ppb.store(UNKNOWN_DRIFT, Relaxed);
@@ -70,6 +176,18 @@ impl LinkCounters {
         add(&self.connections, 1);
     }
 }
+
+/// A device is being asked who it is.
+pub(crate) struct Asking<'a>(&'a LinkCounters);
+
+impl Drop for Asking<'_> {
+    fn drop(&mut self) {
+        self.0.asking_since_ns.store(0, Relaxed);
+    }
+}
+
+/// Samples that can be missing at once: those of half a second, after which the device counts as gone, at the highest rate of the protocol.
+const MOST_LOST: u32 = 50_000;
 
 /// Round trips that their mean is taken over.
 const MEAN_OF: u64 = 128;
@@ -83,4 +201,33 @@ pub const UNKNOWN_DRIFT: i64 = i64::MIN;
 /// Adds to a counter whose only writer is the caller: no read-modify-write, which some processors make of a loop.
 pub(crate) fn add(counter: &AtomicU64, count: u64) {
     counter.store(counter.load(Relaxed).wrapping_add(count), Relaxed);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_survives_its_word() {
+        let counters = LinkCounters::default();
+        assert_eq!(counters.last_error(), None);
+        for error in [
+            LinkError::Read(5),
+            LinkError::Write(19),
+            LinkError::HungUp,
+            LinkError::Stuck,
+            LinkError::Silent,
+            LinkError::Device(ErrorReport {
+                code: ErrorCode::Other,
+                detail: u32::MAX,
+            }),
+        ] {
+            counters.note_error(error, 7);
+            assert_eq!(counters.last_error(), Some((error, 7)));
+        }
+        assert_eq!(
+            LinkError::Read(5).to_string(),
+            "reading it failed: Input/output error (os error 5)"
+        );
+    }
 }

@@ -1,6 +1,6 @@
 //! A rig on USB HID: found by vendor, product and serial number, since the numbers of the nodes move; read and written at its /dev/hidraw node.
 
-use super::health::LinkCounters;
+use super::health::{LinkCounters, LinkError};
 use super::keeper::{ConnectError, Connector, Greeted};
 use super::reports::{LONGEST_REPORT, Reports};
 use super::session::{Refused, Session};
@@ -175,6 +175,7 @@ fn open_node(path: &Path, id: &HidId) -> Result<OwnedFd, ConnectError> {
 #[derive(Clone, Debug)]
 struct HidWire {
     node: Arc<OwnedFd>,
+    counters: Arc<LinkCounters>,
     reports: Reports,
 }
 
@@ -191,9 +192,14 @@ impl HidWire {
                 Ok(_) => return Ok(()),
                 Err(Errno::INTR) => {}
                 Err(Errno::AGAIN) if self.poll(PollFlags::OUT, NO_ROOM_NS) => {}
-                Err(_) => return Err(DeviceError::Disconnected),
+                Err(error) => return Err(self.fail(LinkError::Write(error.raw_os_error()))),
             }
         }
+    }
+
+    fn fail(&self, failure: LinkError) -> DeviceError {
+        self.counters.note_error(failure, clock::now_ns());
+        DeviceError::Disconnected
     }
 
     /// Whether it became ready, or an error, in so long, ns.
@@ -221,7 +227,7 @@ impl Wire for HidWire {
         for _ in 0..MOST_READS {
             let mut report = [0; LONGEST_REPORT];
             match rustix::io::read(&self.node, &mut report) {
-                Ok(0) => return Err(DeviceError::Disconnected),
+                Ok(0) => return Err(self.fail(LinkError::HungUp)),
                 Ok(count) => {
                     heard += count;
                     each(
@@ -233,7 +239,7 @@ impl Wire for HidWire {
                 }
                 Err(Errno::AGAIN) => break,
                 Err(Errno::INTR) => {}
-                Err(_) => return Err(DeviceError::Disconnected),
+                Err(error) => return Err(self.fail(LinkError::Read(error.raw_os_error()))),
             }
         }
         Ok(heard)
@@ -264,8 +270,10 @@ fn greet(
 ) -> Result<Greeted, ConnectError> {
     let mut wire = HidWire {
         node: Arc::new(node),
+        counters: Arc::clone(counters),
         reports,
     };
+    let _asking = counters.ask(clock::now_ns());
     let hello = wire::greet(&mut wire, what, |heard_bytes| match heard_bytes {
         0 => "nothing answers; does its firmware speak the link protocol?".to_owned(),
         _ => "reports came and no answer; does its firmware speak the link protocol?".to_owned(),

@@ -28,8 +28,8 @@ mod session;
 mod wire;
 mod writer;
 
-pub use adapter::{MotorOptions, ODriveConnector, ODriveOptions, SimpleFocConnector, SimpleFocOptions};
-pub use health::{LinkCounters, UNKNOWN_DRIFT};
+pub use adapter::{MotorOptions, ODriveConnector, ODriveOptions, SimpleFocConnector, SimpleFocOptions, TargetUnit};
+pub use health::{LinkCounters, LinkError, UNKNOWN_DRIFT};
 pub use hid::{HidConnector, HidId};
 pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub use serial::SerialConnector;

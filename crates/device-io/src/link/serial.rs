@@ -1,6 +1,6 @@
 //! A rig on a serial line: a USB one (CDC-ACM), one behind a converter (FTDI and its like), or a pseudo-terminal.
 
-use super::health::{LinkCounters, add};
+use super::health::{LinkCounters, LinkError, add};
 use super::keeper::{ConnectError, Connector, Greeted};
 use super::nodes::folder_of;
 use super::session::{Refused, Session};
@@ -41,6 +41,8 @@ pub(crate) struct Line {
     rest: [u8; MOST_AT_ONCE],
     rest_length: usize,
     stuck_since_ns: Option<u64>,
+    /// Why it was last given up.
+    failure: Option<LinkError>,
 }
 
 /// What became of bytes to be sent.
@@ -95,6 +97,7 @@ impl Line {
             rest: [0; MOST_AT_ONCE],
             rest_length: 0,
             stuck_since_ns: None,
+            failure: None,
         };
         line.prepare()
             .map_err(|error| refused(error.to_string(), "unplug it and plug it in again".to_owned()))?;
@@ -123,7 +126,7 @@ impl Line {
         for _ in 0..MOST_READS {
             match rustix::io::read(&self.fd, &mut buffer) {
                 // The end of a line is its hanging up.
-                Ok(0) => return Err(DeviceError::Disconnected),
+                Ok(0) => return Err(self.fail(LinkError::HungUp)),
                 Ok(count) => {
                     take(&buffer[..count]);
                     if count < READ {
@@ -132,10 +135,22 @@ impl Line {
                 }
                 Err(Errno::AGAIN) => return Ok(()),
                 Err(Errno::INTR) => {}
-                Err(_) => return Err(DeviceError::Disconnected),
+                Err(error) => return Err(self.fail(LinkError::Read(error.raw_os_error()))),
             }
         }
         Ok(())
+    }
+
+    fn fail(&mut self, failure: LinkError) -> DeviceError {
+        self.failure = Some(failure);
+        DeviceError::Disconnected
+    }
+
+    /// Notes why it was given up, if it was.
+    pub(crate) fn note_failure(&mut self, counters: &LinkCounters, now_ns: u64) {
+        if let Some(failure) = self.failure.take() {
+            counters.note_error(failure, now_ns);
+        }
     }
 
     /// Waits until there is something to read, for so long at most, ns.
@@ -164,7 +179,7 @@ impl Line {
         let written = match rustix::io::write(&self.fd, bytes) {
             Ok(written) => written,
             Err(Errno::AGAIN | Errno::INTR) => return self.no_room(now_ns),
-            Err(_) => return Err(DeviceError::Disconnected),
+            Err(error) => return Err(self.fail(LinkError::Write(error.raw_os_error()))),
         };
         self.stuck_since_ns = None;
         let rest = bytes.get(written..).unwrap_or_default();
@@ -175,18 +190,18 @@ impl Line {
         Ok(if length == 0 { Sent::Taken } else { Sent::Begun })
     }
 
-    fn try_write_rest(&self) -> Result<Option<usize>, DeviceError> {
+    fn try_write_rest(&mut self) -> Result<Option<usize>, DeviceError> {
         match rustix::io::write(&self.fd, &self.rest[..self.rest_length]) {
             Ok(0) | Err(Errno::AGAIN | Errno::INTR) => Ok(None),
             Ok(written) => Ok(Some(written)),
-            Err(_) => Err(DeviceError::Disconnected),
+            Err(error) => Err(self.fail(LinkError::Write(error.raw_os_error()))),
         }
     }
 
     fn no_room(&mut self, now_ns: u64) -> Result<Sent, DeviceError> {
         let since = *self.stuck_since_ns.get_or_insert(now_ns);
         if now_ns.saturating_sub(since) > STUCK_NS {
-            return Err(DeviceError::Disconnected);
+            return Err(self.fail(LinkError::Stuck));
         }
         Ok(Sent::NoRoom)
     }
@@ -291,6 +306,7 @@ impl Connector for SerialConnector {
             line: Line::open(&self.path, self.baud)?,
             reader: Reader::default(),
         };
+        let _asking = counters.ask(clock::now_ns());
         let hello = wire::greet(
             &mut wire,
             &self.path.display().to_string(),
@@ -328,7 +344,9 @@ struct SerialConnection {
 
 impl Connection for SerialConnection {
     fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
-        wire::measurement(&mut self.wire, &mut self.session, self.wait_ns, now_ns)
+        let read = wire::measurement(&mut self.wire, &mut self.session, self.wait_ns, now_ns);
+        self.wire.line.note_failure(&self.counters, now_ns);
+        read
     }
 
     fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError> {
@@ -341,7 +359,9 @@ impl Connection for SerialConnection {
             bytes[length..length + frame.len()].copy_from_slice(frame);
             length += frame.len();
         }
-        match self.wire.line.write(&bytes[..length], now_ns)? {
+        let sent = self.wire.line.write(&bytes[..length], now_ns);
+        self.wire.line.note_failure(&self.counters, now_ns);
+        match sent? {
             Sent::Taken => return Ok(Written::Taken),
             Sent::Begun => {}
             Sent::NoRoom => add(&self.counters.not_sent, 1),

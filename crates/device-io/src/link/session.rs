@@ -2,10 +2,12 @@
 //! to be sent. It knows nothing of serial lines and reports, and waits for nothing.
 
 use super::device_clock::DeviceClock;
-use super::health::{LinkCounters, UNKNOWN_DRIFT, add};
+use super::health::{LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 use crate::device::{DeviceError, Measurement, Motor as Reported};
 use crate::protocol::frame::FrameError;
-use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, MessageError, is_newer};
+use crate::protocol::message::{
+    DeviceHello, DeviceSample, ErrorCode, ErrorReport, FromDevice, FromHost, MessageError, is_newer,
+};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
@@ -61,7 +63,7 @@ pub(crate) struct Session {
     sent: u32,
     sent_at_ns: [u64; SENT],
     echoed: u32,
-    error: Option<ErrorCode>,
+    error: Option<ErrorReport>,
 }
 
 impl Session {
@@ -95,12 +97,17 @@ impl Session {
             Ok(FromDevice::Sample(sample)) => self.take_sample(sample, now_ns),
             // What it did is told by its samples.
             Ok(FromDevice::Acknowledge { done: true, .. }) => {}
-            Ok(FromDevice::Acknowledge { done: false, .. }) => self.error = Some(ErrorCode::Motor),
-            Ok(FromDevice::Error { code, .. }) => {
+            // What it says of that itself tells more.
+            Ok(FromDevice::Acknowledge { done: false, .. }) => {
+                self.error.get_or_insert(ErrorCode::Motor.into());
+            }
+            Ok(FromDevice::Error { code, detail }) => {
+                let report = ErrorReport { code, detail };
                 add(&self.counters.device_errors, 1);
+                self.counters.note_error(LinkError::Device(report), now_ns);
                 // A message damaged on its way to the device is no fault of the device.
                 if code != ErrorCode::BadMessage {
-                    self.error = Some(code);
+                    self.error = Some(report);
                 }
             }
             // An answer to a question asked twice, or a device that has begun anew behind our back: its samples then say that its motor is off.
@@ -116,10 +123,8 @@ impl Session {
                 add(&self.counters.out_of_sequence, 1);
                 return;
             }
-            add(
-                &self.counters.lost,
-                u64::from(sample.sequence.wrapping_sub(newest.sequence) - 1),
-            );
+            self.counters
+                .note_gap(sample.sequence.wrapping_sub(newest.sequence) - 1);
             self.counts += i64::from(sample.count.wrapping_sub(newest.count));
         }
         add(&self.counters.samples, 1);
@@ -155,6 +160,7 @@ impl Session {
         if self.has_news() {
             self.heard_at_ns = now_ns;
         } else if now_ns.saturating_sub(self.heard_at_ns) > SILENCE_NS {
+            self.counters.note_error(LinkError::Silent, now_ns);
             return Err(DeviceError::Disconnected);
         }
         let Some(newest) = self.newest else {
@@ -166,8 +172,8 @@ impl Session {
         self.counters
             .drift_ppb
             .store(self.clock.drift_ppb().unwrap_or(UNKNOWN_DRIFT), Relaxed);
-        if let Some(code) = self.error.take() {
-            return Err(DeviceError::Failed(code));
+        if let Some(report) = self.error.take() {
+            return Err(DeviceError::Failed(report));
         }
         let off = match self.motor {
             Motor::Off => false,
@@ -361,6 +367,21 @@ mod tests {
     }
 
     #[test]
+    fn a_jump_of_the_sequence_is_one_jump_and_nothing_is_lost_by_it() {
+        let mut pair = Pair::new();
+        for jump in [1, 3_000_000_000, 70_000, 2_000_000_000] {
+            pair.tick(0.0, false).expect("it is there");
+            pair.firmware
+                .misbehave(crate::fake::Misbehaviour::SequenceJump(jump), pair.now_ns);
+        }
+        pair.tick(0.0, false).expect("it is there");
+        assert_eq!(pair.counter(|counters| &counters.lost), 1);
+        assert_eq!(pair.counter(|counters| &counters.sequence_jumps), 2);
+        // That one looks like an old sample.
+        assert_eq!(pair.counter(|counters| &counters.out_of_sequence), 1);
+    }
+
+    #[test]
     fn a_motor_that_is_off_though_it_should_be_on_is_told() {
         let mut pair = Pair::new();
         for _ in 0..10 {
@@ -409,12 +430,21 @@ mod tests {
         pair.tick(0.0, false).expect("it is there");
         let failed = FromDevice::Error {
             code: ErrorCode::Sensor,
-            detail: 0,
+            detail: 17,
         };
         pair.session.take(Ok(failed), pair.now_ns);
+        let report = ErrorReport {
+            code: ErrorCode::Sensor,
+            detail: 17,
+        };
+        assert_eq!(pair.session.measurement(pair.now_ns), Err(DeviceError::Failed(report)));
         assert_eq!(
-            pair.session.measurement(pair.now_ns),
-            Err(DeviceError::Failed(ErrorCode::Sensor))
+            pair.session.counters.last_error(),
+            Some((LinkError::Device(report), pair.now_ns))
+        );
+        assert_eq!(
+            DeviceError::Failed(report).to_string(),
+            "its position sensor fails (code 2, detail 17 = 0x11)"
         );
         assert!(pair.session.measurement(pair.now_ns + 400 * MS).is_ok(), "told once");
         assert_eq!(

@@ -1,7 +1,7 @@
 //! The thread that writes to a device whose writes block, and the real-time thread's end of it.
 #![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
 
-use super::health::{LinkCounters, add};
+use super::health::{LinkCounters, LinkError, add};
 use super::mailbox::{Mailbox, Taker};
 use crate::device::{DeviceError, Written};
 use crate::protocol::message::{FromHost, is_newer};
@@ -138,6 +138,7 @@ impl Writer {
         self.shared.mailbox.post(enable, command);
         self.ring();
         if stuck {
+            counters.note_error(LinkError::Stuck, now_ns);
             return Err(DeviceError::Disconnected);
         }
         self.check()?;

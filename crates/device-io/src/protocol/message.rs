@@ -118,6 +118,30 @@ impl std::fmt::Display for ErrorCode {
     }
 }
 
+/// An error that a device reports. Packed, as each tick's record has room for one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C, packed)]
+pub struct ErrorReport {
+    /// What is wrong.
+    pub code: ErrorCode,
+    /// What the firmware's maker wants to know.
+    pub detail: u32,
+}
+
+impl From<ErrorCode> for ErrorReport {
+    /// Without a detail.
+    fn from(code: ErrorCode) -> Self {
+        Self { code, detail: 0 }
+    }
+}
+
+impl std::fmt::Display for ErrorReport {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { code, detail } = *self;
+        write!(f, "{code} (code {}, detail {detail} = {detail:#x})", code as u8)
+    }
+}
+
 /// What a device says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FromDevice {

@@ -1,8 +1,9 @@
 //! How the link to a rig is, for those who ask and for those who listen.
 
-use device_io::link::{LinkMonitor, LinkState, UNKNOWN_DRIFT};
+use crate::rt::clock::now_ns;
+use device_io::link::{ConnectError, LinkCounters, LinkMonitor, LinkState, UNKNOWN_DRIFT};
 use haptic_core::adviser::LinkTimes;
-use haptic_ipc::{LinkCounts, LinkStatus, LinkedDevice};
+use haptic_ipc::{LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// What is measured of the link, as far as it is known; the device's own rate is in its state.
@@ -38,8 +39,7 @@ pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
             }),
             None,
         ),
-        LinkState::Looking => (None, Some("looking for the device".to_owned())),
-        LinkState::Waiting(why) => (None, Some(why.to_string())),
+        state => (None, Some(waiting(&state, counters))),
     };
     let drift_ppb = counters.drift_ppb.load(Relaxed);
     LinkStatus {
@@ -54,6 +54,7 @@ pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
         counts: LinkCounts {
             samples: count(&counters.samples),
             lost: count(&counters.lost),
+            sequence_jumps: count(&counters.sequence_jumps),
             bad_crc: count(&counters.bad_crc),
             malformed: count(&counters.malformed),
             out_of_sequence: count(&counters.out_of_sequence),
@@ -63,5 +64,32 @@ pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
             connections: count(&counters.connections),
             device_errors: count(&counters.device_errors),
         },
+        last_error: counters.last_error().map(|(error, at_ns)| LinkErrorStatus {
+            message: error.to_string(),
+            age_s: seconds_since(at_ns),
+        }),
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
+fn seconds_since(at_ns: u64) -> f64 {
+    now_ns().saturating_sub(at_ns) as f64 * 1e-9
+}
+
+/// Why no device is connected, for people.
+fn waiting(state: &LinkState, counters: &LinkCounters) -> String {
+    let asking = counters.asking_since_ns().map(seconds_since);
+    let why = match (state, asking) {
+        // It came back, and takes its time: boards that are reset when their port is opened need a second or two.
+        (LinkState::Looking | LinkState::Waiting(ConnectError::Absent { .. }), Some(since_s)) => {
+            format!("the device is there, but has not answered the hello yet ({since_s:.1} s)")
+        }
+        (LinkState::Waiting(why), _) => why.to_string(),
+        _ => "looking for the device".to_owned(),
+    };
+    match counters.last_error() {
+        // Where it was never connected that is all there is to say.
+        Some((error, _)) if counters.connections.load(Relaxed) > 0 => format!("{why}; before that, {error}"),
+        _ => why,
     }
 }

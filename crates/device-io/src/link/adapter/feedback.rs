@@ -3,7 +3,7 @@
 //! A position's time is when it was asked for. When its answer was read would be the worse choice: answers are read once a tick, so one that comes a little later than the others
 //! would seem a whole tick late, and a velocity would be made of that.
 
-use super::super::health::{LinkCounters, add};
+use super::super::health::{LinkCounters, LinkError, add};
 use crate::device::{DeviceError, Measurement};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -136,6 +136,7 @@ impl Feedback {
             self.used = self.newest.sequence;
             self.heard_at_ns = now_ns;
         } else if now_ns.saturating_sub(self.heard_at_ns) > SILENCE_NS {
+            self.counters.note_error(LinkError::Silent, now_ns);
             return Err(DeviceError::Disconnected);
         }
         let age_ns = now_ns.saturating_sub(self.newest.time_ns);

@@ -16,7 +16,7 @@ mod text;
 mod virtual_line;
 
 pub use odrive::ODriveConnector;
-pub use options::{MotorOptions, ODriveOptions, SimpleFocOptions};
+pub use options::{MotorOptions, ODriveOptions, SimpleFocOptions, TargetUnit};
 pub use simplefoc::SimpleFocConnector;
 
 use super::health::{LinkCounters, add};
@@ -94,7 +94,9 @@ impl<C: Conversation> TextConnection<C> {
         if text.as_bytes().is_empty() && !self.line.has_rest() {
             return Ok(Sent::Taken);
         }
-        let sent = self.line.write(text.as_bytes(), now_ns)?;
+        let sent = self.line.write(text.as_bytes(), now_ns);
+        self.line.note_failure(&self.counters, now_ns);
+        let sent = sent?;
         if sent == Sent::NoRoom && !text.as_bytes().is_empty() {
             add(&self.counters.not_sent, 1);
         }
@@ -110,7 +112,9 @@ impl<C: Conversation> Connection for TextConnection<C> {
             conversation,
             ..
         } = self;
-        line.read(|bytes| lines.take(bytes, |line| conversation.take(line, now_ns)))?;
+        let read = line.read(|bytes| lines.take(bytes, |line| conversation.take(line, now_ns)));
+        line.note_failure(&self.counters, now_ns);
+        read?;
         conversation.measurement(now_ns)
     }
 

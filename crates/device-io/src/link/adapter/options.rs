@@ -66,6 +66,28 @@ pub struct SimpleFocOptions {
     pub letter: char,
     /// Torque of the shaft to one unit of its target, which is a volt or an ampere, Nm.
     pub nm_per_unit: f64,
+    /// What a target is, where that does not follow from what the board says.
+    pub target: Option<TargetUnit>,
+    /// The sketch disables the motor after so long without a command, ms, as the builder says; the library has nothing like it.
+    pub host_timeout_ms: Option<u32>,
+}
+
+/// What a SimpleFOC board takes for a target while it controls torque.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TargetUnit {
+    /// A current.
+    Ampere,
+    /// A voltage.
+    Volt,
+}
+
+impl fmt::Display for TargetUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Ampere => "A",
+            Self::Volt => "V",
+        })
+    }
 }
 
 // Every number in them is finite.
@@ -168,6 +190,8 @@ impl SimpleFocOptions {
             "torque_limit_nm",
             "nm_per_unit",
             "motor",
+            "target",
+            "host_timeout_ms",
             "direction",
             "baud",
         ];
@@ -184,6 +208,21 @@ impl SimpleFocOptions {
         Ok(Self {
             motor: reader.motor(place)?,
             letter,
+            target: match reader.get("target") {
+                None => None,
+                Some("A") => Some(TargetUnit::Ampere),
+                Some("V") => Some(TargetUnit::Volt),
+                Some(other) => return Err(format!("target = {other}: it must be A or V")),
+            },
+            host_timeout_ms: reader
+                .get("host_timeout_ms")
+                .map(|text| {
+                    text.parse()
+                        .ok()
+                        .filter(|ms| (1..=200).contains(ms))
+                        .ok_or_else(|| format!("host_timeout_ms = {text} is out of range: it must be from 1 to 200 ms"))
+                })
+                .transpose()?,
             nm_per_unit: reader.number(
                 "nm_per_unit",
                 "Nm per volt or ampere of the target",
@@ -220,7 +259,14 @@ impl fmt::Display for SimpleFocOptions {
             f,
             "simplefoc:{}&nm_per_unit={}&motor={}",
             self.motor, self.nm_per_unit, self.letter
-        )
+        )?;
+        if let Some(target) = self.target {
+            write!(f, "&target={target}")?;
+        }
+        if let Some(ms) = self.host_timeout_ms {
+            write!(f, "&host_timeout_ms={ms}")?;
+        }
+        Ok(())
     }
 }
 
@@ -286,6 +332,11 @@ mod tests {
             ("&nm_per_unit=1&motor=MM", "motor = MM"),
             ("&nm_per_unit=1&motor=3", "motor = 3"),
             ("&nm_per_unit=1&motor=", "motor = "),
+            ("&nm_per_unit=1&target=Nm", "target = Nm: it must be A or V"),
+            (
+                "&nm_per_unit=1&host_timeout_ms=0",
+                "host_timeout_ms = 0 is out of range: it must be from 1 to 200 ms",
+            ),
         ] {
             let options = format!("radius_mm=5&torque_limit_nm=1{options}");
             let error = SimpleFocOptions::parse("x", Some(&options)).expect_err(why);

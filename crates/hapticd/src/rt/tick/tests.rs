@@ -822,9 +822,9 @@ fn a_device_that_has_its_motor_off_faults_and_is_told_apart_from_one_that_is_gon
             Some(Fault::MotorOff { watchdog: true }),
         ),
         (
-            DeviceError::Failed(ErrorCode::Sensor),
+            DeviceError::Failed(ErrorCode::Sensor.into()),
             RigState::Faulted,
-            Some(Fault::Device(ErrorCode::Sensor)),
+            Some(Fault::Device(ErrorCode::Sensor.into())),
         ),
         (DeviceError::Disconnected, RigState::Disconnected, None),
     ] {
@@ -1079,7 +1079,7 @@ fn happening() -> impl Strategy<Value = Happening> {
         1 => prop_oneof![
             Just(DeviceError::MotorOff { watchdog: true }),
             Just(DeviceError::MotorOff { watchdog: false }),
-            Just(DeviceError::Failed(ErrorCode::Sensor)),
+            Just(DeviceError::Failed(ErrorCode::Sensor.into())),
         ]
         .prop_map(Happening::Error),
         2 => prop_oneof![Just(0), -1_000_000_000..0_i64, 0..100_000_000_i64].prop_map(Happening::DeviceClock),

@@ -1,17 +1,17 @@
 //! What is said to an ODrive, tick by tick.
 //!
-//! Enabled, every tick says `c` (the torque, which also feeds the axis watchdog) and `f` (where are you?). One more question at a time asks for the axis's state or its error. Arming
+//! Enabled, every tick says `c` (the torque, which also feeds the axis watchdog) and `f` (where are you?). One more question at a time asks for the axis's state, its error or the board's. Arming
 //! writes the settings that forces rely on and reads each of them back before the axis may close its loop: no torque without the watchdog. Not enabled, only `f` is said, and the axis
 //! is asked now and then whether it really is off.
 
-use super::super::super::health::{LinkCounters, add};
+use super::super::super::health::{LinkCounters, LinkError, add};
 use super::super::feedback::{Feedback, drive};
 use super::super::options::ODriveOptions;
 use super::super::text::{Text, TooLong, number};
 use super::super::{ARMING_NS, Conversation, TELL_AGAIN_NS, Telling};
 use super::words::{self, Answer, Damage};
 use crate::device::{DeviceError, Measurement};
-use crate::protocol::message::ErrorCode;
+use crate::protocol::message::{ErrorCode, ErrorReport};
 use std::sync::Arc;
 
 /// Axis states of the documentation.
@@ -59,6 +59,14 @@ impl Generation {
         }
     }
 
+    /// The property that says what is wrong with the board as a whole, where that is not in the axis's error.
+    pub(super) fn board_error(self) -> Option<&'static str> {
+        match self {
+            Self::Half => Some("error"),
+            Self::Six => None,
+        }
+    }
+
     /// The bits of the watchdog and of the encoder.
     fn bits(self) -> (u32, u32) {
         match self {
@@ -68,10 +76,21 @@ impl Generation {
     }
 }
 
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "32 bits; what is none saturates, which is an error, too"
+)]
+fn bits_of(value: f64) -> u32 {
+    value as u32
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Question {
     State,
     Error,
+    /// What is wrong with the board rather than the axis: supply and brake resistor. Firmware 0.6 has no such thing apart.
+    BoardError,
     Setting,
 }
 
@@ -106,12 +125,15 @@ pub(super) struct ODriveConversation {
     ask_after_ns: u64,
     /// Nothing may be asked before, ns: an answer may still be under way.
     quiet_until_ns: u64,
-    ask_error_next: bool,
+    next_question: Question,
+    /// The axis has said that nothing is wrong with it since its state was doubted.
+    axis_is_well: bool,
     encoder_failed: bool,
     /// The motor is off, and its watchdog is to be switched off as well.
     watchdog_is_over: bool,
     /// What its error was when it was last asked for.
     error_bits: u32,
+    board_error_bits: u32,
 }
 
 impl ODriveConversation {
@@ -146,10 +168,12 @@ impl ODriveConversation {
             asked: None,
             ask_after_ns: 0,
             quiet_until_ns: 0,
-            ask_error_next: false,
+            next_question: Question::State,
+            axis_is_well: false,
             encoder_failed: false,
             watchdog_is_over: false,
             error_bits: 0,
+            board_error_bits: 0,
         }
     }
 
@@ -166,7 +190,8 @@ impl ODriveConversation {
         let truth = value.eq_ignore_ascii_case(b"true").then_some(1.0);
         match (question, number(value).or(truth)) {
             (Question::State, Some(state)) => self.take_state(state, now_ns),
-            (Question::Error, Some(bits)) => self.take_error(bits),
+            (Question::Error, Some(bits)) => self.take_error(bits, now_ns),
+            (Question::BoardError, Some(bits)) => self.take_board_error(bits, now_ns),
             (Question::Setting, value) => {
                 if let Motor::Arming { step, told_at_ns, .. } = &mut self.motor
                     && let Some((_, wanted)) = step.checked_sub(1).and_then(|index| SETTINGS.get(index))
@@ -192,38 +217,80 @@ impl ODriveConversation {
                 self.motor = Motor::On { doubted_at_ns: None };
             }
             Motor::On { doubted_at_ns } if state != CLOSED_LOOP => {
-                doubted_at_ns.get_or_insert(now_ns);
-                self.ask_error_next = true;
+                if doubted_at_ns.is_none() {
+                    *doubted_at_ns = Some(now_ns);
+                    self.axis_is_well = false;
+                }
+                self.next_question = Question::Error;
                 self.ask_after_ns = 0;
             }
             _ => {}
         }
     }
 
-    fn take_error(&mut self, bits: f64) {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "32 bits; what is none saturates, which is an error, too"
-        )]
-        let bits = bits as u32;
+    fn take_error(&mut self, bits: f64, now_ns: u64) {
+        let bits = bits_of(bits);
         let (watchdog, encoder) = self.generation.bits();
+        let report = ErrorReport {
+            code: if bits & encoder == 0 {
+                ErrorCode::Motor
+            } else {
+                ErrorCode::Sensor
+            },
+            detail: bits,
+        };
         if bits != 0 && bits != self.error_bits {
-            add(&self.counters().device_errors, 1);
+            self.note(report, now_ns);
         }
         self.error_bits = bits;
         self.encoder_failed = bits & encoder != 0;
         let failed = match bits {
             0 => DeviceError::MotorOff { watchdog: false },
             bits if bits & watchdog != 0 => DeviceError::MotorOff { watchdog: true },
-            bits if bits & encoder != 0 => DeviceError::Failed(ErrorCode::Sensor),
-            _ => DeviceError::Failed(ErrorCode::Motor),
+            _ => DeviceError::Failed(report),
         };
         match self.motor {
+            // The board may know more.
+            Motor::On { doubted_at_ns: Some(_) } if bits == 0 && self.generation.board_error().is_some() => {
+                self.axis_is_well = true;
+                self.next_question = Question::BoardError;
+                self.ask_after_ns = 0;
+            }
             Motor::On { doubted_at_ns } if bits != 0 || doubted_at_ns.is_some() => self.motor = Motor::Failed(failed),
             Motor::Arming { step, .. } if bits != 0 && step > SETTINGS.len() => self.motor = Motor::Failed(failed),
             _ => {}
         }
+    }
+
+    fn take_board_error(&mut self, bits: f64, now_ns: u64) {
+        let bits = bits_of(bits);
+        let report = ErrorReport {
+            code: ErrorCode::Other,
+            detail: bits,
+        };
+        if bits != 0 && bits != self.board_error_bits {
+            self.note(report, now_ns);
+        }
+        self.board_error_bits = bits;
+        match self.motor {
+            Motor::On { .. } if bits != 0 => self.motor = Motor::Failed(DeviceError::Failed(report)),
+            Motor::On { doubted_at_ns: Some(_) } if self.axis_is_well => {
+                self.motor = Motor::Failed(DeviceError::MotorOff { watchdog: false })
+            }
+            Motor::On { doubted_at_ns: Some(_) } => {
+                self.next_question = Question::Error;
+                self.ask_after_ns = 0;
+            }
+            Motor::Arming { step, .. } if bits != 0 && step > SETTINGS.len() => {
+                self.motor = Motor::Failed(DeviceError::Failed(report));
+            }
+            _ => {}
+        }
+    }
+
+    fn note(&self, report: ErrorReport, now_ns: u64) {
+        add(&self.counters().device_errors, 1);
+        self.counters().note_error(LinkError::Device(report), now_ns);
     }
 
     /// Asks one question more, if none is under way.
@@ -245,6 +312,10 @@ impl ODriveConversation {
             (Question::State, _) => words::write(out, format_args!("r axis{axis}.current_state")),
             (Question::Error, Motor::Off { .. }) => words::write(out, format_args!("r axis{axis}.{now_wrong}")),
             (Question::Error, _) => words::write(out, format_args!("r axis{axis}.{switched_off}")),
+            (Question::BoardError, _) => self
+                .generation
+                .board_error()
+                .is_some_and(|property| words::write(out, format_args!("r {property}"))),
             (Question::Setting, Motor::Arming { step, .. }) => step
                 .checked_sub(1)
                 .and_then(|index| SETTINGS.get(index))
@@ -256,17 +327,17 @@ impl ODriveConversation {
         }
     }
 
-    /// Asks after state and error in turn.
+    /// Asks after state and errors in turn.
     fn look_after(&mut self, every_ns: u64, now_ns: u64, out: &mut Text) {
         let free = self.asked.is_none();
-        let question = if self.ask_error_next {
-            Question::Error
-        } else {
-            Question::State
-        };
+        let question = self.next_question;
         self.ask(question, now_ns, out);
         if free && self.asked.is_some() {
-            self.ask_error_next = !self.ask_error_next;
+            self.next_question = match question {
+                Question::State => Question::Error,
+                Question::Error if self.generation.board_error().is_some() => Question::BoardError,
+                _ => Question::State,
+            };
             self.ask_after_ns = now_ns + every_ns;
         }
     }
@@ -284,7 +355,7 @@ impl ODriveConversation {
                 settled: false,
             };
             self.ask_after_ns = 0;
-            self.ask_error_next = false;
+            self.next_question = Question::State;
             self.switch_off(out);
             return Telling::Now;
         };
@@ -368,7 +439,10 @@ impl Conversation for ODriveConversation {
         let sample = self.feedback.measurement(now_ns)?;
         match self.motor {
             Motor::Failed(error) => Err(error),
-            _ if self.encoder_failed => Err(DeviceError::Failed(ErrorCode::Sensor)),
+            _ if self.encoder_failed => Err(DeviceError::Failed(ErrorReport {
+                code: ErrorCode::Sensor,
+                detail: self.error_bits,
+            })),
             _ => Ok(Some(sample)),
         }
     }

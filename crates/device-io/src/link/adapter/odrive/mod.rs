@@ -180,6 +180,7 @@ impl Connector for ODriveConnector {
         let motor = &self.options.motor;
         let axis = self.options.axis;
         let mut greeting = Greeting::begin(&motor.path, motor.baud)?;
+        let _asking = counters.ask(clock::now_ns());
         let version = self.firmware(&mut greeting)?;
         let [major, minor, revision] = version;
         let name = format!("ODrive {major}.{minor}.{revision}");

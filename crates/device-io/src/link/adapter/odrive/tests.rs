@@ -3,7 +3,7 @@ use super::super::virtual_line::{MS, VirtualLine};
 use super::*;
 use crate::device::DeviceError;
 use crate::fake::{Board, Hand, Motion, ODriveBoard, ODriveProperties, RigProperties};
-use crate::protocol::message::ErrorCode;
+use crate::protocol::message::{ErrorCode, ErrorReport};
 
 type Line = VirtualLine<ODriveConversation, ODriveBoard>;
 
@@ -124,13 +124,49 @@ fn a_watchdog_that_has_bitten_is_told_and_the_next_enabling_clears_it() {
     assert!(line.board.is_on() && line.board.force_n() > 1.9);
 }
 
+fn failed(code: ErrorCode, detail: u32) -> DeviceError {
+    DeviceError::Failed(ErrorReport { code, detail })
+}
+
+#[test]
+fn what_is_wrong_with_the_board_and_not_the_axis_is_told() {
+    const DC_BUS_OVER_VOLTAGE: u32 = 4;
+    for phase in (0..60).step_by(3) {
+        let mut line = line();
+        line.ticks(100 + phase, 2.0, true);
+        assert!(line.board.is_on());
+        line.board.fail_as_a_whole(DC_BUS_OVER_VOLTAGE);
+        let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
+        assert_eq!(told, failed(ErrorCode::Other, DC_BUS_OVER_VOLTAGE));
+        assert!(ticks <= 60, "{ticks}");
+        assert_eq!(
+            line.counters
+                .last_error()
+                .map(|(error, _)| error.to_string())
+                .as_deref(),
+            Some("the device reported: it reports an error of its own (code 255, detail 4 = 0x4)")
+        );
+        // The next enabling clears it.
+        line.let_go(30);
+        line.ticks(100, 2.0, true);
+        assert!(line.board.is_on());
+    }
+    // And while it idles it is at least shown.
+    let mut line = line();
+    line.ticks(100, 0.0, false);
+    line.board.fail_as_a_whole(DC_BUS_OVER_VOLTAGE);
+    line.ticks(400, 0.0, false);
+    assert_eq!(line.count(|counters| &counters.device_errors), 1);
+    assert!(line.counters.last_error().is_some());
+}
+
 #[test]
 fn an_axis_that_fails_is_told_as_what_it_is() {
     for (firmware, bits, error) in [
-        ([0, 5, 6], 0x40, DeviceError::Failed(ErrorCode::Motor)),
-        ([0, 5, 6], 0x100, DeviceError::Failed(ErrorCode::Sensor)),
-        ([0, 6, 9], 0x1000, DeviceError::Failed(ErrorCode::Motor)),
-        ([0, 6, 9], 0x8, DeviceError::Failed(ErrorCode::Sensor)),
+        ([0, 5, 6], 0x40, failed(ErrorCode::Motor, 0x40)),
+        ([0, 5, 6], 0x100, failed(ErrorCode::Sensor, 0x100)),
+        ([0, 6, 9], 0x1000, failed(ErrorCode::Motor, 0x1000)),
+        ([0, 6, 9], 0x8, failed(ErrorCode::Sensor, 0x8)),
         ([0, 6, 9], 0x800, DeviceError::MotorOff { watchdog: true }),
         // Disarmed by somebody else.
         ([0, 5, 4], 0, DeviceError::MotorOff { watchdog: false }),
@@ -148,7 +184,7 @@ fn an_axis_that_fails_is_told_as_what_it_is() {
             let (ticks, told) = line.ticks_until_failure(200, 2.0, true).expect("it is told");
             assert_eq!(told, error, "{firmware:?} {bits:#x}");
             // An error at the next question; nothing but a state at the one after that.
-            let most = if bits == 0 { 36 } else { 20 };
+            let most = if bits == 0 { 60 } else { 40 };
             assert!(ticks <= most, "{firmware:?} {bits:#x}: {ticks}");
             assert_eq!(line.board.force_n(), 0.0);
         }
@@ -163,7 +199,16 @@ fn an_axis_that_cannot_close_its_loop_is_told() {
     };
     let mut line = line_with("radius_mm=5&torque_limit_nm=0.1", Hand::Free, properties);
     let (ticks, error) = line.ticks_until_failure(400, 2.0, true).expect("it is told");
-    assert_eq!(error, DeviceError::Failed(ErrorCode::Motor));
+    assert!(
+        matches!(
+            error,
+            DeviceError::Failed(ErrorReport {
+                code: ErrorCode::Motor,
+                ..
+            })
+        ),
+        "{error}"
+    );
     assert!(ticks < 50, "{ticks}");
     assert_eq!(line.board.take_largest_force_n(), 0.0);
 }

@@ -1,4 +1,4 @@
-//! A board with SimpleFOC's Commander, version 2.3 and later. Tried against a fake, never on a real board.
+//! A board with SimpleFOC's Commander, version 2.3 and 2.4. Tried against a fake, never on a real board.
 //!
 //! Source: SimpleFOC's documentation, "Commander interface" and "Motor commands" (docs.simplefoc.com).
 //!
@@ -11,7 +11,7 @@ use super::super::health::LinkCounters;
 use super::super::keeper::{ConnectError, Connector, Greeted};
 use super::super::nodes::folder_of;
 use super::greeting::{ATTEMPTS, Greeting};
-use super::options::SimpleFocOptions;
+use super::options::{SimpleFocOptions, TargetUnit};
 use super::{TextConnection, clock};
 use conversation::SimpleFocConversation;
 use std::ffi::OsStr;
@@ -74,6 +74,34 @@ impl SimpleFocConnector {
     }
 }
 
+/// What the target of a kind of torque control is, for a phase resistance in ohm, 0 where it is not set, and what the builder says.
+///
+/// Up to SimpleFOC 2.3 `voltage` took amperes once the phase resistance was known, and volts otherwise. From 2.4 on it takes volts always, and what took amperes is a kind of its own,
+/// `estimated_current`. No command tells the one library from the other, and between the two a force differs by the resistance: so somebody has to say it.
+///
+/// # Errors
+/// Why it is not known or contradicts what was said, and what to do.
+fn target_unit(kind: &str, resistance_ohm: f64, said: Option<TargetUnit>) -> Result<TargetUnit, (String, String)> {
+    let known = match kind {
+        "volt" if resistance_ohm > 0.0 => None,
+        "volt" => Some(TargetUnit::Volt),
+        _ => Some(TargetUnit::Ampere),
+    };
+    match (known, said) {
+        (Some(known), Some(said)) if known != said => Err((
+            format!("its torque control is `{kind}`, which takes its target in {known}, and its address says target={said}"),
+            format!("say target={known}, or change motor.torque_controller in its sketch"),
+        )),
+        (Some(unit), _) | (None, Some(unit)) => Ok(unit),
+        (None, None) => Err((
+            format!(
+                "its torque control is `voltage` with a phase resistance of {resistance_ohm} ohm: SimpleFOC up to 2.3 takes the target in A, from 2.4 on in V, and does not say which it is"
+            ),
+            "say target=A or target=V in its address and give nm_per_unit for that; or, with 2.4, set motor.torque_controller = TorqueControlType::estimated_current".to_owned(),
+        )),
+    }
+}
+
 impl Connector for SimpleFocConnector {
     fn address(&self) -> String {
         format!(
@@ -94,6 +122,7 @@ impl Connector for SimpleFocConnector {
     fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError> {
         let motor = &self.options.motor;
         let mut greeting = Greeting::begin(&motor.path, motor.baud)?;
+        let _asking = counters.ask(clock::now_ns());
         self.wake(&mut greeting)?;
         // Off before anything else: until it controls torque, a target of zero may be a place to go to.
         let off = |answer: Answer<'_>| (answer == Answer::Enabled(false)).then_some(());
@@ -114,8 +143,9 @@ impl Connector for SimpleFocConnector {
             Answer::Resistance(ohm) => Some(ohm),
             _ => None,
         })?;
-        let in_volts = kind == "volt" && resistance <= 0.0;
-        if in_volts {
+        let unit = target_unit(&kind, resistance, self.options.target)
+            .map_err(|(why, remedy)| greeting.refused(&why, &remedy))?;
+        if unit == TargetUnit::Volt {
             let limit = self.ask(&mut greeting, "LU", |answer| match answer {
                 Answer::VoltageLimit(volts) => Some(volts),
                 _ => None,
@@ -136,11 +166,12 @@ impl Connector for SimpleFocConnector {
             clock::now_ns(),
             Arc::clone(counters),
         );
-        let unit = if in_volts { "V" } else { "A" };
+        let watchdog = match self.options.host_timeout_ms {
+            Some(ms) => format!("its sketch disables the motor after {ms} ms, as its address says"),
+            None => "WARNING: it has no watchdog of its own, see docs/adapters.md".to_owned(),
+        };
         Ok(Greeted {
-            firmware: format!(
-                "SimpleFOC Commander ({kind}, target in {unit}); WARNING: it has no watchdog of its own, see docs/adapters.md"
-            ),
+            firmware: format!("SimpleFOC Commander ({kind}, target in {unit}); {watchdog}"),
             force_limit_n: limit_units * self.options.nm_per_unit * motor.newtons_per_nm().abs(),
             sample_rate_hz,
             connection: Box::new(TextConnection::new(greeting.line, conversation, Arc::clone(counters))),

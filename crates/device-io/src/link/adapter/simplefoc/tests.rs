@@ -164,3 +164,28 @@ fn the_last_word_switches_it_off() {
     line.board.hear(text.as_bytes(), line.now_ns);
     assert_eq!((line.board.is_on(), line.board.force_n()), (false, 0.0));
 }
+
+#[test]
+fn what_a_target_is_follows_from_the_board_or_must_be_said() {
+    use TargetUnit::{Ampere, Volt};
+    for (kind, ohm, said, unit) in [
+        ("foc curr", 0.0, None, Ampere),
+        ("dc curr", 2.5, None, Ampere),
+        ("est. curr", 2.5, None, Ampere),
+        ("volt", 0.0, None, Volt),
+        ("volt", 0.0, Some(Volt), Volt),
+        // SimpleFOC up to 2.3, and from 2.4 on.
+        ("volt", 2.5, Some(Ampere), Ampere),
+        ("volt", 2.5, Some(Volt), Volt),
+    ] {
+        assert_eq!(target_unit(kind, ohm, said), Ok(unit), "{kind} {ohm} {said:?}");
+    }
+    let (why, remedy) = target_unit("volt", 2.5, None).expect_err("nobody knows");
+    assert!(why.contains("2.5 ohm") && why.contains("does not say which"), "{why}");
+    assert!(remedy.contains("target=A or target=V"), "{remedy}");
+    let (why, remedy) = target_unit("foc curr", 0.0, Some(Volt)).expect_err("it is not");
+    assert!(
+        why.contains("takes its target in A") && remedy.contains("target=A"),
+        "{why}: {remedy}"
+    );
+}

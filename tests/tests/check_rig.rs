@@ -1,0 +1,81 @@
+//! The checker for writers of firmware sees what a firmware does wrong: the fake rig does each of it on purpose.
+
+use std::process::Command;
+use system_tests::fake_rig::FakeRig;
+use system_tests::simulated_rig::firmware_folder;
+
+/// What the checker says of a rig, by one check; nothing, said aloud, where it cannot be run.
+fn checked(rig: &FakeRig, check: &str) -> Option<(bool, String)> {
+    if Command::new("python3").arg("--version").output().is_err() {
+        println!("SKIPPED: python3 is missing (Debian: apt install python3)");
+        return None;
+    }
+    let output = Command::new("python3")
+        .arg(firmware_folder().join("check_rig.py"))
+        .arg(rig.link())
+        .args(["--only", check])
+        .output()
+        .expect("python3 starts");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    println!("{said}{}", String::from_utf8_lossy(&output.stderr));
+    Some((output.status.success(), said))
+}
+
+/// Each fault is seen by a check, in these words.
+fn sees(faults: &[(&str, &str, &str)]) {
+    for &(fault, check, words) in faults {
+        let mut rig = FakeRig::start(&["--hand", "free"]);
+        rig.fail(fault);
+        // A busy machine may make something else go wrong first, but not each time.
+        let seen = (0..5).find_map(|_| match checked(&rig, check) {
+            None => Some(true),
+            Some((passed, said)) => {
+                assert!(!passed, "{fault} is not seen: {said}");
+                said.contains(words).then_some(true)
+            }
+        });
+        assert_eq!(seen, Some(true), "{fault} is seen as something else");
+    }
+}
+
+// hazard: H9
+#[test]
+fn a_motor_that_stays_on_is_seen() {
+    sees(&[
+        (
+            "ignore-off",
+            "enables_and_disables",
+            "an enable(off) leaves the motor enabled",
+        ),
+        (
+            "ignore-command-off",
+            "enables_and_disables",
+            "a command without 'enabled' leaves the motor on",
+        ),
+        (
+            "stay-enabled",
+            "enables_and_disables",
+            "an enable(off) leaves the motor enabled",
+        ),
+        ("stay-enabled", "has_a_watchdog", "no sample with the motor off"),
+        ("keep-mark", "has_a_watchdog", "no sample without the mark"),
+        ("watchdog-ms 0", "says_who_it_is", "a watchdog of 0 ms"),
+        ("watchdog-ms 500", "says_who_it_is", "a watchdog of 500 ms"),
+        ("force-limit 0", "says_who_it_is", "a motor without a force"),
+        ("no-echo", "says_what_it_has_heard", "no echo of the command"),
+    ]);
+}
+
+// hazard: H3
+#[test]
+fn a_clock_that_lies_is_seen() {
+    sees(&[
+        ("clock-backwards", "counts_its_samples", "the clock runs backwards"),
+        ("clock-stop", "counts_its_samples", "the clock stands still"),
+        ("clock-wrap16", "counts_its_samples", "the clock runs backwards"),
+        ("clock-torn", "counts_its_samples", "the clock runs backwards"),
+        ("clock-half", "keeps_time", "times the speed of this computer's"),
+        ("clock-double", "keeps_time", "times the speed of this computer's"),
+        ("clock-speed 1.08", "keeps_time", "times the speed of this computer's"),
+    ]);
+}
