@@ -68,6 +68,8 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         // The key that stops is the one that closes a list everywhere else.
         egui::Popup::close_all(ui.ctx());
         model.stop_asked(now);
+        // What becomes of it is said next, whether or not there is news.
+        ui.ctx().request_repaint();
         intents.clear();
         intents.push(Intent::Stop);
     }

@@ -95,7 +95,7 @@ pub(crate) struct Losses {
 }
 
 /// After how long without news a stop counts as not sent, and one that was sent as not heard. A daemon confirms within milliseconds.
-const STOP_PATIENCE: Duration = Duration::from_millis(250);
+const STOP_PATIENCE: Duration = Duration::from_millis(300);
 
 /// What became of the user's last stop.
 #[derive(Clone, Debug, PartialEq, Eq)]

