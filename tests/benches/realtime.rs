@@ -300,7 +300,7 @@ fn panel() {
         idle.push(turn_of(&mut daemon.client()));
         let panel = screen.panel(daemon.socket(), &[]);
         // What it takes to come up is not of interest.
-        wait_for(&mut daemon.client(), "the panel", |status| status.clients == 2);
+        wait_for(&mut daemon.client(), "the panel", |status| status.clients == 3);
         let second = Duration::from_secs(1);
         std::thread::sleep(second);
         busy.push(turn_of(&mut daemon.client()));

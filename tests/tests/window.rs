@@ -208,7 +208,7 @@ fn a_slider_that_is_dragged_is_one_step_of_undo() {
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     let _panel = screen.panel(daemon.socket(), &["--theme", "dark"]);
-    wait_for(&mut client, "the panel", |status| status.clients == 2);
+    wait_for(&mut client, "the panel", |status| status.clients == 3);
     wait_until_drawn(&screen);
     let mass = |client: &mut haptic_ipc::Client| {
         let reply: SceneReply = client.request(Request::get()).expect("a scene");
@@ -249,7 +249,7 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     let daemon = Daemon::start_at(&socket, &["--ramp-ms", "10"]);
     let mut client = daemon.client();
     let _panel = screen.panel(&socket, &["--theme", "dark"]);
-    wait_for(&mut client, "the panel", |status| status.clients == 2);
+    wait_for(&mut client, "the panel", |status| status.clients == 3);
     client.request::<StateReply>(Request::Engage {}).expect("it engages");
     wait_for_state(&mut client, RigState::Engaged);
     wait_until_drawn(&screen);
@@ -289,7 +289,7 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     daemon.end(rustix::process::Signal::KILL);
     let daemon = Daemon::start_at(&socket, &["--ramp-ms", "10"]);
     let mut client = daemon.client();
-    wait_for(&mut client, "the panel again", |status| status.clients == 2);
+    wait_for(&mut client, "the panel again", |status| status.clients == 3);
     screen.act(&["key", "Escape"]);
     wait_for_state(&mut client, RigState::Stopped);
 }

@@ -1,14 +1,15 @@
-//! What the panel's own work costs: a minute of samples at 1 kHz in sight, 30 frames a second.
+//! What the panel's own work costs: a minute of samples at 1 kHz in sight, 30 frames a second, and an hour's recording.
 //!
 //! Counted are the reading of what the daemon sends, the layout of the whole window and its triangles; not the drawing of those, which is
 //! the graphics card's work. Run with `cargo bench -p haptic-gui`.
 
 use egui::{Context, RawInput, Rect, vec2};
 use haptic_core::Scene;
-use haptic_gui::{Model, Update, theme};
+use haptic_gui::{Loaded, Model, Update, theme};
 use haptic_ipc::{
     Description, Event, Hello, ParameterDescription, RigState, Sample, SamplesEvent, SceneReply, StateEvent, params_of,
 };
+use haptic_lab::recording::{Ending, Metadata};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -85,6 +86,20 @@ fn connected() -> Model {
     model
 }
 
+/// Lays the window out.
+fn draw(ctx: &Context, model: &mut Model) {
+    let input = RawInput {
+        screen_rect: Some(Rect::from_min_size(egui::Pos2::ZERO, vec2(1280.0, 800.0))),
+        ..RawInput::default()
+    };
+    let mut output = ctx.run_ui(input, |ui| {
+        black_box(haptic_gui::ui(ui, model, Instant::now()));
+    });
+    // There is no graphics card to give the fonts to.
+    output.textures_delta.clear();
+    black_box(ctx.tessellate(output.shapes, output.pixels_per_point));
+}
+
 /// Time that a frame takes, reading included, with so many seconds in sight.
 fn frame(seconds: u32) -> Duration {
     let mut model = connected();
@@ -104,21 +119,57 @@ fn frame(seconds: u32) -> Duration {
         }
         let event: Event = serde_json::from_str(line).expect("it reads");
         model.apply(Update::Event(event));
-        let input = RawInput {
-            screen_rect: Some(Rect::from_min_size(egui::Pos2::ZERO, vec2(1280.0, 800.0))),
-            ..RawInput::default()
-        };
-        let mut output = ctx.run_ui(input, |ui| {
-            black_box(haptic_gui::ui(ui, &mut model, Instant::now()));
-        });
-        // There is no graphics card to give the fonts to.
-        output.textures_delta.clear();
-        black_box(ctx.tessellate(output.shapes, output.pixels_per_point));
+        draw(&ctx, &mut model);
     }
     began.elapsed() / (FRAMES - 30)
 }
 
+/// Time of the usual and of the longest frame with an hour's recording in sight, while samples come in.
+fn frame_of_an_hour() -> (Duration, Duration) {
+    let mut model = connected();
+    let ctx = Context::default();
+    theme::install(&ctx);
+    let path = std::path::PathBuf::from("hour.csv");
+    let metadata = Metadata {
+        server: "hapticd".into(),
+        device: "fake rig".into(),
+        loop_rate_hz: 1000.0,
+        rate_hz: 1000.0,
+        started_unix_s: 0.0,
+        revision: 1,
+        scene: Scene::paper(),
+    };
+    let hour = Loaded::new(
+        path.clone(),
+        metadata,
+        (0..3600 * ROWS_A_SECOND).map(row),
+        &[],
+        Ending::Complete,
+    );
+    model.apply(Update::Opened {
+        path,
+        result: Ok(Box::new(hour)),
+    });
+    let mut times: Vec<Duration> = (0..FRAMES)
+        .map(|number| {
+            let began = Instant::now();
+            model.apply(Update::Event(batch(number * ROWS_A_FRAME, ROWS_A_FRAME)));
+            draw(&ctx, &mut model);
+            began.elapsed()
+        })
+        .skip(30)
+        .collect();
+    times.sort();
+    (times[times.len() / 2], times[times.len() - 1])
+}
+
 fn main() {
+    let (usual, longest) = frame_of_an_hour();
+    println!(
+        "an hour's recording open: {:.2} ms a frame, the longest {:.2} ms",
+        usual.as_secs_f64() * 1e3,
+        longest.as_secs_f64() * 1e3
+    );
     for seconds in [5, 60] {
         let frame = frame(seconds);
         let share = frame.as_secs_f64() * f64::from(FRAMES_A_SECOND) * 100.0;

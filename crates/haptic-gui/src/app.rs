@@ -1,88 +1,68 @@
-//! The panel in a window.
+//! Ties the connection and the files to the panel: what the window calls. Nothing here waits.
 
-use haptic_gui::connection::Connection;
-use haptic_gui::export;
-use haptic_gui::{Format, Intent, Model, Update};
-use haptic_lab::recording::{self, RecordingError};
+use crate::connection::Connection;
+use crate::files::Files;
+use crate::intent::{Format, Intent};
+use crate::model::Model;
+use crate::stop_button::is_stop_key;
+use crate::update::Update;
 use std::path::PathBuf;
-use std::sync::mpsc;
-use std::thread;
 use std::time::Instant;
 
-/// Ties the connection to the panel.
-pub(crate) struct App {
+/// The panel with everything that it talks to.
+#[derive(Debug)]
+pub struct App {
     model: Model,
     connection: Connection,
-    /// News from threads of the panel's own: screenshots, and recordings that were read.
-    own: (mpsc::Sender<Update>, mpsc::Receiver<Update>),
+    files: Files,
+    /// The key that stops was seen before the frame was drawn.
+    stopped_by_key: bool,
 }
 
 impl App {
-    pub(crate) fn new(connection: Connection) -> Self {
+    /// The panel at a connection, with files whose news makes the same window draw.
+    #[must_use]
+    pub fn new(connection: Connection, files: Files) -> Self {
         Self {
             model: Model::new(),
             connection,
-            own: mpsc::channel(),
+            files,
+            stopped_by_key: false,
         }
     }
 
-    fn carry_out(&mut self, ctx: &egui::Context, intent: Intent) {
-        match intent {
-            Intent::Export { format, folder } => self.export(ctx, format, folder),
-            Intent::Open { path } => self.open(ctx, path),
-            intent => self.connection.send(intent),
+    /// What it shows.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Takes a piece of news from elsewhere.
+    pub fn hear(&mut self, update: Update) {
+        self.model.apply(update);
+    }
+
+    /// The files that it reads and writes.
+    #[must_use]
+    pub fn files(&self) -> &Files {
+        &self.files
+    }
+
+    /// Takes the keys that stop, before anything is laid out or drawn.
+    pub fn take_keys(&mut self, input: &egui::RawInput) {
+        self.stopped_by_key = input.events.iter().any(is_stop_key);
+        if self.stopped_by_key {
+            self.connection.stop();
         }
     }
 
-    /// Reads a recording on a thread of its own: an hour takes seconds, and the stop button must work meanwhile.
-    pub(crate) fn open(&self, ctx: &egui::Context, path: PathBuf) {
-        let (own, ctx) = (self.own.0.clone(), ctx.clone());
-        let reads = move || {
-            let result = recording::read(&path);
-            let result = result.map(Box::new);
-            let result = result.map_err(|error| match error {
-                // It names the file.
-                RecordingError::Open { .. } => format!("cannot open {error}"),
-                error => format!("cannot open {}: {error}", path.display()),
-            });
-            own.send(Update::Opened { path, result }).unwrap_or(());
-            ctx.request_repaint();
-        };
-        if let Err(error) = thread::Builder::new().name("read".to_owned()).spawn(reads) {
-            let failed = Update::Exported(Err(format!("no thread to read with: {error}")));
-            self.own.0.send(failed).unwrap_or(());
-        }
-    }
-
-    fn export(&mut self, ctx: &egui::Context, format: Format, folder: PathBuf) {
-        let content = match format {
-            Format::Csv => export::csv(&self.model),
-            Format::Svg => export::svg(&self.model),
-            Format::Png => {
-                let (own, ctx_of_callback) = (self.own.0.clone(), ctx.clone());
-                let (part, scale) = (self.model.plots_area(), ctx.pixels_per_point());
-                ctx.request_screenshot(move |image| {
-                    let content = export::png(&image, part, scale);
-                    let written = content.and_then(|content| export::write(&folder, format, &content));
-                    // Nobody listens only when the window is gone.
-                    own.send(Update::Exported(written)).unwrap_or(());
-                    ctx_of_callback.request_repaint();
-                });
-                return;
-            }
-        };
-        let result = export::write(&folder, format, content.as_bytes());
-        self.model.apply(Update::Exported(result));
-    }
-}
-
-impl eframe::App for App {
-    /// Also called while the window is hidden, so that news does not pile up and a try goes back though nobody looks.
-    fn logic(&mut self, ctx: &egui::Context, _: &mut eframe::Frame) {
+    /// Takes the news, and does what is due. Also called while the window is hidden, so that news does not pile up and a try goes back though nobody
+    /// looks.
+    pub fn take_news(&mut self, ctx: &egui::Context) {
         for update in self.connection.updates() {
             self.model.apply(update);
         }
-        while let Ok(update) = self.own.1.try_recv() {
+        for update in self.files.updates() {
             self.model.apply(update);
         }
         let (intents, wait) = self.model.due(Instant::now());
@@ -94,9 +74,32 @@ impl eframe::App for App {
         }
     }
 
-    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
-        for intent in haptic_gui::ui(ui, &mut self.model, Instant::now()) {
+    /// Draws the panel, and does what the user asks for.
+    pub fn show(&mut self, ui: &mut egui::Ui) {
+        for intent in crate::ui(ui, &mut self.model, Instant::now()) {
             self.carry_out(ui.ctx(), intent);
         }
+        self.stopped_by_key = false;
+    }
+
+    /// Does what the user asked for.
+    pub fn carry_out(&mut self, ctx: &egui::Context, intent: Intent) {
+        match intent {
+            // It is on its way since the key was seen.
+            Intent::Stop if std::mem::take(&mut self.stopped_by_key) => {}
+            Intent::Export { format, folder } => self.export(ctx, format, folder),
+            Intent::Open { path } => self.files.open(path),
+            intent => self.connection.send(intent),
+        }
+    }
+
+    fn export(&self, ctx: &egui::Context, format: Format, folder: PathBuf) {
+        if format != Format::Png {
+            self.files.export(&self.model, format, folder);
+            return;
+        }
+        let writer = self.files.writer();
+        let (part, scale) = (self.model.plots_area(), ctx.pixels_per_point());
+        ctx.request_screenshot(move |image| writer.export_picture(image, part, scale, folder));
     }
 }

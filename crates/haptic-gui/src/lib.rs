@@ -8,11 +8,15 @@
 //! ```text
 //! daemon -> Connection -> Update -> Model::apply -> ui -> Intent -> Connection -> daemon
 //! ```
+//!
+//! The thread of the window waits for nothing: what reads or writes does so on a thread of its own, and [`App`] ties it all together.
 
+mod app;
 mod beat;
 pub mod connection;
 mod drop_down;
 pub mod export;
+mod files;
 mod histogram;
 mod intent;
 mod model;
@@ -23,14 +27,19 @@ mod recording;
 mod scene;
 mod scope;
 mod stop_button;
+mod stop_path;
 pub mod theme;
 mod timing_panel;
 mod top_bar;
 mod update;
 
+pub use app::App;
+pub use files::Files;
 pub use intent::{Format, Intent, Target};
 pub use model::Model;
-pub use recording::RecordingNews;
+pub use recording::{Loaded, RecordingNews};
+pub use stop_button::is_stop_key;
+pub use stop_path::StopNews;
 pub use update::{Answer, Update};
 
 use egui::{CentralPanel, Panel, Ui};
@@ -58,7 +67,9 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         ui.memory_mut(egui::Memory::stop_text_input);
         // The key that stops is the one that closes a list everywhere else.
         egui::Popup::close_all(ui.ctx());
-        model.stop_asked();
+        model.stop_asked(now);
+        // What becomes of it is said next, whether or not there is news.
+        ui.ctx().request_repaint();
         intents.clear();
         intents.push(Intent::Stop);
     }

@@ -1,14 +1,14 @@
 //! The live tuning panel of hapticd, in a window.
 
-mod app;
+mod window;
 
-use app::App;
 use clap::{Parser, ValueEnum};
 use haptic_gui::connection::{Connection, Patience};
-use haptic_gui::theme;
+use haptic_gui::{App, Files, theme};
 use haptic_ipc::socket_path;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use window::Window;
 
 /// Tune hapticd while a hand is on the rig: what the block weighs, how it sticks and slides, and what comes of it.
 ///
@@ -69,16 +69,17 @@ fn main() -> ExitCode {
             ctx.set_theme(arguments.theme);
             theme::install(&ctx);
             let socket = arguments.socket;
-            let connection = Connection::start(
-                move || socket_path::for_client(socket.as_deref()),
-                Patience::default(),
-                move |wait| ctx.request_repaint_after(wait),
-            )?;
-            let app = App::new(connection);
+            let repaint = {
+                let ctx = ctx.clone();
+                move |wait| ctx.request_repaint_after(wait)
+            };
+            let files = Files::new(repaint.clone());
+            let locate = move || socket_path::for_client(socket.as_deref());
+            let app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
             if let Some(path) = arguments.open {
-                app.open(&creation.egui_ctx, path);
+                app.files().open(path);
             }
-            Ok(Box::new(app))
+            Ok(Box::new(Window(app)))
         }),
     );
     match result {

@@ -3,15 +3,15 @@
 use crate::intent::Intent;
 use crate::notice::{self, Notice};
 use crate::plots::Shown;
-use crate::recording::{Opened, RecordingNews, amount};
+use crate::recording::{Loaded, Opened, RecordingNews, amount};
 use crate::scene::SceneModel;
 use crate::scope::Scope;
-use crate::scope::tape::Tape;
+use crate::stop_path::StopNews;
 use crate::update::{Answer, Update};
 use egui::Rect;
 use haptic_core::Scene;
 use haptic_ipc::{ErrorCode, Event, RigState, SamplesEvent, StateReply, Status, Timing, WireError};
-use haptic_lab::recording::{Metadata, Recording, Totals};
+use haptic_lab::recording::{Metadata, Totals};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -35,7 +35,7 @@ pub struct Model {
     /// What became of the last export, recording, or file to be opened.
     pub(crate) file_news: Option<Notice>,
     /// The recording that is being made.
-    recording: Option<(PathBuf, Totals)>,
+    recording: Option<Taken>,
     /// The recording that is looked at.
     opened: Option<Opened>,
     /// The recording to open, as it is typed.
@@ -74,6 +74,16 @@ pub(crate) struct Rig {
     pub(crate) tick: u64,
 }
 
+/// The recording that is being made.
+#[derive(Debug)]
+pub(crate) struct Taken {
+    pub(crate) path: PathBuf,
+    /// What is written.
+    pub(crate) totals: Totals,
+    /// Samples that are missing because the disk did not keep up.
+    pub(crate) behind: u64,
+}
+
 /// What was lost on the way here.
 #[derive(Debug, Default)]
 pub(crate) struct Losses {
@@ -84,19 +94,33 @@ pub(crate) struct Losses {
     pub(crate) unreadable_reason: String,
 }
 
+/// After how long without news a stop counts as not sent, and one that was sent as not heard. A daemon confirms within milliseconds.
+const STOP_PATIENCE: Duration = Duration::from_millis(300);
+
 /// What became of the user's last stop.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum StopReport {
-    /// None was asked for, or the daemon has carried it out: the state of the rig says so.
+    /// None was asked for, or the rig was reset since: the state of the rig says so.
     Settled,
-    /// Sent and not answered.
-    Sent,
+    /// Asked for, and nothing is known of it yet.
+    Waiting { since: Instant },
+    /// A daemon's socket has it. Late once it should have been answered.
+    Sent { since: Option<Instant>, is_late: bool },
+    /// The daemon has carried it out, so long after the press where that is known.
+    Confirmed { after: Option<Duration> },
     /// The daemon did not carry it out.
     Failed { reason: String },
     /// The daemon has carried it out, and there was no device to hear it.
     Unheard { reason: String },
-    /// The daemon cannot be reached.
-    Unreachable,
+    /// It reached no daemon.
+    NotSent { reason: String },
+}
+
+impl StopReport {
+    /// Whether it is still to be seen what becomes of it.
+    fn is_open(&self) -> bool {
+        matches!(self, Self::Waiting { .. } | Self::Sent { .. } | Self::NotSent { .. })
+    }
 }
 
 impl Default for Model {
@@ -141,17 +165,16 @@ impl Model {
                 self.forget();
                 let server = hello.server;
                 self.link = Link::Connected { path, server };
-                if self.stop == StopReport::Unreachable {
-                    self.stop = StopReport::Sent;
-                }
             }
             Update::Disconnected { path, reason } => {
                 self.forget();
                 self.link = Link::Lost { path, reason };
-                self.stop = match std::mem::replace(&mut self.stop, StopReport::Settled) {
-                    known @ (StopReport::Settled | StopReport::Unheard { .. }) => known,
-                    StopReport::Sent | StopReport::Unreachable | StopReport::Failed { .. } => StopReport::Unreachable,
-                };
+                // What is on its way is told by its own news. What was known of the rig is void.
+                match self.stop {
+                    StopReport::Confirmed { .. } => self.stop = StopReport::Settled,
+                    StopReport::Failed { .. } => self.stop = no_connection(),
+                    _ => {}
+                }
             }
             Update::Described(description) => self.scene.take_description(description),
             Update::Scene(Ok(reply)) => self.scene.take_scene(*reply),
@@ -165,6 +188,8 @@ impl Model {
             }
             Update::Recording(news) => self.take_recording(news),
             Update::Opened { path, result } => self.take_opened(path, result),
+            Update::Stop(news) => self.take_stop(news),
+            Update::Busy(what) => self.file_news = Some(Notice::new(Ok(what))),
             Update::Exported(result) => {
                 let told = result.map(|path| format!("Written: {}", path.display()));
                 self.file_news = Some(Notice::new(told));
@@ -242,7 +267,7 @@ impl Model {
     }
 
     /// The recording that is being made.
-    pub(crate) fn recording(&self) -> Option<&(PathBuf, Totals)> {
+    pub(crate) fn recording(&self) -> Option<&Taken> {
         self.recording.as_ref()
     }
 
@@ -292,13 +317,61 @@ impl Model {
         self.refusal.as_deref()
     }
 
-    /// The user asked for a stop.
-    pub(crate) fn stop_asked(&mut self) {
+    /// The user asked for a stop at `now`.
+    pub(crate) fn stop_asked(&mut self, now: Instant) {
         self.stop = if self.is_connected() {
-            StopReport::Sent
+            StopReport::Waiting { since: now }
         } else {
-            StopReport::Unreachable
+            // The worst until there is news.
+            no_connection()
         };
+    }
+
+    /// Whatever hangs: a stop of which nothing is heard is not said to be on its way. Gives how long until that is so.
+    fn age_stop(&mut self, now: Instant) -> Option<Duration> {
+        let (StopReport::Waiting { since }
+        | StopReport::Sent {
+            since: Some(since),
+            is_late: false,
+        }) = self.stop
+        else {
+            if let StopReport::Sent { since, .. } = &mut self.stop {
+                since.get_or_insert(now);
+                return Some(STOP_PATIENCE);
+            }
+            return None;
+        };
+        let left = (since + STOP_PATIENCE).saturating_duration_since(now);
+        if !left.is_zero() {
+            return Some(left);
+        }
+        self.stop = match self.stop {
+            StopReport::Waiting { .. } => StopReport::NotSent {
+                reason: "the panel is stuck".to_owned(),
+            },
+            _ => StopReport::Sent {
+                since: Some(since),
+                is_late: true,
+            },
+        };
+        None
+    }
+
+    fn take_stop(&mut self, news: StopNews) {
+        match news {
+            StopNews::Sent if self.stop.is_open() => {
+                let (since, is_late) = match self.stop {
+                    StopReport::Waiting { since } => (Some(since), false),
+                    StopReport::Sent { since, is_late } => (since, is_late),
+                    _ => (None, false),
+                };
+                self.stop = StopReport::Sent { since, is_late };
+            }
+            StopNews::NotSent { reason } if self.stop.is_open() => self.stop = StopReport::NotSent { reason },
+            // The daemon has answered on the other connection.
+            StopNews::Sent | StopNews::NotSent { .. } => {}
+            StopNews::Answered { after, result } => self.take_stop_answer(Some(after), result.map(Answer::State)),
+        }
     }
 
     /// What is to be sent at `now`, and how long until more is. [`ui`](crate::ui) asks for it by itself; a window that is hidden
@@ -314,7 +387,8 @@ impl Model {
     pub(crate) fn let_go(&mut self, now: Instant) -> Option<Duration> {
         let news = notice::let_go(&mut self.file_news, now);
         let report = notice::let_go(&mut self.scene.report, now);
-        news.into_iter().chain(report).min()
+        let stop = self.age_stop(now);
+        news.into_iter().chain(report).chain(stop).min()
     }
 
     /// What was known of a daemon is void with its connection.
@@ -327,11 +401,13 @@ impl Model {
         self.refusal = None;
     }
 
-    fn take_opened(&mut self, path: PathBuf, result: Result<Box<Recording>, String>) {
+    fn take_opened(&mut self, path: PathBuf, result: Result<Box<Loaded>, String>) {
         match result {
-            Ok(recording) => {
-                self.opened = Some(Opened::new(path, &recording));
-                self.scope.open(Tape::recorded(recording.rows));
+            Ok(loaded) => {
+                let Loaded { tape, mut opened } = *loaded;
+                opened.path = path;
+                self.opened = Some(opened);
+                self.scope.open(tape);
                 self.file_news = None;
             }
             Err(why) => self.file_news = Some(Notice::new(Err(why))),
@@ -341,7 +417,17 @@ impl Model {
     fn take_recording(&mut self, news: RecordingNews) {
         let told = match news {
             RecordingNews::Going { path, totals } => {
-                self.recording = Some((path, totals));
+                let behind = self.recording.as_ref().map_or(0, |taken| taken.behind);
+                self.recording = Some(Taken { path, totals, behind });
+                return;
+            }
+            RecordingNews::Behind { path, lost } => {
+                let taken = self.recording.get_or_insert_with(|| Taken {
+                    path,
+                    totals: Totals::default(),
+                    behind: 0,
+                });
+                taken.behind = lost;
                 return;
             }
             RecordingNews::Ended { path, totals } => {
@@ -389,7 +475,8 @@ impl Model {
         if is_change {
             self.refusal = None;
         }
-        if was_halted && !is_halted(state) && matches!(self.stop, StopReport::Unheard { .. }) {
+        let is_told = matches!(self.stop, StopReport::Unheard { .. } | StopReport::Confirmed { .. });
+        if was_halted && !is_halted(state) && is_told {
             // Somebody has reset it, and goes by what the device does now.
             self.stop = StopReport::Settled;
         }
@@ -401,7 +488,7 @@ impl Model {
 
     fn take_answer(&mut self, intent: &Intent, result: Result<Answer, WireError>) {
         if *intent == Intent::Stop {
-            self.take_stop_answer(result);
+            self.take_stop_answer(None, result);
             return;
         }
         match self.scene.take_answer(intent, result) {
@@ -411,12 +498,25 @@ impl Model {
         }
     }
 
-    fn take_stop_answer(&mut self, result: Result<Answer, WireError>) {
+    /// Takes an answer to a stop; every stop goes out on two connections, and the first answer counts unless it is the worse.
+    fn take_stop_answer(&mut self, after: Option<Duration>, result: Result<Answer, WireError>) {
+        if let Ok(Answer::State(StateReply { state, tick })) = result
+            && is_halted(state)
+        {
+            let known = match self.stop {
+                StopReport::Confirmed { after } => after,
+                // It was reset since.
+                StopReport::Settled if self.rig().is_some_and(|rig| rig.tick > tick) => return,
+                _ => None,
+            };
+            self.take_rig(state, None, tick);
+            self.stop = StopReport::Confirmed { after: known.or(after) };
+            return;
+        }
+        if matches!(self.stop, StopReport::Confirmed { .. }) {
+            return;
+        }
         self.stop = match result {
-            Ok(Answer::State(StateReply { state, tick })) if is_halted(state) => {
-                self.take_rig(state, None, tick);
-                StopReport::Settled
-            }
             Ok(Answer::State(StateReply { state, .. })) => StopReport::Failed {
                 reason: format!("the daemon answered that the rig is {state}"),
             },
@@ -426,6 +526,12 @@ impl Model {
             Err(error) if error.code == ErrorCode::NoDevice => StopReport::Unheard { reason: error.message },
             Err(error) => StopReport::Failed { reason: error.message },
         };
+    }
+}
+
+fn no_connection() -> StopReport {
+    StopReport::NotSent {
+        reason: "no connection to the daemon".to_owned(),
     }
 }
 

@@ -7,23 +7,29 @@ use haptic_ipc::RigState;
 
 const SIZE: egui::Vec2 = vec2(168.0, 52.0);
 
+/// Whether an event is a press of Space or Escape. A key held down is one stop, not thirty a second.
+#[must_use]
+pub fn is_stop_key(event: &Event) -> bool {
+    let Event::Key {
+        key, pressed, repeat, ..
+    } = event
+    else {
+        return false;
+    };
+    matches!(key, Key::Space | Key::Escape) && *pressed && !*repeat
+}
+
 /// Takes Space and Escape away from every widget; says whether one of them was pressed.
 pub(crate) fn take_keys(ui: &Ui) -> bool {
     ui.input_mut(|input| {
         let mut stop = false;
-        input.events.retain(|event| match event {
-            Event::Key {
-                key: Key::Space | Key::Escape,
-                pressed,
-                repeat,
-                ..
-            } => {
-                // A key held down is one stop, not thirty a second.
-                stop |= *pressed && !*repeat;
-                false
+        input.events.retain(|event| {
+            stop |= is_stop_key(event);
+            match event {
+                Event::Key { key, .. } => !matches!(key, Key::Space | Key::Escape),
+                Event::Text(text) => text != " ",
+                _ => true,
             }
-            Event::Text(text) => text != " ",
-            _ => true,
         });
         stop
     })
@@ -61,24 +67,39 @@ pub(crate) fn show(ui: &mut Ui, model: &Model) -> bool {
 pub(crate) fn report(ui: &Ui, model: &Model) -> Option<(String, Color32)> {
     let palette = Palette::of(ui);
     let plain = ui.visuals().strong_text_color();
-    match model.stop() {
-        StopReport::Sent => Some(("Stop sent, not confirmed yet".to_owned(), palette.caution_text)),
-        StopReport::Failed { reason } => Some((format!("Not stopped: {reason}"), palette.error_text)),
-        StopReport::Unheard { reason } => Some((format!("Stop not heard: {reason}"), palette.error_text)),
-        StopReport::Unreachable => {
-            let text = "Not stopped: cannot reach the daemon. Cut the motor's power. The stop is sent once the daemon answers.";
-            Some((text.to_owned(), palette.error_text))
+    const CUT: &str = "Cut the motor's power";
+    let confirmed = match model.stop() {
+        StopReport::Waiting { .. } => return Some(("Stop asked for, not sent yet".to_owned(), palette.caution_text)),
+        StopReport::Sent { is_late: false, .. } => {
+            return Some(("Stop sent, not confirmed yet".to_owned(), palette.caution_text));
         }
-        StopReport::Settled => {
-            let rig = model.rig().filter(|rig| is_halted(rig.state))?;
-            let what = if rig.state == RigState::Stopped {
-                "Stopped at"
-            } else {
-                "Zero force since"
-            };
-            Some((format!("{what} tick {}", rig.tick), plain))
+        StopReport::Sent { is_late: true, .. } => {
+            let text = format!("Stop sent, NOT confirmed: the daemon does not answer. {CUT}.");
+            return Some((text, palette.error_text));
         }
-    }
+        StopReport::Failed { reason } => return Some((format!("Not stopped: {reason}"), palette.error_text)),
+        StopReport::Unheard { reason } => return Some((format!("Stop not heard: {reason}"), palette.error_text)),
+        StopReport::NotSent { reason } => {
+            return Some((
+                format!("Stop NOT sent: {reason}. {CUT}. It is still tried."),
+                palette.error_text,
+            ));
+        }
+        StopReport::Confirmed { after } => after.map(|after| format!(" (confirmed, {} ms)", after.as_millis())),
+        StopReport::Settled => None,
+    };
+    let rig = model.rig().filter(|rig| is_halted(rig.state))?;
+    let what = if rig.state == RigState::Stopped {
+        "Stopped"
+    } else {
+        "Zero force"
+    };
+    let text = match (confirmed, rig.state) {
+        (Some(confirmed), _) => format!("{what}{confirmed} at tick {}", rig.tick),
+        (None, RigState::Stopped) => format!("Stopped at tick {}", rig.tick),
+        (None, _) => format!("Zero force since tick {}", rig.tick),
+    };
+    Some((text, plain))
 }
 
 #[cfg(test)]

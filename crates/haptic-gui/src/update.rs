@@ -1,12 +1,12 @@
 //! What the panel hears from the daemon, and about it.
 
 use crate::intent::Intent;
-use crate::recording::RecordingNews;
+use crate::recording::{Loaded, RecordingNews};
+use crate::stop_path::StopNews;
 use haptic_ipc::{
     AdviceReply, ChangeReply, Description, Event, Hello, LogReply, SceneDiffReply, SceneListReply, SceneReply,
     SceneSaveReply, StateReply, Status, WireError,
 };
-use haptic_lab::recording::Recording;
 use std::path::PathBuf;
 
 /// One piece of news.
@@ -52,6 +52,10 @@ pub enum Update {
         /// What came of it.
         result: Result<Answer, WireError>,
     },
+    /// What becomes of the stop that was asked for last.
+    Stop(StopNews),
+    /// A file is being written or read.
+    Busy(String),
     /// What became of an export: the file, or why there is none.
     Exported(Result<PathBuf, String>),
     /// What becomes of the recording that is being made.
@@ -61,7 +65,7 @@ pub enum Update {
         /// Its file.
         path: PathBuf,
         /// What is in it.
-        result: Result<Box<Recording>, String>,
+        result: Result<Box<Loaded>, String>,
     },
     /// A line that this program cannot read, as a later daemon may send.
     Unreadable {

@@ -2,15 +2,16 @@
 
 use haptic_core::Scene;
 use haptic_gui::connection::{Connection, Patience};
-use haptic_gui::{Answer, Intent, RecordingNews, Update};
+use haptic_gui::{Answer, Intent, RecordingNews, StopNews, Update};
 use haptic_ipc::{
     AdviceReply, Envelope, ErrorCode, Event, Request, RigState, SceneReply, StateEvent, Topic, WireError, params_of,
 };
 use haptic_lab::recording::Metadata;
+use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Long enough for a loaded machine; only a failing test waits for it.
 const LIMIT: Duration = Duration::from_secs(20);
@@ -18,18 +19,66 @@ const LIMIT: Duration = Duration::from_secs(20);
 /// The daemon's end of one conversation.
 struct Daemon {
     lines: BufReader<UnixStream>,
+    /// What was read of it to see that it is the conversation.
+    heard: VecDeque<String>,
+    /// Connections that are ready for a stop.
+    _for_stops: Vec<UnixStream>,
+}
+
+/// Takes the next client and greets it.
+fn greet(listener: &UnixListener) -> UnixStream {
+    let (mut stream, _) = listener.accept().expect("a client");
+    stream.set_read_timeout(Some(LIMIT)).expect("a time-out");
+    writeln!(
+        stream,
+        r#"{{"hello":{{"protocol":1,"server":"hapticd test","session":"1-1"}}}}"#
+    )
+    .unwrap_or(());
+    stream
+}
+
+fn is_stop(line: &str) -> bool {
+    Envelope::parse(line).is_ok_and(|envelope| envelope.request == Request::Stop {})
 }
 
 impl Daemon {
-    /// Takes the next client and greets it.
+    /// Takes the panel's next conversation. A connection on which there is nothing but stops is the panel's other one, and is kept waiting.
     fn accept(listener: &UnixListener) -> Self {
-        let (stream, _) = listener.accept().expect("a client");
-        stream.set_read_timeout(Some(LIMIT)).expect("a time-out");
-        let mut daemon = Self {
-            lines: BufReader::new(stream),
-        };
-        daemon.say(r#"{"hello":{"protocol":1,"server":"hapticd test","session":"1-1"}}"#);
-        daemon
+        let mut for_stops: Vec<(BufReader<UnixStream>, VecDeque<String>)> = Vec::new();
+        listener.set_nonblocking(true).expect("it can be");
+        let began = Instant::now();
+        loop {
+            assert!(began.elapsed() < LIMIT, "no conversation in time");
+            if let Ok((mut stream, _)) = listener.accept() {
+                stream.set_nonblocking(false).expect("it can be");
+                writeln!(
+                    stream,
+                    r#"{{"hello":{{"protocol":1,"server":"hapticd test","session":"1-1"}}}}"#
+                )
+                .unwrap_or(());
+                stream
+                    .set_read_timeout(Some(Duration::from_millis(5)))
+                    .expect("a time-out");
+                for_stops.push((BufReader::new(stream), VecDeque::new()));
+            }
+            for place in 0..for_stops.len() {
+                let (lines, heard) = &mut for_stops[place];
+                let mut line = String::new();
+                if lines.read_line(&mut line).is_ok_and(|read| read > 0) {
+                    heard.push_back(line);
+                }
+                if heard.iter().any(|line| !is_stop(line)) {
+                    let (lines, heard) = for_stops.swap_remove(place);
+                    lines.get_ref().set_read_timeout(Some(LIMIT)).expect("a time-out");
+                    listener.set_nonblocking(false).expect("it can be");
+                    return Self {
+                        lines,
+                        heard,
+                        _for_stops: for_stops.into_iter().map(|(lines, _)| lines.into_inner()).collect(),
+                    };
+                }
+            }
+        }
     }
 
     fn say(&mut self, line: &str) {
@@ -39,8 +88,11 @@ impl Daemon {
     /// The next request, but for those for the scene, which are answered here.
     fn hear(&mut self) -> Envelope {
         loop {
-            let mut line = String::new();
-            self.lines.read_line(&mut line).expect("a request in time");
+            let line = self.heard.pop_front().unwrap_or_else(|| {
+                let mut line = String::new();
+                self.lines.read_line(&mut line).expect("a request in time");
+                line
+            });
             let envelope = Envelope::parse(&line).unwrap_or_else(|error| panic!("{line:?}: {error:?}"));
             if envelope.request != Request::get() {
                 return envelope;
@@ -418,4 +470,175 @@ fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
     let recording = haptic_lab::recording::read(&path).unwrap();
     assert_eq!(recording.rows[0].coupling_force_n, 3.25);
     assert!(recording.metadata.started_unix_s > 1e9, "by the clock");
+}
+
+/// The panel's connection for stops, which comes after its conversation.
+struct StopLine(BufReader<UnixStream>);
+
+impl StopLine {
+    fn accept(listener: &UnixListener) -> Self {
+        Self(BufReader::new(greet(listener)))
+    }
+
+    /// The number of the next stop.
+    fn hear(&mut self) -> u64 {
+        let mut line = String::new();
+        self.0.read_line(&mut line).expect("a stop in time");
+        let envelope = Envelope::parse(&line).unwrap_or_else(|error| panic!("{line:?}: {error:?}"));
+        assert_eq!(envelope.request, Request::Stop {});
+        envelope.id
+    }
+
+    fn confirm(&mut self, id: u64) {
+        writeln!(self.0.get_mut(), r#"{{"id":{id},"ok":{{"state":"stopped","tick":9}}}}"#).expect("the panel listens");
+    }
+}
+
+impl Bench {
+    fn until_stop_news(&self) -> StopNews {
+        self.until(|update| match update {
+            Update::Stop(news) => Some(news),
+            _ => None,
+        })
+    }
+}
+
+/// A daemon on the panel's two connections.
+fn connected(bench: &Bench) -> (UnixListener, Daemon, StopLine) {
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    let stops = StopLine::accept(&listener);
+    (listener, daemon, stops)
+}
+
+// hazard: H4
+#[test]
+fn a_stop_goes_out_on_a_connection_of_its_own_and_its_time_is_told() {
+    let bench = Bench::new();
+    let (_listener, mut daemon, mut stops) = connected(&bench);
+    for number in 1..=3 {
+        bench.connection.send(Intent::Stop);
+        assert_eq!(stops.hear(), number);
+        assert_eq!(bench.until_stop_news(), StopNews::Sent);
+        stops.confirm(number);
+        let StopNews::Answered { after, result } = bench.until_stop_news() else {
+            panic!("it was answered");
+        };
+        assert!(result.is_ok_and(|reply| reply.tick == 9) && after < LIMIT);
+        // And behind what was written before it.
+        assert_eq!(daemon.hear().request, Request::Stop {});
+    }
+}
+
+// hazard: H4
+#[test]
+fn a_stop_that_a_full_socket_does_not_take_is_not_sent_until_it_does() {
+    let bench = Bench::new();
+    let (_listener, _daemon, mut stops) = connected(&bench);
+    // This daemon reads nothing.
+    let mut pressed = 0;
+    let reason = loop {
+        assert!(pressed < 100_000, "a socket has an end");
+        bench.connection.stop();
+        pressed += 1;
+        match bench.until_stop_news() {
+            StopNews::Sent => {}
+            StopNews::NotSent { reason } => break reason,
+            news @ StopNews::Answered { .. } => panic!("{news:?}"),
+        }
+    };
+    assert_eq!(reason, "the daemon does not read");
+    while stops.hear() < pressed {}
+    assert_eq!(bench.until_stop_news(), StopNews::Sent);
+}
+
+// hazard: H4
+#[test]
+fn a_stop_without_a_daemon_is_told_as_not_sent() {
+    let bench = Bench::new();
+    bench.until_lost();
+    bench.connection.stop();
+    let news = bench.until_stop_news();
+    assert!(
+        matches!(&news, StopNews::NotSent { reason } if reason == "no connection"),
+        "{news:?}"
+    );
+}
+
+// hazard: H4
+#[test]
+fn a_stop_whose_daemon_dies_before_it_answers_is_told_as_not_sent_and_sent_to_the_next() {
+    let bench = Bench::new();
+    let (listener, daemon, mut stops) = connected(&bench);
+    bench.connection.stop();
+    stops.hear();
+    assert_eq!(bench.until_stop_news(), StopNews::Sent);
+    bench.end(listener);
+    drop((daemon, stops));
+    assert!(matches!(bench.until_stop_news(), StopNews::NotSent { .. }));
+    let listener = bench.listen();
+    // Whichever of the two connections comes first.
+    let mut line = BufReader::new(greet(&listener));
+    let mut text = String::new();
+    line.read_line(&mut text).expect("a stop in time");
+    assert!(is_stop(&text), "{text}");
+}
+
+// hazard: H4
+#[test]
+fn what_was_asked_before_a_stop_does_not_bring_the_force_back_after_it() {
+    let bench = Bench::new();
+    let (_listener, mut daemon, mut stops) = connected(&bench);
+    // The daemon reads nothing of the conversation, until its socket is full and the rest waits in the panel.
+    let target = haptic_gui::Target {
+        name: "mass".into(),
+        direction: None,
+    };
+    for _ in 0..20_000 {
+        let (target, value, merge) = (target.clone(), 0.5, false);
+        bench.connection.send(Intent::Set { target, value, merge });
+    }
+    bench.connection.send(Intent::Reset);
+    bench.connection.send(Intent::Engage);
+    bench.connection.send(Intent::Stop);
+    stops.hear();
+    bench.connection.send(Intent::Undo);
+    // Behind what was in the socket already comes the stop, ahead of all that waited; what would bring the force back is dropped.
+    let mut was_stopped = false;
+    loop {
+        match daemon.hear().request {
+            Request::Stop {} => was_stopped = true,
+            Request::Reset {} | Request::Engage {} => panic!("after a stop"),
+            Request::Undo { .. } => break,
+            _ => {}
+        }
+    }
+    assert!(was_stopped);
+}
+
+// hazard: H4
+#[test]
+fn a_house_that_is_full_is_left_to_others_until_there_is_a_stop() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    let for_a_moment = |listener: &UnixListener| {
+        let (mut stream, _) = listener.accept().expect("a client");
+        stream.set_read_timeout(Some(LIMIT)).expect("a time-out");
+        let hello = r#"{"hello":{"protocol":1,"server":"hapticd test","session":"1-9","rights":"stop"}}"#;
+        writeln!(stream, "{hello}").expect("it listens");
+        stream
+    };
+    let mut idle = String::new();
+    let read = BufReader::new(for_a_moment(&listener)).read_line(&mut idle);
+    assert_eq!(read.expect("it hangs up"), 0, "{idle}");
+    bench.connection.stop();
+    let mut stops = StopLine(BufReader::new(for_a_moment(&listener)));
+    let number = stops.hear();
+    stops.confirm(number);
+    bench.until(|update| matches!(update, Update::Stop(StopNews::Answered { .. })).then_some(()));
 }

@@ -96,6 +96,12 @@ pub struct Sender {
 }
 
 impl Sender {
+    /// The number of the next request, for those who note it before its answer can come.
+    #[must_use]
+    pub const fn next_id(&self) -> u64 {
+        self.next_id
+    }
+
     /// Sends a request; the answer will carry the number returned.
     ///
     /// # Errors
@@ -135,6 +141,12 @@ impl Receiver {
         // One long answer must not keep its memory for ever.
         self.line.shrink_to(MAX_LINE_BYTES);
         Ok(parsed?)
+    }
+
+    /// Ends the connection for both halves: one that is stuck in sending to a daemon that does not read gives up.
+    pub fn hang_up(&self) {
+        // It may be gone already.
+        drop(self.reader.get_ref().shutdown(std::net::Shutdown::Both));
     }
 
     /// How long [`receive`](Self::receive) waits; without a limit it waits for ever.

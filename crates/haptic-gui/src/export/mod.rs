@@ -4,6 +4,7 @@ mod csv;
 mod png;
 mod svg;
 
+pub(crate) use csv::Rows;
 pub use csv::csv;
 pub use png::png;
 pub use svg::svg;
@@ -11,6 +12,7 @@ pub use svg::svg;
 use crate::intent::Format;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write as _};
+use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};
 
 /// Writes an export into `folder` under a name that nothing has yet, and gives the file.
@@ -18,14 +20,33 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Why it could not be written, naming the folder or the file.
 pub fn write(folder: &Path, format: Format, content: &[u8]) -> Result<PathBuf, String> {
-    let (path, mut file) = first_free(folder, "haptic-plot", format.extension())?;
-    let written = file.write_all(content);
-    written.map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    write_with(folder, format, |file| file.write_all(content))
+}
+
+/// The same with what `write` writes.
+pub(crate) fn write_with(
+    folder: &Path,
+    format: Format,
+    write: impl FnOnce(&mut File) -> io::Result<()>,
+) -> Result<PathBuf, String> {
+    let (path, mut file) = open_new(folder, "haptic-plot", format.extension())?;
+    write(&mut file).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     Ok(path)
 }
 
+/// Makes a file in `folder` whose name nothing has yet. A named pipe in the place of the folder is written to itself, for a program at its other end;
+/// that waits until there is one.
+pub(crate) fn open_new(folder: &Path, name: &str, extension: &str) -> Result<(PathBuf, File), String> {
+    if folder.metadata().is_ok_and(|found| found.file_type().is_fifo()) {
+        let pipe = OpenOptions::new().write(true).open(folder);
+        let pipe = pipe.map_err(|error| format!("cannot write {}: {error}", folder.display()))?;
+        return Ok((folder.to_path_buf(), pipe));
+    }
+    first_free(folder, name, extension)
+}
+
 /// Makes a file in `folder` whose name nothing has yet.
-pub(crate) fn first_free(folder: &Path, name: &str, extension: &str) -> Result<(PathBuf, File), String> {
+fn first_free(folder: &Path, name: &str, extension: &str) -> Result<(PathBuf, File), String> {
     for number in 1..10_000 {
         let path = folder.join(format!("{name}-{number}.{extension}"));
         match OpenOptions::new().write(true).create_new(true).open(&path) {

@@ -1,10 +1,10 @@
 //! A ribbon over the plots that shows when the block stuck and when it slid.
 
+use super::over_time::column_s;
 use crate::scope::Scope;
 use crate::theme::Palette;
 use egui::{Painter, Rect, Ui};
 use egui_plot::PlotTransform;
-use haptic_ipc::Sample;
 
 /// Paints the ribbon into `strip`, on the time axis of the plots below it, which may be scrolled.
 pub(crate) fn paint(ui: &Ui, painter: &Painter, strip: Rect, transform: &PlotTransform, scope: &Scope) {
@@ -12,8 +12,11 @@ pub(crate) fn paint(ui: &Ui, painter: &Painter, strip: Rect, transform: &PlotTra
     let frame = transform.frame();
     let painter = painter.with_clip_rect(strip.with_min_x(frame.left()).with_max_x(frame.right()));
     let seen = scope.seen();
-    let samples = scope.tape().around(seen.from_s, seen.to_s);
-    for run in runs(samples, seen.zero_s) {
+    let columns = f64::from(frame.width() * ui.pixels_per_point());
+    let contacts = scope
+        .tape()
+        .contacts((seen.from_s, seen.to_s), column_s(&seen, columns));
+    for run in runs(contacts, seen.zero_s) {
         let left = transform.position_from_point_x(run.from);
         let right = transform.position_from_point_x(run.to);
         let color = if run.slides { palette.sliding } else { palette.stuck };
@@ -29,17 +32,12 @@ pub(crate) struct Run {
     pub(crate) slides: bool,
 }
 
-/// Whether the block slides; nothing while no force is on, for then there is no surface that it could stick to.
-fn slides(sample: &Sample) -> Option<bool> {
-    sample.state.is_live().then_some(sample.contact != 0)
-}
-
-/// Joins samples of the same contact; each run lasts until the next one begins, or the force ends. `zero_s` is where the axis has its zero.
-pub(crate) fn runs<'a>(samples: impl Iterator<Item = &'a Sample>, zero_s: f64) -> Vec<Run> {
+/// Joins times of the same contact, each with whether the block slid from then on; each run lasts until the next one begins, or the force ends. `zero_s` is where the axis has its zero.
+pub(crate) fn runs(contacts: impl IntoIterator<Item = (f64, Option<bool>)>, zero_s: f64) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut before = None;
-    for sample in samples {
-        let (t_s, now) = (sample.t_s - zero_s, slides(sample));
+    for (t_s, now) in contacts {
+        let t_s = t_s - zero_s;
         if let Some(last) = runs.last_mut().filter(|_| before.is_some()) {
             last.to = t_s;
         }
@@ -58,8 +56,14 @@ pub(crate) fn runs<'a>(samples: impl Iterator<Item = &'a Sample>, zero_s: f64) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scope::tape::Tape;
     use crate::scope::tape::tests::at;
-    use haptic_ipc::RigState;
+    use haptic_ipc::{RigState, Sample};
+
+    /// Those of samples that are all drawn.
+    fn runs_of(samples: impl IntoIterator<Item = Sample>, zero_s: f64) -> Vec<Run> {
+        runs(Tape::recorded(samples).contacts((-100.0, 100.0), 0.01), zero_s)
+    }
 
     fn run(from: f64, to: f64, slides: bool) -> Run {
         Run { from, to, slides }
@@ -68,10 +72,7 @@ mod tests {
     #[test]
     fn samples_of_the_same_contact_are_one_run() {
         let samples = [(7.0, 0), (8.0, 0), (9.0, -1), (10.0, 1)].map(|(t_s, contact)| Sample { contact, ..at(t_s) });
-        assert_eq!(
-            runs(samples.iter(), 10.0),
-            [run(-3.0, -1.0, false), run(-1.0, 0.0, true)]
-        );
+        assert_eq!(runs_of(samples, 10.0), [run(-3.0, -1.0, false), run(-1.0, 0.0, true)]);
     }
 
     #[test]
@@ -86,7 +87,7 @@ mod tests {
             (6.0, RigState::Releasing),
         ];
         let samples = samples.map(|(t_s, state)| Sample { state, ..at(t_s) });
-        assert_eq!(runs(samples.iter(), 0.0), [run(1.0, 3.0, false), run(5.0, 6.0, false)]);
-        assert_eq!(runs(samples[3..5].iter(), 0.0), []);
+        assert_eq!(runs_of(samples, 0.0), [run(1.0, 3.0, false), run(5.0, 6.0, false)]);
+        assert_eq!(runs_of(samples[3..5].to_vec(), 0.0), []);
     }
 }

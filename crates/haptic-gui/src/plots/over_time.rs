@@ -2,7 +2,6 @@
 
 use super::axis::{AXIS_WIDTH, USUAL_COUNT, reach};
 use super::{contact_ribbon, frame};
-use crate::scope::outline::outlines;
 use crate::scope::signal::{Quantity, Signal};
 use crate::scope::trigger::Mode;
 use crate::scope::value_axes::Reach;
@@ -35,13 +34,9 @@ pub(crate) struct Trace {
 
 /// The lines of a quantity as `columns` pixels can show them.
 pub(crate) fn traces(scope: &Scope, quantity: Quantity, seen: &While, columns: f64) -> [Trace; 2] {
-    let column_s = ((seen.to_s - seen.from_s) / columns.max(1.0)).max(f64::MIN_POSITIVE);
     let signals = quantity.signals();
-    let samples = scope.tape().around(seen.from_s, seen.to_s);
-    let [first, second] = outlines(
-        samples.map(|sample| (sample.t_s, signals.map(|signal| signal.of(sample)))),
-        column_s,
-    );
+    let ends = (seen.from_s, seen.to_s);
+    let [first, second] = scope.tape().outlines(signals, ends, column_s(seen, columns));
     let trace = |signal, mut points: Vec<[f64; 2]>| {
         for [t_s, _] in &mut points {
             *t_s -= seen.zero_s;
@@ -49,6 +44,11 @@ pub(crate) fn traces(scope: &Scope, quantity: Quantity, seen: &While, columns: f
         Trace { signal, points }
     };
     [trace(signals[0], first), trace(signals[1], second)]
+}
+
+/// How long a while a column of pixels shows where there are so many of them, s.
+pub(crate) fn column_s(seen: &While, columns: f64) -> f64 {
+    ((seen.to_s - seen.from_s) / columns.max(1.0)).max(f64::MIN_POSITIVE)
 }
 
 /// How far the axis of a quantity reaches that has these lines.

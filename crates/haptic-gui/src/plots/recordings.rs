@@ -82,9 +82,13 @@ fn show_opening(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
 /// What is being recorded, what is looked at, and what became of the last file.
 pub(crate) fn show_news(ui: &mut Ui, model: &mut Model) {
     let palette = Palette::of(ui);
-    let taken = model.recording().map(|(path, totals)| {
-        let text = format!("Recording {}: {}", path.display(), amount(totals));
-        (text, palette.caution_text)
+    let taken = model.recording().map(|taken| {
+        let text = format!("Recording {}: {}", taken.path.display(), amount(&taken.totals));
+        if taken.behind == 0 {
+            return (text, palette.caution_text);
+        }
+        let text = format!("The disk does not keep up: {} samples lost. {text}", taken.behind);
+        (text, palette.error_text)
     });
     let opened = model.opened().map(|opened| {
         let mut text = format!(

@@ -1,7 +1,8 @@
 //! What the plots look at and how: the live rig, a while that was frozen or caught, or a recording.
 
+mod chunk;
 pub(crate) mod cursors;
-pub(crate) mod outline;
+mod outline;
 pub(crate) mod signal;
 pub(crate) mod tape;
 pub(crate) mod trigger;
@@ -113,13 +114,14 @@ impl Scope {
             self.live_view = self.view;
         }
         self.view = View::whole(from, to - from);
-        self.recording = Some(tape);
+        discard(self.recording.replace(tape));
     }
 
     /// Looks at the live rig again.
     pub(crate) fn close(&mut self) {
-        if self.recording.take().is_some() {
+        if let Some(tape) = self.recording.take() {
             self.view = self.live_view;
+            discard(Some(tape));
         }
     }
 
@@ -223,6 +225,18 @@ impl Scope {
             .zip(shown)
             .filter(|(_, shown)| *shown)
             .map(|(quantity, _)| quantity)
+    }
+}
+
+/// Frees what a recording took on a thread of its own: hundreds of megabytes take longer than a frame may.
+fn discard(tape: Option<Tape>) {
+    if let Some(tape) = tape {
+        // Without a thread it is freed here.
+        drop(
+            std::thread::Builder::new()
+                .name("free".to_owned())
+                .spawn(move || drop(tape)),
+        );
     }
 }
 

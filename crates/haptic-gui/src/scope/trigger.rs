@@ -231,9 +231,8 @@ impl Trigger {
             return false;
         }
         let around_s = WHILES_AROUND * span_s;
-        let seen = live.around(t_s + left_s - around_s, t_s + right_s + around_s);
         self.caught = Some(Caught {
-            tape: Tape::recorded(seen.copied()),
+            tape: live.part(t_s + left_s - around_s, t_s + right_s + around_s),
             t_s,
         });
         self.arm();

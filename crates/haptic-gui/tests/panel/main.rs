@@ -7,7 +7,7 @@ use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use haptic_core::{Directional, Scene};
-use haptic_gui::{Answer, Intent, Model, Target, Update};
+use haptic_gui::{Answer, Intent, Model, StopNews, Target, Update};
 use haptic_ipc::{
     Advice, AdviceReply, ChangeReply, Description, ErrorCode, Event, Finding, Hello, LinkCounts, LinkStatus,
     LinkedDevice, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, SamplesEvent, StateEvent, StateReply, Timing,
@@ -328,24 +328,87 @@ fn the_button_stops_when_pressed_and_only_once() {
     assert_eq!(asked(&mut panel), [Intent::Stop], "by a screen reader");
 }
 
+/// Presses Space, and looks once at what is said of it.
+fn press_stop(panel: &mut Panel) {
+    panel.event(egui::Event::Key {
+        key: Key::Space,
+        physical_key: None,
+        pressed: true,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    });
+    panel.step();
+    panel.step();
+}
+
 #[test]
 fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
     let mut panel = connected(RigState::Engaged);
-    panel.key_press(Key::Space);
-    panel.run();
-    panel.get_by_label("Stop sent, not confirmed yet");
+    press_stop(&mut panel);
+    panel.state_mut().model.apply(Update::Stop(StopNews::Sent));
+    panel.step();
+    panel.get_by_label_contains("Stop sent, NOT confirmed");
     let reply = StateReply {
         state: RigState::Stopped,
         tick: 4711,
     };
     let stopped = Update::Answered {
         intent: Intent::Stop,
-        result: Ok(Answer::State(reply)),
+        result: Ok(Answer::State(reply.clone())),
     };
     hear(&mut panel, stopped);
     panel.get_by_label("Stopped at tick 4711");
+    let answered = StopNews::Answered {
+        after: Duration::from_micros(3400),
+        result: Ok(reply),
+    };
+    hear(&mut panel, Update::Stop(answered));
+    panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
     hear(&mut panel, in_state(RigState::Idle, 5000));
-    assert!(panel.query_by_label("Stopped at tick 4711").is_none(), "it was reset");
+    assert!(panel.query_by_label_contains("at tick 4711").is_none(), "it was reset");
+    hear(&mut panel, in_state(RigState::Stopped, 6000));
+    panel.get_by_label("Stopped at tick 6000");
+}
+
+// hazard: H4
+#[test]
+fn a_stop_is_said_to_be_sent_only_when_it_was() {
+    let mut panel = connected(RigState::Engaged);
+    press_stop(&mut panel);
+    panel.get_by_label("Stop asked for, not sent yet");
+    let not_sent = StopNews::NotSent {
+        reason: "the daemon does not read".into(),
+    };
+    hear(&mut panel, Update::Stop(not_sent));
+    panel.get_by_label_contains("Stop NOT sent: the daemon does not read. Cut the motor's power");
+    panel.state_mut().model.apply(Update::Stop(StopNews::Sent));
+    panel.step();
+    panel.get_by_label("Stop sent, not confirmed yet");
+    wait(&mut panel, 1.0);
+    panel.get_by_label_contains("Stop sent, NOT confirmed: the daemon does not answer. Cut the motor's power");
+    let lost = StopNews::NotSent {
+        reason: "no connection".into(),
+    };
+    hear(&mut panel, Update::Stop(lost));
+    panel.get_by_label_contains("Stop NOT sent: no connection. Cut the motor's power");
+    let answered = StopNews::Answered {
+        after: Duration::from_secs(7),
+        result: Ok(StateReply {
+            state: RigState::Stopped,
+            tick: 4711,
+        }),
+    };
+    hear(&mut panel, Update::Stop(answered));
+    panel.get_by_label("Stopped (confirmed, 7000 ms) at tick 4711");
+}
+
+#[test]
+fn a_stop_of_which_nothing_is_heard_is_not_said_to_be_on_its_way() {
+    let mut panel = connected(RigState::Engaged);
+    press_stop(&mut panel);
+    panel.get_by_label("Stop asked for, not sent yet");
+    wait(&mut panel, 1.0);
+    panel.get_by_label_contains("Stop NOT sent: the panel is stuck. Cut the motor's power");
 }
 
 #[test]
@@ -676,7 +739,7 @@ fn a_panel_without_a_daemon_says_where_it_looked_and_does_not_pretend() {
     panel.get_by_label("Stop").click();
     panel.run();
     assert_eq!(asked(&mut panel), [Intent::Stop], "sent when the daemon is back");
-    panel.get_by_label_contains("Not stopped: cannot reach the daemon");
+    panel.get_by_label_contains("Stop NOT sent: no connection to the daemon. Cut the motor's power");
 }
 
 #[test]

@@ -1,0 +1,313 @@
+//! The thread that connects and listens.
+
+use super::asker::Job;
+use super::follow::Follow;
+use super::news::{News, PanelGone};
+use super::{Asked, Patience, Shared};
+use crate::intent::Intent;
+use crate::recording::Recordings;
+use crate::stop_path::{Guide, Stops};
+use crate::update::{Answer, Update};
+use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, ServerLine, StateEvent, Topic, WireError};
+use serde::de::DeserializeOwned;
+use std::convert::Infallible;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, mpsc};
+
+/// Time between batches of samples, ms. Each batch is one repaint, so this is also the frame time: 30 a second.
+const BATCH_MS: u32 = 34;
+
+/// Changes made before the panel listened that it asks for.
+const PAST_CHANGES: usize = 20;
+
+/// Why a conversation ended.
+enum End {
+    PanelGone,
+    Lost(String),
+}
+
+impl From<PanelGone> for End {
+    fn from(_: PanelGone) -> Self {
+        Self::PanelGone
+    }
+}
+
+impl From<ClientError> for End {
+    fn from(error: ClientError) -> Self {
+        Self::Lost(error.to_string())
+    }
+}
+
+/// What follows from the scene.
+#[derive(Debug, Default)]
+struct Following {
+    advice: Follow<u64>,
+    scene: Follow<u64>,
+    /// By law and parameters: the table is another where those are.
+    description: Follow<(String, Vec<String>)>,
+}
+
+pub(super) struct Listener {
+    shared: Arc<Shared>,
+    stops: Arc<Stops>,
+    recordings: Arc<Recordings>,
+    jobs: mpsc::Sender<Job>,
+    guide: Guide,
+    news: News,
+    patience: Patience,
+    /// Number of the conversation, from 1.
+    conversation: u64,
+    is_connected: bool,
+    following: Following,
+}
+
+impl Listener {
+    pub(super) fn new(
+        shared: Arc<Shared>,
+        stops: Arc<Stops>,
+        recordings: Arc<Recordings>,
+        jobs: mpsc::Sender<Job>,
+        guide: Guide,
+        news: News,
+        patience: Patience,
+    ) -> Self {
+        Self {
+            shared,
+            stops,
+            recordings,
+            jobs,
+            guide,
+            news,
+            patience,
+            conversation: 0,
+            is_connected: false,
+            following: Following::default(),
+        }
+    }
+
+    pub(super) fn run(mut self, locate: &impl Fn() -> PathBuf) -> Result<(), PanelGone> {
+        let mut path = locate();
+        let mut told = None;
+        self.news.tell(Update::Connecting { path: path.clone() })?;
+        loop {
+            self.guide.lead_to(path.clone(), false);
+            let reason = match self.converse(&path) {
+                End::PanelGone => return Err(PanelGone),
+                End::Lost(reason) => reason,
+            };
+            let was_connected = self.hang_up();
+            let lost = Update::Disconnected { path, reason };
+            if was_connected || told.as_ref() != Some(&lost) {
+                self.news.tell(lost.clone())?;
+                told = Some(lost);
+            } else {
+                // Nothing new to draw, but the way to learn that the panel is gone.
+                self.news.tell_undrawn(lost)?;
+            }
+            self.shared.pause(self.patience.retry);
+            path = locate();
+        }
+    }
+
+    /// Talks to the daemon at `path` until one of them goes.
+    fn converse(&mut self, path: &Path) -> End {
+        let client = match Client::connect(path) {
+            Ok(client) => client,
+            Err(error) => return error.into(),
+        };
+        let hello = client.hello().clone();
+        let (sender, mut receiver) = client.split();
+        if let Err(error) = receiver.set_timeout(Some(self.patience.silence)) {
+            return error.into();
+        }
+        self.conversation += 1;
+        self.is_connected = true;
+        let lost = (|| -> Result<Infallible, End> {
+            self.do_next(Job::Introduce {
+                conversation: self.conversation,
+                sender,
+                requests: introduction(),
+            });
+            self.news.tell(Update::Connected {
+                path: path.to_path_buf(),
+                hello,
+            })?;
+            self.guide.lead_to(path.to_path_buf(), true);
+            loop {
+                if let Some(update) = self.next(&mut receiver)? {
+                    self.news.tell(update)?;
+                }
+            }
+        })();
+        // The other half may be stuck in a write to a daemon that does not read.
+        receiver.hang_up();
+        lost.err().unwrap_or(End::PanelGone)
+    }
+
+    fn do_next(&self, job: Job) {
+        // The asking thread lives as long as the panel.
+        self.jobs.send(job).unwrap_or(());
+    }
+
+    fn ask(&self, request: Request, asked: Asked) {
+        self.do_next(Job::Ask {
+            conversation: self.conversation,
+            request,
+            asked,
+        });
+    }
+
+    fn next(&mut self, receiver: &mut Receiver) -> Result<Option<Update>, End> {
+        match receiver.receive() {
+            Ok(ServerLine::Event(event)) => {
+                self.recordings.keep(&event);
+                match &event {
+                    Event::State(state) => {
+                        self.hear(state);
+                        self.follow();
+                    }
+                    // Once a second, as often as this is news.
+                    Event::Timing(_) => self.ask(Request::Status {}, Asked::Status),
+                    _ => {}
+                }
+                Ok(Some(Update::Event(event)))
+            }
+            Ok(ServerLine::Answer { id, result }) => {
+                let asked = id.and_then(|id| self.shared.asked().remove(&(self.conversation, id)));
+                match &asked {
+                    Some(Asked::Advise) => self.following.advice.answered(&result),
+                    Some(Asked::Scene) => self.following.scene.answered(&result),
+                    Some(Asked::Describe) => self.following.description.answered(&result),
+                    Some(Asked::Stop(number)) => self.stops.settle(*number),
+                    Some(Asked::Intent(Intent::Save { .. })) if result.is_ok() => {
+                        self.ask(Request::SceneList {}, Asked::Library);
+                    }
+                    _ => {}
+                }
+                self.follow();
+                asked.map_or(Ok(None), |asked| answered(asked, result))
+            }
+            Ok(ServerLine::Hello(_)) => Ok(None),
+            Err(ClientError::BadAnswer(error)) => Ok(Some(Update::Unreadable {
+                reason: error.to_string(),
+            })),
+            Err(ClientError::Io(error))
+                if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) =>
+            {
+                let silence = self.patience.silence.as_secs_f64();
+                Err(End::Lost(format!("the daemon said nothing for {silence} s")))
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Hears of the scene in force.
+    fn hear(&mut self, state: &StateEvent) {
+        let following = &mut self.following;
+        let revision = following.advice.newest.max(Some(state.revision));
+        (following.advice.newest, following.scene.newest) = (revision, revision);
+        let shape = (state.law.clone(), state.params.keys().cloned().collect());
+        if following.description.asked.is_none() {
+            // That of the first news was asked for with the greeting.
+            following.description.asked = Some(shape.clone());
+        }
+        following.description.newest = Some(shape);
+    }
+
+    /// Asks for what follows from a scene that is new.
+    fn follow(&mut self) {
+        if self.following.description.is_due() {
+            self.ask(Request::Describe {}, Asked::Describe);
+        }
+        if self.following.scene.is_due() {
+            self.ask(Request::get(), Asked::Scene);
+        }
+        if self.following.advice.is_due() {
+            self.ask(Request::Advise {}, Asked::Advise);
+        }
+    }
+
+    /// Ends a conversation; says whether there was one.
+    fn hang_up(&mut self) -> bool {
+        self.shared.asked().clear();
+        // What follows from another daemon would be another recording.
+        self.recordings.end();
+        self.following = Following::default();
+        std::mem::take(&mut self.is_connected)
+    }
+}
+
+/// What is asked first: everything that the panel shows.
+fn introduction() -> Vec<(Request, Asked)> {
+    let subscribe = Request::Subscribe {
+        topics: vec![Topic::State, Topic::Timing, Topic::Samples, Topic::Log],
+        // Every tick: a spike of a single one must be seen.
+        rate_hz: None,
+        batch_ms: Some(BATCH_MS),
+    };
+    let log = Request::Log {
+        after: None,
+        limit: Some(PAST_CHANGES),
+    };
+    vec![
+        (Request::Describe {}, Asked::Describe),
+        (subscribe, Asked::Subscribe),
+        (Request::SceneList {}, Asked::Library),
+        (log, Asked::Journal),
+    ]
+}
+
+/// What an answer means to the panel.
+fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Result<Option<Update>, End> {
+    match asked {
+        Asked::Subscribe => {
+            result.map_err(|error| End::Lost(format!("the daemon refused the subscription: {error}")))?;
+            Ok(None)
+        }
+        Asked::Describe => {
+            let description =
+                result.map_err(|error| End::Lost(format!("the daemon refused to describe its parameters: {error}")))?;
+            let description = serde_json::from_value(description).map_err(ClientError::BadAnswer)?;
+            Ok(Some(Update::Described(description)))
+        }
+        Asked::Advise => Ok(Some(Update::Advised(read(result, "a request for advice")))),
+        Asked::Scene => Ok(Some(Update::Scene(
+            read(result, "a request for the scene").map(Box::new),
+        ))),
+        Asked::Library => Ok(Some(Update::Library(read(result, "a request for the library")))),
+        Asked::Journal => Ok(Some(Update::Journal(read(result, "a request for the log")))),
+        Asked::Status => Ok(Some(Update::Status(
+            read(result, "a request for the status").map(Box::new),
+        ))),
+        Asked::Stop(_) => Ok(Some(Update::Answered {
+            intent: Intent::Stop,
+            result: read(result, Intent::Stop).map(Answer::State),
+        })),
+        Asked::Intent(intent) => {
+            let answer = match intent {
+                Intent::Set { .. } | Intent::Load { .. } | Intent::Undo | Intent::Redo | Intent::TakeBack { .. } => {
+                    read(result, &intent).map(Answer::Changed)
+                }
+                Intent::Save { .. } => read(result, &intent).map(Answer::Saved),
+                Intent::Compare { .. } => read(result, &intent).map(Answer::Differs),
+                _ => read(result, &intent).map(Answer::State),
+            };
+            Ok(Some(Update::Answered { intent, result: answer }))
+        }
+    }
+}
+
+fn read<T: DeserializeOwned>(
+    result: Result<serde_json::Value, WireError>,
+    asked: impl fmt::Display,
+) -> Result<T, WireError> {
+    serde_json::from_value(result?).map_err(|error| unreadable(asked, &error))
+}
+
+/// An answer that cannot be read is as good as a refusal.
+fn unreadable(asked: impl fmt::Display, error: &serde_json::Error) -> WireError {
+    let message = format!("the daemon's answer to {asked} cannot be read: {error}");
+    WireError::new(ErrorCode::Unknown, message)
+}

@@ -1,0 +1,147 @@
+//! The files that the panel reads and writes, each on a thread of its own: a disk that stalls, or an hour of samples, keeps nothing waiting.
+
+use crate::connection::News;
+use crate::export::{self, Rows};
+use crate::intent::Format;
+use crate::model::Model;
+use crate::recording::Loaded;
+use crate::update::Update;
+use egui::{ColorImage, Rect};
+use std::io::{BufWriter, Write as _};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+/// Files that are read and written at once, at most: each may wait for its disk for ever.
+const MOST_AT_ONCE: usize = 4;
+
+/// These threads give way to the window and to the daemon.
+const NICENESS: i32 = 10;
+
+/// The files that are being read or written.
+#[derive(Debug)]
+pub struct Files {
+    updates: mpsc::Receiver<Update>,
+    writer: Writer,
+}
+
+/// Starts the threads.
+#[derive(Clone, Debug)]
+pub(crate) struct Writer {
+    news: News,
+    busy: Arc<AtomicUsize>,
+}
+
+impl Files {
+    /// Files that call `repaint` from other threads when there is news to draw.
+    #[must_use]
+    pub fn new(repaint: impl Fn(Duration) + Send + Sync + 'static) -> Self {
+        let (news, updates) = News::new(repaint);
+        let busy = Arc::default();
+        Self {
+            updates,
+            writer: Writer { news, busy },
+        }
+    }
+
+    /// The news since last time, without waiting.
+    pub fn updates(&self) -> impl Iterator<Item = Update> + '_ {
+        self.updates.try_iter()
+    }
+
+    /// Files that are being read or written.
+    #[must_use]
+    pub fn busy(&self) -> usize {
+        self.writer.busy.load(Ordering::Acquire)
+    }
+
+    /// Reads a recording.
+    pub fn open(&self, path: PathBuf) {
+        let what = format!("Reading {}", path.display());
+        self.writer.work(&what, move || {
+            let result = Loaded::read(&path).map(Box::new);
+            Update::Opened { path, result }
+        });
+    }
+
+    /// Writes what is seen as CSV or SVG into a new file in `folder`.
+    pub fn export(&self, model: &Model, format: Format, folder: PathBuf) {
+        let what = format!(
+            "Writing {} into {}",
+            format.extension().to_uppercase(),
+            folder.display()
+        );
+        if format == Format::Svg {
+            // It is drawn from as many points as the window is, so this is quick.
+            let content = export::svg(model);
+            self.writer.work(&what, move || {
+                Update::Exported(export::write(&folder, format, content.as_bytes()))
+            });
+            return;
+        }
+        let rows = Rows::seen(model);
+        self.writer.work(&what, move || {
+            let written = export::write_with(&folder, format, |file| {
+                let mut out = BufWriter::with_capacity(1 << 18, file);
+                rows.write(&mut out)?;
+                out.flush()
+            });
+            Update::Exported(written)
+        });
+    }
+
+    /// For those who have something to write later.
+    pub(crate) fn writer(&self) -> Writer {
+        self.writer.clone()
+    }
+}
+
+impl Writer {
+    /// Writes a part of the window as PNG into a new file in `folder`.
+    pub(crate) fn export_picture(&self, image: Arc<ColorImage>, part: Rect, scale: f32, folder: PathBuf) {
+        let what = format!("Writing PNG into {}", folder.display());
+        self.work(&what, move || {
+            let content = export::png(&image, part, scale);
+            Update::Exported(content.and_then(|content| export::write(&folder, Format::Png, &content)))
+        });
+    }
+
+    fn work(&self, what: &str, work: impl FnOnce() -> Update + Send + 'static) {
+        if self.busy.fetch_add(1, Ordering::AcqRel) >= MOST_AT_ONCE {
+            self.busy.fetch_sub(1, Ordering::AcqRel);
+            let why = format!("{MOST_AT_ONCE} files are being read or written already; their disk may not answer");
+            self.tell(Update::Exported(Err(why)));
+            return;
+        }
+        self.tell(Update::Busy(what.to_owned()));
+        let (news, place) = (self.news.clone(), Place(Arc::clone(&self.busy)));
+        let works = move || {
+            // Of the calling thread alone. Where it is refused, the work is done all the same.
+            rustix::process::setpriority_process(None, NICENESS).unwrap_or_default();
+            let update = work();
+            drop(place);
+            // Nobody listens only when the window is gone.
+            news.tell(update).unwrap_or_default();
+        };
+        if let Err(error) = thread::Builder::new().name("file".to_owned()).spawn(works) {
+            self.tell(Update::Exported(Err(format!("no thread to work with: {error}"))));
+        }
+    }
+
+    fn tell(&self, update: Update) {
+        self.news.tell(update).unwrap_or_default();
+    }
+}
+
+/// One of the files at once, given back however its work ends.
+#[derive(Debug)]
+struct Place(Arc<AtomicUsize>);
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::AcqRel);
+    }
+}

@@ -1,0 +1,197 @@
+//! A connection that carries stops and nothing else. No call of it waits.
+
+use haptic_ipc::{ClientError, Envelope, Hello, MAX_LINE_BYTES, Request, Rights, ServerLine, StateReply, WireError};
+use rustix::io::Errno;
+use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
+use std::io::{self, Read as _, Write as _};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// How long a daemon may take to greet. One that runs greets within a millisecond.
+const GREETING: Duration = Duration::from_secs(1);
+
+/// After how long a stop counts as not sent, though it is still tried.
+pub(super) const UNWRITTEN: Duration = Duration::from_millis(100);
+
+/// After how long without an answer another connection is tried.
+const UNANSWERED: Duration = Duration::from_secs(1);
+
+/// A stop on its way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stop {
+    pub(super) number: u64,
+    pub(super) pressed_at: Instant,
+}
+
+/// What was heard on the line.
+#[derive(Debug)]
+pub(super) enum Heard {
+    /// The daemon greeted: it can be stopped now.
+    Greeting { is_for_a_moment: bool },
+    /// The stop was answered.
+    Answer(Stop, Result<StateReply, WireError>),
+}
+
+/// A connection for stops.
+#[derive(Debug)]
+pub(super) struct Line {
+    stream: UnixStream,
+    opened_at: Instant,
+    is_greeted: bool,
+    incoming: Vec<u8>,
+    /// What the socket has not taken yet of the stop that was asked last.
+    outgoing: Vec<u8>,
+    /// The newest stop that was begun to be written.
+    newest: Option<Stop>,
+    /// The first that is not answered, and when it was wholly written.
+    unanswered_since: Option<Instant>,
+    begun: Vec<Stop>,
+}
+
+impl Line {
+    /// Connects. The daemon's greeting comes later.
+    pub(super) fn open(path: &Path, now: Instant) -> Result<Self, String> {
+        let address = SocketAddrUnix::new(path).map_err(|error| error.to_string())?;
+        let flags = SocketFlags::NONBLOCK | SocketFlags::CLOEXEC;
+        let socket = rustix::net::socket_with(AddressFamily::UNIX, SocketType::STREAM, flags, None)
+            .map_err(|error| error.to_string())?;
+        rustix::net::connect(&socket, &address).map_err(|error| match error {
+            Errno::NOENT | Errno::CONNREFUSED => "no connection".to_owned(),
+            // So many wait to be let in already.
+            Errno::AGAIN => "the daemon does not take connections".to_owned(),
+            error => ClientError::connecting(path, error.into()).to_string(),
+        })?;
+        Ok(Self {
+            stream: socket.into(),
+            opened_at: now,
+            is_greeted: false,
+            incoming: Vec::new(),
+            outgoing: Vec::new(),
+            newest: None,
+            unanswered_since: None,
+            begun: Vec::new(),
+        })
+    }
+
+    pub(super) fn stream(&self) -> &UnixStream {
+        &self.stream
+    }
+
+    /// Whether there is something that the socket had no room for.
+    pub(super) fn waits_to_write(&self) -> bool {
+        !self.outgoing.is_empty()
+    }
+
+    /// The newest stop that it carries.
+    pub(super) fn newest(&self) -> Option<Stop> {
+        self.newest
+    }
+
+    /// Puts a stop on the line, if the daemon has greeted and it is not on it yet; says whether it was put there.
+    pub(super) fn put(&mut self, stop: Stop) -> bool {
+        let is_new = self.newest.is_none_or(|newest| newest.number < stop.number);
+        // While one is not written there is no use in another behind it.
+        if !self.is_greeted || !is_new || self.waits_to_write() {
+            return false;
+        }
+        let request = Envelope {
+            id: stop.number,
+            request: Request::Stop {},
+        };
+        let Ok(text) = serde_json::to_string(&request) else {
+            return false;
+        };
+        self.outgoing = text.into_bytes();
+        self.outgoing.push(b'\n');
+        self.newest = Some(stop);
+        self.begun.push(stop);
+        true
+    }
+
+    /// Writes what the socket takes; says whether everything is written.
+    pub(super) fn write(&mut self, now: Instant) -> Result<bool, String> {
+        while self.waits_to_write() {
+            match self.stream.write(&self.outgoing) {
+                Ok(written) => drop(self.outgoing.drain(..written)),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(false),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error.to_string()),
+            }
+        }
+        self.unanswered_since.get_or_insert(now);
+        Ok(true)
+    }
+
+    /// Reads what has come.
+    pub(super) fn read(&mut self) -> Result<Vec<Heard>, String> {
+        let mut heard = Vec::new();
+        let mut chunk = [0; 4096];
+        loop {
+            match self.stream.read(&mut chunk) {
+                Ok(0) => return Err("no connection".to_owned()),
+                Ok(count) => self.incoming.extend_from_slice(&chunk[..count]),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(heard),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+                Err(error) => return Err(error.to_string()),
+            }
+            while let Some(end) = self.incoming.iter().position(|byte| *byte == b'\n') {
+                let line: Vec<u8> = self.incoming.drain(..=end).collect();
+                heard.extend(self.hear(&String::from_utf8_lossy(&line))?);
+            }
+            if self.incoming.len() > MAX_LINE_BYTES {
+                return Err("what answers there is no daemon".to_owned());
+            }
+        }
+    }
+
+    fn hear(&mut self, line: &str) -> Result<Option<Heard>, String> {
+        match ServerLine::parse(line) {
+            // Whatever its version: every daemon understands a stop.
+            Ok(ServerLine::Hello(Hello { rights, .. })) => {
+                self.is_greeted = true;
+                let is_for_a_moment = rights == Rights::Stop;
+                Ok(Some(Heard::Greeting { is_for_a_moment }))
+            }
+            Ok(ServerLine::Answer { id: Some(id), result }) => {
+                let found = self.begun.iter().find(|stop| stop.number == id).copied();
+                let Some(stop) = found else { return Ok(None) };
+                self.begun.retain(|other| other.number > id);
+                if self.begun.is_empty() {
+                    self.unanswered_since = None;
+                }
+                let reply = result.and_then(|value| {
+                    serde_json::from_value(value).map_err(|error| {
+                        let message = format!("the daemon's answer to a stop cannot be read: {error}");
+                        WireError::new(haptic_ipc::ErrorCode::Unknown, message)
+                    })
+                });
+                Ok(Some(Heard::Answer(stop, reply)))
+            }
+            // Refused at the door.
+            Ok(ServerLine::Answer {
+                id: None,
+                result: Err(error),
+            }) => Err(error.message),
+            Ok(ServerLine::Answer { .. } | ServerLine::Event(_)) | Err(_) => Ok(None),
+        }
+    }
+
+    /// Until when the line is of use, unless something is heard.
+    pub(super) fn deadline(&self) -> Option<Instant> {
+        if !self.is_greeted {
+            return Some(self.opened_at + GREETING);
+        }
+        self.unanswered_since.map(|since| since + UNANSWERED)
+    }
+
+    /// Why the line is given up, if its time is over.
+    pub(super) fn expired(&self, now: Instant) -> Option<&'static str> {
+        self.deadline().filter(|deadline| *deadline <= now)?;
+        Some(if self.is_greeted {
+            "the daemon does not answer"
+        } else {
+            "the daemon does not greet"
+        })
+    }
+}

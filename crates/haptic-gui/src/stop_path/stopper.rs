@@ -1,0 +1,226 @@
+//! The thread that stops.
+
+use super::line::{Heard, Line, Stop, UNWRITTEN};
+use super::{Place, StopNews, Stops};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::io::Read as _;
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+/// Wait between two attempts to connect while a stop is still to be sent.
+const HURRIED_RETRY: Duration = Duration::from_millis(50);
+
+/// Wait between two attempts where the daemon has no place for one that only waits: the places for a stop alone are few, and everybody's.
+const CROWDED_RETRY: Duration = Duration::from_secs(5);
+
+pub(super) struct Stopper {
+    stops: Arc<Stops>,
+    woken: UnixStream,
+    looked_for: mpsc::Receiver<Place>,
+    news: mpsc::Sender<StopNews>,
+    retry: Duration,
+    path: Option<PathBuf>,
+    /// A connection is kept ready.
+    stays_ready: bool,
+    line: Option<Line>,
+    next_try: Instant,
+    /// The newest stop for which there was an attempt to connect.
+    tried_for: u64,
+    /// The newest stop of which it was told that it is not sent.
+    not_sent: u64,
+    /// The newest stop that a socket has taken.
+    sent: u64,
+}
+
+impl Stopper {
+    pub(super) fn new(
+        stops: Arc<Stops>,
+        woken: UnixStream,
+        looked_for: mpsc::Receiver<Place>,
+        news: mpsc::Sender<StopNews>,
+        retry: Duration,
+    ) -> Self {
+        Self {
+            stops,
+            woken,
+            looked_for,
+            news,
+            retry,
+            path: None,
+            stays_ready: false,
+            line: None,
+            next_try: Instant::now(),
+            tried_for: 0,
+            not_sent: 0,
+            sent: 0,
+        }
+    }
+
+    pub(super) fn run(mut self) {
+        while !self.stops.panel_is_gone.load(Ordering::Acquire) {
+            let now = Instant::now();
+            let wanted = self.wanted();
+            if let Err(reason) = self.serve(now, wanted) {
+                self.lose_line(now, &reason);
+            }
+            self.wait(Instant::now());
+            // Only what comes after it is looked at may wake it again.
+            self.take_wake_ups();
+        }
+    }
+
+    /// The stop that is still to be sent or to be answered.
+    fn wanted(&self) -> Option<Stop> {
+        let number = self.stops.pressed();
+        (number > self.stops.settled()).then(|| Stop {
+            number,
+            pressed_at: self.stops.pressed_at(),
+        })
+    }
+
+    /// Does what can be done without waiting.
+    fn serve(&mut self, now: Instant, wanted: Option<Stop>) -> Result<(), String> {
+        // A stop on a line that is ready comes before everything.
+        self.send(now, wanted)?;
+        self.take_places(now);
+        self.connect(now, wanted)?;
+        let heard = self.line.as_mut().map_or(Ok(Vec::new()), Line::read)?;
+        for heard in heard {
+            match heard {
+                // Such a line would be closed before it is needed, and takes the place of somebody who stops.
+                Heard::Greeting { is_for_a_moment: true } if wanted.is_none() => {
+                    self.line = None;
+                    self.next_try = now + CROWDED_RETRY;
+                }
+                Heard::Greeting { .. } => {}
+                Heard::Answer(stop, result) => {
+                    self.stops.settle(stop.number);
+                    let after = stop.pressed_at.elapsed();
+                    self.tell(stop.number, StopNews::Answered { after, result });
+                }
+            }
+        }
+        self.send(now, self.wanted())?;
+        match self.line.as_ref().and_then(|line| line.expired(now)) {
+            Some(reason) => Err(reason.to_owned()),
+            None => Ok(()),
+        }
+    }
+
+    fn send(&mut self, now: Instant, wanted: Option<Stop>) -> Result<(), String> {
+        let Some(line) = &mut self.line else { return Ok(()) };
+        let was_put = wanted.is_some_and(|stop| line.put(stop));
+        if was_put || line.waits_to_write() {
+            let is_written = line.write(now)?;
+            if let Some(stop) = line.newest().filter(|_| is_written) {
+                self.sent = self.sent.max(stop.number);
+                // If this line is lost, there is news again.
+                self.not_sent = self.not_sent.min(stop.number.saturating_sub(1));
+                self.tell(stop.number, StopNews::Sent);
+                // One that came while this was written.
+                return self.send(now, self.wanted());
+            }
+        }
+        if let Some(stop) = wanted.filter(|stop| stop.number > self.sent && now >= stop.pressed_at + UNWRITTEN) {
+            self.tell_not_sent(stop.number, "the daemon does not read");
+        }
+        Ok(())
+    }
+
+    fn connect(&mut self, now: Instant, wanted: Option<Stop>) -> Result<(), String> {
+        // A new stop does not wait for the next attempt.
+        let is_new = wanted.is_some_and(|stop| stop.number > self.tried_for);
+        let is_due = is_new || (now >= self.next_try && (self.stays_ready || wanted.is_some()));
+        let Some(path) = self.path.as_ref().filter(|_| is_due && self.line.is_none()) else {
+            if let Some(stop) = wanted.filter(|_| self.path.is_none()) {
+                self.tell_not_sent(stop.number, "no connection");
+            }
+            return Ok(());
+        };
+        if let Some(stop) = wanted {
+            self.tried_for = stop.number;
+        }
+        self.line = Some(Line::open(path, now)?);
+        Ok(())
+    }
+
+    fn lose_line(&mut self, now: Instant, reason: &str) {
+        self.line = None;
+        let wanted = self.wanted();
+        let pause = if wanted.is_some() { HURRIED_RETRY } else { self.retry };
+        self.next_try = now + pause;
+        if let Some(stop) = wanted {
+            // One that a silent daemon has in its socket stays "sent, not confirmed"; where there is no socket any more, nothing has it.
+            if self.sent < stop.number || reason == "no connection" {
+                self.tell_not_sent(stop.number, reason);
+            }
+        }
+    }
+
+    fn tell(&self, number: u64, news: StopNews) {
+        // What became of an older one says nothing of the newest.
+        if number == self.stops.pressed() {
+            self.news.send(news).unwrap_or(());
+        }
+    }
+
+    fn tell_not_sent(&mut self, number: u64, reason: &str) {
+        if self.not_sent < number {
+            self.not_sent = number;
+            let reason = reason.to_owned();
+            self.tell(number, StopNews::NotSent { reason });
+        }
+    }
+
+    fn take_places(&mut self, now: Instant) {
+        while let Ok(Place { path, is_connected }) = self.looked_for.try_recv() {
+            if self.path.as_ref() != Some(&path) {
+                // Another daemon's.
+                self.line = None;
+            }
+            self.path = Some(path);
+            self.stays_ready |= is_connected;
+            if is_connected && self.line.is_none() {
+                self.next_try = now;
+            }
+        }
+    }
+
+    fn take_wake_ups(&mut self) {
+        let mut bytes = [0; 64];
+        while matches!(self.woken.read(&mut bytes), Ok(1..)) {}
+    }
+
+    /// Waits until there is something to do.
+    fn wait(&self, now: Instant) {
+        let wanted = self.wanted();
+        let mut deadlines = vec![];
+        match &self.line {
+            Some(line) => deadlines.extend(line.deadline()),
+            None if self.path.is_some() && (self.stays_ready || wanted.is_some()) => deadlines.push(self.next_try),
+            None => {}
+        }
+        if let Some(stop) = wanted.filter(|stop| stop.number > self.sent.max(self.not_sent)) {
+            deadlines.push(stop.pressed_at + UNWRITTEN);
+        }
+        let timeout = deadlines.into_iter().min().map(|deadline| {
+            // A millisecond more, lest it looks too early.
+            let left = deadline.saturating_duration_since(now) + Duration::from_millis(1);
+            Timespec::try_from(left).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 })
+        });
+        let mut watched = vec![PollFd::new(&self.woken, PollFlags::IN)];
+        if let Some(line) = &self.line {
+            let mut flags = PollFlags::IN;
+            if line.waits_to_write() {
+                flags |= PollFlags::OUT;
+            }
+            watched.push(PollFd::new(line.stream(), flags));
+        }
+        // An interrupted wait is over; what it waited for is looked at either way.
+        poll(&mut watched, timeout.as_ref()).unwrap_or_default();
+    }
+}

@@ -1,0 +1,375 @@
+//! A panel at a real daemon, with a thread that presses keys and one that listens to what the daemon does.
+
+use egui::{Context, Event, Key, Modifiers, RawInput, Rect, vec2};
+use haptic_core::Scene;
+use haptic_gui::connection::{Connection, Patience};
+use haptic_gui::{App, Files, Intent, Loaded, Update, theme};
+use haptic_ipc::{Client, Request, RigState, Sample, ServerLine, StateReply, Status, SubscribeReply, Topic};
+use haptic_lab::recording::{Ending, Metadata, Writer};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::fs::{File, OpenOptions};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Long enough for a busy machine; only a failing test waits for it.
+pub(crate) const LIMIT: Duration = Duration::from_secs(30);
+
+/// Between two frames of a window that draws 30 a second.
+const FRAME: Duration = Duration::from_millis(33);
+
+/// The daemon's program, built where it is not there yet.
+fn hapticd() -> PathBuf {
+    // The test itself is target/PROFILE/deps/NAME-HASH.
+    let test = std::env::current_exe().expect("a test has a path");
+    let directory = test.ancestors().nth(2).expect("it lies in target/PROFILE/deps");
+    let program = directory.join("hapticd");
+    if !program.exists() {
+        let mut build = Command::new(env!("CARGO"));
+        build.args(["build", "--quiet", "-p", "hapticd", "--bin", "hapticd"]);
+        if directory.ends_with("release") {
+            build.arg("--release");
+        }
+        assert!(build.status().expect("cargo runs").success(), "hapticd is built");
+    }
+    program
+}
+
+/// A panel at a daemon.
+pub(crate) struct Desk {
+    app: App,
+    ctx: Context,
+    daemon: Child,
+    control: Client,
+    stopped: mpsc::Receiver<Instant>,
+    frames: Vec<Duration>,
+    seed: u64,
+    _directory: tempfile::TempDir,
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        drop(self.daemon.kill());
+        drop(self.daemon.wait());
+    }
+}
+
+impl Desk {
+    pub(crate) fn new() -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let socket = directory.path().join("s");
+        let daemon = Command::new(hapticd())
+            .args(["--device", "fake", "--ramp-ms", "10", "--socket"])
+            .arg(&socket)
+            .arg("--scene-dir")
+            .arg(directory.path().join("scenes"))
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("hapticd starts");
+        let began = Instant::now();
+        let control = loop {
+            match Client::connect(&socket) {
+                Ok(client) => break client,
+                Err(error) => assert!(began.elapsed() < LIMIT, "{error}"),
+            }
+        };
+        let stopped = listen(&socket);
+        let locate = move || socket.clone();
+        let connection = Connection::start(locate, Patience::default(), |_| {}).expect("threads");
+        let ctx = Context::default();
+        theme::install(&ctx);
+        let mut desk = Self {
+            app: App::new(connection, Files::new(|_| {})),
+            ctx,
+            daemon,
+            control,
+            stopped,
+            frames: Vec::new(),
+            seed: 1,
+            _directory: directory,
+        };
+        // The two connections of the panel, and those of this test.
+        desk.draw_until("the panel is connected", |desk| {
+            let status: Status = desk.control.request(Request::Status {}).expect("a status");
+            desk.app.model().is_connected() && status.clients == 4
+        });
+        desk
+    }
+
+    pub(crate) fn ask(&mut self, intent: Intent) {
+        let ctx = self.ctx.clone();
+        self.app.carry_out(&ctx, intent);
+    }
+
+    pub(crate) fn open(&mut self, loaded: Loaded) {
+        let path = PathBuf::from("hour.csv");
+        let result = Ok(Box::new(loaded));
+        self.app.hear(Update::Opened { path, result });
+        self.frames.clear();
+    }
+
+    pub(crate) fn files_busy(&self) -> usize {
+        self.app.files().busy()
+    }
+
+    /// How long the frames took.
+    pub(crate) fn frames(&self) -> String {
+        let mut frames = self.frames.clone();
+        frames.sort();
+        percentiles(&frames)
+    }
+
+    /// What the window does when there is something to draw.
+    fn draw(&mut self, events: Vec<Event>) {
+        let began = Instant::now();
+        let input = RawInput {
+            screen_rect: Some(Rect::from_min_size(egui::Pos2::ZERO, vec2(1280.0, 800.0))),
+            events,
+            ..RawInput::default()
+        };
+        let app = &mut self.app;
+        app.take_keys(&input);
+        let mut output = self.ctx.run_ui(input, |ui| {
+            app.take_news(ui.ctx());
+            app.show(ui);
+        });
+        // There is no graphics card to give the fonts to.
+        output.textures_delta.clear();
+        drop(self.ctx.tessellate(output.shapes, output.pixels_per_point));
+        self.frames.push(began.elapsed());
+    }
+
+    pub(crate) fn draw_until(&mut self, what: &str, is_so: impl Fn(&mut Self) -> bool) {
+        let began = Instant::now();
+        loop {
+            self.draw(Vec::new());
+            if is_so(self) {
+                return;
+            }
+            assert!(began.elapsed() < LIMIT, "not in time: {what}");
+        }
+    }
+
+    fn state(&mut self) -> RigState {
+        let status: Status = self.control.request(Request::Status {}).expect("a status");
+        status.state
+    }
+
+    fn engage(&mut self) {
+        if self.state() == RigState::Stopped {
+            self.control
+                .request::<StateReply>(Request::Reset {})
+                .expect("it is reset");
+        }
+        self.control
+            .request::<StateReply>(Request::Engage {})
+            .expect("it engages");
+        // The panel hears of it, so that it takes part.
+        self.draw_until("it is engaged", |desk| desk.state() == RigState::Engaged);
+        while self.stopped.try_recv().is_ok() {}
+    }
+
+    /// Presses Space on an engaged rig at any time of a frame, and gives how long it took until the daemon said that it has stopped.
+    pub(crate) fn press_and_wait(&mut self) -> Duration {
+        self.engage();
+        // Any time of a frame; which is of no matter.
+        self.seed = self.seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        let pause = Duration::from_micros(self.seed >> 49);
+        let (keys, pressed) = mpsc::channel();
+        let finger = thread::spawn(move || {
+            thread::sleep(pause);
+            keys.send(Instant::now()).expect("the window is there");
+        });
+        let began = Instant::now();
+        let at = loop {
+            match pressed.recv_timeout(FRAME) {
+                Ok(at) => break at,
+                // One more frame: the rig moves.
+                Err(_) => self.draw(Vec::new()),
+            }
+            assert!(began.elapsed() < LIMIT);
+        };
+        finger.join().expect("it pressed");
+        let key = |pressed| Event::Key {
+            key: Key::Space,
+            physical_key: None,
+            pressed,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        };
+        self.draw(vec![key(true), key(false)]);
+        let stopped = self.stopped.recv_timeout(LIMIT).expect("the daemon stops in time");
+        stopped.saturating_duration_since(at)
+    }
+}
+
+/// Tells of every stop of the daemon's, and when it was heard of.
+fn listen(socket: &Path) -> mpsc::Receiver<Instant> {
+    let mut client = Client::connect(socket).expect("the daemon serves");
+    let subscribe = Request::Subscribe {
+        topics: vec![Topic::State],
+        rate_hz: None,
+        batch_ms: None,
+    };
+    client.request::<SubscribeReply>(subscribe).expect("it subscribes");
+    let (_, mut events) = client.split();
+    let (tell, told) = mpsc::channel();
+    thread::spawn(move || {
+        while let Ok(line) = events.receive() {
+            let now = Instant::now();
+            if let ServerLine::Event(haptic_ipc::Event::State(event)) = line
+                && event.state == RigState::Stopped
+                && tell.send(now).is_err()
+            {
+                return;
+            }
+        }
+    });
+    told
+}
+
+/// The middle, the 99th of a hundred and the last of sorted times.
+pub(crate) fn percentiles(times: &[Duration]) -> String {
+    let ms = |time: Duration| format!("{:.1} ms", time.as_secs_f64() * 1e3);
+    let at = |hundredths: usize| ms(times[(times.len() * hundredths / 100).min(times.len() - 1)]);
+    format!("p50 {}, p99 {}, longest {}", at(50), at(99), at(100))
+}
+
+pub(crate) fn metadata() -> Metadata {
+    Metadata {
+        server: "hapticd test".into(),
+        device: "fake rig".into(),
+        loop_rate_hz: 1000.0,
+        rate_hz: 1000.0,
+        started_unix_s: 0.0,
+        revision: 1,
+        scene: Scene::paper(),
+    }
+}
+
+fn row(tick: u32) -> Sample {
+    let t_s = f64::from(tick) * 1e-3;
+    let wave = (t_s * 6.0).sin();
+    let noise = f64::from(tick.wrapping_mul(2_654_435_761) >> 20) * 1e-4;
+    Sample {
+        tick: u64::from(tick),
+        t_s,
+        state: RigState::Engaged,
+        contact: i8::from(wave > 0.2),
+        device_position_m: 0.03 * wave,
+        device_velocity_mps: 0.18 * (t_s * 6.0).cos(),
+        block_position_m: 0.029 * wave,
+        block_velocity_mps: 0.17 * (t_s * 6.0).cos(),
+        coupling_force_n: 3.5 * wave + noise,
+        command_force_n: -3.5 * wave - noise,
+        revision: 1,
+        wake_latency_ns: 5000,
+        tick_ns: 2000,
+        device_round_trip_ns: 0,
+    }
+}
+
+/// An hour at 1 kHz.
+pub(crate) fn an_hour() -> Loaded {
+    Loaded::new(
+        "hour.csv".into(),
+        metadata(),
+        (0..3_600_000).map(row),
+        &[],
+        Ending::Complete,
+    )
+}
+
+/// A named pipe: a disk that stalls until somebody reads.
+pub(crate) struct Pipe {
+    path: PathBuf,
+    /// Both ends, which lets writers in and is never read.
+    held: Option<File>,
+    is_over: Arc<AtomicBool>,
+    _directory: tempfile::TempDir,
+}
+
+impl Pipe {
+    /// One that nobody has opened.
+    pub(crate) fn unopened() -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("pipe");
+        let made = Command::new("mkfifo").arg(&path).status().expect("mkfifo runs");
+        assert!(made.success());
+        Self {
+            path,
+            held: None,
+            is_over: Arc::default(),
+            _directory: directory,
+        }
+    }
+
+    /// One that is open for reading, and is not read.
+    pub(crate) fn new() -> Self {
+        let mut pipe = Self::unopened();
+        pipe.held = OpenOptions::new().read(true).write(true).open(&pipe.path).ok();
+        assert!(pipe.held.is_some());
+        pipe
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether whoever writes to it stands still: it has no room.
+    pub(crate) fn is_full(&self) -> bool {
+        let held = self.held.as_ref().expect("it is open");
+        let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
+        let mut watched = [PollFd::new(held, PollFlags::OUT)];
+        poll(&mut watched, Some(&at_once)).expect("a pipe") == 0
+    }
+
+    /// Reads it until what is returned is dropped.
+    pub(crate) fn drain(&self) -> Busy {
+        let mut end = self
+            .held
+            .as_ref()
+            .and_then(|held| held.try_clone().ok())
+            .expect("it is open");
+        let is_over = Arc::clone(&self.is_over);
+        thread::spawn(move || {
+            let mut bytes = vec![0; 1 << 16];
+            while !is_over.load(Ordering::Acquire) && end.read(&mut bytes).is_ok() {}
+        });
+        Busy(Arc::clone(&self.is_over))
+    }
+
+    /// Writes a recording without an end into it until what is returned is dropped.
+    pub(crate) fn feed(&self) -> Busy {
+        let (path, is_over) = (self.path.clone(), Arc::clone(&self.is_over));
+        thread::spawn(move || {
+            let file = OpenOptions::new().write(true).open(path).expect("it is read");
+            let mut writer = Writer::new(file, &metadata()).expect("it is read");
+            for begin in (0..u32::MAX - 1000).step_by(1000) {
+                let rows: Vec<Sample> = (begin..begin + 1000).map(row).collect();
+                if is_over.load(Ordering::Acquire) || writer.rows(&rows).is_err() {
+                    return;
+                }
+                // An hour's worth a minute, so that it takes little memory in the time that it is fed.
+                thread::sleep(Duration::from_millis(16));
+            }
+        });
+        Busy(Arc::clone(&self.is_over))
+    }
+}
+
+/// Ends what a thread does to a pipe.
+pub(crate) struct Busy(Arc<AtomicBool>);
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+    }
+}

@@ -1,0 +1,132 @@
+//! From the key to the daemon: the panel with everything that it talks to but a window, at a real daemon with its rig engaged, while disks stall and
+//! an hour's recording is open.
+//!
+//! `cargo test --release -p haptic-gui --test stop -- --ignored --nocapture` prints the table of docs/measured.md.
+
+mod desk;
+
+use desk::{Desk, LIMIT, Pipe, an_hour, metadata, percentiles};
+use haptic_gui::{Format, Intent};
+use std::time::Duration;
+
+/// Stops of each row of the table.
+const STOPS: usize = 200;
+
+/// Presses Space some times, while the window draws, and says how long the slowest stop took.
+fn stops(desk: &mut Desk, what: &str, count: usize) -> Vec<Duration> {
+    let mut times: Vec<Duration> = (0..count).map(|_| desk.press_and_wait()).collect();
+    times.sort();
+    println!("{what}: {}", percentiles(&times));
+    assert!(times.iter().all(|time| *time < LIMIT));
+    times
+}
+
+fn record_to_a_stalled_disk(desk: &mut Desk, pipe: &Pipe) {
+    desk.ask(Intent::Record {
+        folder: pipe.path().to_path_buf(),
+        metadata: Box::new(metadata()),
+    });
+    desk.draw_until("the pipe is full", |_| pipe.is_full());
+}
+
+// hazard: H4
+#[test]
+fn a_recording_on_a_stalled_disk_does_not_keep_a_stop_waiting() {
+    let mut desk = Desk::new();
+    let pipe = Pipe::new();
+    record_to_a_stalled_disk(&mut desk, &pipe);
+    stops(&mut desk, "recording to a stalled disk", 5);
+    assert!(pipe.is_full(), "it still stalls");
+    desk.ask(Intent::EndRecording);
+    stops(&mut desk, "ending that recording", 2);
+}
+
+// hazard: H4
+#[test]
+fn a_recording_into_a_pipe_that_nobody_opens_does_not_keep_a_stop_waiting() {
+    let mut desk = Desk::new();
+    let pipe = Pipe::unopened();
+    desk.ask(Intent::Record {
+        folder: pipe.path().to_path_buf(),
+        metadata: Box::new(metadata()),
+    });
+    stops(&mut desk, "recording into a pipe that nobody opens", 5);
+}
+
+// hazard: H5
+#[test]
+fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
+    let mut desk = Desk::new();
+    desk.open(an_hour());
+    desk.draw_until("it is drawn", |_| true);
+    stops(&mut desk, "an hour's recording open", 5);
+    println!("a frame of it: {}", desk.frames());
+
+    // Nobody reads it, so that the export goes on for as long as this takes.
+    let export = Pipe::new();
+    desk.ask(Intent::Export {
+        format: Format::Csv,
+        folder: export.path().to_path_buf(),
+    });
+    desk.draw_until("the pipe is full", |_| export.is_full());
+    stops(&mut desk, "exporting it to a stalled disk", 3);
+    assert_eq!(desk.files_busy(), 1, "it still goes on");
+    let drained = export.drain();
+    stops(&mut desk, "exporting it", 3);
+
+    let recording = Pipe::unopened();
+    let fed = recording.feed();
+    desk.ask(Intent::Open {
+        path: recording.path().to_path_buf(),
+    });
+    stops(&mut desk, "reading another", 3);
+    assert!(desk.files_busy() > 0, "it still goes on");
+    drop((fed, drained));
+}
+
+#[test]
+#[ignore = "prints a table; takes minutes"]
+fn table_of_stops() {
+    let mut rows = Vec::new();
+    let mut desk = Desk::new();
+    rows.push(("idle panel", stops(&mut desk, "idle panel", STOPS)));
+    let pipe = Pipe::new();
+    record_to_a_stalled_disk(&mut desk, &pipe);
+    let times = stops(&mut desk, "recording to a stalled disk", STOPS);
+    rows.push(("recording to a stalled disk", times));
+    drop(desk);
+
+    let mut desk = Desk::new();
+    desk.open(an_hour());
+    rows.push((
+        "an hour's recording open",
+        stops(&mut desk, "an hour's recording open", STOPS),
+    ));
+    println!("a frame of it: {}", desk.frames());
+    let mut times = Vec::new();
+    while times.len() < STOPS {
+        let pipe = Pipe::new();
+        let drained = pipe.drain();
+        desk.ask(Intent::Export {
+            format: Format::Csv,
+            folder: pipe.path().to_path_buf(),
+        });
+        while desk.files_busy() > 0 && times.len() < STOPS {
+            times.push(desk.press_and_wait());
+        }
+        drop(drained);
+    }
+    times.sort();
+    rows.push(("exporting it as CSV", times));
+    println!("\n| key to the daemon's confirmation, {STOPS} stops | p50 | p99 | longest |\n|---|---|---|---|");
+    for (what, times) in rows {
+        println!(
+            "| {what} | {} |",
+            percentiles(&times)
+                .replace(", ", " | ")
+                .replace("p50 ", "")
+                .replace("p99 ", "")
+                .replace("longest ", "")
+        );
+    }
+}
