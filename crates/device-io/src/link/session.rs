@@ -1,5 +1,7 @@
 //! The host's side of the link protocol from the device's hello on: which samples count, where the handle is, whether the motor is enabled, and what is
 //! to be sent. It knows nothing of serial lines and reports, and waits for nothing.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::device_clock::DeviceClock;
 use super::health::{LinkCounters, UNKNOWN_DRIFT, add};
