@@ -5,6 +5,7 @@
 
 pub mod attack;
 pub mod fake_rig;
+pub mod hazards;
 mod held;
 pub mod measure;
 pub mod pid1;
