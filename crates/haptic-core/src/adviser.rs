@@ -7,10 +7,15 @@
 //! | least mass | `M >= K T^2/4 + (B + b) T/2`, literal scheme only | derived from the scheme |
 //! | ripple | `V (K T/2 + B)` felt by the hand, literal scheme only | derived from the scheme |
 //! | passivity | `b_rig >= K T/2 + B` | Colgate and Schenkel 1997 |
-//! | linear stability | `K <= 2 (b_rig + B) / ((1 + 2 d) T)` with d ticks of delay, block stuck | linear analysis of the sampled loop |
-//! | friction | `K <= 2 f / (v T (1 + 2 d))`: the rig's own Coulomb friction takes up what sampling creates at speed v | energy per period |
+//! | linear stability | `K <= 2 (b_rig + B) / (T + 2 tau)`, block stuck | linear analysis of the sampled loop; with delay Gil, Sanchez, Hulin, Preusche and Hirzinger 2009 |
+//! | friction | `K <= 2 f / (v (T + 2 tau))`: the rig's own Coulomb friction takes up what sampling creates at speed v | energy per period |
 //! | encoder | `K <= 2 f / Delta`: the same for what counting creates | Abbott and Okamura 2005 |
 //! | friction passivity | `b >= sigma1 (Fs/Fd - 1)`, LuGre only: else the law itself can give out energy | Barabanov and Ortega 2000 |
+//!
+//! `T` is the time between two forces that differ: the longer of the loop's period and of the device's, since a force from an old sample is the old force again. `tau` is the time from
+//! a sample to the motor that knows it. Behind a link it is measured: the round trip, from a command's sending to the arrival of the first sample that knows it, is at most a period longer than the way
+//! there and back, so it bounds `tau` from above; what the newest sample's age exceeds a period of each side by comes on top, because then samples come late or are lost. A force that holds for `T` acts
+//! `T/2` late in the mean, and so the two add up to `T/2 + tau`. In the first three, `T` is the step of the scheme, which the device does not change.
 //!
 //! On the device itself, without a block, `K` is the stiffness of the contact and `B` its damping and drag. The first three are about the scheme, the others about the hand in the loop. Those are sufficient or necessary for worst cases: a rig whose hand damps
 //! well may do fine beyond them, which is why this advises and does not refuse.
@@ -27,14 +32,47 @@ use core::fmt;
 pub struct RigFacts {
     /// Time between ticks, s.
     pub period_s: f64,
-    /// Ticks from a sample to the force that it gives, beyond the tick itself.
-    pub delay_ticks: f64,
+    /// Time between two samples of the device, s; 0 where it measures whenever it is read.
+    pub sample_period_s: f64,
+    /// From a sample to the motor that gives the force for it, s.
+    pub delay_s: f64,
     /// Viscous damping of the rig itself, N s/m.
     pub damping: f64,
     /// Coulomb friction of the rig itself, N.
     pub friction: f64,
     /// One count of the encoder, m; 0 for a perfect one.
     pub resolution: f64,
+}
+
+impl RigFacts {
+    /// Time between two forces that differ, s.
+    #[must_use]
+    pub fn effective_period_s(&self) -> f64 {
+        self.period_s.max(self.sample_period_s)
+    }
+}
+
+/// What is measured of the link to a rig, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LinkTimes {
+    /// Time between two samples of the device.
+    pub sample_period_s: f64,
+    /// From the sending of a command to the arrival of the first sample that knows it.
+    pub round_trip_s: f64,
+    /// How old a sample gets before the next one is there.
+    pub age_s: f64,
+}
+
+impl LinkTimes {
+    /// From a sample to the motor that gives the force for it, s, for a loop with such a period. Before anything is measured it is a period of the slower side.
+    #[must_use]
+    pub fn delay_s(&self, period_s: f64) -> f64 {
+        if self.round_trip_s <= 0.0 {
+            return period_s.max(self.sample_period_s);
+        }
+        // Until the next sample comes a sample grows as old as a period of the device's, and is read up to one of ours later: that is `T`, not delay.
+        self.round_trip_s + (self.age_s - self.sample_period_s - period_s).max(0.0)
+    }
 }
 
 /// Speed, m/s, at which the rig's own friction is held against what sampling creates: the fastest that a hand usually goes when it explores.
@@ -270,7 +308,7 @@ fn literal_scheme(scene: &Scene, t: f64, findings: &mut Vec<Finding>) {
 }
 
 fn hand_in_the_loop(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) {
-    let t = rig.period_s;
+    let t = rig.effective_period_s();
     let (parameter, stiffness, damping) = match &scene.coupling {
         Some(coupling) => (Parameter::Stiffness, coupling.stiffness, coupling.damping),
         None => {
@@ -283,7 +321,7 @@ fn hand_in_the_loop(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) 
             )
         }
     };
-    let delayed = 1.0 + 2.0 * rig.delay_ticks;
+    let delayed = t + 2.0 * rig.delay_s;
     let softer = |check, unit, to: f64| About {
         check,
         parameter: if stiffness > 0.0 { parameter } else { Parameter::Viscous },
@@ -299,11 +337,8 @@ fn hand_in_the_loop(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) 
         return;
     }
     let mut stiffest = |check, bound: f64| findings.push(at_most(softer(check, "N/m", bound), stiffness, bound));
-    stiffest(Check::LinearStability, 2.0 * (rig.damping + damping) / (delayed * t));
-    stiffest(
-        Check::Friction,
-        2.0 * rig.friction / (EXPLORING_SPEED_MPS * t * delayed),
-    );
+    stiffest(Check::LinearStability, 2.0 * (rig.damping + damping) / delayed);
+    stiffest(Check::Friction, 2.0 * rig.friction / (EXPLORING_SPEED_MPS * delayed));
     if rig.resolution > 0.0 {
         stiffest(Check::Encoder, 2.0 * rig.friction / rig.resolution);
     }
@@ -318,7 +353,8 @@ mod tests {
 
     const RIG: RigFacts = RigFacts {
         period_s: 1e-3,
-        delay_ticks: 0.0,
+        sample_period_s: 0.0,
+        delay_s: 0.0,
         damping: 0.0,
         friction: 0.8,
         resolution: 1e-5,
@@ -344,14 +380,40 @@ mod tests {
         // 2 (0 + 10) / 1 ms: the paper's stiffness is beyond it on a rig without damping, and further with a tick of delay.
         let linear = find(&findings, Check::LinearStability);
         assert_eq!((linear.passes, linear.bound), (false, 20_000.0));
-        let late = RigFacts {
-            delay_ticks: 1.0,
-            ..RIG
-        };
+        let late = RigFacts { delay_s: 1e-3, ..RIG };
         let linear = find(&advise(&scene, Scheme::Exact, &late), Check::LinearStability);
         assert!((linear.bound - 20_000.0 / 3.0).abs() < 1e-9);
         assert!((find(&findings, Check::Friction).bound - 16_000.0).abs() < 1e-9);
         assert!((find(&findings, Check::Encoder).bound - 160_000.0).abs() < 1e-9);
+    }
+
+    // hazard: H10
+    #[test]
+    fn a_slow_rig_and_a_late_link_take_stiffness_away() {
+        let bound = |times: LinkTimes| {
+            let rig = RigFacts {
+                sample_period_s: times.sample_period_s,
+                delay_s: times.delay_s(RIG.period_s),
+                ..RIG
+            };
+            find(&advise(&Scene::paper(), Scheme::Exact, &rig), Check::LinearStability).bound
+        };
+        let times = |rate_hz: f64, round_trip_s, age_s| LinkTimes {
+            sample_period_s: 1.0 / rate_hz,
+            round_trip_s,
+            age_s,
+        };
+        // Nothing measured yet: a period of the slower side.
+        assert!((bound(times(1000.0, 0.0, 0.0)) - 20.0 / 3e-3).abs() < 1e-6);
+        assert!((bound(times(60.0, 0.0, 0.0)) - 20.0 * 60.0 / 3.0).abs() < 1e-6);
+        // 2 B / (T + 2 tau) of what was measured.
+        assert!((bound(times(1000.0, 2e-3, 0.5e-3)) - 20.0 / 5e-3).abs() < 1e-6);
+        assert!((bound(times(60.0, 1e-3, 17e-3)) - 20.0 / (1.0 / 60.0 + 2e-3)).abs() < 1e-6);
+        assert!((bound(times(60.0, 9e-3, 0.0)) - 20.0 / (1.0 / 60.0 + 18e-3)).abs() < 1e-6);
+        // Samples that come 5 ms too late are a delay like any other.
+        assert!((bound(times(1000.0, 1e-3, 7e-3)) - 20.0 / 13e-3).abs() < 1e-6);
+        // A rig that is faster than the loop is read once a tick all the same.
+        assert!((bound(times(4000.0, 1e-3, 0.0)) - 20.0 / 3e-3).abs() < 1e-6);
     }
 
     #[test]
@@ -376,12 +438,12 @@ mod tests {
         #[test]
         fn what_is_said_to_mend_a_bound_does(
             mass in 1e-3..10.0f64, stiffness in 10.0..1e5f64, damping in 0.0..50.0f64, dynamic_force in 0.0..20.0f64,
-            substeps in prop_oneof![Just(1), Just(10)], rig_damping in 0.0..50.0f64, delay_ticks in 0.0..3.0f64,
+            substeps in prop_oneof![Just(1), Just(10)], rig_damping in 0.0..50.0f64, delay_s in 0.0..3e-3f64, sample_period_s in 0.0..0.1f64,
         ) {
             let changes = [("M", mass), ("K", stiffness), ("B", damping), ("Fs", 20.0), ("Fd", dynamic_force)]
                 .map(|(name, value)| (name.parse().expect("a parameter"), value));
             let scene = Scene::paper().with(&changes).expect("a valid scene");
-            let rig = RigFacts { damping: rig_damping, delay_ticks, ..RIG };
+            let rig = RigFacts { damping: rig_damping, delay_s, sample_period_s, ..RIG };
             let scheme = Scheme::Literal { substeps: core::num::NonZeroU32::new(substeps).expect("not zero") };
             for finding in advise(&scene, scheme, &rig) {
                 prop_assert_eq!(finding.passes, finding.margin >= 1.0, "{:?}", finding);

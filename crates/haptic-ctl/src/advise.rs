@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
-use haptic_ipc::{AdviceReply, Request};
+use haptic_ipc::{AdviceBasis, AdviceReply, Request};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let reply: AdviceReply = daemon.ask(Request::Advise {}).await?;
@@ -16,8 +16,8 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
             .to_vec(),
     ];
     let mut remarks = Vec::new();
-    for advice in reply.advice {
-        let Some(finding) = advice.finding else {
+    for advice in &reply.advice {
+        let Some(finding) = &advice.finding else {
             remarks.push(format!("note: {}", advice.message));
             continue;
         };
@@ -38,8 +38,31 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         }
     }
     output::line(&output::table(&rows))?;
+    if let Some(basis) = &reply.basis {
+        output::line(&reckoned_with(basis))?;
+    }
     for remark in remarks {
         output::line(&remark)?;
     }
     Ok(())
+}
+
+/// What the rig was taken to be.
+fn reckoned_with(basis: &AdviceBasis) -> String {
+    let device = basis
+        .sample_period_us
+        .map_or_else(String::new, |us| format!(", a device at {:.0} Hz", 1e6 / us));
+    let how = if basis.delay_measured {
+        ""
+    } else {
+        ", assumed until it is measured"
+    };
+    format!(
+        "reckoned with: a loop at {:.0} Hz{device}, {:.2} ms from a sample to its force{how}; of the rig itself {} N s/m, {} N and {:.3} um a count",
+        1e6 / basis.period_us,
+        basis.delay_us * 1e-3,
+        basis.damping_ns_per_m,
+        basis.friction_n,
+        basis.resolution_m * 1e6
+    )
 }

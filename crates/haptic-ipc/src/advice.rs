@@ -77,4 +77,30 @@ pub struct AdviceReply {
     pub revision: u64,
     /// Every check and every remark, kept or broken.
     pub advice: Vec<Advice>,
+    /// What the rig was taken to be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub basis: Option<AdviceBasis>,
+}
+
+/// What the adviser took the rig to be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct AdviceBasis {
+    /// Time between ticks of the loop, us.
+    pub period_us: f64,
+    /// Time between two samples of the device, us; absent where it measures whenever it is read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sample_period_us: Option<f64>,
+    /// From a sample to the motor that gives the force for it, us.
+    pub delay_us: f64,
+    /// Whether that delay was measured on the link; otherwise it is assumed.
+    pub delay_measured: bool,
+    /// Viscous damping of the rig itself, N s/m.
+    #[serde(rename = "damping_Ns_per_m")]
+    pub damping_ns_per_m: f64,
+    /// Coulomb friction of the rig itself, N.
+    #[serde(rename = "friction_N")]
+    pub friction_n: f64,
+    /// Distance between two counts of its encoder, m; 0 for a perfect one.
+    pub resolution_m: f64,
 }

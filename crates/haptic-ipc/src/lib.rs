@@ -121,6 +121,7 @@ mod link;
 mod nearest;
 pub mod quantity;
 mod refusal;
+pub mod regular_file;
 mod request;
 mod sample;
 mod scene;
@@ -131,7 +132,7 @@ mod state;
 mod status;
 mod timing;
 
-pub use advice::{Advice, AdviceReply, Finding};
+pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
 pub use async_client::AsyncClient;
 pub use changes::Changes;
 pub use client::{Client, ClientError, Receiver, Sender};
@@ -149,8 +150,8 @@ pub use scene::{
     differences, params_of,
 };
 pub use state::{RigState, StateReply};
-pub use status::{DeviceStatus, Problem, RealTimeStatus, Status};
-pub use timing::{Bucket, Percentiles, Timing, TimingHistogram, TimingWindow};
+pub use status::{DeviceStatus, ForceLimitBy, Problem, RealTimeStatus, Status};
+pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
 
 /// The protocol version that this crate speaks.
 pub const PROTOCOL_VERSION: u32 = 1;

@@ -4,6 +4,7 @@ mod board;
 mod fault;
 mod firmware;
 mod hand;
+mod misbehaviour;
 mod motion;
 mod odrive_board;
 mod plant;
@@ -17,6 +18,7 @@ pub use board::Board;
 pub use fault::{Channel, Fault, Quality, TimedFault};
 pub use firmware::{Firmware, FirmwareProperties};
 pub use hand::Hand;
+pub use misbehaviour::{ClockFault, Misbehaviour};
 pub use motion::{AfterEnd, Motion, MotionError, RETURN_S, Recording};
 pub use odrive_board::{ODriveBoard, ODriveProperties};
 pub use plant::{Plant, SUB_STEP_S};
@@ -127,15 +129,12 @@ impl Device for FakeRig {
         self.sequence = self.sequence.wrapping_add(1);
         let resolution = self.properties.resolution_m;
         let position = self.plant.position_m();
-        Ok(Measurement {
-            sequence: self.sequence,
-            time_ns: self.last_ns,
-            position_m: if resolution > 0.0 {
-                (position / resolution).round() * resolution
-            } else {
-                position
-            },
-        })
+        let counted = if resolution > 0.0 {
+            (position / resolution).round() * resolution
+        } else {
+            position
+        };
+        Ok(Measurement::new(self.sequence, self.last_ns, counted))
     }
 
     fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {

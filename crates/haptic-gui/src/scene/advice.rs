@@ -191,7 +191,11 @@ mod tests {
     }
 
     fn of_revision(revision: u64, advice: Vec<Advice>) -> Result<AdviceReply, WireError> {
-        Ok(AdviceReply { revision, advice })
+        Ok(AdviceReply {
+            revision,
+            advice,
+            basis: None,
+        })
     }
 
     #[test]

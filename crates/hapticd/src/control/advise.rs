@@ -9,6 +9,7 @@ pub(super) fn advise(rig: &RigHandle) -> AdviceReply {
     AdviceReply {
         revision: rig.revision(),
         advice: all(rig, &rig.scene()),
+        basis: Some(rig.facts.advice_basis()),
     }
 }
 

@@ -1,13 +1,18 @@
 //! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and what comes back.
 
+use crate::control::aside::Aside;
 use crate::control::compile::{Compiled, Way};
 use crate::control::history::{History, Move};
 use crate::control::journal::{Journal, Until};
 use crate::control::lease::Leases;
+use crate::control::presence::{self, Presence};
 use crate::control::pulse::Pulse;
+use crate::processor_share::ProcessorShare;
 use crate::rig_state::Command;
-use crate::rt::handoff::{Outcome, Shared, Stopped};
+use crate::rt::clock::now_ns;
+use crate::rt::handoff::{Heard, Outcome, Shared, Stopped};
 use crate::telemetry::feed::Feed;
+use crate::telemetry::link;
 use crate::telemetry::ring::TickRecord;
 use device_io::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
@@ -15,7 +20,10 @@ use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
-use haptic_ipc::{ErrorCode, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange, WireError};
+use haptic_ipc::{
+    AdviceBasis, ErrorCode, ForceLimitBy, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange,
+    WireError,
+};
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,6 +38,8 @@ pub(crate) struct Facts {
     pub(crate) limits: Limits,
     /// Keeps the processors awake as long as it is open.
     pub(crate) _awake: Option<std::fs::File>,
+    /// The loop's share of its processor, where it is pinned to one.
+    pub(crate) share: Option<ProcessorShare>,
     pub(crate) rig: RigFacts,
     /// The link to the rig, where it is not in this process.
     pub(crate) link: Option<LinkMonitor>,
@@ -40,18 +50,63 @@ pub(crate) struct Facts {
     pub(crate) velocity: Method,
     /// Where saved scenes are.
     pub(crate) scene_dir: PathBuf,
+    /// As it was when the loop began.
     pub(crate) real_time: RealTimeStatus,
 }
 
 impl Facts {
-    /// What the adviser goes by: with a link, the resolution is that of the device that is connected.
+    /// What the adviser goes by: with a link, resolution and rate are those of the device that is connected, and the delay is what was measured of it.
     pub(crate) fn rig_facts(&self) -> RigFacts {
+        let Some(link) = &self.link else { return self.rig };
+        let mut times = link::times(link);
+        let mut rig = self.rig;
+        if let LinkState::Connected {
+            resolution_m,
+            sample_rate_hz,
+            ..
+        } = link.state()
+        {
+            rig.resolution = resolution_m;
+            times.sample_period_s = 1.0 / sample_rate_hz;
+        }
+        rig.sample_period_s = times.sample_period_s;
+        rig.delay_s = times.delay_s(rig.period_s);
+        rig
+    }
+
+    /// What the adviser goes by, for people.
+    pub(crate) fn advice_basis(&self) -> AdviceBasis {
+        let rig = self.rig_facts();
+        AdviceBasis {
+            period_us: rig.period_s * 1e6,
+            sample_period_us: (rig.sample_period_s > 0.0).then_some(rig.sample_period_s * 1e6),
+            delay_us: rig.delay_s * 1e6,
+            delay_measured: self
+                .link
+                .as_ref()
+                .is_none_or(|monitor| link::times(monitor).round_trip_s > 0.0),
+            damping_ns_per_m: rig.damping,
+            friction_n: rig.friction,
+            resolution_m: rig.resolution,
+        }
+    }
+
+    /// The real-time thread, with what has come between it and its processor since.
+    pub(crate) fn real_time(&self) -> RealTimeStatus {
+        let mut status = self.real_time.clone();
+        status
+            .problems
+            .extend(self.share.as_ref().and_then(ProcessorShare::problem));
+        status
+    }
+
+    /// The largest force that goes to the rig, N, and whose limit that is.
+    pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
         match self.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected { resolution_m, .. }) => RigFacts {
-                resolution: resolution_m,
-                ..self.rig
-            },
-            _ => self.rig,
+            Some(LinkState::Connected { force_limit_n, .. }) if force_limit_n < self.limits.force_n => {
+                (force_limit_n, ForceLimitBy::Device)
+            }
+            _ => (self.limits.force_n, ForceLimitBy::Configuration),
         }
     }
 
@@ -117,6 +172,11 @@ pub(crate) struct RigHandle {
     leases: Leases,
     /// Whether the newest record was a fault's.
     faulted: Cell<bool>,
+    presence: RefCell<Presence>,
+    /// Where the library is read and written.
+    library: Aside,
+    /// Where devices are looked for.
+    devices: Aside,
     clients: Cell<usize>,
     closing: Cell<bool>,
     serial: Cell<u32>,
@@ -135,6 +195,9 @@ impl RigHandle {
             ramp: RefCell::new(None),
             leases: Leases::default(),
             faulted: Cell::new(false),
+            presence: RefCell::default(),
+            library: Aside::new("library"),
+            devices: Aside::new("devices"),
             clients: Cell::new(0),
             closing: Cell::new(false),
             serial: Cell::new(0),
@@ -145,7 +208,11 @@ impl RigHandle {
     /// Moves telemetry on, and frees what the real-time thread gave back.
     pub(crate) fn pump(&self) {
         self.shared.drop_retired();
-        let changes = self.feed.borrow_mut().pump(self.history.borrow().scenes());
+        let changes = {
+            let mut feed = self.feed.borrow_mut();
+            feed.stops_ended(&self.shared.answers);
+            feed.pump(self.history.borrow().scenes())
+        };
         self.keep_journal(&changes);
     }
 
@@ -163,6 +230,22 @@ impl RigHandle {
                 };
                 journal.enter(Until::Done, entry);
             }
+            if record.state == RigState::Disconnected && self.presence.borrow_mut().lost() {
+                journal.enter(Until::Done, self.lost(Some(record.tick)));
+            }
+        }
+        if let Some(link) = &self.facts.link {
+            for change in self.presence.borrow_mut().look(link) {
+                let entry = match change {
+                    presence::Change::Lost => self.lost(None),
+                    presence::Change::Found { firmware } => JournalEntry {
+                        message: Some(format!("{}: {firmware}", self.facts.device)),
+                        revision: self.revision(),
+                        ..JournalEntry::of("connected")
+                    },
+                };
+                journal.enter(Until::Done, entry);
+            }
         }
         let whole = journal.completed(|until, entry| match until {
             Until::Done => true,
@@ -176,12 +259,14 @@ impl RigHandle {
                 tick.is_some()
             }
             Until::Stopped(stop) => match self.shared.answers.stop(stop) {
-                Some(Stopped { tick, state, heard }) => {
+                Some(Stopped { tick, state, heard, .. }) => {
                     entry.tick = Some(tick);
                     entry.state = entry.state.map(|change| StateChange { after: state, ..change });
-                    if !heard {
-                        entry.message = Some("no device was connected to take the zero force".to_owned());
-                    }
+                    entry.message = match heard {
+                        Heard::Confirmed => None,
+                        Heard::Unconfirmed => Some("the device has not confirmed that its motor is off".to_owned()),
+                        Heard::NoDevice => Some("no device was connected to take the zero force".to_owned()),
+                    };
                     true
                 }
                 None => false,
@@ -189,7 +274,18 @@ impl RigHandle {
         });
         let feed = self.feed.borrow();
         for entry in &whole {
+            crate::log::journal(entry);
             feed.tell(entry);
+        }
+    }
+
+    /// The device can no longer be read, from this tick on where that is known.
+    fn lost(&self, tick: Option<u64>) -> JournalEntry {
+        JournalEntry {
+            tick,
+            revision: self.revision(),
+            message: Some(self.facts.device.clone()),
+            ..JournalEntry::of("disconnected")
         }
     }
 
@@ -221,6 +317,16 @@ impl RigHandle {
     pub(crate) fn journal(&self, after: u64, limit: usize) -> LogReply {
         self.pump();
         self.journal.borrow().entries(after, limit)
+    }
+
+    /// Where the library is read and written.
+    pub(super) fn library(&self) -> &Aside {
+        &self.library
+    }
+
+    /// Where devices are looked for.
+    pub(super) fn devices(&self) -> &Aside {
+        &self.devices
     }
 
     pub(crate) fn leases(&self) -> &Leases {
@@ -310,6 +416,12 @@ impl RigHandle {
             .enter(until, JournalEntry { revision, ..entry });
     }
 
+    /// What ends the loop with zero force, from whichever thread, also while this one hangs.
+    pub(crate) fn end_of_loop(&self) -> impl Fn() + Send + 'static {
+        let shared = Arc::clone(&self.shared);
+        move || shared.quit()
+    }
+
     /// Stops asked for so far.
     pub(crate) fn stops(&self) -> u64 {
         self.shared.stops()
@@ -362,9 +474,20 @@ impl RigHandle {
         .about("state"))
     }
 
+    /// A sign of life for the real-time thread: whoever calls this hears stops.
+    pub(crate) fn beat(&self) {
+        self.shared.beat(now_ns());
+    }
+
+    /// Samples that were not rendered, because no hand can have made them.
+    pub(crate) fn samples_forgotten(&self) -> u64 {
+        self.shared.answers.samples_forgotten()
+    }
+
     /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows the stop.
     pub(crate) fn raise_stop(&self, by: &Peer) -> u64 {
         let stop = self.shared.stop();
+        self.feed.borrow_mut().stop_begun(stop, now_ns());
         let before = self
             .feed
             .borrow()
@@ -389,18 +512,19 @@ impl RigHandle {
     /// # Errors
     /// No device is there to take the zero force, or the real-time thread does not answer.
     pub(crate) async fn stopped(&self, stop: u64) -> Result<(u64, RigState), WireError> {
-        let Stopped { tick, state, heard } = self.answer(|shared| shared.answers.stop(stop)).await?;
-        if heard {
-            return Ok((tick, state));
-        }
-        Err(WireError::new(
-            ErrorCode::NoDevice,
-            format!(
-                "the rig is {state}, but no device is connected to take the zero force: if the motor still pulls, cut its power \
-                 (its own watchdog switches it off, where it has one)"
+        let Stopped { tick, state, heard, .. } = self.answer(|shared| shared.answers.stop(stop)).await?;
+        let (code, what) = match heard {
+            Heard::Confirmed => return Ok((tick, state)),
+            Heard::NoDevice => (ErrorCode::NoDevice, "no device is connected to take the zero force"),
+            Heard::Unconfirmed => (
+                ErrorCode::NotConfirmed,
+                "the device was sent the zero force and has not confirmed that its motor is off",
             ),
-        )
-        .about("device"))
+        };
+        let message = format!(
+            "the rig is {state}, but {what}: if the motor still pulls, cut its power (its own watchdog switches it off, where it has one)"
+        );
+        Err(WireError::new(code, message).about("device"))
     }
 
     async fn answer<T>(&self, answered: impl Fn(&Shared) -> Option<T>) -> Result<T, WireError> {

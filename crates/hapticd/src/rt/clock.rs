@@ -7,8 +7,12 @@ const NS_PER_S: u64 = 1_000_000_000;
 
 /// The monotonic clock, ns.
 pub(crate) fn now_ns() -> u64 {
-    let time = clock_gettime(ClockId::Monotonic);
-    // The monotonic clock counts from boot and is never negative.
+    read_ns(ClockId::Monotonic)
+}
+
+fn read_ns(clock: ClockId) -> u64 {
+    let time = clock_gettime(clock);
+    // These clocks count from boot and are never negative.
     u64::try_from(time.tv_sec).unwrap_or(0) * NS_PER_S + u64::try_from(time.tv_nsec).unwrap_or(0)
 }
 
@@ -41,13 +45,14 @@ pub(crate) struct Grid {
 pub(crate) struct Wake {
     pub(crate) deadline_ns: u64,
     pub(crate) began_ns: u64,
+    /// How long the machine has been suspended since it was booted, ns: the monotonic clock stands still meanwhile.
+    pub(crate) asleep_ns: u64,
 }
 
 impl Grid {
-    /// A grid that begins a period or two after `now_ns`.
-    pub(crate) fn new(period_ns: u64, now_ns: u64) -> Self {
-        // Half a period off the multiples of the period, because the kernel's own tick sits on those.
-        let deadline_ns = (now_ns / period_ns + 2) * period_ns + period_ns / 2;
+    /// A grid that begins a period or two after `now_ns`, with its deadlines `phase_ns` after the multiples of the period: the kernel's own tick sits on those.
+    pub(crate) fn new(period_ns: u64, phase_ns: u64, now_ns: u64) -> Self {
+        let deadline_ns = (now_ns / period_ns + 2) * period_ns + phase_ns;
         Self {
             period_ns,
             deadline_ns,
@@ -63,6 +68,9 @@ impl Grid {
     /// Waits for the next deadline.
     pub(crate) fn wait(&self, waiting: Waiting) -> Wake {
         sleep_until(self.deadline_ns.saturating_sub(waiting.spin_ns));
+        // In this order a loop that is held up between the two readings has slept less, and not more.
+        let since_boot_ns = read_ns(ClockId::Boottime);
+        let asleep_ns = since_boot_ns.saturating_sub(now_ns());
         let mut began_ns = now_ns();
         // Without the processor's pause instruction: a hypervisor takes many of those for a lock that is waited for, and the core away.
         while began_ns < self.deadline_ns {
@@ -71,6 +79,7 @@ impl Grid {
         Wake {
             deadline_ns: self.deadline_ns,
             began_ns,
+            asleep_ns,
         }
     }
 
@@ -91,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_stall_is_counted_to_the_period_and_not_made_up_for() {
-        let mut grid = Grid::new(1_000_000, 0);
+        let mut grid = Grid::new(1_000_000, 500_000, 0);
         let first = grid.deadline_ns;
         grid.advance(first + 20_000);
         assert_eq!((grid.deadline_ns, grid.missed()), (first + 1_000_000, 0));
@@ -106,7 +115,7 @@ mod tests {
     #[test]
     fn ticks_and_skipped_deadlines_add_up_to_the_time_elapsed() {
         let period = 1_000_000;
-        let mut grid = Grid::new(period, 12_345);
+        let mut grid = Grid::new(period, period / 2, 12_345);
         let first = grid.deadline_ns;
         let mut ticks = 0;
         for stall in [10, 300, 999_999, 1_000_000, 7_654_321, 5, 2_000_001] {

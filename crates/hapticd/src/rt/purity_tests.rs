@@ -245,6 +245,7 @@ fn start(device: Box<dyn Device>, shared: &Arc<Shared>, scene: &Scene, producer:
     );
     let wishes = Wishes {
         period_ns: PERIOD_NS,
+        phase_ns: PERIOD_NS / 2,
         cpu: None,
         policy: Policy::Fifo { priority: 1 },
         spin_ns: None,

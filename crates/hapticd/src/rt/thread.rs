@@ -18,6 +18,8 @@ use std::time::{Duration, Instant};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wishes {
     pub(crate) period_ns: u64,
+    /// How long after the multiples of the period its deadlines are, ns.
+    pub(crate) phase_ns: u64,
     pub(crate) cpu: Option<usize>,
     pub(crate) policy: Policy,
     /// How long before a deadline it wakes up to spin, ns; by default what waking up usually takes, where nobody else is kept waiting by that.
@@ -192,7 +194,7 @@ pub(crate) fn start(
             // Nobody may be waiting any more; the loop runs all the same.
             drop(ready.send(status));
             let ended = catch_unwind(AssertUnwindSafe(|| {
-                run(&mut tick, &loop_shared, wishes.period_ns, waiting);
+                run(&mut tick, &loop_shared, wishes, waiting);
             }));
             // The last word to the motor, however the loop ended. It may be the device that panicked.
             let panic = ended.is_err().then(|| PANICKED.get());
@@ -265,8 +267,8 @@ fn spin_ns(wishes: &Wishes, status: &RealTimeStatus) -> u64 {
     wishes.spin_ns.unwrap_or(usual).min(wishes.period_ns / 2)
 }
 
-fn run(tick: &mut Tick<dyn Device>, shared: &Shared, period_ns: u64, waiting: Waiting) {
-    let mut grid = Grid::new(period_ns, now_ns());
+fn run(tick: &mut Tick<dyn Device>, shared: &Shared, wishes: Wishes, waiting: Waiting) {
+    let mut grid = Grid::new(wishes.period_ns, wishes.phase_ns, now_ns());
     while !shared.quitting() {
         let wake = grid.wait(waiting);
         let ended_ns = tick.run(wake, grid.missed());

@@ -1,8 +1,21 @@
 //! How the link to a rig is, for those who ask and for those who listen.
 
 use device_io::link::{LinkMonitor, LinkState, UNKNOWN_DRIFT};
+use haptic_core::adviser::LinkTimes;
 use haptic_ipc::{LinkCounts, LinkStatus, LinkedDevice};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+/// What is measured of the link, as far as it is known; the device's own rate is in its state.
+pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {
+    let counters = monitor.counters();
+    #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
+    let seconds = |counter: &AtomicU64| counter.load(Relaxed) as f64 * 1e-9;
+    LinkTimes {
+        sample_period_s: 0.0,
+        round_trip_s: seconds(&counters.usual_round_trip_ns),
+        age_s: seconds(&counters.usual_age_ns),
+    }
+}
 
 /// How the link to the rig is.
 pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {

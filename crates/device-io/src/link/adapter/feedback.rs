@@ -3,7 +3,7 @@
 //! A position's time is when it was asked for. When its answer was read would be the worse choice: answers are read once a tick, so one that comes a little later than the others
 //! would seem a whole tick late, and a velocity would be made of that.
 
-use super::super::health::{LinkCounters, UNKNOWN_DRIFT, add};
+use super::super::health::{LinkCounters, add};
 use crate::device::{DeviceError, Measurement};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -52,18 +52,13 @@ impl Feedback {
         now_ns: u64,
         counters: Arc<LinkCounters>,
     ) -> Self {
-        counters.drift_ppb.store(UNKNOWN_DRIFT, Relaxed);
-        add(&counters.connections, 1);
+        counters.begin_conversation();
         add(&counters.samples, 1);
         Self {
             counters,
             metres_per_unit,
             origin: first,
-            newest: Measurement {
-                sequence: 0,
-                time_ns: now_ns,
-                position_m: 0.0,
-            },
+            newest: Measurement::new(0, now_ns, 0.0),
             used: 0,
             heard_at_ns: now_ns,
             period_ns,
@@ -111,19 +106,12 @@ impl Feedback {
             return;
         }
         add(&self.counters.samples, 1);
-        self.counters.round_trip_ns.store(round_trip_ns, Relaxed);
-        if round_trip_ns > self.counters.round_trip_max_ns.load(Relaxed) {
-            self.counters.round_trip_max_ns.store(round_trip_ns, Relaxed);
-        }
+        self.counters.note_round_trip(round_trip_ns);
         // The answer to the question of one tick is there in the next.
         if round_trip_ns > 2 * self.period_ns + self.period_ns / 2 {
             add(&self.counters.late, 1);
         }
-        self.newest = Measurement {
-            sequence: self.newest.sequence.wrapping_add(1),
-            time_ns: asked_at_ns,
-            position_m,
-        };
+        self.newest = Measurement::new(self.newest.sequence.wrapping_add(1), asked_at_ns, position_m);
     }
 
     fn answered(&mut self) {
@@ -150,9 +138,9 @@ impl Feedback {
         } else if now_ns.saturating_sub(self.heard_at_ns) > SILENCE_NS {
             return Err(DeviceError::Disconnected);
         }
-        self.counters
-            .age_ns
-            .store(now_ns.saturating_sub(self.newest.time_ns), Relaxed);
+        let age_ns = now_ns.saturating_sub(self.newest.time_ns);
+        let usual_ns = self.counters.usual_round_trip_ns.load(Relaxed);
+        self.counters.note_age(age_ns, age_ns.saturating_sub(usual_ns));
         Ok(self.newest)
     }
 

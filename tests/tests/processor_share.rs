@@ -1,0 +1,65 @@
+//! Two daemons whose loops are on one processor know of each other, and say so.
+
+use haptic_ipc::{Client, Request, Status, Timing};
+use rustix::process::Signal;
+use system_tests::{Daemon, status, wait_for};
+
+/// A processor that this process may use: the first, as daemons take the last one by themselves.
+fn processor() -> String {
+    let status = std::fs::read_to_string("/proc/self/status").expect("it is there");
+    let allowed = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"));
+    let allowed = allowed.expect("the kernel says it").trim();
+    let first: String = allowed.chars().take_while(char::is_ascii_digit).collect();
+    assert!(!first.is_empty(), "{allowed}");
+    first
+}
+
+fn is_told(status: &Status) -> bool {
+    status
+        .real_time
+        .problems
+        .iter()
+        .any(|problem| problem.what.contains("as well: each can delay the other's ticks"))
+}
+
+fn pinned(client: &mut Client, cpu: &str) -> bool {
+    status(client).real_time.cpu.map(|cpu| cpu.to_string()).as_deref() == Some(cpu)
+}
+
+// hazard: H11
+#[test]
+fn two_daemons_on_one_processor_say_so_while_both_are_there() {
+    let cpu = processor();
+    let first = Daemon::start(&["--cpu", &cpu]);
+    let mut client = first.client();
+    if !pinned(&mut client, &cpu) {
+        println!("SKIPPED: the loop may not be pinned to processor {cpu}");
+        return;
+    }
+    // Another test's daemon may be about to end.
+    wait_for(&mut client, "a processor of its own", |status| !is_told(status));
+
+    let second = Daemon::start(&["--cpu", &cpu]);
+    let said = second.said().concat();
+    assert!(said.contains(&format!("on processor {cpu} as well")), "{said}");
+    // The first learns it from its own status, though it began alone.
+    wait_for(&mut client, "the second daemon", is_told);
+    wait_for(&mut second.client(), "the first daemon", is_told);
+    for daemon in [&first, &second] {
+        let doctor = daemon.ctl(&["doctor"]);
+        let found = String::from_utf8_lossy(&doctor.stdout).into_owned();
+        assert!(found.contains(&format!("on processor {cpu} as well")), "{found}");
+        assert!(found.contains("with --cpu"), "it says what helps: {found}");
+    }
+    let ticks = |client: &mut Client| -> Timing { client.request(Request::Timing {}).expect("timing") };
+    let (here, there) = (ticks(&mut client), ticks(&mut second.client()));
+    println!(
+        "wake-up of the first {:?}, of the second {:?}",
+        here.last_10_s.wake_latency_ns, there.last_10_s.wake_latency_ns
+    );
+
+    // However it ends, its share goes with it.
+    let (ended, _) = second.end(Signal::KILL);
+    assert!(!ended.success());
+    wait_for(&mut client, "a processor of its own again", |status| !is_told(status));
+}
