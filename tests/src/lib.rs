@@ -6,6 +6,7 @@
 pub mod attack;
 pub mod blocked;
 pub mod fake_rig;
+pub mod hazards;
 mod held;
 #[cfg(target_arch = "x86_64")]
 pub mod hung;

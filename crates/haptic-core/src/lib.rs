@@ -28,6 +28,7 @@
 //! feature `std` the crate needs only `core`, `alloc` and `libm`.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 extern crate alloc;
 

@@ -190,4 +190,65 @@ mod tests {
         assert!(allows(0.05, 0.0, 20e-3) && !allows(0.5, 0.0, 20e-3));
         assert!(!allows(f64::NAN, 0.0, 1e-3) && !allows(0.0, f64::INFINITY, 1e-3));
     }
+
+    fn rig() -> SafetyLimiter {
+        SafetyLimiter::new(Limits {
+            force_n: 20.0,
+            slew_n_per_s: 1000.0,
+            speed_mps: 5.0,
+            acceleration_mps2: 2000.0,
+        })
+    }
+
+    /// A gate that a force has passed.
+    fn at(force: f64) -> SafetyLimiter {
+        let mut limiter = rig();
+        assert_eq!(limiter.limit(force, 1.0, 1.0), Ok(force));
+        limiter
+    }
+
+    #[test]
+    fn the_gain_is_a_share_and_never_more_than_all() {
+        for (gain, expected) in [(0.0, 0.0), (0.25, 2.0), (1.0, 8.0), (2.0, 8.0), (-1.0, 0.0)] {
+            assert_eq!(rig().limit(8.0, gain, 1.0), Ok(expected), "{gain}");
+        }
+    }
+
+    #[test]
+    fn a_force_that_turns_round_begins_at_zero_and_one_that_grows_where_it_is() {
+        // Of 1 N in a millisecond, a tenth.
+        let next = |last: f64, wanted: f64| at(last).limit(wanted, 1.0, 1e-4).expect("a number");
+        for sign in [1.0, -1.0] {
+            assert_eq!(
+                next(sign * 3.0, sign * -0.5),
+                sign * -0.1,
+                "a smaller one the other way"
+            );
+            assert_eq!(next(sign * 3.0, sign * -5.0), sign * -0.1, "a larger one the other way");
+            assert!(
+                (next(sign * 1.0, sign * 3.0) - sign * 1.1).abs() < 1e-12,
+                "more the same way"
+            );
+            assert_eq!(next(sign * 3.0, sign * 1.0), sign * 1.0, "less the same way");
+            assert_eq!([next(sign * 3.0, 0.0), next(sign * 3.0, -0.0)], [0.0, 0.0], "none");
+        }
+    }
+
+    #[test]
+    fn after_zero_force_the_next_one_begins_there() {
+        let mut limiter = at(3.0);
+        limiter.zero();
+        assert_eq!(limiter.limit(5.0, 1.0, 1e-3), Ok(1.0));
+        // So after a force that was none.
+        let mut limiter = at(3.0);
+        assert!(limiter.limit(f64::NAN, 1.0, 1e-3).is_err());
+        assert_eq!(limiter.limit(5.0, 1.0, 1e-3), Ok(1.0));
+    }
+
+    #[test]
+    fn a_speed_is_allowed_up_to_the_limit_either_way() {
+        let allows = |velocity| rig().allows_speed(velocity);
+        assert!(allows(0.0) && allows(5.0) && allows(-5.0));
+        assert!(!allows(5.1) && !allows(-5.1) && !allows(f64::INFINITY) && !allows(f64::NAN));
+    }
 }

@@ -7,6 +7,8 @@
 //! ```
 //!
 //! Force flows only while engaging, engaged or releasing, scaled by a gain that moves along a ramp.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use device_io::protocol::message::ErrorReport;
 use haptic_core::sample_clock::ClockError;

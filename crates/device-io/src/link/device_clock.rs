@@ -1,4 +1,6 @@
 //! The device's clock as seen from ours: its 32-bit stamps made endless, how old a sample is, and how fast the one clock runs away from the other.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 /// Over so long the quickest sample is looked for, ns.
 const WINDOW_NS: u64 = 1_000_000_000;

@@ -1,4 +1,6 @@
 //! How a link is: counters that the real-time thread writes and anybody reads, without ever waiting for each other.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use crate::protocol::message::{ErrorCode, ErrorReport};
 use std::fmt;

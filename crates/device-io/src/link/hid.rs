@@ -1,4 +1,6 @@
 //! A rig on USB HID: found by vendor, product and serial number, since the numbers of the nodes move; read and written at its /dev/hidraw node.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::health::{LinkCounters, LinkError};
 use super::keeper::{ConnectError, Connector, Greeted};

@@ -16,6 +16,8 @@
 //!   implies, since the device sets its motor to zero force at every enable.
 //! - What was seen last is told by its word and not by its age, since the sequence wraps around: an enable of 2^31 messages ago would look new.
 //! - The taker is woken after both stores, and looks after it was woken. A post during a look wakes it again. So nothing stays in the slots unseen.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use crate::protocol::message::{FromHost, is_newer};
 use std::sync::atomic::{

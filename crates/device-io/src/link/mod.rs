@@ -14,6 +14,8 @@
 mod adapter;
 pub(crate) mod clock;
 mod device_clock;
+#[cfg(test)]
+mod frame_tests;
 mod health;
 pub(crate) mod hid;
 mod keeper;

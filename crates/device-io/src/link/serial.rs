@@ -1,4 +1,6 @@
 //! A rig on a serial line: a USB one (CDC-ACM), one behind a converter (FTDI and its like), or a pseudo-terminal.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::health::{LinkCounters, LinkError, add};
 use super::keeper::{ConnectError, Connector, Greeted};

@@ -1,5 +1,7 @@
 //! The host's side of the link protocol from the device's hello on: which samples count, where the handle is, whether the motor is enabled, and what is
 //! to be sent. It knows nothing of serial lines and reports, and waits for nothing.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::device_clock::DeviceClock;
 use super::health::{LinkCounters, LinkError, UNKNOWN_DRIFT, add};
@@ -461,5 +463,47 @@ mod tests {
         }
         assert_eq!(pair.counter(|counters| &counters.round_trip_ns), MS);
         assert_eq!(pair.counter(|counters| &counters.round_trip_max_ns), MS);
+    }
+
+    #[test]
+    fn a_sample_is_late_when_it_took_more_than_a_period_of_either_side() {
+        let mut pair = Pair::new();
+        for _ in 0..20 {
+            pair.tick(0.0, false).expect("it is there");
+        }
+        let late = |pair: &Pair| pair.counter(|counters| &counters.late);
+        assert_eq!(late(&pair), 0, "each came at once");
+        for (took_ms, counted) in [(2, 0), (3, 1)] {
+            pair.now_ns += MS;
+            let sample = pair.firmware.sample(pair.now_ns).expect("a sample");
+            pair.now_ns += took_ms * MS;
+            pair.session.take(Ok(sample), pair.now_ns);
+            assert_eq!(late(&pair), counted, "after {took_ms} ms");
+        }
+    }
+
+    #[test]
+    fn a_motor_that_never_comes_on_and_a_device_that_falls_silent_are_told_when_their_time_is_over_and_not_before() {
+        let mut pair = Pair::new();
+        pair.tick(0.0, false).expect("it is there");
+        // The order to enable goes nowhere.
+        let asked_ns = pair.now_ns;
+        let (enable, _) = pair.session.command(1.0, true, asked_ns);
+        assert!(enable.is_some());
+        let (again, _) = pair.session.command(1.0, true, asked_ns + MS);
+        assert!(again.is_none(), "it is asked for once");
+        assert!(pair.session.measurement(asked_ns + ENABLE_TIMEOUT_NS).is_ok());
+        assert_eq!(
+            pair.session.measurement(asked_ns + ENABLE_TIMEOUT_NS + 1),
+            Err(DeviceError::MotorOff { watchdog: false })
+        );
+        let mut pair = Pair::new();
+        pair.tick(0.0, false).expect("it is there");
+        let heard_ns = pair.now_ns;
+        assert!(pair.session.measurement(heard_ns + SILENCE_NS).is_ok());
+        assert_eq!(
+            pair.session.measurement(heard_ns + SILENCE_NS + 1),
+            Err(DeviceError::Disconnected)
+        );
     }
 }

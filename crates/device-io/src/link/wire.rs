@@ -1,4 +1,6 @@
 //! What every kind of link has in common: the greeting, and a tick's reading.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::clock;
 use super::keeper::ConnectError;

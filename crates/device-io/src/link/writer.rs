@@ -1,4 +1,6 @@
 //! The thread that writes to a device whose writes block, and the real-time thread's end of it.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 #![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
 
 use super::health::{LinkCounters, LinkError, add};
@@ -374,5 +376,45 @@ mod tests {
         }
         let after = writer.post(None, command(2, true), 0, &counters);
         assert_eq!(after, Err(DeviceError::Disconnected));
+    }
+
+    /// Policy and priority of the calling thread, as the kernel has them.
+    fn scheduling() -> (i32, i32) {
+        let mut parameters = libc::sched_param { sched_priority: -1 };
+        // SAFETY: 0 is the calling thread; the structure is written by the kernel.
+        let policy = unsafe {
+            assert_eq!(libc::sched_getparam(0, &raw mut parameters), 0);
+            libc::sched_getscheduler(0)
+        };
+        (policy, parameters.sched_priority)
+    }
+
+    /// Whether a thread of this process may have a real-time priority.
+    fn may_be_real_time() -> bool {
+        let lowest = libc::sched_param { sched_priority: 1 };
+        std::thread::spawn(move || {
+            // SAFETY: as in `rise`, on a thread that ends at once.
+            unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const lowest) == 0 }
+        })
+        .join()
+        .expect("it ends")
+    }
+
+    // hazard: P12
+    #[test]
+    fn the_writer_has_the_lowest_real_time_priority_before_it_sends_anything() {
+        let (tells, told) = mpsc::channel();
+        let counters = LinkCounters::default();
+        let mut writer = Writer::start(0, move |_| tells.send(scheduling())).expect("a thread");
+        writer.post(None, command(1, true), 0, &counters).expect("well");
+        let scheduled = told.recv_timeout(Duration::from_secs(30)).expect("it sends");
+        if may_be_real_time() {
+            assert_eq!(scheduled, (libc::SCHED_FIFO, 1));
+        } else {
+            assert_eq!(scheduled, (libc::SCHED_OTHER, 0), "refused, it runs as it was");
+            println!(
+                "SKIPPED: this user may not use SCHED_FIFO (ulimit -r, CAP_SYS_NICE), so the writer's priority was not seen"
+            );
+        }
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! Nothing here allocates, locks, logs, formats or waits for anyone once the loop runs; its only system calls are the sleep and
 //! the device's own.
+// clippy.toml lists what waits. Tests may: they wait for each other.
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 pub(crate) mod clock;
 pub(crate) mod handoff;

@@ -176,6 +176,10 @@ pub(crate) fn start(
     wishes: Wishes,
     mut status: RealTimeStatus,
 ) -> std::io::Result<(RunningLoop, RealTimeStatus)> {
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "used once, before the loop runs; there is room for what is sent"
+    )]
     let (ready, is_ready) = mpsc::sync_channel(1);
     let loop_shared = Arc::clone(&shared);
     let thread = std::thread::Builder::new()
@@ -286,5 +290,41 @@ mod tests {
         let kept = message.to_string();
         assert_eq!(kept.len(), PanicMessage::ROOM - 1);
         assert!(kept.starts_with("xé") && kept.ends_with('é'));
+    }
+
+    // hazard: P11
+    #[test]
+    fn the_loop_never_spins_for_more_than_half_a_period() {
+        let with = |spin_ns, period_ns, alone: bool| {
+            let wishes = Wishes {
+                period_ns,
+                cpu: Some(1),
+                policy: Policy::Fifo { priority: 50 },
+                spin_ns,
+            };
+            let status = RealTimeStatus {
+                fifo_priority: alone.then_some(50),
+                cpu: alone.then_some(1),
+                ..RealTimeStatus::default()
+            };
+            super::spin_ns(&wishes, &status)
+        };
+        for period_ns in [50_000, 100_000, 150_000, 1_000_000, 10_000_000] {
+            for wanted_ns in [None, Some(0), Some(30_000), Some(period_ns), Some(u64::MAX)] {
+                for alone in [false, true] {
+                    let spins_ns = with(wanted_ns, period_ns, alone);
+                    assert!(
+                        spins_ns <= period_ns / 2,
+                        "{spins_ns} ns of {period_ns} ns, asked for {wanted_ns:?}"
+                    );
+                }
+            }
+        }
+        // At 1 kHz there is room for what is usual, and for what was asked for.
+        assert_eq!(with(None, 1_000_000, true), USUAL_SPIN_NS);
+        assert_eq!(with(Some(30_000), 1_000_000, true), 30_000);
+        // Without a priority or a processor of its own it keeps nobody waiting, unless it was told to.
+        assert_eq!(with(None, 1_000_000, false), 0);
+        assert_eq!(with(Some(30_000), 1_000_000, false), 30_000);
     }
 }

@@ -1,9 +1,12 @@
 //! How fast the control plane is, and that nobody on its socket slows the loop.
 //!
 //! ```sh
-//! cargo bench -p system-tests --bench control               # all, some six minutes
-//! cargo bench -p system-tests --bench control -- attacks    # a part: set, get, stream, subscribers, attacks
+//! cargo bench -p system-tests --bench control               # all, some fifteen minutes
+//! cargo bench -p system-tests --bench control -- attacks    # a part: set, get, stream, subscribers, attacks, stops
+//! HAPTICD_STOPS=50 cargo bench -p system-tests --bench control -- stops    # 50 stops a row in place of 1000, to see whether it works
 //! ```
+
+mod stops;
 
 use haptic_ipc::{ChangeReply, Changes, Client, Event, Request, SceneReply, ServerLine, StateReply, Topic};
 use serde_json::Value;
@@ -16,12 +19,13 @@ use system_tests::{Daemon, status, wait_for_state};
 fn main() {
     // Cargo adds `--bench`.
     let named: Vec<String> = std::env::args().skip(1).filter(|name| name != "--bench").collect();
-    let parts: [(&str, fn()); 5] = [
+    let parts: [(&str, fn()); 6] = [
         ("set", set),
         ("get", get),
         ("stream", stream),
         ("subscribers", subscribers),
         ("attacks", attacks),
+        ("stops", stops::stops),
     ];
     for (name, run) in parts {
         if named.is_empty() || named.iter().any(|wanted| wanted == name) {

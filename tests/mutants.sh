@@ -1,0 +1,74 @@
+#!/usr/bin/env bash
+# Which faults in the parts that keep the hand safe would no test see? cargo-mutants plants each in a clone of the tree, runs the cheapest tests that should see it, and
+# this prints those that lived. It takes minutes (limiter, clock) to hours (rt), so it is run on demand; docs/safety.md has the last result, and why each that lived may.
+#
+#   tests/mutants.sh                       # limiter state session clock: an hour or two
+#   tests/mutants.sh limiter rt            # some parts: limiter, state, session, clock, rt
+#   tests/mutants.sh session -- --shard 0/4   # what comes after -- goes to cargo mutants
+#
+# What is committed is tested, not what is being worked on. The clone and its build stay in $HAPTICD_MUTANTS_DIR (by default target/mutants), so a second run begins sooner.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+version=27.1.0
+if [ "$(cargo mutants --version 2>/dev/null)" != "cargo-mutants $version" ]; then
+    echo "cargo-mutants $version is missing: cargo install --locked --version $version cargo-mutants" >&2
+    exit 2
+fi
+
+parts=()
+while [ $# != 0 ] && [ "$1" != -- ]; do
+    parts+=("$1")
+    shift
+done
+[ "${1-}" = -- ] && shift
+[ ${#parts[@]} != 0 ] || parts=(limiter state session clock)
+
+# For each part: the files that are changed, the package, and the tests that should see it. What is not named here is not run: a whole test run for every mutant would take a week.
+describe() {
+    case $1 in
+    limiter) files=(crates/haptic-core/src/limiter.rs) package=haptic-core tests=(--lib limiter) ;;
+    state) files=(crates/hapticd/src/rig_state.rs) package=hapticd tests=(--bins -- rig_state rt::tick) ;;
+    session) files=(crates/device-io/src/link/session.rs) package=device-io tests=(--lib link::) ;;
+    clock) files=(crates/device-io/src/link/device_clock.rs) package=device-io tests=(--lib link::) ;;
+    rt) files=('crates/hapticd/src/rt/*.rs') package=hapticd tests=(--bins) ;;
+    *)
+        echo "no part $1: limiter, state, session, clock, rt" >&2
+        exit 2
+        ;;
+    esac
+}
+for part in "${parts[@]}"; do describe "$part"; done
+
+folder=${HAPTICD_MUTANTS_DIR:-$PWD/target/mutants}
+mkdir -p "$folder"
+commit=$(git rev-parse --short HEAD)
+if [ ! -e "$folder/tree/.git" ]; then
+    git clone --quiet --shared . "$folder/tree"
+fi
+# A run that was broken off has left its mutant there.
+git -C "$folder/tree" fetch --quiet "$PWD" HEAD
+git -C "$folder/tree" checkout --quiet --force --detach FETCH_HEAD
+
+# The loop's long proofs are cut short: what they see, they see early.
+export HAPTICD_PURITY_S=2 CARGO_TERM_COLOR=never
+# The clone has a target folder of its own.
+unset CARGO_TARGET_DIR
+
+status=0
+for part in "${parts[@]}"; do
+    describe "$part"
+    filters=()
+    for file in "${files[@]}"; do filters+=(--file "$file"); done
+    out="$folder/$part"
+    mkdir -p "$out"
+    printf '\n## %s, commit %s, %s: cargo test --package %s %s\n\n' "$part" "$commit" "$(date --utc +%F)" "$package" "${tests[*]}"
+    # In place is one at a time: two at once would make each other's timings fail, and a mutant caught by that alone is not caught.
+    nice -n 10 cargo mutants --dir "$folder/tree" --in-place --output "$out" --timeout "${HAPTICD_MUTANTS_TIMEOUT_S:-120}" --build-timeout 900 \
+        --package "$package" "${filters[@]}" --colors never --no-shuffle "$@" -- "${tests[@]}" >"$out/log" 2>&1 || status=$?
+    # 2: some lived; 3: some took too long. Anything else and nothing was learnt.
+    case $status in 0 | 2 | 3) ;; *) tail -20 "$out/log" && exit "$status" ;; esac
+    count() { wc -l <"$out/mutants.out/$1.txt"; }
+    printf '%s caught, %s ended by time, %s do not compile, %s lived:\n\n' "$(count caught)" "$(count timeout)" "$(count unviable)" "$(count missed)"
+    sed 's/^/- /' "$out/mutants.out/missed.txt"
+done

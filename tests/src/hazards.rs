@@ -1,0 +1,276 @@
+//! The hazard log, docs/safety.md, as data: its rows, the tests in the sources, and whether the two agree.
+//!
+//! A row is a heading of the third level that begins with its id, `### H3: ...`, followed by one item for each of [`FIELDS`], `- **Cause:** ...`; or a row of a table whose first cell is its
+//! id and whose last cell is its tests. Tests are written `` `path: name` `` and marked in the sources by a comment directly above their attributes, `// hazard: H3, P14`. A row that software
+//! cannot prove says `none: ` and why.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// What every section of the log says, in this order.
+pub const FIELDS: [&str; 7] = [
+    "Hazard",
+    "Cause",
+    "Detection",
+    "Reaction",
+    "Zero force after",
+    "Residual risk",
+    "Tests",
+];
+
+/// Letters that ids begin with: hazards seen by trying, further ones, planted faults, and what no software can do.
+const KINDS: [char; 4] = ['H', 'F', 'P', 'S'];
+
+/// A row of the log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// As `H3`.
+    pub id: String,
+    /// The tests that prove it: a file and the name of a function.
+    pub tests: Vec<Named>,
+    /// Why there is none.
+    pub none: Option<String>,
+    /// What is wrong with the row itself.
+    pub faults: Vec<String>,
+}
+
+/// A test, as a row names it or as it stands in the sources.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Named {
+    /// File, from the root of the repository.
+    pub path: String,
+    /// Function.
+    pub name: String,
+}
+
+/// A test in the sources.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Test {
+    /// Where it is.
+    pub named: Named,
+    /// Ids of the rows that it is marked to prove.
+    pub ids: Vec<String>,
+}
+
+fn is_id(text: &str) -> bool {
+    let mut letters = text.chars();
+    letters.next().is_some_and(|kind| KINDS.contains(&kind))
+        && !letters.as_str().is_empty()
+        && letters.as_str().chars().all(|digit| digit.is_ascii_digit())
+}
+
+/// What a row says of its tests: all that stands between backticks, or why there is none.
+fn tests_of(row: &mut Row, text: &str) {
+    if let Some(why) = text.trim().strip_prefix("none:") {
+        let why = why.trim();
+        if why.len() < 20 {
+            row.faults.push(format!("{}: `none:` wants a reason", row.id));
+        }
+        row.none = Some(why.to_owned());
+        return;
+    }
+    for quoted in text.split('`').skip(1).step_by(2) {
+        match quoted.split_once(": ") {
+            Some((path, name)) => row.tests.push(Named {
+                path: path.trim().to_owned(),
+                name: name.trim().to_owned(),
+            }),
+            None => row.faults.push(format!("{}: `{quoted}` is not `path: name`", row.id)),
+        }
+    }
+    if row.tests.is_empty() {
+        row.faults.push(format!("{}: it names no test", row.id));
+    }
+}
+
+/// The rows of a log, in their order.
+#[must_use]
+pub fn rows(log: &str) -> Vec<Row> {
+    let empty = |id: &str| Row {
+        id: id.to_owned(),
+        tests: Vec::new(),
+        none: None,
+        faults: Vec::new(),
+    };
+    let mut rows: Vec<Row> = Vec::new();
+    // Labels that are still to come in the section that is being read.
+    let mut missing: Vec<&str> = Vec::new();
+    let close = |rows: &mut Vec<Row>, missing: &mut Vec<&str>| {
+        for field in missing.drain(..) {
+            if let Some(row) = rows.last_mut() {
+                row.faults.push(format!("{}: it has no {field}", row.id));
+            }
+        }
+    };
+    for line in log.lines() {
+        if line.starts_with('#') {
+            close(&mut rows, &mut missing);
+            let title = line.trim_start_matches('#').trim_start();
+            if let Some((id, _)) = title.split_once(':').filter(|(id, _)| is_id(id)) {
+                rows.push(empty(id));
+                missing = FIELDS.to_vec();
+            }
+        } else if let Some((label, text)) = line.strip_prefix("- **").and_then(|item| item.split_once(":** ")) {
+            let Some(row) = rows.last_mut().filter(|_| !missing.is_empty()) else {
+                continue;
+            };
+            if missing.first() != Some(&label) || text.trim().is_empty() {
+                row.faults
+                    .push(format!("{}: {label} stands where {} is expected", row.id, missing[0]));
+            }
+            missing.retain(|field| *field != label);
+            if label == "Tests" {
+                tests_of(row, text);
+            }
+        } else if let Some(cells) = line.strip_prefix('|') {
+            let cells: Vec<&str> = cells
+                .trim_end()
+                .trim_end_matches('|')
+                .split('|')
+                .map(str::trim)
+                .collect();
+            if let [id, .., tests] = cells[..]
+                && is_id(id)
+            {
+                close(&mut rows, &mut missing);
+                let mut row = empty(id);
+                if cells.iter().any(|cell| cell.is_empty()) {
+                    row.faults.push(format!("{id}: a cell is empty"));
+                }
+                tests_of(&mut row, tests);
+                rows.push(row);
+            }
+        }
+    }
+    close(&mut rows, &mut missing);
+    rows
+}
+
+/// The tests of a source file. Marks of no test are faults.
+///
+/// # Errors
+/// A mark that does not stand above a test, or that names no id.
+pub fn tests(path: &str, source: &str) -> Result<Vec<Test>, String> {
+    let mut tests = Vec::new();
+    let mut marked: Vec<String> = Vec::new();
+    let mut mark_line = 0;
+    let mut is_test = false;
+    for (number, line) in (1..).zip(source.lines()) {
+        let line = line.trim();
+        if let Some(ids) = line.strip_prefix("// hazard:") {
+            if !marked.is_empty() {
+                return Err(format!("{path}:{mark_line}: the mark stands above no test"));
+            }
+            marked = ids.split(',').map(|id| id.trim().to_owned()).collect();
+            mark_line = number;
+            if let Some(wrong) = marked.iter().find(|id| !is_id(id)) {
+                return Err(format!("{path}:{number}: {wrong:?} is no id of a hazard"));
+            }
+        } else if line.starts_with("#[") {
+            // `#[test]`, `#[tokio::test]`, `#[tokio::test(start_paused = true)]`.
+            let attribute = line.trim_start_matches("#[");
+            let attribute = attribute.split([']', '(']).next().unwrap_or_default();
+            is_test |= attribute == "test" || attribute.ends_with("::test");
+        } else if let Some(name) = function(line) {
+            if is_test {
+                tests.push(Test {
+                    named: Named {
+                        path: path.to_owned(),
+                        name,
+                    },
+                    ids: std::mem::take(&mut marked),
+                });
+            } else if !marked.is_empty() {
+                return Err(format!(
+                    "{path}:{mark_line}: the mark stands above {name}, which is no test"
+                ));
+            }
+            is_test = false;
+        } else if !(line.is_empty() || line.starts_with("//")) {
+            // An attribute may go over several lines; anything else ends what stands above a test.
+            let goes_on = is_test || !marked.is_empty();
+            let of_attribute =
+                line.ends_with([',', '(', '"']) || line.starts_with([')', ']', '"']) || line.contains('=');
+            if goes_on && !of_attribute {
+                if !marked.is_empty() {
+                    return Err(format!("{path}:{mark_line}: the mark stands above no test"));
+                }
+                is_test = false;
+            }
+        }
+    }
+    if marked.is_empty() {
+        Ok(tests)
+    } else {
+        Err(format!("{path}:{mark_line}: the mark stands above no test"))
+    }
+}
+
+/// The name of the function that a line begins.
+fn function(line: &str) -> Option<String> {
+    let mut rest = line;
+    for word in ["pub ", "pub(crate) ", "pub(super) ", "async ", "const ", "unsafe "] {
+        rest = rest.strip_prefix(word).unwrap_or(rest);
+    }
+    let name = rest.strip_prefix("fn ")?;
+    let end = name.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))?;
+    Some(name[..end].to_owned())
+}
+
+/// Where the log and the tests do not agree, in sentences.
+#[must_use]
+pub fn disagreements(rows: &[Row], tests: &[Test]) -> Vec<String> {
+    let mut found: Vec<String> = rows.iter().flat_map(|row| row.faults.clone()).collect();
+    let known: BTreeSet<&Named> = tests.iter().map(|test| &test.named).collect();
+    let mut named: BTreeMap<&str, BTreeSet<&Named>> = BTreeMap::new();
+    for row in rows {
+        if named.insert(&row.id, row.tests.iter().collect()).is_some() {
+            found.push(format!("{}: there are two rows of it", row.id));
+        }
+        for test in &row.tests {
+            if !known.contains(test) {
+                found.push(format!("{}: there is no test {} in {}", row.id, test.name, test.path));
+            }
+        }
+    }
+    for Test { named: test, ids } in tests {
+        for id in ids {
+            match named.get(id.as_str()) {
+                None => found.push(format!(
+                    "{} in {} is marked {id}, which has no row",
+                    test.name, test.path
+                )),
+                Some(tests) if !tests.contains(test) => found.push(format!(
+                    "{id}: it does not name {} in {}, which is marked as its proof",
+                    test.name, test.path
+                )),
+                Some(_) => {}
+            }
+        }
+    }
+    found
+}
+
+/// All Rust files of the workspace's own crates and tests, from its root.
+///
+/// # Panics
+/// They cannot be read.
+#[must_use]
+pub fn sources(root: &Path) -> Vec<(String, String)> {
+    let mut folders: Vec<PathBuf> = ["crates", "tests"].map(|folder| root.join(folder)).to_vec();
+    let mut sources = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(&folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let text = std::fs::read_to_string(&path).expect("a source");
+                let name = path.strip_prefix(root).expect("it lies below").display().to_string();
+                sources.push((name, text));
+            }
+        }
+    }
+    sources.sort();
+    sources
+}

@@ -1,0 +1,189 @@
+//! docs/safety.md names a test for every hazard, and every test that is marked as the proof of a hazard is named there.
+
+use std::path::Path;
+use system_tests::hazards::{Row, Test, disagreements, rows, sources, tests};
+
+fn log() -> (Vec<Row>, Vec<Test>) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let log = std::fs::read_to_string(root.join("docs/safety.md")).expect("the hazard log");
+    let found = sources(&root)
+        .iter()
+        // What is written here are marks of examples.
+        .filter(|(path, _)| !path.ends_with("tests/hazard_log.rs"))
+        .flat_map(|(path, source)| tests(path, source).unwrap_or_else(|error| panic!("{error}")))
+        .collect();
+    (rows(&log), found)
+}
+
+#[test]
+fn every_row_names_tests_that_exist_and_every_marked_test_has_its_row() {
+    let (rows, tests) = log();
+    assert!(tests.len() > 500, "only {} tests were found", tests.len());
+    let found = disagreements(&rows, &tests);
+    assert!(found.is_empty(), "{} disagreements:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn the_log_has_every_hazard_that_was_seen_and_every_fault_that_was_planted() {
+    let (rows, _) = log();
+    for (kind, most) in [('H', 20), ('P', 16)] {
+        for number in 1..=most {
+            let id = format!("{kind}{number}");
+            let row = rows.iter().find(|row| row.id == id);
+            let row = row.unwrap_or_else(|| panic!("{id} has no row"));
+            assert!(row.none.is_none(), "{id} has no test: {row:?}");
+        }
+    }
+    // Only what no software can do has none.
+    for row in rows {
+        assert!(row.none.is_none() || row.id.starts_with('S'), "{row:?}");
+    }
+}
+
+const SECTION: &str = "\
+### H1: it kicks
+- **Hazard:** the hand is kicked
+- **Cause:** a lie
+- **Detection:** a look
+- **Reaction:** zero force
+- **Zero force after:** 1 ms
+- **Residual risk:** none that is known
+- **Tests:** `tests/a.rs: it_does_not_kick`, `tests/a.rs: nor_does_it_pull`
+";
+
+const SOURCE: &str = "
+    // hazard: H1
+    #[test]
+    fn it_does_not_kick() {
+        assert!(true);
+    }
+    // hazard: H1, P2
+    #[cfg(not(miri))]
+    #[tokio::test(start_paused = true)]
+    async fn nor_does_it_pull() {}
+    #[test]
+    fn of_no_hazard() {}
+    fn no_test() {}
+";
+
+const TABLE: &str = "
+| id | fault | tests |
+|---|---|---|
+| P2 | it pulls | `tests/a.rs: nor_does_it_pull` |
+";
+
+/// What is found wrong with a log and a source of one test file.
+fn found(log: &str, source: &str) -> Vec<String> {
+    match tests("tests/a.rs", source) {
+        Ok(tests) => disagreements(&rows(log), &tests),
+        Err(error) => vec![error],
+    }
+}
+
+fn one(found: &[String], what: &str) {
+    assert!(
+        found.len() == 1 && found[0].contains(what),
+        "expected one disagreement with {what:?}: {found:?}"
+    );
+}
+
+#[test]
+fn a_log_that_agrees_with_its_tests_is_taken() {
+    let both = format!("{SECTION}{TABLE}");
+    assert_eq!(found(&both, SOURCE), [""; 0]);
+    let rows = rows(&both);
+    assert_eq!(rows.iter().map(|row| row.id.as_str()).collect::<Vec<_>>(), ["H1", "P2"]);
+    assert_eq!(rows[0].tests.len(), 2);
+}
+
+#[test]
+fn a_row_that_names_a_test_which_does_not_exist_is_found() {
+    let both = format!("{SECTION}{TABLE}");
+    let renamed = SOURCE
+        .replace("it_does_not_kick", "it_never_kicks")
+        .replace("// hazard: H1\n", "\n");
+    one(&found(&both, &renamed), "no test it_does_not_kick in tests/a.rs");
+    // A function of that name is no test.
+    let plain = SOURCE.replacen("    // hazard: H1\n    #[test]\n", "", 1);
+    one(&found(&both, &plain), "no test it_does_not_kick in tests/a.rs");
+    // Nor is one in another file.
+    let elsewhere = both.replace("tests/a.rs: it_does_not_kick", "tests/b.rs: it_does_not_kick");
+    let told = found(&elsewhere, SOURCE);
+    assert_eq!(
+        told.len(),
+        2,
+        "not there, and the one that is there is not named: {told:?}"
+    );
+}
+
+#[test]
+fn a_marked_test_without_a_row_or_not_named_by_it_is_found() {
+    one(
+        &found(SECTION, SOURCE),
+        "nor_does_it_pull in tests/a.rs is marked P2, which has no row",
+    );
+    let unnamed = format!("{SECTION}{TABLE}").replace(", `tests/a.rs: nor_does_it_pull`", "");
+    one(&found(&unnamed, SOURCE), "H1: it does not name nor_does_it_pull");
+}
+
+#[test]
+fn a_row_without_a_test_a_field_or_a_cell_is_found() {
+    let rest = SOURCE.replace("// hazard: H1\n", "\n").replace("H1, P2", "P2");
+    let without = |tests: &str| {
+        let section = SECTION.rsplit_once("- **Tests:**").expect("its last item").0;
+        format!("{section}- **Tests:** {tests}\n{TABLE}")
+    };
+    one(&found(&without("to come"), &rest), "H1: it names no test");
+    one(
+        &found(&without("`it_does_not_kick`"), &rest.clone())
+            .drain(..1)
+            .collect::<Vec<_>>(),
+        "is not `path: name`",
+    );
+    one(&found(&without("none: because"), &rest), "wants a reason");
+    assert_eq!(
+        found(
+            &without("none: the driver is a part of its own, which no program sees"),
+            &rest
+        ),
+        [""; 0]
+    );
+    let without_risk = format!("{SECTION}{TABLE}").replace("- **Residual risk:** none that is known\n", "");
+    assert!(
+        found(&without_risk, SOURCE)
+            .iter()
+            .any(|told| told.contains("Residual risk"))
+    );
+    let ends_early = format!(
+        "{}{TABLE}",
+        SECTION.split("- **Residual").next().expect("its beginning")
+    );
+    assert!(
+        found(&ends_early, &rest)
+            .iter()
+            .any(|told| told.contains("it has no Tests"))
+    );
+    let empty = format!("{SECTION}{TABLE}").replace("| it pulls |", "| |");
+    one(&found(&empty, SOURCE), "P2: a cell is empty");
+}
+
+#[test]
+fn two_rows_of_one_id_are_found() {
+    one(
+        &found(&format!("{SECTION}{TABLE}{TABLE}"), SOURCE),
+        "P2: there are two rows of it",
+    );
+}
+
+#[test]
+fn a_mark_that_stands_above_no_test_or_names_no_id_is_found() {
+    let both = format!("{SECTION}{TABLE}");
+    let more = |text: &str| found(&both, &format!("{SOURCE}{text}"));
+    one(&more("// hazard: H1\nfn no_test_either() {}\n"), "which is no test");
+    one(&more("// hazard: H1\n\nstruct Nothing;\n"), "stands above no test");
+    one(&more("// hazard: H1\n"), "stands above no test");
+    one(
+        &more("// hazard: the first\n#[test]\nfn a() {}\n"),
+        "is no id of a hazard",
+    );
+}

@@ -1,0 +1,219 @@
+//! What `status` claims of the real-time thread, held against what the kernel says of the process.
+
+use haptic_ipc::RealTimeStatus;
+use std::fs;
+use std::os::unix::process::CommandExt;
+use std::process::Command;
+use system_tests::{Daemon, PATIENCE, copy_binary, processors, real_time_thread, status};
+
+const SCHED_OTHER: u32 = 0;
+const SCHED_FIFO: u32 = 1;
+const SCHED_DEADLINE: u32 = 6;
+const NOBODY: u32 = 65_534;
+
+/// A thread, as the kernel has it.
+#[derive(Debug)]
+struct Thread {
+    name: String,
+    policy: u32,
+    priority: u32,
+    cpus: Vec<usize>,
+}
+
+impl Thread {
+    fn of(daemon: &Daemon, thread: u32) -> Option<Self> {
+        let read = |file: &str| fs::read_to_string(format!("/proc/{}/task/{thread}/{file}", daemon.pid()));
+        // It may have ended since it was listed.
+        let (stat, status, name) = (read("stat").ok()?, read("status").ok()?, read("comm").ok()?);
+        // Its name, the second field, may have spaces in it; priority and policy are the 40th and 41st.
+        let (_, after_name) = stat.rsplit_once(") ")?;
+        let field = |number: usize| after_name.split(' ').nth(number - 3)?.parse().ok();
+        let listed = status
+            .lines()
+            .find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?;
+        Some(Self {
+            name: name.trim().to_owned(),
+            priority: field(40)?,
+            policy: field(41)?,
+            cpus: cpus(listed.trim()),
+        })
+    }
+
+    fn all(daemon: &Daemon) -> Vec<Self> {
+        fs::read_dir(format!("/proc/{}/task", daemon.pid()))
+            .expect("it runs")
+            .filter_map(|task| Self::of(daemon, task.ok()?.file_name().to_str()?.parse().ok()?))
+            .collect()
+    }
+}
+
+/// A list of processors, as the kernel writes it: `0-2,5`.
+fn cpus(listed: &str) -> Vec<usize> {
+    listed
+        .split(',')
+        .flat_map(|range| {
+            let (from, to) = range.split_once('-').unwrap_or((range, range));
+            let number = |text: &str| text.parse::<usize>().expect("a processor");
+            number(from)..=number(to)
+        })
+        .collect()
+}
+
+/// Kilobytes of memory that the kernel keeps locked for a process.
+fn locked_kib(daemon: &Daemon) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{}/status", daemon.pid())).expect("it runs");
+    let line = status.lines().find_map(|line| line.strip_prefix("VmLck:"));
+    line.expect("a size")
+        .trim()
+        .trim_end_matches(" kB")
+        .parse()
+        .expect("a size")
+}
+
+/// Mappings of a process that may be paged out: readable, its own, and not locked.
+fn unlocked(daemon: &Daemon) -> Vec<String> {
+    let maps = fs::read_to_string(format!("/proc/{}/smaps", daemon.pid())).expect("it runs");
+    let mut unlocked = Vec::new();
+    let mut mapping = "";
+    for line in maps.lines() {
+        let Some(flags) = line.strip_prefix("VmFlags:") else {
+            // Sizes are `Name: value`; the line of a mapping begins with its addresses.
+            if !line.split(' ').next().unwrap_or_default().ends_with(':') {
+                mapping = line;
+            }
+            continue;
+        };
+        let has = |flag: &str| flags.split_whitespace().any(|each| each == flag);
+        // What the kernel itself puts into every process (vdso, vvar) cannot be paged out and is never marked.
+        let kernels = mapping.ends_with(']') && mapping.contains("[v");
+        if has("rd") && !has("lo") && !kernels {
+            unlocked.push(mapping.to_owned());
+        }
+    }
+    unlocked
+}
+
+/// Whether all that is claimed is so, and nothing else.
+fn hold_against_the_kernel(daemon: &Daemon, claimed: &RealTimeStatus) {
+    let thread = Thread::of(daemon, real_time_thread(daemon.pid())).expect("it runs");
+    let expected = match (claimed.fifo_priority, claimed.deadline_scheduled) {
+        (Some(priority), false) => (SCHED_FIFO, u32::from(priority)),
+        (None, true) => (SCHED_DEADLINE, 0),
+        (None, false) => (SCHED_OTHER, 0),
+        both @ (Some(_), true) => panic!("{both:?}"),
+    };
+    assert_eq!((thread.policy, thread.priority), expected, "{claimed:?}");
+    match claimed.cpu {
+        Some(cpu) => assert_eq!(thread.cpus, [cpu], "{claimed:?}"),
+        None => assert_ne!(thread.cpus.len(), 0),
+    }
+    let locked = locked_kib(daemon);
+    if claimed.memory_locked {
+        assert!(locked > 1024, "only {locked} KiB are locked: {claimed:?}");
+        let unlocked = unlocked(daemon);
+        assert!(unlocked.is_empty(), "these may be paged out: {unlocked:#?}");
+    } else {
+        assert_eq!(locked, 0, "{claimed:?}");
+    }
+    let holds_latency = fs::read_dir(format!("/proc/{}/fd", daemon.pid()))
+        .expect("it runs")
+        .filter_map(|descriptor| fs::read_link(descriptor.ok()?.path()).ok())
+        .any(|open| open.ends_with("cpu_dma_latency"));
+    assert_eq!(holds_latency, claimed.cpus_kept_awake, "{claimed:?}");
+    // Whatever it has not got it tells.
+    let silent = claimed.problems.is_empty();
+    assert!(
+        !silent || (claimed.memory_locked && (claimed.fifo_priority.is_some() || claimed.deadline_scheduled)),
+        "{claimed:?}"
+    );
+}
+
+// hazard: P15
+#[test]
+fn priority_processor_and_locked_memory_are_what_status_claims() {
+    for arguments in [
+        &[][..],
+        &["--priority", "37"],
+        &["--policy", "deadline"],
+        &["--cpu", "0"],
+    ] {
+        let daemon = Daemon::start(arguments);
+        // Asked more than once: the memory of clients and histograms comes later than the locking.
+        let mut client = daemon.client();
+        let began = std::time::Instant::now();
+        while status(&mut client).tick < 200 {
+            assert!(began.elapsed() < PATIENCE, "it does not tick");
+        }
+        let claimed = status(&mut client).real_time;
+        println!(
+            "{arguments:?}: {}, {}, {}",
+            claimed.scheduling(),
+            claimed.place(),
+            claimed.memory()
+        );
+        hold_against_the_kernel(&daemon, &claimed);
+        if !claimed.memory_locked || (claimed.fifo_priority.is_none() && !claimed.deadline_scheduled) {
+            println!(
+                "SKIPPED: this user may not have all of it, so only the claim of less was seen: {:?}",
+                claimed.problems
+            );
+        }
+    }
+}
+
+// hazard: P15
+#[test]
+fn a_daemon_without_privileges_claims_none() {
+    if !rustix::process::geteuid().is_root() {
+        println!("SKIPPED: only root can start it as another user");
+        return;
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    std::os::unix::fs::chown(directory.path(), Some(NOBODY), Some(NOBODY)).expect("root can");
+    // The binary may lie where only root can go.
+    let copy = directory.path().join("hapticd");
+    copy_binary("hapticd", &copy);
+    let mut command = Command::new("sh");
+    command
+        .args(["-c", "ulimit -l 64; ulimit -r 0; exec \"$0\" \"$@\""])
+        .arg(copy)
+        .args(["--device", "fake"])
+        .uid(NOBODY)
+        .gid(NOBODY);
+    let daemon = Daemon::spawn(command, &directory.path().join("control.sock"));
+    let claimed = status(&mut daemon.client()).real_time;
+    assert!(
+        claimed.fifo_priority.is_none() && !claimed.memory_locked && !claimed.deadline_scheduled,
+        "{claimed:?}"
+    );
+    hold_against_the_kernel(&daemon, &claimed);
+}
+
+// hazard: P13
+#[test]
+fn the_control_thread_keeps_off_the_loops_processor() {
+    if processors().len() < 2 {
+        println!("SKIPPED: there is one processor only, which all threads share");
+        return;
+    }
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let claimed = status(&mut client).real_time;
+    let cpu = claimed.cpu.expect("where there are two it takes one");
+    let main = Thread::of(&daemon, daemon.pid()).expect("it runs");
+    assert_ne!(main.name, "rt");
+    assert!(
+        !main.cpus.contains(&cpu),
+        "the control thread may run on {cpu}: {main:?}"
+    );
+    // Other threads of ordinary priority may, where the loop's own priority keeps them off while it needs it; none of them does what the loop waits for.
+    for thread in Thread::all(&daemon) {
+        println!("{thread:?}");
+    }
+}
+
+#[test]
+fn lists_of_processors_are_read_as_the_kernel_writes_them() {
+    assert_eq!(cpus("0-2,5"), [0, 1, 2, 5]);
+    assert_eq!(cpus("7"), [7]);
+}
