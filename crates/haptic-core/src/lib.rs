@@ -16,6 +16,7 @@
 //! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others, each behind a block or on the device itself.
 //! * [`Renderer`] is what a scene compiles to: one [`tick`](Renderer::tick) per measurement, by the
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
+//! * [`pulse`] is what is rendered in the place of a scene while a rig is commissioned.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before the motor,
 //!   and [`passivity`] watches the energy that sampling makes.
 //!
@@ -39,6 +40,7 @@ pub mod limiter;
 mod math;
 pub mod parameters;
 pub mod passivity;
+pub mod pulse;
 mod renderer;
 pub mod scene;
 mod scheme;
@@ -47,6 +49,7 @@ pub mod velocity;
 
 pub use friction::Directional;
 pub use parameters::{Direction, Parameter, ParameterKey};
+pub use pulse::{PulseError, PulseShape};
 pub use renderer::{FARTHEST_RESEAT_M, Renderer};
 pub use scene::{Scene, SceneError};
 pub use scheme::{Scheme, UnknownScheme};
