@@ -5,8 +5,10 @@
 //! ```text
 //! loss 0.05          from now on one frame in twenty is lost, each way
 //! at 2.5 hang-up 0.3 at 2.5 s the line is hung up for 0.3 s
+//! clock-half         from now on the device's clock runs at half its speed
 //! ```
 
+use super::misbehaviour::Misbehaviour;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::str::FromStr;
@@ -36,11 +38,14 @@ pub enum Fault {
     Jump(i32),
     /// The clock wraps around so much later, s.
     Wrap(f64),
+    /// The firmware does something wrong.
+    Firmware(Misbehaviour),
 }
 
 impl Fault {
     /// The lines that there are, for a help text.
-    pub const HELP: &'static str = "delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, reorder SHARE, stall S, hang-up S, version N, jump COUNTS, wrap S";
+    pub const HELP: &'static str = "delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, reorder SHARE, stall S, hang-up S, version N, jump COUNTS, wrap S, \
+        and of the firmware's, see fake-rig --help";
 }
 
 /// A fault and when it happens, s since the start; now where nothing is said.
@@ -63,10 +68,18 @@ impl FromStr for TimedFault {
                 .filter(|value| value.is_finite())
                 .ok_or_else(|| format!("`{text}` is no number"))
         };
-        let (at_s, name, value) = match words[..] {
-            ["at", at, name, value] => (Some(number(at)?), name, value),
-            [name, value] => (None, name, value),
-            _ => return Err(format!("`{line}` is no fault; there are {}", Fault::HELP)),
+        let (at_s, words) = match &words[..] {
+            ["at", at, words @ ..] => (Some(number(at)?), words),
+            words => (None, words),
+        };
+        if let Some(misbehaviour) = Misbehaviour::read(words) {
+            return Ok(Self {
+                at_s,
+                fault: Fault::Firmware(misbehaviour?),
+            });
+        }
+        let &[name, value] = words else {
+            return Err(format!("`{line}` is no fault; there are {}", Fault::HELP));
         };
         let within = |least: f64, most: f64| -> Result<f64, String> {
             let value = number(value)?;
@@ -235,6 +248,13 @@ mod tests {
                 fault: Fault::HangUp(0.3)
             })
         );
+        assert_eq!(
+            read("at 1 ignore-off"),
+            Ok(TimedFault {
+                at_s: Some(1.0),
+                fault: Fault::Firmware(Misbehaviour::IgnoreOff)
+            })
+        );
         for wrong in [
             "",
             "loss",
@@ -244,6 +264,8 @@ mod tests {
             "at x loss 0.1",
             "version 256",
             "at 1 loss 0.1 2",
+            "at 1",
+            "at 1 clock-half 2",
         ] {
             let error = read(wrong).expect_err(wrong);
             assert!(error.len() > 10, "{wrong}: {error}");

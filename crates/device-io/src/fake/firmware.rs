@@ -1,10 +1,10 @@
 //! The device's side of the link protocol, on the fake rig: what a firmware does, in a few hundred lines of Rust. It has no clock of its own; whoever runs it says what time it is.
 
+use super::misbehaviour::{LyingClock, Misbehaviour};
 use super::{FakeRig, Hand, RigProperties};
-use crate::protocol::message::{DeviceHello, DeviceSample, FromDevice, FromHost, is_newer};
+use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, is_newer};
+use std::collections::VecDeque;
 
-/// The motor is off after so long without a command, ns.
-const WATCHDOG_NS: u64 = 50_000_000;
 /// Nothing is sent after so long without a valid message, ns.
 const SILENCE_NS: u64 = 1_000_000_000;
 
@@ -17,6 +17,10 @@ pub struct FirmwareProperties {
     pub force_limit_n: f64,
     /// How much faster than the true one its clock runs, parts in 1e6.
     pub clock_ppm: f64,
+    /// The motor is off after so long without a command, ms; 0 where it has no watchdog.
+    pub watchdog_ms: u16,
+    /// Buttons that there are, one bit each.
+    pub buttons: u8,
 }
 
 impl Default for FirmwareProperties {
@@ -25,6 +29,8 @@ impl Default for FirmwareProperties {
             sample_rate_hz: 1000,
             force_limit_n: 20.0,
             clock_ppm: 0.0,
+            watchdog_ms: 50,
+            buttons: 0,
         }
     }
 }
@@ -34,6 +40,22 @@ enum State {
     Silent,
     Off,
     Enabled,
+}
+
+/// What it does wrong.
+#[derive(Clone, Copy, Debug, Default)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a fault of its own, and any may come together"
+)]
+struct Wrong {
+    ignores_off: bool,
+    ignores_command_off: bool,
+    stays_enabled: bool,
+    keeps_mark: bool,
+    echoes_nothing: bool,
+    /// What the next sample is off, m.
+    spike_m: f64,
 }
 
 /// A fake rig with its firmware.
@@ -54,6 +76,11 @@ pub struct Firmware {
     /// What is added to the clock, us, and to the encoder, counts.
     clock_offset_us: u32,
     count_offset: i32,
+    clock: LyingClock,
+    wrong: Wrong,
+    pressed: u8,
+    /// Errors that are to be told.
+    errors: VecDeque<FromDevice>,
     /// The largest force that the motor gave since this was last asked, N.
     largest_force_n: f64,
     force_n: f64,
@@ -75,6 +102,10 @@ impl Firmware {
             heard_at_ns: 0,
             clock_offset_us: 0,
             count_offset: 0,
+            clock: LyingClock::default(),
+            wrong: Wrong::default(),
+            pressed: 0,
+            errors: VecDeque::new(),
             largest_force_n: 0.0,
             force_n: 0.0,
         }
@@ -104,6 +135,9 @@ impl Firmware {
                 self.command = sequence;
                 self.command_at_ns = now_ns;
                 if !enabled {
+                    if self.wrong.stays_enabled || self.wrong.ignores_command_off {
+                        return None;
+                    }
                     self.state = State::Off;
                 }
                 self.drive(if self.state == State::Enabled {
@@ -113,11 +147,19 @@ impl Firmware {
                 });
                 None
             }
-            FromHost::Enable { enabled, .. } => {
+            FromHost::Enable { enabled: true, .. } => {
                 self.drive(0.0);
-                self.state = if enabled { State::Enabled } else { State::Off };
-                self.watchdog = false;
+                self.state = State::Enabled;
+                self.watchdog &= self.wrong.keeps_mark;
                 self.command_at_ns = now_ns;
+                Some(FromDevice::Acknowledge { sequence, done: true })
+            }
+            FromHost::Enable { enabled: false, .. } => {
+                // The watchdog's mark stays: it says why the motor was off before.
+                if !self.wrong.stays_enabled && !self.wrong.ignores_off {
+                    self.drive(0.0);
+                    self.state = State::Off;
+                }
                 Some(FromDevice::Acknowledge { sequence, done: true })
             }
             FromHost::Hello { .. } => None,
@@ -130,7 +172,7 @@ impl Firmware {
         if self.state == State::Silent {
             return None;
         }
-        let position_m = self.rig.plant().position_m();
+        let position_m = self.rig.plant().position_m() + std::mem::take(&mut self.wrong.spike_m);
         let sequence = self.sequence;
         self.sequence = sequence.wrapping_add(1);
         #[expect(
@@ -140,20 +182,24 @@ impl Firmware {
         let count = (position_m / self.resolution_m()).round() as i32;
         Some(FromDevice::Sample(DeviceSample {
             sequence,
-            time_us: self.time_us(now_ns),
+            time_us: self.clock.stamp(self.time_us(now_ns), now_ns / 1000),
             count: count.wrapping_add(self.count_offset),
-            command: self.command,
+            command: if self.wrong.echoes_nothing { 0 } else { self.command },
             enabled: self.state == State::Enabled,
             watchdog: self.watchdog,
-            buttons: 0,
+            buttons: self.pressed,
             wide: None,
         }))
     }
 
     /// Lets time go by, and the watchdog with it.
     fn advance(&mut self, now_ns: u64) {
-        let bites_at_ns = self.command_at_ns + WATCHDOG_NS;
-        if self.state == State::Enabled && now_ns >= bites_at_ns {
+        let watchdog_ns = match self.properties.watchdog_ms {
+            0 => u64::MAX,
+            ms => u64::from(ms) * 1_000_000,
+        };
+        let bites_at_ns = self.command_at_ns.saturating_add(watchdog_ns);
+        if !self.wrong.stays_enabled && self.state == State::Enabled && now_ns >= bites_at_ns {
             // In the fake as in a real one it bites when it is due, whenever somebody looks.
             self.rig.live_until(bites_at_ns);
             self.drive(0.0);
@@ -162,6 +208,9 @@ impl Firmware {
         }
         self.rig.live_until(now_ns);
         if self.state != State::Silent && now_ns >= self.heard_at_ns + SILENCE_NS {
+            if self.wrong.stays_enabled {
+                return;
+            }
             self.drive(0.0);
             self.state = State::Silent;
         }
@@ -208,8 +257,8 @@ impl Firmware {
             counts_per_metre,
             force_limit_mn,
             sample_rate_hz: self.properties.sample_rate_hz,
-            watchdog_ms: 50,
-            buttons: 0,
+            watchdog_ms: self.properties.watchdog_ms,
+            buttons: self.properties.buttons,
             wide: false,
             firmware: DeviceHello::firmware_of(concat!("fake-rig ", env!("CARGO_PKG_VERSION"))),
         }
@@ -238,6 +287,47 @@ impl Firmware {
         &self.rig
     }
 
+    /// Does something wrong from a time on, ns.
+    pub fn misbehave(&mut self, how: Misbehaviour, now_ns: u64) {
+        self.advance(now_ns);
+        match how {
+            Misbehaviour::Clock(fault) => self.clock.lie(fault, now_ns / 1000),
+            Misbehaviour::PositionSpike(mm) => self.wrong.spike_m = mm * 1e-3,
+            Misbehaviour::SequenceJump(by) => self.sequence = self.sequence.wrapping_add(by),
+            Misbehaviour::IgnoreOff => self.wrong.ignores_off = true,
+            Misbehaviour::IgnoreCommandOff => self.wrong.ignores_command_off = true,
+            Misbehaviour::StayEnabled => self.wrong.stays_enabled = true,
+            Misbehaviour::KeepMark => self.wrong.keeps_mark = true,
+            Misbehaviour::NoEcho => self.wrong.echoes_nothing = true,
+            Misbehaviour::Button(number, true) => self.pressed |= 1 << (number.clamp(1, 8) - 1),
+            Misbehaviour::Button(number, false) => self.pressed &= !(1 << (number.clamp(1, 8) - 1)),
+            Misbehaviour::ForceLimit(limit_n) => self.properties.force_limit_n = limit_n,
+            Misbehaviour::WatchdogMs(ms) => self.properties.watchdog_ms = ms,
+            Misbehaviour::Error(code, detail) => self.report(code, detail),
+            Misbehaviour::Honest => {
+                self.clock.be_honest(now_ns / 1000);
+                self.wrong = Wrong::default();
+            }
+        }
+    }
+
+    fn report(&mut self, code: u8, detail: u32) {
+        if self.state == State::Silent {
+            return;
+        }
+        let code = ErrorCode::from_byte(code);
+        if code != ErrorCode::BadMessage && !self.wrong.stays_enabled {
+            self.drive(0.0);
+            self.state = State::Off;
+        }
+        self.errors.push_back(FromDevice::Error { code, detail });
+    }
+
+    /// The next error that is to be told.
+    pub fn take_error(&mut self) -> Option<FromDevice> {
+        self.errors.pop_front()
+    }
+
     /// The encoder jumps by so many counts, as from a magnetic disturbance.
     pub fn jump(&mut self, counts: i32) {
         self.count_offset = self.count_offset.wrapping_add(counts);
@@ -247,5 +337,95 @@ impl Firmware {
     pub fn wrap_in(&mut self, time_us: u32, now_ns: u64) {
         self.clock_offset_us = 0;
         self.clock_offset_us = 0_u32.wrapping_sub(time_us).wrapping_sub(self.time_us(now_ns));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    /// An enabled firmware that gives 3 N, and what time it is.
+    fn pulling() -> (Firmware, u64) {
+        let mut firmware = Firmware::new(RigProperties::default(), Hand::Free, FirmwareProperties::default());
+        let now_ns = 1000 * MS;
+        firmware.receive(FromHost::Hello { nonce: 1 }, now_ns);
+        firmware.receive(enable(1, true), now_ns);
+        firmware.receive(command(2, 3000, true), now_ns);
+        assert_eq!(firmware.force_n(), 3.0);
+        (firmware, now_ns)
+    }
+
+    fn enable(sequence: u32, enabled: bool) -> FromHost {
+        FromHost::Enable { sequence, enabled }
+    }
+
+    fn command(sequence: u32, force_mn: i32, enabled: bool) -> FromHost {
+        FromHost::Command {
+            sequence,
+            force_mn,
+            enabled,
+        }
+    }
+
+    fn sample(firmware: &mut Firmware, now_ns: u64) -> DeviceSample {
+        match firmware.sample(now_ns) {
+            Some(FromDevice::Sample(sample)) => sample,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn only_an_enable_on_takes_the_watchdogs_mark_away() {
+        let (mut firmware, now_ns) = pulling();
+        let now_ns = now_ns + 60 * MS;
+        let bitten = sample(&mut firmware, now_ns);
+        assert!(bitten.watchdog && !bitten.enabled, "{bitten:?}");
+        firmware.receive(enable(3, false), now_ns);
+        assert!(sample(&mut firmware, now_ns).watchdog);
+        firmware.receive(enable(4, true), now_ns);
+        assert!(!sample(&mut firmware, now_ns).watchdog);
+    }
+
+    #[test]
+    fn a_second_enable_begins_at_zero_force_with_a_fresh_watchdog() {
+        let (mut firmware, now_ns) = pulling();
+        firmware.receive(enable(3, true), now_ns + 40 * MS);
+        let enabled = sample(&mut firmware, now_ns + 80 * MS);
+        assert!(enabled.enabled, "{enabled:?}");
+        assert_eq!(firmware.force_n(), 0.0);
+        assert!(!sample(&mut firmware, now_ns + 91 * MS).enabled);
+    }
+
+    #[test]
+    fn a_misbehaving_one_stays_on_until_it_is_honest() {
+        let (mut firmware, now_ns) = pulling();
+        firmware.misbehave(Misbehaviour::StayEnabled, now_ns);
+        firmware.receive(command(3, 0, false), now_ns);
+        firmware.receive(enable(4, false), now_ns);
+        assert!(sample(&mut firmware, now_ns + 5000 * MS).enabled);
+        assert_eq!(firmware.force_n(), 3.0);
+        firmware.misbehave(Misbehaviour::Honest, now_ns + 5001 * MS);
+        assert_eq!(firmware.sample(now_ns + 5001 * MS), None, "off, and silent");
+        assert_eq!(firmware.force_n(), 0.0);
+    }
+
+    #[test]
+    fn a_spike_is_of_one_sample_and_an_error_switches_the_motor_off() {
+        let (mut firmware, now_ns) = pulling();
+        let before = sample(&mut firmware, now_ns).count;
+        firmware.misbehave(Misbehaviour::PositionSpike(1.0), now_ns);
+        assert_eq!(sample(&mut firmware, now_ns).count - before, 100);
+        assert_eq!(sample(&mut firmware, now_ns).count, before);
+        firmware.misbehave(Misbehaviour::Error(3, 17), now_ns);
+        assert_eq!(
+            firmware.take_error(),
+            Some(FromDevice::Error {
+                code: ErrorCode::Motor,
+                detail: 17
+            })
+        );
+        assert_eq!((firmware.force_n(), firmware.take_error()), (0.0, None));
     }
 }

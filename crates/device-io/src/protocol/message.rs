@@ -97,7 +97,7 @@ pub enum ErrorCode {
 }
 
 impl ErrorCode {
-    fn from_byte(byte: u8) -> Self {
+    pub(crate) fn from_byte(byte: u8) -> Self {
         match byte {
             1 => Self::BadMessage,
             2 => Self::Sensor,

@@ -33,6 +33,14 @@ struct Options {
     #[arg(long, value_name = "N", default_value_t = 20.0)]
     force_limit_n: f64,
 
+    /// The firmware's watchdog switches the motor off after so long without a command, ms; 0: it has none
+    #[arg(long, value_name = "MS", default_value_t = 50)]
+    watchdog_ms: u16,
+
+    /// Buttons that there are, up to 8
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=8))]
+    buttons: u8,
+
     /// How much faster than the true one the device's clock runs, parts in a million
     #[arg(long, value_name = "PPM", default_value_t = 0.0, allow_negative_numbers = true)]
     clock_ppm: f64,
@@ -42,7 +50,9 @@ struct Options {
 
     /// A fault, now or `at` a time in seconds; may be given again
     #[arg(long, value_name = "FAULT", long_help = concat!("A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, ",
-        "reorder SHARE, stall S, hang-up S, version N, jump COUNTS, wrap S"))]
+        "reorder SHARE, stall S, hang-up S, version N, jump COUNTS, wrap S; and of the firmware: clock-backwards, clock-stop, clock-half, clock-double, clock-speed FACTOR, ",
+        "clock-jump MS, clock-wrap16, clock-torn, position-spike MM, sequence-jump N, ignore-off, ignore-command-off, stay-enabled, keep-mark, no-echo, button N on|off, ",
+        "force-limit N, watchdog-ms MS, error CODE DETAIL, honest"))]
     fault: Vec<TimedFault>,
 
     /// A file of faults, one a line; what follows a `#` is a comment
@@ -134,6 +144,8 @@ impl Rig {
             sample_rate_hz: options.sample_rate_hz,
             force_limit_n: options.force_limit_n,
             clock_ppm: options.clock_ppm,
+            watchdog_ms: options.watchdog_ms,
+            buttons: u8::try_from((1_u16 << options.buttons) - 1).unwrap_or(u8::MAX),
         };
         let began_ns = now_ns();
         let place = options.place.place();
@@ -242,6 +254,12 @@ impl Rig {
             Err(Fault::Wrap(seconds)) => {
                 let in_us = u32::try_from(Duration::from_secs_f64(seconds).as_micros()).unwrap_or(u32::MAX);
                 self.firmware.wrap_in(in_us, now);
+            }
+            Err(Fault::Firmware(misbehaviour)) => {
+                self.firmware.misbehave(misbehaviour, now);
+                while let Some(error) = self.firmware.take_error() {
+                    self.say(&error, now);
+                }
             }
             Err(_) => {}
         }
