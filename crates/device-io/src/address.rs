@@ -35,7 +35,7 @@ pub const DEFAULT_BAUD: u32 = 1_000_000;
 /// A name that names no rig.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "`{address}` names no device: {why}; write fake, serial:/dev/ttyACM0[?baud=1000000], hid:VID:PID[:SERIAL], odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1[&axis=0] or simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05[&motor=M], these two with [&direction=-1][&baud=115200]"
+    "`{address}` names no device: {why}; write fake, serial:/dev/ttyACM0[?baud=1000000], hid:VID:PID[:SERIAL], odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1[&axis=0] or simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05[&motor=M][&timeout_ms=50], these two with [&direction=-1][&baud=115200]"
 )]
 pub struct AddressError {
     address: String,
@@ -169,6 +169,7 @@ mod tests {
             "odrive:/dev/ttyACM0?axis=1&torque_limit_nm=0.5&radius_mm=4.7625&direction=-1&baud=921600",
             "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
             "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&motor=A",
+            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&timeout_ms=50",
         ] {
             let address: Address = text.parse().expect(text);
             assert_eq!(address.to_string().parse(), Ok(address));

@@ -16,6 +16,7 @@ pub(crate) mod clock;
 mod device_clock;
 mod health;
 pub(crate) mod hid;
+mod identity;
 mod keeper;
 mod low_latency;
 mod mailbox;
@@ -31,6 +32,7 @@ mod writer;
 pub use adapter::{MotorOptions, ODriveConnector, ODriveOptions, SimpleFocConnector, SimpleFocOptions};
 pub use health::{LinkCounters, UNKNOWN_DRIFT};
 pub use hid::{HidConnector, HidId};
+pub use identity::RigIdentity;
 pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub use serial::SerialConnector;
 pub(crate) use serial::permission_remedy as serial_permission_remedy;
@@ -64,6 +66,8 @@ pub struct LinkDevice {
     connection: Option<Box<dyn Connection>>,
     greeted: Consumer<Box<dyn Connection>>,
     failed: Producer<Box<dyn Connection>>,
+    /// Connections taken so far.
+    connections: u64,
     resolution_m: f64,
     now_ns: u64,
 }
@@ -107,11 +111,16 @@ impl Device for LinkDevice {
         true
     }
 
+    fn connection(&self) -> u64 {
+        self.connections
+    }
+
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
         self.now_ns = now_ns;
         if self.connection.is_none()
             && let Ok(connection) = self.greeted.pop()
         {
+            self.connections += 1;
             self.resolution_m = connection.resolution_m();
             self.connection = Some(connection);
         }

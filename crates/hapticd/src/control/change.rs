@@ -1,7 +1,7 @@
 //! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered it. `set`, `scene.load`, `undo` and `redo` all go this way.
 
 use crate::control::history::{Dragged, Move};
-use crate::control::{RigHandle, advise, library};
+use crate::control::{RigHandle, advise, commission, library};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::quantity::number;
 use haptic_ipc::{
@@ -147,6 +147,7 @@ fn begin(rig: &RigHandle, by: By<'_>, op: &str, scene: Scene, how: How, step: Mo
             ramp_ticks: None,
         });
     }
+    commission::keep_out(rig, "change the scene")?;
     let entry = JournalEntry {
         by: Some(by.peer.clone()),
         changes: reply.changes.clone(),

@@ -1,12 +1,15 @@
 //! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and what comes back.
 
+use crate::control::admission::{self, Admission, EngageRules, Purpose};
+use crate::control::commission::record::Records;
+use crate::control::commission::{self, Commissioning};
 use crate::control::compile::{Compiled, Way};
 use crate::control::history::{History, Move};
 use crate::control::journal::{Journal, Until};
 use crate::control::lease::Leases;
 use crate::control::pulse::Pulse;
 use crate::rig_state::Command;
-use crate::rt::handoff::{Outcome, Shared, Stopped};
+use crate::rt::handoff::{CompiledScene, Outcome, Shared, Stopped};
 use crate::telemetry::feed::Feed;
 use crate::telemetry::ring::TickRecord;
 use device_io::Address;
@@ -14,7 +17,7 @@ use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
-use haptic_core::{Scene, Scheme};
+use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::{ErrorCode, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange, WireError};
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::path::PathBuf;
@@ -36,6 +39,12 @@ pub(crate) struct Facts {
     /// Looks after that link as long as it is here.
     pub(crate) keeper: Option<RunningKeeper>,
     pub(crate) period_ns: u64,
+    /// Time that engaging and releasing take.
+    pub(crate) ramp: Duration,
+    /// What is put up with of a device.
+    pub(crate) rules: EngageRules,
+    /// Where it is kept what was found of rigs.
+    pub(crate) state_dir: PathBuf,
     pub(crate) scheme: Scheme,
     pub(crate) velocity: Method,
     /// Where saved scenes are.
@@ -115,6 +124,8 @@ pub(crate) struct RigHandle {
     /// The way from one scene to another on which the newest change is.
     ramp: RefCell<Option<Ramp>>,
     leases: Leases,
+    commissioning: RefCell<Option<Commissioning>>,
+    records: RefCell<Records>,
     /// Whether the newest record was a fault's.
     faulted: Cell<bool>,
     clients: Cell<usize>,
@@ -134,6 +145,8 @@ impl RigHandle {
             journal: RefCell::new(Journal::default()),
             ramp: RefCell::new(None),
             leases: Leases::default(),
+            commissioning: RefCell::new(None),
+            records: RefCell::default(),
             faulted: Cell::new(false),
             clients: Cell::new(0),
             closing: Cell::new(false),
@@ -225,6 +238,37 @@ impl RigHandle {
 
     pub(crate) fn leases(&self) -> &Leases {
         &self.leases
+    }
+
+    pub(super) fn commissioning(&self) -> &RefCell<Option<Commissioning>> {
+        &self.commissioning
+    }
+
+    pub(super) fn records(&self) -> &RefCell<Records> {
+        &self.records
+    }
+
+    /// The state of the rig while no command is on its way, which is kept so as long as the first of the two is.
+    pub(super) async fn quiet_state(&self) -> (tokio::sync::MutexGuard<'_, ()>, RigState) {
+        let turn = self.commanding.lock().await;
+        (turn, self.state())
+    }
+
+    /// Has the loop render something that is no scene, in the place of the newest one, which stays what it is for everybody.
+    pub(super) fn lend_loop(&self, renderer: Renderer) {
+        // A way to the newest scene ends here: what comes back is its end.
+        *self.ramp.borrow_mut() = None;
+        let lent = CompiledScene::at_once(renderer, self.revision());
+        self.shared.scenes.post(lent);
+    }
+
+    /// Has the loop render the newest scene again.
+    pub(super) fn give_loop_back(&self) {
+        match Renderer::new(&self.scene(), self.facts.scheme, self.facts.period_s()) {
+            Ok(renderer) => self.lend_loop(renderer),
+            // It was rendered before.
+            Err(error) => crate::say(&format!("the scene cannot be rendered any more: {error}")),
+        }
     }
 
     /// State of the rig in its newest record.
@@ -326,13 +370,37 @@ impl RigHandle {
         stops_known: u64,
         by: Option<&Peer>,
     ) -> Result<Outcome, WireError> {
+        let admission = match command {
+            Command::Engage => admission::admit(self, Purpose::Scene).await?,
+            // What lets force out, or only clears, needs no leave.
+            Command::Release | Command::Reset => Admission::NONE,
+        };
+        self.carry_out(command, admission, stops_known, by).await
+    }
+
+    /// The same, for somebody who has the permission already.
+    ///
+    /// # Errors
+    /// As [`Self::command`].
+    pub(super) async fn carry_out(
+        &self,
+        command: Command,
+        admission: Admission,
+        stops_known: u64,
+        by: Option<&Peer>,
+    ) -> Result<Outcome, WireError> {
         let _turn = self.commanding.lock().await;
+        if command == Command::Engage && admission.purpose == Purpose::Scene {
+            // Somebody may have begun while it was looked whether this is allowed.
+            commission::keep_out(self, "engage")?;
+        }
         if self.closing.get() && command == Command::Engage {
             return Err(WireError::new(ErrorCode::WrongState, "cannot engage: the daemon is ending").about("state"));
         }
         let before = self.state();
         let serial = self.serial.get().wrapping_add(1);
         self.serial.set(serial);
+        self.shared.admit(admission.connection);
         self.shared.send(serial, command, stops_known);
         // Nobody may find later that a command was carried out which was given up here.
         let withdraw = WithdrawOnDrop {
@@ -353,6 +421,10 @@ impl RigHandle {
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
             RigState::Faulted => (ErrorCode::Faulted, "reset it first"),
             RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
+            _ if admission.connection != self.connection() => (
+                ErrorCode::WrongState,
+                "another device was connected in between; try again",
+            ),
             _ => (ErrorCode::WrongState, "a stop came in between"),
         };
         Err(WireError::new(
@@ -360,6 +432,11 @@ impl RigHandle {
             format!("cannot {verb} while the rig is {}: {hint}", outcome.state),
         )
         .about("state"))
+    }
+
+    /// The number of the connection to the device; any, where there is no link.
+    fn connection(&self) -> u64 {
+        admission::Device::connected(self).map_or(0, |device| device.connection)
     }
 
     /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows the stop.

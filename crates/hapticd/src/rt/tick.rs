@@ -320,7 +320,9 @@ impl<D: Device + ?Sized> Tick<D> {
         self.last_command = word.serial;
         // A stop that came after the command was sent wins over it; and until the device has taken its zero force, no other may follow.
         let early = word.command == Command::Engage && self.stop_pending.is_some();
-        let refused = early || word.overtaken_by(stops) || self.rig.command(word.command).is_err();
+        // What was checked before an engagement was checked of one device.
+        let elsewhere = word.command == Command::Engage && !self.shared.is_admitted(self.device.connection());
+        let refused = early || elsewhere || word.overtaken_by(stops) || self.rig.command(word.command).is_err();
         Some((word, refused))
     }
 

@@ -2,5 +2,6 @@
 
 pub(crate) mod feed;
 mod link;
+pub(crate) mod motion;
 pub(crate) mod ring;
 pub(crate) mod timing;

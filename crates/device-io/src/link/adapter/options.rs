@@ -8,6 +8,9 @@ use std::path::PathBuf;
 /// What a line runs at where nothing is said, baud: both makers' default. A USB controller has no rate and ignores it.
 const DEFAULT_BAUD: u32 = 115_200;
 
+/// Time-outs that a firmware may have been given, ms.
+const TIMEOUT_MS: RangeInclusive<u32> = 1..=1000;
+
 /// A controller on a serial line, and the pulley or capstan on its shaft. Every number is finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorOptions {
@@ -66,6 +69,8 @@ pub struct SimpleFocOptions {
     pub letter: char,
     /// Torque of the shaft to one unit of its target, which is a volt or an ampere, Nm.
     pub nm_per_unit: f64,
+    /// The time-out that was written into its firmware, as docs/adapters.md has it, ms; the Commander has none of its own, and this cannot be asked for.
+    pub timeout_ms: Option<u32>,
 }
 
 // Every number in them is finite.
@@ -167,6 +172,7 @@ impl SimpleFocOptions {
             "radius_mm",
             "torque_limit_nm",
             "nm_per_unit",
+            "timeout_ms",
             "motor",
             "direction",
             "baud",
@@ -181,7 +187,14 @@ impl SimpleFocOptions {
                 ));
             }
         };
+        let timeout_ms = reader.get("timeout_ms").map(|text| {
+            text.parse().ok().filter(|ms| TIMEOUT_MS.contains(ms)).ok_or_else(|| {
+                let (least, most) = (TIMEOUT_MS.start(), TIMEOUT_MS.end());
+                format!("timeout_ms = {text} ms is out of range: it must be from {least} to {most} ms")
+            })
+        });
         Ok(Self {
+            timeout_ms: timeout_ms.transpose()?,
             motor: reader.motor(place)?,
             letter,
             nm_per_unit: reader.number(
@@ -220,7 +233,11 @@ impl fmt::Display for SimpleFocOptions {
             f,
             "simplefoc:{}&nm_per_unit={}&motor={}",
             self.motor, self.nm_per_unit, self.letter
-        )
+        )?;
+        match self.timeout_ms {
+            Some(timeout_ms) => write!(f, "&timeout_ms={timeout_ms}"),
+            None => Ok(()),
+        }
     }
 }
 
@@ -285,6 +302,10 @@ mod tests {
             ("&nm_per_unit=0", "nm_per_unit = 0 is out of range"),
             ("&nm_per_unit=1&motor=MM", "motor = MM"),
             ("&nm_per_unit=1&motor=3", "motor = 3"),
+            (
+                "&nm_per_unit=1&timeout_ms=0",
+                "timeout_ms = 0 ms is out of range: it must be from 1 to 1000 ms",
+            ),
             ("&nm_per_unit=1&motor=", "motor = "),
         ] {
             let options = format!("radius_mm=5&torque_limit_nm=1{options}");
