@@ -13,6 +13,8 @@ pub(crate) enum Failure {
     TimedOut(String),
     /// The rig was stopped or faulted instead.
     Halted(String),
+    /// Something is wrong with the rig, or with the person at it.
+    BadRig(String),
     Interrupted,
     /// The output cannot be written.
     Output(std::io::Error),
@@ -56,6 +58,7 @@ impl Failure {
             Self::NoAnswer(_) => (5, "no_answer"),
             Self::TimedOut(_) => (5, "timed_out"),
             Self::Halted(_) => (6, "halted"),
+            Self::BadRig(_) => (1, "bad_rig"),
             Self::Interrupted => (130, "interrupted"),
             Self::Output(_) | Self::File(_) => (1, "cannot_write"),
             Self::Silent(code) => (*code, ""),
@@ -87,9 +90,11 @@ impl std::fmt::Display for Failure {
         match self {
             Self::Client(ClientError::Refused(error)) => f.write_str(&in_options(error)),
             Self::Client(error) => error.fmt(f),
-            Self::Usage(message) | Self::TimedOut(message) | Self::Halted(message) | Self::File(message) => {
-                f.write_str(message)
-            }
+            Self::Usage(message)
+            | Self::TimedOut(message)
+            | Self::Halted(message)
+            | Self::BadRig(message)
+            | Self::File(message) => f.write_str(message),
             Self::NoAnswer(after) => write!(f, "the daemon has not answered for {} s", after.as_secs()),
             Self::Interrupted => f.write_str("interrupted"),
             Self::Output(error) => write!(f, "cannot write: {error}"),
