@@ -12,7 +12,7 @@ pub struct FakeRig {
     asks: ChildStdin,
     answers: BufReader<ChildStdout>,
     link: PathBuf,
-    _directory: tempfile::TempDir,
+    _directory: Option<tempfile::TempDir>,
 }
 
 /// What the motor of a fake rig does.
@@ -34,7 +34,18 @@ impl FakeRig {
     #[must_use]
     pub fn start(arguments: &[&str]) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
-        let link = directory.path().join("rig");
+        let mut rig = Self::start_at(&directory.path().join("rig"), arguments);
+        rig._directory = Some(directory);
+        rig
+    }
+
+    /// Starts one behind a path, in the place of one that was there before.
+    ///
+    /// # Panics
+    /// It does not come up.
+    #[must_use]
+    pub fn start_at(link: &Path, arguments: &[&str]) -> Self {
+        let link = link.to_path_buf();
         let mut child = Command::new(binary("fake-rig"))
             .arg("--pty")
             .arg(&link)
@@ -48,7 +59,7 @@ impl FakeRig {
             answers: BufReader::new(child.stdout.take().expect("it is piped")),
             child,
             link,
-            _directory: directory,
+            _directory: None,
         };
         let greeting = rig.line();
         assert!(greeting.starts_with("fake-rig: "), "{greeting}");

@@ -105,6 +105,8 @@ impl Daemon {
             .args(["--device", device])
             .arg("--scene-dir")
             .arg(directory.path().join("scenes"))
+            .arg("--state-dir")
+            .arg(directory.path().join("state"))
             .args(arguments);
         let mut daemon = Self::spawn(command, &socket);
         daemon._directory = Some(directory);

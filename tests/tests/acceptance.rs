@@ -32,6 +32,7 @@ fn run(damping_ns_per_m: f64, hand: Hand, ticks: u64) -> Vec<Tick> {
         friction_n: 0.0,
         damping_ns_per_m,
         resolution_m: RESOLUTION_M,
+        ..RigProperties::default()
     };
     let mut rig = FakeRig::new(properties, hand);
     let mut velocity = Estimator::new(Method::default(), 1e-3, RESOLUTION_M);

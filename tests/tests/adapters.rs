@@ -114,7 +114,7 @@ const KINDS: [Kind; 3] = [
     Kind {
         name: "simplefoc",
         board: &["--host-timeout-ms", "50"],
-        options: "radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
+        options: "radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&host_timeout_ms=50",
         firmware: "SimpleFOC Commander (foc curr, target in A); WARNING: it has no watchdog",
     },
 ];
@@ -125,6 +125,8 @@ fn daemon(kind: &Kind, directory: &Path) -> Daemon {
     // On a busy machine the kernel may pass a terminal's bytes on late, which is not what these are about.
     let mut command = Command::new(binary("hapticd"));
     command.args(["--device", &device, "--stale-ms", "200", "--ramp-ms", "20"]);
+    // What is played here is some maker's board, of which nobody knows which way its motor pulls.
+    command.arg("--uncommissioned");
     Daemon::spawn(command, &directory.join("run/control.sock"))
 }
 
@@ -270,4 +272,34 @@ fn a_board_that_cannot_be_used_says_why() {
     assert!(daemon.ctl(&["engage"]).status.code().is_some());
     wait_for_state(&mut client, RigState::Faulted);
     assert_eq!(board.force().largest_n, 0.0);
+}
+
+// hazard: H9
+#[test]
+fn a_simplefoc_board_without_its_time_out_engages_only_where_that_is_allowed() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let link = directory.path().join("board");
+    let _board = Board::start("simplefoc", &link, &[]);
+    let device = format!(
+        "simplefoc:{}?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
+        link.display()
+    );
+    for (more, refused) in [(&[][..], true), (&["--allow-no-watchdog"][..], false)] {
+        let daemon = Daemon::start_on(
+            &device,
+            &[&["--stale-ms", "200", "--ramp-ms", "20", "--uncommissioned"], more].concat(),
+        );
+        connected(&mut daemon.client());
+        let output = daemon.ctl(&["--json", "engage"]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.success(), !refused, "{said}");
+        for part in [
+            "no_watchdog",
+            "host_timeout_ms=50",
+            "docs/adapters.md",
+            "--allow-no-watchdog",
+        ] {
+            assert_eq!(said.contains(part), refused, "{said}");
+        }
+    }
 }

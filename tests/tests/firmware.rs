@@ -360,7 +360,7 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     let mut command = Command::new(hapticd);
     command.arg("--device").arg(format!("serial:{}", rig.line().display()));
     // The simulator lives at an ordinary priority, and a busy machine may keep it waiting.
-    command.args(["--stale-ms", "1000"]);
+    command.args(["--stale-ms", "1000", "--uncommissioned"]);
     let daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));
     let mut client = daemon.client();
     wait_for(&mut client, "the rig", |status| {

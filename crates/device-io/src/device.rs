@@ -93,6 +93,11 @@ pub trait Device: Send {
         false
     }
 
+    /// Which of its connections it is on, counted from 1, where a link lies between: another number is perhaps another device.
+    fn connection(&self) -> u64 {
+        0
+    }
+
     /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its own needs it only to
     /// tell how old its sample is.
     ///

@@ -61,6 +61,8 @@ pub struct Greeting {
     pub sample_rate_hz: f64,
     /// Distance between two counts of its encoder, m.
     pub resolution_m: f64,
+    /// It switches its motor off after so long without a command, ms; nothing where it does not, as far as is known.
+    pub watchdog_ms: Option<u32>,
 }
 
 /// Links to serial ports by what they say of themselves, which stay the same when the numbers of the nodes move. Made by udev.
@@ -102,6 +104,7 @@ pub fn probe(address: &Address) -> Result<Greeting, ConnectError> {
         force_limit_n: greeted.force_limit_n,
         sample_rate_hz: greeted.sample_rate_hz,
         resolution_m: greeted.connection.resolution_m(),
+        watchdog_ms: greeted.watchdog_ms,
         firmware: greeted.firmware,
     })
 }

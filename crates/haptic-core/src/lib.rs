@@ -17,6 +17,7 @@
 //! * [`Renderer`] is what a scene compiles to: one [`tick`](Renderer::tick) per measurement, by the
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
 //! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions against what a hand can do, before anything is made of them.
+//! * [`pulse`] is what is rendered in the place of a scene while a rig is commissioned.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before the motor,
 //!   and [`passivity`] watches the energy that sampling makes.
 //!
@@ -42,6 +43,7 @@ mod math;
 pub mod parameters;
 pub mod passivity;
 pub mod position_guard;
+pub mod pulse;
 mod renderer;
 pub mod sample_clock;
 pub mod scene;
@@ -51,6 +53,7 @@ pub mod velocity;
 
 pub use friction::Directional;
 pub use parameters::{Direction, Parameter, ParameterKey};
+pub use pulse::{PulseError, PulseShape};
 pub use renderer::{FARTHEST_RESEAT_M, Renderer};
 pub use scene::{Scene, SceneError};
 pub use scheme::{Scheme, UnknownScheme};

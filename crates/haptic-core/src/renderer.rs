@@ -12,6 +12,7 @@ use crate::friction::level::Level;
 use crate::friction::static_limit::{AtOnce, Rising, StaticLimit};
 use crate::friction::{Friction, Karnopp, Viscous};
 use crate::math::sqrt;
+use crate::pulse::{Pulse, PulseError, PulseShape};
 use crate::scene::{Coupling, Scene, SceneError};
 use crate::scheme::Scheme;
 use alloc::boxed::Box;
@@ -152,6 +153,19 @@ impl Renderer {
             .compile(),
         };
         Ok(Self { surface, held })
+    }
+
+    /// A single pulse of force instead of a scene, for ticks of about `period_s` seconds. It begins with the tick after it has [taken over](Self::take_over), and at no
+    /// other time: set to another state before its end, it gives no force any more.
+    ///
+    /// # Errors
+    /// The pulse is not bounded as it must be.
+    pub fn pulse(shape: PulseShape, period_s: f64) -> Result<Self, PulseError> {
+        shape.check()?;
+        Ok(Self {
+            surface: Box::new(Pulse::new(shape, period_s)),
+            held: None,
+        })
     }
 
     /// The block and the last device sample. Without a block it is the contact at the device.

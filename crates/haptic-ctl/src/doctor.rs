@@ -4,7 +4,9 @@ use crate::colour::{self, BAD, DOUBTFUL, GOOD};
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
-use haptic_ipc::{ClientError, DevicesReply, ErrorCode, LinkCounts, Request, RigState, Rights, Status, socket_path};
+use haptic_ipc::{
+    ClientError, DevicesReply, ErrorCode, LinkCounts, Problem, Request, RigState, Rights, Status, socket_path,
+};
 use rustix::process::{Resource, getrlimit};
 use serde::Serialize;
 use std::os::unix::fs::MetadataExt;
@@ -386,7 +388,13 @@ fn rig(status: &Status) -> Vec<Check> {
     };
     let mut checks = vec![state];
     checks.extend(device.link.as_ref().map(|link| self::link(&link.counts, status.state)));
+    checks.extend(device.engage_refused.iter().map(refused));
     checks
+}
+
+/// Why the rig would not be engaged as it is.
+fn refused(problem: &Problem) -> Check {
+    Check::fail("engage", problem.what.clone(), problem.remedy.clone())
 }
 
 /// How well what is sent arrives.

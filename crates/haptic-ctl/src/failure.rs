@@ -20,6 +20,8 @@ pub(crate) enum Failure {
     CannotStop(Box<Failure>),
     /// The device that was asked has not answered.
     NoDevice(String),
+    /// Something is wrong with the rig, or with the person at it.
+    BadRig(String),
     Interrupted,
     /// The output cannot be written.
     Output(std::io::Error),
@@ -65,6 +67,7 @@ impl Failure {
             Self::Halted(_) => (6, "halted"),
             Self::CannotStop(failure) => failure.code(),
             Self::NoDevice(_) => (1, "no_device"),
+            Self::BadRig(_) => (1, "bad_rig"),
             Self::Interrupted => (130, "interrupted"),
             Self::Output(_) | Self::File(_) => (1, "cannot_write"),
             Self::Silent(code) => (*code, ""),
@@ -100,7 +103,8 @@ impl std::fmt::Display for Failure {
             | Self::TimedOut(message)
             | Self::Halted(message)
             | Self::File(message)
-            | Self::NoDevice(message) => f.write_str(message),
+            | Self::NoDevice(message)
+            | Self::BadRig(message) => f.write_str(message),
             // How to start one is of no use to somebody whose motor pulls.
             Self::CannotStop(failure) => match &**failure {
                 Self::Client(ClientError::NoDaemon { path, source }) => {

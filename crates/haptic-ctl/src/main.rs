@@ -4,6 +4,7 @@ mod accuracy;
 mod advise;
 mod change;
 mod colour;
+mod commission;
 mod complete;
 mod completions;
 mod condition;
@@ -103,6 +104,9 @@ enum Command {
     Stop,
     /// Clear a stop or a fault; the rig is then idle
     Reset,
+    /// Find out by small pulses which way a rig's motor pulls, its range and friction, and keep it: a rig engages only after that
+    #[command(after_help = commission::HELP)]
+    Commission(commission::Arguments),
     /// Wait until something is so, as in --until state=engaged
     #[command(after_help = wait::help())]
     Wait(wait::Arguments),
@@ -156,6 +160,7 @@ impl Command {
             Self::Release(_) => Request::Release {},
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
+            Self::Commission(_) => return Ok(commission::Arguments::requests()),
             Self::Wait(wait) => return Ok(wait.requests()),
             Self::Lease(lease) => lease.request()?,
             Self::Watch(watch) => watch.request(),
@@ -279,6 +284,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Log(log) => log::run(daemon, log, json).await,
         Command::Engage(waiting) => drive::run_to(daemon, request, RigState::Engaged, waiting, json).await,
         Command::Release(waiting) => drive::run_to(daemon, request, RigState::Idle, waiting, json).await,
+        Command::Commission(arguments) => commission::run(daemon, arguments, json).await,
         Command::Wait(wait) => wait::run(daemon, wait, json).await,
         Command::Lease(lease) => lease::run(daemon, lease).await,
         Command::Watch(watch) => watch::run(daemon, watch, request, json).await,

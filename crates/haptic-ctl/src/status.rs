@@ -13,6 +13,12 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     let real_time = &status.real_time;
     let mut rows = vec![("state", state(status.state))];
     rows.extend(status.fault.clone().map(|fault| ("fault", fault)));
+    rows.extend(
+        status
+            .commissioning
+            .as_ref()
+            .map(|by| ("commissioning", by.to_string())),
+    );
     rows.extend([
         (
             "force",
@@ -44,6 +50,10 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     ]);
     if let Some(link) = &status.device.link {
         rows.extend(link_rows(link));
+    }
+    for problem in &status.device.engage_refused {
+        rows.push(("will not engage", problem.what.clone()));
+        rows.push(("", problem.remedy.clone()));
     }
     rows.extend([
         (

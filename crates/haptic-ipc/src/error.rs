@@ -61,6 +61,8 @@ pub enum ErrorCode {
     BadName,
     /// A scene's file cannot be read or written; the message says why.
     SceneFile,
+    /// A file of the daemon's own cannot be written; the message says why.
+    StateFile,
     /// The daemon belongs to another user.
     NotPermitted,
     /// This socket is for watching, and for stopping.
@@ -71,6 +73,14 @@ pub enum ErrorCode {
     NoDevice,
     /// The device was sent the zero force, and has not said in time that its motor is off.
     NotConfirmed,
+    /// The device gives no force at all: its own limit is 0 N.
+    NoForce,
+    /// The device does not switch its motor off soon enough when the daemon falls silent; `value` is its time, `max` the longest allowed.
+    NoWatchdog,
+    /// The rig was never commissioned, or is another than it was then.
+    NotCommissioned,
+    /// Somebody is commissioning the rig; the message says who.
+    Commissioning,
     /// The real-time thread did not answer in time.
     NotResponding,
     /// The server is of a later version and uses a code that this client does not know.

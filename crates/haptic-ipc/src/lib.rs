@@ -48,6 +48,11 @@
 //! | `subscribe` | `topics`, `rate_hz`, `batch_ms` | [`SubscribeReply`] | |
 //! | `log` | `after`, `limit` | [`LogReply`]: who changed what, and when | |
 //! | `lease` | `timeout_ms` | [`LeaseReply`] | |
+//! | `commission.begin` | | [`CommissionReply`] | |
+//! | `commission.pulse` | `force_N`; `duration_ms` | [`CommissionReply`] | the pulse has begun; `commission.status` tells what came of it |
+//! | `commission.status` | | [`CommissionReply`] | |
+//! | `commission.store` | `range_m`, `friction_N` | [`CommissionReply`] | the file is written |
+//! | `commission.end` | | [`CommissionReply`] | |
 //!
 //! In `params` a parameter goes by its name or its symbol; `Fs+` and `Fs-` (and likewise for every parameter that is
 //! `directional`) set one direction. A `scene` is a number (the revision of one that was in force), a string (a name in the library) or an
@@ -73,6 +78,17 @@
 //! A client with a lease is a dead man's switch: should it close its connection, or send no line for `timeout_ms` (20 to 60000), the
 //! rig is released along its ramp, by the real-time thread itself. Any request renews the lease, `lease` with 0 ends it. Every client may
 //! have one; the first to lapse releases.
+//!
+//! ## Commissioning
+//! A rig that was never commissioned is not engaged ([`ErrorCode::NotCommissioned`]), unless the daemon was started with `--uncommissioned`: nobody knows which way its motor pulls.
+//! To commission it a client takes a lease of at most [`LONGEST_COMMISSION_LEASE_MS`] and asks for `commission.begin`, with the rig idle. From then on until
+//! `commission.end` nobody engages it or changes the scene (`commissioning`, which says who it is); whoever wants to may release and stop it, and a stop ends it, as does the end of the lease or of the connection.
+//!
+//! `commission.pulse` engages the rig without a scene, gives one pulse of force with smooth edges, within all limits of the loop, and releases it again; the scene is then as it was. It is answered when it
+//! has begun; `commission.status` is asked until `pulsing` is false, and `last` then has the [`PulseReport`]. A pulse takes at most 300 ms, and half of the force that the rig may give; its force ends at once when the
+//! handle has gone 20 mm or is faster than 0.3 m/s, or goes the other way: then the commissioning is over, and nothing of it can be stored.
+//!
+//! `commission.store` keeps what was found for this rig, by its serial number, once a positive and a negative pulse have moved the handle each its way. `range_m` and `friction_N` are kept as they are given.
 //!
 //! # Events
 //! After `subscribe` the server sends lines without `id`, each with the name of its topic in `event`:
@@ -112,6 +128,7 @@ mod advice;
 mod async_client;
 mod changes;
 mod client;
+mod commission;
 mod describe;
 mod error;
 mod event;
@@ -136,6 +153,7 @@ pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
 pub use async_client::AsyncClient;
 pub use changes::Changes;
 pub use client::{Client, ClientError, Receiver, Sender};
+pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
 pub use describe::{Description, ParameterDescription};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply};

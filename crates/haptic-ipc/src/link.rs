@@ -54,6 +54,12 @@ pub struct LinkedDevice {
     pub sample_rate_hz: f64,
     /// Distance between two counts of its encoder, m.
     pub resolution_m: f64,
+    /// It switches its motor off by itself after so long without a command, ms; absent where it does not, as far as is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub watchdog_ms: Option<u32>,
+    /// Which rig it is: by its serial number, else by where it is. What was found when it was commissioned is kept under this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rig: Option<String>,
 }
 
 /// What was counted on a link.

@@ -33,7 +33,7 @@ const fn operation(
 }
 
 /// The operations, in the order in which messages list them.
-pub(crate) const OPERATIONS: [Operation; 20] = [
+pub(crate) const OPERATIONS: [Operation; 25] = [
     operation("describe", &[], &[]),
     operation("get", &[], &["scene"]),
     operation("set", &["params"], &["if_revision", "ramp_ms", "dry_run", "merge"]),
@@ -54,6 +54,11 @@ pub(crate) const OPERATIONS: [Operation; 20] = [
     operation("subscribe", &["topics"], &["rate_hz", "batch_ms"]),
     operation("log", &[], &["after", "limit"]),
     operation("lease", &["timeout_ms"], &[]),
+    operation("commission.begin", &[], &[]),
+    operation("commission.pulse", &["force_N"], &["duration_ms"]),
+    operation("commission.status", &[], &[]),
+    operation("commission.store", &[], &["range_m", "friction_N"]),
+    operation("commission.end", &[], &[]),
 ];
 
 /// What can be subscribed to.
@@ -105,7 +110,9 @@ impl Kind {
             "topics" => Self::Topics,
             "timeout_ms" => milliseconds(LEASE_TIMEOUT_MS),
             "batch_ms" => milliseconds(BATCH_MS),
-            "ramp_ms" => Self::Number("ms"),
+            "ramp_ms" | "duration_ms" => Self::Number("ms"),
+            "force_N" | "friction_N" => Self::Number("N"),
+            "range_m" => Self::Number("m"),
             "rate_hz" => Self::Number("Hz"),
             "dry_run" | "merge" | "replace" => Self::Flag,
             "name" | "probe" => Self::Text,

@@ -119,6 +119,35 @@ pub enum Request {
     Engage {},
     /// Ramp the force down.
     Release {},
+    /// Have the rig to oneself, to commission it.
+    #[serde(rename = "commission.begin")]
+    CommissionBegin {},
+    /// Move the handle by a single pulse of force.
+    #[serde(rename = "commission.pulse")]
+    CommissionPulse {
+        /// Force on the hand, N, positive in the positive direction.
+        #[serde(rename = "force_N")]
+        force_n: f64,
+        /// Duration of the whole pulse, ms; 200 when absent.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        duration_ms: Option<f64>,
+    },
+    /// What has been found so far.
+    #[serde(rename = "commission.status")]
+    CommissionStatus {},
+    /// Keep what was found: the rig counts as commissioned from now on.
+    #[serde(rename = "commission.store")]
+    CommissionStore {
+        /// Travel of the handle between its ends, m.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        range_m: Option<f64>,
+        /// Friction of the rig itself, N.
+        #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
+        friction_n: Option<f64>,
+    },
+    /// Give the rig back, as it was before.
+    #[serde(rename = "commission.end")]
+    CommissionEnd {},
     /// Zero force at once.
     Stop {},
     /// Clear a stop or a fault.
@@ -219,6 +248,11 @@ impl Request {
             | Self::Undo { .. }
             | Self::Redo { .. }
             | Self::Lease { .. }
+            | Self::CommissionBegin {}
+            | Self::CommissionPulse { .. }
+            | Self::CommissionStatus {}
+            | Self::CommissionStore { .. }
+            | Self::CommissionEnd {}
             | Self::Engage {}
             | Self::Release {}
             | Self::Reset {}
@@ -326,6 +360,7 @@ mod tests {
                 "scene.save" => r#","name":"mine","scene":7"#,
                 "scene.diff" => r#","from":{"friction":{"law":"viscous","viscous":2}}"#,
                 "lease" => r#","timeout_ms":500"#,
+                "commission.pulse" => r#","force_N":-1.5,"duration_ms":100"#,
                 _ => "",
             };
             let line = format!(r#"{{"op":"{op}","id":1{more}}}"#);

@@ -4,8 +4,8 @@
 //! answer to an operation. What is sent must not have more fields than the schema says; what is read may, from a later server.
 
 use crate::{
-    AdviceReply, ChangeReply, Description, DevicesReply, Envelope, Event, Hello, LeaseReply, LogReply, SceneDiffReply,
-    SceneListReply, SceneReply, SceneSaveReply, StateReply, Status, SubscribeReply, Timing, WireError,
+    AdviceReply, ChangeReply, CommissionReply, Description, DevicesReply, Envelope, Event, Hello, LeaseReply, LogReply,
+    SceneDiffReply, SceneListReply, SceneReply, SceneSaveReply, StateReply, Status, SubscribeReply, Timing, WireError,
 };
 use haptic_core::parameters::TABLE;
 use schemars::generate::{SchemaGenerator, SchemaSettings};
@@ -40,6 +40,16 @@ fn answers(generator: &mut SchemaGenerator) -> Map<String, Value> {
     answer(&["subscribe"], generator.subschema_for::<SubscribeReply>());
     answer(&["log"], generator.subschema_for::<LogReply>());
     answer(&["lease"], generator.subschema_for::<LeaseReply>());
+    answer(
+        &[
+            "commission.begin",
+            "commission.pulse",
+            "commission.status",
+            "commission.store",
+            "commission.end",
+        ],
+        generator.subschema_for::<CommissionReply>(),
+    );
     answers
 }
 

@@ -1,5 +1,6 @@
 //! How the rig and the daemon are.
 
+use crate::journal::Peer;
 use crate::link::LinkStatus;
 use crate::state::RigState;
 use serde::{Deserialize, Serialize};
@@ -48,6 +49,9 @@ pub struct Status {
     /// Clients that hold a lease.
     #[serde(default)]
     pub leases: usize,
+    /// Who is commissioning the rig.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub commissioning: Option<Peer>,
     /// The rig.
     pub device: DeviceStatus,
     /// The real-time thread.
@@ -78,6 +82,9 @@ pub struct DeviceStatus {
     /// Acceleration beyond which its position has jumped, and the force is taken away, m/s^2.
     #[serde(default)]
     pub acceleration_limit_mps2: f64,
+    /// Why the daemon would refuse to engage it as it is, each with what to do about it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub engage_refused: Vec<Problem>,
     /// The link to it; absent where the rig is in the daemon itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,

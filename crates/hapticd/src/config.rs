@@ -1,5 +1,6 @@
 //! What the daemon is told: the command line, a configuration file with the same names, and the defaults.
 
+use crate::control::admission::EngageRules;
 use crate::control::history::LONGEST_TITLE;
 use crate::control::socket::Group;
 use crate::rt::lateness::LatePolicy;
@@ -109,6 +110,20 @@ pub(crate) struct Options {
     /// directory, else /var/lib/hapticd/scenes]
     #[arg(long, value_name = "DIR")]
     scene_dir: Option<PathBuf>,
+
+    /// Where it is kept what `haptic-ctl commission` found of rigs [default: the service's state directory, else hapticd in the user's
+    /// state directory, else /var/lib/hapticd]
+    #[arg(long, value_name = "DIR")]
+    state_dir: Option<PathBuf>,
+
+    /// Engage a rig though it was never commissioned (`haptic-ctl commission`), or is another than it was then: nobody knows which way its
+    /// motor pulls [default: false]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    uncommissioned: Option<bool>,
+
+    /// Engage a device though it does not switch its motor off by itself within 200 ms when hapticd dies [default: false]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    allow_no_watchdog: Option<bool>,
 
     /// How the block is integrated: `exact`, `literal` as the paper prints it, or `literal:N` with N steps a tick
     /// [default: exact]
@@ -341,6 +356,20 @@ fn default_scene_dir() -> PathBuf {
         .unwrap_or_else(|| "/var/lib/hapticd/scenes".into())
 }
 
+/// Where it is kept what was found of rigs unless a place is named.
+fn default_state_dir() -> PathBuf {
+    let of = |name| {
+        std::env::var_os(name)
+            .filter(|value| !value.is_empty())
+            .map(PathBuf::from)
+    };
+    // The service manager names the first one; the others are those of the XDG base directories.
+    let state = of("XDG_STATE_HOME").or_else(|| of("HOME").map(|home| home.join(".local/state")));
+    of("STATE_DIRECTORY")
+        .or_else(|| state.map(|state| state.join("hapticd")))
+        .unwrap_or_else(|| "/var/lib/hapticd".into())
+}
+
 /// How the daemon runs.
 #[derive(Debug)]
 pub(crate) struct Config {
@@ -357,6 +386,8 @@ pub(crate) struct Config {
     pub(crate) late_policy: LatePolicy,
     pub(crate) scene: Scene,
     pub(crate) scene_dir: PathBuf,
+    pub(crate) state_dir: PathBuf,
+    pub(crate) rules: EngageRules,
     pub(crate) scheme: Scheme,
     pub(crate) velocity: Method,
     pub(crate) limits: Limits,
@@ -396,7 +427,7 @@ impl Options {
         if let Some(path) = self.config.clone() {
             let file: Self = read_toml(&path)?;
             fall_back!(
-                self, file: device, socket, socket_group, watch_socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scene_dir, scheme,
+                self, file: device, socket, socket_group, watch_socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scene_dir, state_dir, uncommissioned, allow_no_watchdog, scheme,
                 velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2, passivity_control_n, ramp_ms, stale_ms, control_timeout_ms, stop_button, enable_button, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
                 arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m,
@@ -479,6 +510,11 @@ impl Options {
             late_policy: self.late_policy.map_or(LatePolicy::Warn, |name| name.0),
             scene,
             scene_dir: self.scene_dir.clone().unwrap_or_else(default_scene_dir),
+            state_dir: self.state_dir.clone().unwrap_or_else(default_state_dir),
+            rules: EngageRules {
+                uncommissioned: self.uncommissioned.unwrap_or(false),
+                allow_no_watchdog: self.allow_no_watchdog.unwrap_or(false),
+            },
             scheme: self.scheme.map_or(Scheme::Exact, |name| name.0),
             velocity: self.velocity.map_or(Method::default(), |name| name.0),
             limits: Limits {
@@ -596,6 +632,7 @@ impl Options {
                 0.01,
                 "m",
             )?,
+            ..usual
         };
         let stiffness_n_per_m = within(
             "arm-stiffness-n-per-m",

@@ -21,6 +21,10 @@ pub struct FirmwareProperties {
     pub watchdog_ms: u16,
     /// Buttons that there are, one bit each.
     pub buttons: u8,
+    /// Its name, as [`DeviceHello::firmware_of`] makes it.
+    pub name: [u8; 24],
+    /// Whether the motor is wired the other way: a positive command pulls the handle in the negative direction.
+    pub reversed: bool,
 }
 
 impl Default for FirmwareProperties {
@@ -31,6 +35,8 @@ impl Default for FirmwareProperties {
             clock_ppm: 0.0,
             watchdog_ms: 50,
             buttons: 0,
+            name: DeviceHello::firmware_of(concat!("fake-rig ", env!("CARGO_PKG_VERSION"))),
+            reversed: false,
         }
     }
 }
@@ -220,7 +226,11 @@ impl Firmware {
         let limit = self.properties.force_limit_n;
         self.force_n = force_n.clamp(-limit, limit);
         self.largest_force_n = self.largest_force_n.max(self.force_n.abs());
-        self.rig.drive(self.force_n);
+        self.rig.drive(if self.properties.reversed {
+            -self.force_n
+        } else {
+            self.force_n
+        });
     }
 
     #[expect(
@@ -260,11 +270,11 @@ impl Firmware {
             watchdog_ms: self.properties.watchdog_ms,
             buttons: self.properties.buttons,
             wide: false,
-            firmware: DeviceHello::firmware_of(concat!("fake-rig ", env!("CARGO_PKG_VERSION"))),
+            firmware: self.properties.name,
         }
     }
 
-    /// The force that the motor gives, N.
+    /// The force that it commands of its motor, N; one that is wired the other way gives it the other way.
     #[must_use]
     pub fn force_n(&self) -> f64 {
         self.force_n

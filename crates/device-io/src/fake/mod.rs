@@ -40,6 +40,8 @@ pub struct RigProperties {
     pub damping_ns_per_m: f64,
     /// Distance between two counts of the encoder, m; 0 for a perfect one.
     pub resolution_m: f64,
+    /// Distance from the middle to the stop at either end, m; infinite where there are none. A hand that goes where it goes is not held.
+    pub end_stop_m: f64,
 }
 
 impl Default for RigProperties {
@@ -50,6 +52,7 @@ impl Default for RigProperties {
             friction_n: 0.8,
             damping_ns_per_m: 0.0,
             resolution_m: 10e-6,
+            end_stop_m: f64::INFINITY,
         }
     }
 }

@@ -20,6 +20,7 @@ pub struct Plant {
     mass_kg: f64,
     friction_n: f64,
     damping_ns_per_m: f64,
+    end_stop_m: f64,
     hand: Hand,
     position_m: f64,
     velocity_mps: f64,
@@ -37,6 +38,7 @@ impl Plant {
             mass_kg: properties.mass_kg,
             friction_n: properties.friction_n,
             damping_ns_per_m: properties.damping_ns_per_m,
+            end_stop_m: properties.end_stop_m,
             hand,
             position_m,
             velocity_mps: 0.0,
@@ -112,6 +114,10 @@ impl Plant {
         self.position_m += h * middle;
         // Friction stops a motion, it does not turn it round: the next step decides whether it starts again.
         self.velocity_mps = if end * middle < 0.0 { 0.0 } else { end };
+        if self.position_m.abs() > self.end_stop_m {
+            self.position_m = self.end_stop_m.copysign(self.position_m);
+            self.velocity_mps = 0.0;
+        }
     }
 }
 
@@ -142,6 +148,19 @@ mod tests {
         // v^2 / 2a with v = 0.1 m/s, a = 0.8/1.4, after 5 mm of pull; the stop falls within one step.
         let expected = 0.005 + 0.01 * 1.4 / 1.6;
         assert!((plant.position_m() - expected).abs() < 2e-6, "{plant:?}");
+    }
+
+    #[test]
+    fn a_stop_at_the_end_stops_without_bouncing() {
+        let properties = RigProperties {
+            end_stop_m: 0.01,
+            ..RigProperties::default()
+        };
+        let mut plant = Plant::new(&properties, Hand::Free);
+        plant.advance(1.0, 1.0, 5.0);
+        assert_eq!((plant.position_m(), plant.velocity_mps()), (0.01, 0.0));
+        plant.advance(2.0, 3.0, -5.0);
+        assert_eq!((plant.position_m(), plant.velocity_mps()), (-0.01, 0.0));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::health::{LinkCounters, LinkError};
+use super::identity::RigIdentity;
 use super::keeper::{ConnectError, Connector, Greeted};
 use super::reports::{LONGEST_REPORT, Reports};
 use super::session::{Refused, Session};
@@ -292,6 +293,8 @@ fn greet(
         firmware: hello.firmware_name(),
         force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
         sample_rate_hz: f64::from(hello.sample_rate_hz),
+        watchdog_ms: hello.watchdog(),
+        rig: RigIdentity::default(),
         connection: Box::new(HidConnection {
             wire,
             writer,
@@ -316,9 +319,16 @@ impl Connector for HidConnector {
     }
 
     fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError> {
-        let (path, reports) = choose(nodes(), &self.id)?;
+        let nodes = nodes();
+        let (path, reports) = choose(nodes.clone(), &self.id)?;
+        let serial = nodes.into_iter().find(|node| node.path == path);
+        let serial = serial.and_then(|node| node.id.serial);
         let node = open_node(&path, &self.id)?;
-        greet(node, reports, &what(&self.id), period_ns, counters)
+        let greeted = greet(node, reports, &what(&self.id), period_ns, counters)?;
+        Ok(Greeted {
+            rig: RigIdentity::of_usb(self.id.vendor, self.id.product, serial.as_deref()),
+            ..greeted
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 //! device nodes, and otherwise only asks again a device that is there and does not answer.
 
 use super::health::LinkCounters;
+use super::identity::RigIdentity;
 use super::nodes::NodeWatch;
 use super::{Connection, Handover, LinkDevice};
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -47,6 +48,9 @@ pub struct Greeted {
     pub(crate) firmware: String,
     pub(crate) force_limit_n: f64,
     pub(crate) sample_rate_hz: f64,
+    /// The motor is off after so long without a command, ms; nothing where nobody switches it off, as far as is known.
+    pub(crate) watchdog_ms: Option<u32>,
+    pub(crate) rig: RigIdentity,
 }
 
 /// Finds and greets one kind of device.
@@ -84,6 +88,12 @@ pub enum LinkState {
         sample_rate_hz: f64,
         /// Distance between two counts, m.
         resolution_m: f64,
+        /// The device switches its motor off after so long without a command, ms; nothing where it does not, as far as is known.
+        watchdog_ms: Option<u32>,
+        /// Which rig it is.
+        rig: RigIdentity,
+        /// Counts the connections from 1: the number that [`Device::connection`](crate::device::Device::connection) has while this one is used.
+        connection: u64,
     },
 }
 
@@ -162,6 +172,7 @@ impl Keeper {
             connection: None,
             greeted: to_use,
             failed: given_up,
+            connections: 0,
             resolution_m: 0.0,
             force_limit_n: f64::INFINITY,
             now_ns: 0,
@@ -195,16 +206,22 @@ impl Keeper {
 
     fn run(&mut self, quit: &AtomicBool) {
         let mut nodes = NodeWatch::new(self.connector.folder());
+        let mut connection = 0;
         while !quit.load(SeqCst) {
             // Whatever changes from here on, also while it is being connected, is seen below.
             nodes.clear();
             match self.connector.connect(self.period_ns, &self.monitor.counters) {
                 Ok(greeted) => {
+                    connection += 1;
+                    // Told before it can be used, so that nobody finds it in use and knows only the one before.
                     self.monitor.set(LinkState::Connected {
                         firmware: greeted.firmware,
                         force_limit_n: greeted.force_limit_n,
                         sample_rate_hz: greeted.sample_rate_hz,
                         resolution_m: greeted.connection.resolution_m(),
+                        watchdog_ms: greeted.watchdog_ms,
+                        rig: greeted.rig,
+                        connection,
                     });
                     // There is room: the last one has come back.
                     drop(self.greeted.push(Handover {

@@ -18,6 +18,7 @@ mod device_clock;
 mod frame_tests;
 mod health;
 pub(crate) mod hid;
+mod identity;
 mod keeper;
 mod low_latency;
 mod mailbox;
@@ -33,6 +34,7 @@ mod writer;
 pub use adapter::{MotorOptions, ODriveConnector, ODriveOptions, SimpleFocConnector, SimpleFocOptions, TargetUnit};
 pub use health::{LinkCounters, LinkError, UNKNOWN_DRIFT};
 pub use hid::{HidConnector, HidId};
+pub use identity::RigIdentity;
 pub use keeper::{ConnectError, Connector, Greeted, Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub use serial::SerialConnector;
 pub(crate) use serial::permission_remedy as serial_permission_remedy;
@@ -72,6 +74,8 @@ pub struct LinkDevice {
     connection: Option<Box<dyn Connection>>,
     greeted: Consumer<Handover>,
     failed: Producer<Box<dyn Connection>>,
+    /// Connections taken so far.
+    connections: u64,
     resolution_m: f64,
     force_limit_n: f64,
     now_ns: u64,
@@ -120,6 +124,10 @@ impl Device for LinkDevice {
         true
     }
 
+    fn connection(&self) -> u64 {
+        self.connections
+    }
+
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
         self.now_ns = now_ns;
         if self.connection.is_none()
@@ -128,6 +136,7 @@ impl Device for LinkDevice {
                 force_limit_n,
             }) = self.greeted.pop()
         {
+            self.connections += 1;
             self.resolution_m = connection.resolution_m();
             self.force_limit_n = force_limit_n;
             self.connection = Some(connection);

@@ -3,6 +3,7 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::health::{LinkCounters, LinkError, add};
+use super::identity::RigIdentity;
 use super::keeper::{ConnectError, Connector, Greeted};
 use super::nodes::folder_of;
 use super::session::{Refused, Session};
@@ -324,6 +325,8 @@ impl Connector for SerialConnector {
             firmware: hello.firmware_name(),
             force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
             sample_rate_hz: f64::from(hello.sample_rate_hz),
+            watchdog_ms: hello.watchdog(),
+            rig: RigIdentity::of_line("serial", &self.path),
             connection: Box::new(SerialConnection {
                 wire,
                 session: Session::new(&hello, period_ns, clock::now_ns(), Arc::clone(counters)),

@@ -25,6 +25,12 @@ pub struct DeviceHello {
 }
 
 impl DeviceHello {
+    /// After how long without a command the motor is off, ms; nothing where there is no watchdog.
+    #[must_use]
+    pub fn watchdog(&self) -> Option<u32> {
+        (self.watchdog_ms > 0).then_some(self.watchdog_ms.into())
+    }
+
     /// Name of the firmware, as far as it is text.
     #[must_use]
     pub fn firmware_name(&self) -> String {

@@ -1036,6 +1036,8 @@ fn the_link_to_the_rig_is_always_in_sight() {
             force_limit_n: 20.0,
             sample_rate_hz: 1000.0,
             resolution_m: 1e-5,
+            watchdog_ms: Some(50),
+            rig: None,
         }),
         round_trip_us: 1234.0,
         clock_drift_ppm: Some(-12.3),

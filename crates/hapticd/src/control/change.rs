@@ -2,7 +2,7 @@
 
 use crate::control::history::{Dragged, Move};
 use crate::control::journal::bytes_of_changes;
-use crate::control::{RigHandle, advise, library};
+use crate::control::{RigHandle, advise, commission, library};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::quantity::number;
 use haptic_ipc::{
@@ -167,6 +167,7 @@ fn begin(rig: &RigHandle, by: By<'_>, op: &str, scene: Scene, how: How, step: Mo
             ramp_ticks: None,
         });
     }
+    commission::keep_out(rig, "change the scene")?;
     let entry = JournalEntry {
         by: Some(by.peer.clone()),
         changes: reply.changes.clone(),

@@ -79,6 +79,8 @@ fn greeted(address: &Address) -> FoundDevice {
                 force_limit_n: greeting.force_limit_n,
                 sample_rate_hz: greeting.sample_rate_hz,
                 resolution_m: greeting.resolution_m,
+                watchdog_ms: greeting.watchdog_ms,
+                rig: None,
             });
         }
         Err(error) => {

@@ -33,6 +33,19 @@ impl Leases {
         self.held.borrow().len()
     }
 
+    /// Whether a client has one.
+    pub(super) fn is_held_by(&self, session: u64) -> bool {
+        self.held.borrow().iter().any(|lease| lease.session == session)
+    }
+
+    /// How long a client with one may be silent, ms.
+    pub(super) fn longest_ms(&self, session: u64) -> u32 {
+        let held = self.held.borrow();
+        let lease = held.iter().find(|lease| lease.session == session);
+        let timeout_ns = lease.map_or(0, |lease| lease.timeout_ns);
+        u32::try_from(timeout_ns / 1_000_000).unwrap_or(u32::MAX)
+    }
+
     /// When the first lapses, ns.
     fn until_ns(&self) -> u64 {
         self.held

@@ -1,8 +1,10 @@
 //! The control plane: the socket, its clients, and one file for each operation.
 
+pub(crate) mod admission;
 mod advise;
 mod aside;
 mod change;
+pub(crate) mod commission;
 pub(crate) mod compile;
 mod describe;
 mod devices;

@@ -71,6 +71,13 @@ mod tests {
             force_limit_n: 1.0,
             sample_rate_hz: 1000.0,
             resolution_m: 1e-5,
+            watchdog_ms: Some(50),
+            rig: device_io::link::RigIdentity {
+                key: "serial-rig".to_owned(),
+                has_serial_number: false,
+                reversed: false,
+            },
+            connection: 1,
         };
         let found = || Change::Found {
             firmware: "f".to_owned(),

@@ -1,6 +1,9 @@
 //! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and what comes back.
 
+use crate::control::admission::{self, Admission, EngageRules, Purpose};
 use crate::control::aside::Aside;
+use crate::control::commission::record::Records;
+use crate::control::commission::{self, Commissioning};
 use crate::control::compile::{Compiled, Way};
 use crate::control::history::{History, Move};
 use crate::control::journal::{Journal, Until};
@@ -10,7 +13,7 @@ use crate::control::pulse::Pulse;
 use crate::processor_share::ProcessorShare;
 use crate::rig_state::Command;
 use crate::rt::clock::now_ns;
-use crate::rt::handoff::{Heard, Outcome, Shared, Stopped};
+use crate::rt::handoff::{CompiledScene, Heard, Outcome, Shared, Stopped};
 use crate::telemetry::feed::Feed;
 use crate::telemetry::link;
 use crate::telemetry::ring::TickRecord;
@@ -19,7 +22,7 @@ use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
-use haptic_core::{Scene, Scheme};
+use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::{
     AdviceBasis, ErrorCode, ForceLimitBy, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange,
     WireError,
@@ -46,6 +49,12 @@ pub(crate) struct Facts {
     /// Looks after that link as long as it is here.
     pub(crate) keeper: Option<RunningKeeper>,
     pub(crate) period_ns: u64,
+    /// Time that engaging and releasing take.
+    pub(crate) ramp: Duration,
+    /// What is put up with of a device.
+    pub(crate) rules: EngageRules,
+    /// Where it is kept what was found of rigs.
+    pub(crate) state_dir: PathBuf,
     pub(crate) scheme: Scheme,
     pub(crate) velocity: Method,
     /// Where saved scenes are.
@@ -170,6 +179,8 @@ pub(crate) struct RigHandle {
     /// The way from one scene to another on which the newest change is.
     ramp: RefCell<Option<Ramp>>,
     leases: Leases,
+    commissioning: RefCell<Option<Commissioning>>,
+    records: RefCell<Records>,
     /// Whether the newest record was a fault's.
     faulted: Cell<bool>,
     presence: RefCell<Presence>,
@@ -194,6 +205,8 @@ impl RigHandle {
             journal: RefCell::new(Journal::default()),
             ramp: RefCell::new(None),
             leases: Leases::default(),
+            commissioning: RefCell::new(None),
+            records: RefCell::default(),
             faulted: Cell::new(false),
             presence: RefCell::default(),
             library: Aside::new("library"),
@@ -333,6 +346,37 @@ impl RigHandle {
         &self.leases
     }
 
+    pub(super) fn commissioning(&self) -> &RefCell<Option<Commissioning>> {
+        &self.commissioning
+    }
+
+    pub(super) fn records(&self) -> &RefCell<Records> {
+        &self.records
+    }
+
+    /// The state of the rig while no command is on its way, which is kept so as long as the first of the two is.
+    pub(super) async fn quiet_state(&self) -> (tokio::sync::MutexGuard<'_, ()>, RigState) {
+        let turn = self.commanding.lock().await;
+        (turn, self.state())
+    }
+
+    /// Has the loop render something that is no scene, in the place of the newest one, which stays what it is for everybody.
+    pub(super) fn lend_loop(&self, renderer: Renderer) {
+        // A way to the newest scene ends here: what comes back is its end.
+        *self.ramp.borrow_mut() = None;
+        let lent = CompiledScene::at_once(renderer, self.revision());
+        self.shared.scenes.post(lent);
+    }
+
+    /// Has the loop render the newest scene again.
+    pub(super) fn give_loop_back(&self) {
+        match Renderer::new(&self.scene(), self.facts.scheme, self.facts.period_s()) {
+            Ok(renderer) => self.lend_loop(renderer),
+            // It was rendered before.
+            Err(error) => crate::say(&format!("the scene cannot be rendered any more: {error}")),
+        }
+    }
+
     /// State of the rig in its newest record.
     pub(crate) fn state(&self) -> RigState {
         let feed = self.feed();
@@ -438,13 +482,37 @@ impl RigHandle {
         stops_known: u64,
         by: Option<&Peer>,
     ) -> Result<Outcome, WireError> {
+        let admission = match command {
+            Command::Engage => admission::admit(self, Purpose::Scene).await?,
+            // What lets force out, or only clears, needs no leave.
+            Command::Release | Command::Reset => Admission::NONE,
+        };
+        self.carry_out(command, admission, stops_known, by).await
+    }
+
+    /// The same, for somebody who has the permission already.
+    ///
+    /// # Errors
+    /// As [`Self::command`].
+    pub(super) async fn carry_out(
+        &self,
+        command: Command,
+        admission: Admission,
+        stops_known: u64,
+        by: Option<&Peer>,
+    ) -> Result<Outcome, WireError> {
         let _turn = self.commanding.lock().await;
+        if command == Command::Engage && admission.purpose == Purpose::Scene {
+            // Somebody may have begun while it was looked whether this is allowed.
+            commission::keep_out(self, "engage")?;
+        }
         if self.closing.get() && command == Command::Engage {
             return Err(WireError::new(ErrorCode::WrongState, "cannot engage: the daemon is ending").about("state"));
         }
         let before = self.state();
         let serial = self.serial.get().wrapping_add(1);
         self.serial.set(serial);
+        self.shared.admit(admission.connection);
         self.shared.send(serial, command, stops_known);
         // Nobody may find later that a command was carried out which was given up here.
         let withdraw = WithdrawOnDrop {
@@ -465,6 +533,10 @@ impl RigHandle {
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
             RigState::Faulted => (ErrorCode::Faulted, "reset it first"),
             RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
+            _ if admission.connection != self.connection() => (
+                ErrorCode::WrongState,
+                "another device was connected in between; try again",
+            ),
             _ => (ErrorCode::WrongState, "a stop came in between"),
         };
         Err(WireError::new(
@@ -482,6 +554,11 @@ impl RigHandle {
     /// Samples that were not rendered, because no hand can have made them.
     pub(crate) fn samples_forgotten(&self) -> u64 {
         self.shared.answers.samples_forgotten()
+    }
+
+    /// The number of the connection to the device; any, where there is no link.
+    fn connection(&self) -> u64 {
+        admission::Device::connected(self).map_or(0, |device| device.connection)
     }
 
     /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows the stop.

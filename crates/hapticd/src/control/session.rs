@@ -2,7 +2,7 @@
 
 use crate::control::change::{self, Begun, By, How};
 use crate::control::{
-    RigHandle, advise, describe, devices, diff, drive, get, lease, library, log, status, subscribe, timing,
+    RigHandle, advise, commission, describe, devices, diff, drive, get, lease, library, log, status, subscribe, timing,
 };
 use crate::rig_state::Command;
 use crate::telemetry::feed::{BACKLOG_BYTES, BACKLOG_LINES, Line};
@@ -67,6 +67,7 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     }
     client.raise_last_stops(&mut incoming).await;
     client.rig.feed().unsubscribe(session);
+    commission::gone(&client.rig, session);
     lease::gone(&client.rig, session).await;
     drop(client);
     // What is still queued is written, or given up after the time that every line has.
@@ -446,7 +447,7 @@ impl Client {
             Request::Release {} => answer(id, command(Command::Release).await),
             Request::Reset {} => answer(id, command(Command::Reset).await),
             Request::Stop {} => answer(id, drive::stopped(rig, stops).await),
-            Request::Status {} => answer(id, Ok(status::status(rig))),
+            Request::Status {} => answer(id, Ok(status::status(rig).await)),
             Request::Timing {} => answer(id, Ok(timing::timing(rig))),
             Request::Devices { probe } => answer(id, devices::devices(rig, probe).await),
             Request::Advise {} => answer(id, Ok(advise::advise(rig))),
@@ -467,6 +468,15 @@ impl Client {
             }
             Request::Log { after, limit } => answer(id, Ok(log::log(rig, after, limit))),
             Request::Lease { timeout_ms } => answer(id, lease::lease(rig, by, timeout_ms)),
+            Request::CommissionBegin {} => answer(id, commission::begin(rig, by).await),
+            Request::CommissionPulse { force_n, duration_ms } => {
+                answer(id, commission::pulse(&self.rig, by, force_n, duration_ms).await)
+            }
+            Request::CommissionStatus {} => answer(id, commission::status(rig, by)),
+            Request::CommissionStore { range_m, friction_n } => {
+                answer(id, commission::store(rig, by, range_m, friction_n).await)
+            }
+            Request::CommissionEnd {} => answer(id, commission::end(rig, by)),
         })
     }
 

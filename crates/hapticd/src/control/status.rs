@@ -1,9 +1,10 @@
 //! `status`: how the rig and the daemon are.
 
-use crate::control::RigHandle;
+use crate::control::{RigHandle, admission, commission};
 use haptic_ipc::{DeviceStatus, Status};
 
-pub(super) fn status(rig: &RigHandle) -> Status {
+pub(super) async fn status(rig: &RigHandle) -> Status {
+    let engage_refused = admission::problems(rig).await;
     let (newest, uptime_s, link) = {
         let feed = rig.feed();
         (feed.newest().copied(), feed.uptime_s(), feed.link())
@@ -29,7 +30,9 @@ pub(super) fn status(rig: &RigHandle) -> Status {
         redo_depth,
         clients: rig.clients().get(),
         leases: rig.leases().count(),
+        commissioning: commission::by(rig),
         device: DeviceStatus {
+            engage_refused,
             description: facts.device.clone(),
             force_limit_n,
             force_limit_by,

@@ -100,6 +100,9 @@ impl Drop for SceneMailbox {
 /// Old scenes on their way back; more than can be under way at once.
 const RETIRED_CAPACITY: usize = 16;
 
+/// Stands for every connection to a device.
+pub(crate) const ANY_CONNECTION: u64 = u64::MAX;
+
 /// Everything that the two threads share but the telemetry ring.
 #[derive(Debug)]
 pub(crate) struct Shared {
@@ -109,6 +112,8 @@ pub(crate) struct Shared {
     stops: AtomicU64,
     quit: AtomicBool,
     command: AtomicU64,
+    /// The connection to a device for which the newest command to engage holds.
+    admitted: AtomicU64,
     /// When the first lease lapses, ns on the monotonic clock; never, where it is the largest number.
     lease_until_ns: AtomicU64,
     /// When the control thread last gave a sign of life, ns on the monotonic clock; the largest number before it has begun to.
@@ -166,6 +171,7 @@ impl Shared {
             stops: AtomicU64::new(0),
             quit: AtomicBool::new(false),
             command: AtomicU64::new(0),
+            admitted: AtomicU64::new(ANY_CONNECTION),
             lease_until_ns: AtomicU64::new(u64::MAX),
             beat_ns: AtomicU64::new(u64::MAX),
             answers: Answers::new(),
@@ -210,6 +216,17 @@ impl Shared {
     /// Whether the loop shall end.
     pub(crate) fn quitting(&self) -> bool {
         self.quit.load(Ordering::Acquire)
+    }
+
+    /// Says for which connection to a device the next command to engage holds. To be said before the command is sent.
+    pub(crate) fn admit(&self, connection: u64) {
+        self.admitted.store(connection, Ordering::Release);
+    }
+
+    /// Whether a command to engage holds for a connection.
+    pub(crate) fn is_admitted(&self, connection: u64) -> bool {
+        let admitted = self.admitted.load(Ordering::Acquire);
+        admitted == ANY_CONNECTION || admitted == connection
     }
 
     /// Leaves a command of somebody who knew of so many stops. The one before must have been answered or withdrawn.

@@ -319,6 +319,11 @@ impl<D: Device + ?Sized> Tick<D> {
         self.sensing.forget();
     }
 
+    /// However long it stands still, that is no fault from now on.
+    pub(crate) fn disregard_stalls(&mut self) {
+        self.watches.stale_ns = u64::MAX;
+    }
+
     /// The scene that it renders.
     pub(crate) fn scene(&self) -> &CompiledScene {
         &self.scene
@@ -399,7 +404,9 @@ impl<D: Device + ?Sized> Tick<D> {
             && (self.stop_pending.is_some()
                 || self.is_pressed(self.watches.stop_button)
                 || (self.watches.enable_button.is_some() && !self.is_pressed(self.watches.enable_button))
-                || self.limiter.force_n() == 0.0);
+                || self.limiter.force_n() == 0.0
+                // What was checked before an engagement was checked of one device.
+                || !self.shared.is_admitted(self.device.connection()));
         let refused = must_wait || word.overtaken_by(stops) || self.rig.command(word.command).is_err();
         Some((word, refused))
     }

@@ -2,6 +2,7 @@
 
 use crate::rt::handoff::Answers;
 use crate::telemetry::link;
+use crate::telemetry::motion::Motion;
 use crate::telemetry::ring::{Consumer, TickRecord};
 use crate::telemetry::stop_times::StopTimes;
 use crate::telemetry::timing::TimingRecorder;
@@ -80,6 +81,8 @@ struct Subscriber {
 #[derive(Debug)]
 pub(crate) struct Feed {
     consumer: Consumer,
+    /// What the handle does, while somebody commissions the rig.
+    pub(crate) motion: Option<Motion>,
     /// The link to the rig, where it is not in this process.
     link: Option<LinkMonitor>,
     timing: TimingRecorder,
@@ -100,6 +103,7 @@ impl Feed {
     pub(crate) fn new(consumer: Consumer, period_ns: u64, link: Option<LinkMonitor>) -> Self {
         Self {
             consumer,
+            motion: None,
             link,
             timing: TimingRecorder::new(period_ns),
             stops: StopTimes::default(),
@@ -212,6 +216,9 @@ impl Feed {
             self.started_ns = record.began_ns;
         }
         self.timing.record(record);
+        if let Some(motion) = &mut self.motion {
+            motion.take(record);
+        }
         self.newest = Some(*record);
         let state = Some((record.state, record.revision));
         if self.last_state != state {

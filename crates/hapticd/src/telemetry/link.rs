@@ -30,12 +30,17 @@ pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
             force_limit_n,
             sample_rate_hz,
             resolution_m,
+            watchdog_ms,
+            rig,
+            ..
         } => (
             Some(LinkedDevice {
                 firmware,
                 force_limit_n,
                 sample_rate_hz,
                 resolution_m,
+                watchdog_ms,
+                rig: Some(rig.key),
             }),
             None,
         ),

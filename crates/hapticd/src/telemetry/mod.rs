@@ -2,6 +2,7 @@
 
 pub(crate) mod feed;
 pub(crate) mod link;
+pub(crate) mod motion;
 pub(crate) mod ring;
 mod stop_times;
 pub(crate) mod timing;

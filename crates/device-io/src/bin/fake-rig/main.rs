@@ -7,7 +7,7 @@ use device_io::fake::{
     Channel, Fault, Firmware, FirmwareProperties, HandOptions, Order, Quality, RigProperties, Script, TimedFault,
     now_ns, take_priority,
 };
-use device_io::protocol::message::FromDevice;
+use device_io::protocol::message::{DeviceHello, FromDevice};
 use port::{Gone, Place, Port};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{self, Write};
@@ -44,6 +44,26 @@ struct Options {
     /// How much faster than the true one the device's clock runs, parts in a million
     #[arg(long, value_name = "PPM", default_value_t = 0.0, allow_negative_numbers = true)]
     clock_ppm: f64,
+
+    /// Name of the firmware, up to 24 letters, instead of the fake rig's own. With its own it counts as commissioned
+    #[arg(long, value_name = "NAME")]
+    firmware_name: Option<String>,
+
+    /// The motor is wired the other way round
+    #[arg(long)]
+    reversed: bool,
+
+    /// Distance between two counts of the encoder, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.01)]
+    resolution_mm: f64,
+
+    /// Distance from the middle to the stop at either end, mm [default: no stops]
+    #[arg(long, value_name = "MM")]
+    stops_mm: Option<f64>,
+
+    /// Coulomb friction of the guide, N
+    #[arg(long, value_name = "N", default_value_t = 0.8)]
+    friction_n: f64,
 
     #[command(flatten)]
     hand: HandOptions,
@@ -146,6 +166,17 @@ impl Rig {
             clock_ppm: options.clock_ppm,
             watchdog_ms: options.watchdog_ms,
             buttons: u8::try_from((1_u16 << options.buttons) - 1).unwrap_or(u8::MAX),
+            name: match &options.firmware_name {
+                Some(name) => DeviceHello::firmware_of(name),
+                None => FirmwareProperties::default().name,
+            },
+            reversed: options.reversed,
+        };
+        let rig = RigProperties {
+            friction_n: options.friction_n,
+            resolution_m: options.resolution_mm * 1e-3,
+            end_stop_m: options.stops_mm.map_or(f64::INFINITY, |stop_mm| stop_mm * 1e-3),
+            ..RigProperties::default()
         };
         let began_ns = now_ns();
         let place = options.place.place();
@@ -159,7 +190,7 @@ impl Rig {
             look_at_ns: 0,
             plug_in_at_ns: 0,
             stalled_until_ns: 0,
-            firmware: Firmware::new(RigProperties::default(), options.hand.hand(), properties),
+            firmware: Firmware::new(rig, options.hand.hand(), properties),
             quality: Quality::default(),
             version: None,
             up: Channel::new(options.seed),

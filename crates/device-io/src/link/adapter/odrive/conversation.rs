@@ -18,11 +18,14 @@ use std::sync::Arc;
 const IDLE: f64 = 1.0;
 const CLOSED_LOOP: f64 = 8.0;
 
+/// The axis disarms its motor after so long without a command, ms.
+pub(super) const WATCHDOG_MS: u32 = 50;
+
 /// What forces rely on: torque control, torque as it is told and not ramped or filtered, and the watchdog, s.
 const SETTINGS: [(&str, f64); 4] = [
     ("controller.config.control_mode", 1.0),
     ("controller.config.input_mode", 1.0),
-    ("config.watchdog_timeout", 0.05),
+    ("config.watchdog_timeout", WATCHDOG_MS as f64 * 1e-3),
     ("config.enable_watchdog", 1.0),
 ];
 

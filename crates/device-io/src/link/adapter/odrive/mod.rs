@@ -6,13 +6,14 @@ mod conversation;
 mod words;
 
 use super::super::health::LinkCounters;
+use super::super::identity::RigIdentity;
 use super::super::keeper::{ConnectError, Connector, Greeted};
 use super::super::nodes::folder_of;
 use super::greeting::{ATTEMPTS, Greeting};
 use super::options::ODriveOptions;
 use super::text::{Text, number};
 use super::{TextConnection, clock};
-use conversation::{Generation, ODriveConversation};
+use conversation::{Generation, ODriveConversation, WATCHDOG_MS};
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -214,6 +215,11 @@ impl Connector for ODriveConnector {
             firmware: name,
             force_limit_n: torque_limit_nm * motor.newtons_per_nm().abs(),
             sample_rate_hz,
+            // Switched on before every enabling, and read back.
+            watchdog_ms: Some(WATCHDOG_MS),
+            rig: RigIdentity::of_line("odrive", &motor.path)
+                .with_part(&format!("axis{axis}"))
+                .turned_round(motor.reversed),
             connection: Box::new(TextConnection::new(greeting.line, conversation, Arc::clone(counters))),
         })
     }

@@ -8,6 +8,7 @@ mod conversation;
 mod words;
 
 use super::super::health::LinkCounters;
+use super::super::identity::RigIdentity;
 use super::super::keeper::{ConnectError, Connector, Greeted};
 use super::super::nodes::folder_of;
 use super::greeting::{ATTEMPTS, Greeting};
@@ -174,6 +175,10 @@ impl Connector for SimpleFocConnector {
             firmware: format!("SimpleFOC Commander ({kind}, target in {unit}); {watchdog}"),
             force_limit_n: limit_units * self.options.nm_per_unit * motor.newtons_per_nm().abs(),
             sample_rate_hz,
+            watchdog_ms: self.options.host_timeout_ms,
+            rig: RigIdentity::of_line("simplefoc", &motor.path)
+                .with_part(&format!("motor{}", self.options.letter))
+                .turned_round(motor.reversed),
             connection: Box::new(TextConnection::new(greeting.line, conversation, Arc::clone(counters))),
         })
     }

@@ -1,0 +1,65 @@
+//! The person in front of it, who is asked before each step.
+
+use crate::failure::Failure;
+use std::io::{BufRead, IsTerminal, Write};
+use tokio::sync::mpsc;
+
+/// What is asked goes to standard error, so that standard output has the findings alone.
+pub(super) struct Console {
+    /// Lines as they are typed; nothing where nobody is asked.
+    lines: Option<mpsc::UnboundedReceiver<String>>,
+}
+
+impl Console {
+    /// # Errors
+    /// There is nobody to ask.
+    pub(super) fn new(yes: bool) -> Result<Self, Failure> {
+        if yes {
+            return Ok(Self { lines: None });
+        }
+        if !std::io::stdin().is_terminal() {
+            return Err(Failure::Usage(
+                "commission asks before each step, and standard input is not a terminal: say --yes to answer all of them"
+                    .to_owned(),
+            ));
+        }
+        let (typed, lines) = mpsc::unbounded_channel();
+        // It waits for a key for as long as there is a terminal; the program ends without it.
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+                if typed.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        Ok(Self { lines: Some(lines) })
+    }
+
+    /// Whether somebody is asked.
+    pub(super) fn asks(&self) -> bool {
+        self.lines.is_some()
+    }
+
+    /// Says something. Where nobody listens there is nobody to tell.
+    pub(super) fn say(&self, text: &str) {
+        drop(writeln!(std::io::stderr().lock(), "{text}"));
+    }
+
+    pub(super) fn prompt(&self, question: &str, choices: &str) {
+        let mut out = std::io::stderr().lock();
+        let asked = if choices.is_empty() {
+            write!(out, "{question} ")
+        } else {
+            write!(out, "{question} [{choices}] ")
+        };
+        drop(asked.and_then(|()| out.flush()));
+    }
+
+    /// The next line; nothing at the end of the input. Safe to drop half-way.
+    pub(super) async fn line(&mut self) -> Option<String> {
+        match &mut self.lines {
+            Some(lines) => lines.recv().await,
+            None => None,
+        }
+    }
+}

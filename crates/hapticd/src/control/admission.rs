@@ -1,0 +1,268 @@
+//! Whether the rig may be engaged: what must be known of a device before its motor pulls a hand.
+//!
+//! What is checked here is checked for one connection, whose number goes to the real-time thread with the command: it engages no other. So a device that is put in the place of
+//! the one that was checked is refused, however long the command was on its way.
+
+use crate::control::RigHandle;
+use crate::control::commission::record::{self, Known};
+use crate::rt::handoff::ANY_CONNECTION;
+use device_io::link::{LinkMonitor, LinkState, RigIdentity};
+use haptic_ipc::{ErrorCode, Problem, WireError};
+
+/// What the daemon was told to put up with.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct EngageRules {
+    /// A rig that was not commissioned is engaged.
+    pub(crate) uncommissioned: bool,
+    /// A device that does not switch its motor off soon enough by itself is engaged.
+    pub(crate) allow_no_watchdog: bool,
+}
+
+/// Longest time after which a device must have switched its motor off by itself, ms: a hand is pulled for so long when the daemon dies.
+pub(crate) const LONGEST_WATCHDOG_MS: u32 = 200;
+
+/// The firmware that `fake-rig` plays says so.
+const SIMULATED: &str = "fake-rig ";
+
+/// The device that is connected.
+#[derive(Clone, Debug)]
+pub(crate) struct Device {
+    pub(crate) firmware: String,
+    pub(crate) force_limit_n: f64,
+    pub(crate) resolution_m: f64,
+    pub(crate) watchdog_ms: Option<u32>,
+    pub(crate) rig: RigIdentity,
+    pub(crate) connection: u64,
+}
+
+impl Device {
+    fn of(monitor: &LinkMonitor) -> Option<Self> {
+        match monitor.state() {
+            LinkState::Connected {
+                firmware,
+                force_limit_n,
+                resolution_m,
+                watchdog_ms,
+                rig,
+                connection,
+                ..
+            } => Some(Self {
+                firmware,
+                force_limit_n,
+                resolution_m,
+                watchdog_ms,
+                rig,
+                connection,
+            }),
+            LinkState::Looking | LinkState::Waiting(_) => None,
+        }
+    }
+
+    /// The device at the other end of the link, or the rig in this process; nothing where none is connected.
+    pub(super) fn connected(rig: &RigHandle) -> Option<Self> {
+        match &rig.facts.link {
+            Some(monitor) => Self::of(monitor),
+            None => Some(Self {
+                firmware: rig.facts.device.clone(),
+                force_limit_n: rig.facts.limits.force_n,
+                resolution_m: rig.facts.rig.resolution,
+                watchdog_ms: None,
+                rig: RigIdentity {
+                    key: rig.facts.address.to_string(),
+                    has_serial_number: true,
+                    reversed: false,
+                },
+                connection: ANY_CONNECTION,
+            }),
+        }
+    }
+}
+
+/// What an engagement is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    Scene,
+    /// A pulse by which the rig is commissioned.
+    Commissioning,
+}
+
+/// A permission to engage.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Admission {
+    pub(super) purpose: Purpose,
+    /// The connection for which it holds.
+    pub(super) connection: u64,
+}
+
+impl Admission {
+    /// For a command that needs none.
+    pub(super) const NONE: Self = Self {
+        purpose: Purpose::Scene,
+        connection: ANY_CONNECTION,
+    };
+}
+
+/// Asks for the permission to engage the device that is connected.
+///
+/// # Errors
+/// It may not be engaged as it is; the error says why and what to do.
+pub(super) async fn admit(rig: &RigHandle, purpose: Purpose) -> Result<Admission, WireError> {
+    let Some(device) = Device::connected(rig) else {
+        // The loop refuses by its state; a device that comes in the meantime has number 1 or more.
+        return Ok(Admission { purpose, connection: 0 });
+    };
+    let connection = device.connection;
+    match obstacles(rig, &device, purpose, false).await.into_iter().next() {
+        None => Ok(Admission { purpose, connection }),
+        Some(Obstacle { mut error, remedy }) => {
+            error.message = format!("cannot engage: {}: {remedy}", error.message);
+            Err(error)
+        }
+    }
+}
+
+/// Why the device that is connected would not be engaged, for people.
+pub(super) async fn problems(rig: &RigHandle) -> Vec<Problem> {
+    let Some(device) = Device::connected(rig) else {
+        return Vec::new();
+    };
+    let obstacles = obstacles(rig, &device, Purpose::Scene, true).await;
+    let problem = |Obstacle { error, remedy }| Problem {
+        what: error.message,
+        remedy,
+    };
+    obstacles.into_iter().map(problem).collect()
+}
+
+/// Something that is in the way.
+#[derive(Debug)]
+struct Obstacle {
+    error: WireError,
+    remedy: String,
+}
+
+async fn obstacles(rig: &RigHandle, device: &Device, purpose: Purpose, only_looks: bool) -> Vec<Obstacle> {
+    if rig.facts.link.is_none() {
+        return Vec::new();
+    }
+    let rules = rig.facts.rules;
+    let mut found: Vec<Obstacle> = no_force(device).into_iter().chain(no_watchdog(device, rules)).collect();
+    let counts_as_commissioned =
+        purpose == Purpose::Commissioning || rules.uncommissioned || device.firmware.starts_with(SIMULATED);
+    if !counts_as_commissioned && let Known::Not(why) = record::known(rig, device, only_looks).await {
+        found.push(not_commissioned(device, &why));
+    }
+    found
+}
+
+fn no_force(device: &Device) -> Option<Obstacle> {
+    let limit_n = device.force_limit_n;
+    if limit_n > 0.0 {
+        return None;
+    }
+    let what = format!("force_limit = {limit_n} N in the device's hello: its motor gives no force");
+    Some(Obstacle {
+        error: WireError::new(ErrorCode::NoForce, what)
+            .about("force_limit")
+            .given(limit_n),
+        remedy:
+            "have its firmware name the largest force that its motor can give (force_limit_mn, docs/device-protocol.md)"
+                .to_owned(),
+    })
+}
+
+fn no_watchdog(device: &Device, rules: EngageRules) -> Option<Obstacle> {
+    if rules.allow_no_watchdog {
+        return None;
+    }
+    let max = LONGEST_WATCHDOG_MS;
+    let what = match device.watchdog_ms {
+        Some(ms) if ms <= max => return None,
+        Some(ms) => format!(
+            "watchdog_ms = {ms} ms is out of range: it must be from 1 to {max} ms, or a hand is pulled for so long when hapticd dies"
+        ),
+        None => format!(
+            "watchdog_ms = 0 ms is out of range: it must be from 1 to {max} ms; this device does not switch its motor off by itself when hapticd dies"
+        ),
+    };
+    let value = f64::from(device.watchdog_ms.unwrap_or(0));
+    Some(Obstacle {
+        error: WireError::new(ErrorCode::NoWatchdog, what)
+            .about("watchdog_ms")
+            .within(value, 1.0, max.into(), "ms"),
+        remedy: "give its firmware a watchdog of 50 ms (docs/device-protocol.md; for SimpleFOC docs/adapters.md, and then `timeout_ms=50` in its address); or, where something else \
+                 cuts the motor's power, start hapticd with --allow-no-watchdog"
+            .to_owned(),
+    })
+}
+
+fn not_commissioned(device: &Device, why: &str) -> Obstacle {
+    let what = format!(
+        "the rig {} ({}) is not commissioned: {why}",
+        device.rig.key, device.firmware
+    );
+    Obstacle {
+        error: WireError::new(ErrorCode::NotCommissioned, what).about("rig"),
+        remedy: "run `haptic-ctl commission`, which finds out by small pulses whether its motor pulls the right way; or start hapticd with --uncommissioned".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn device(force_limit_n: f64, watchdog_ms: Option<u32>) -> Device {
+        Device {
+            firmware: "mine 1.0".to_owned(),
+            force_limit_n,
+            resolution_m: 1e-5,
+            watchdog_ms,
+            rig: RigIdentity::default(),
+            connection: 1,
+        }
+    }
+
+    // hazard: H8
+    #[test]
+    fn a_force_limit_of_zero_or_less_or_none_at_all_is_in_the_way() {
+        for limit_n in [0.0, -1.0, f64::NAN] {
+            let found = no_force(&device(limit_n, Some(50))).expect("in the way");
+            assert_eq!(found.error.code, ErrorCode::NoForce);
+            assert!(found.error.message.contains("force_limit"), "{}", found.error);
+        }
+        assert!(no_force(&device(0.001, Some(50))).is_none());
+    }
+
+    // hazard: H9
+    #[test]
+    fn a_watchdog_that_is_missing_or_long_is_in_the_way_unless_it_is_allowed() {
+        let strict = EngageRules::default();
+        let lenient = EngageRules {
+            allow_no_watchdog: true,
+            ..strict
+        };
+        for (watchdog_ms, told) in [(None, "= 0 ms"), (Some(201), "= 201 ms"), (Some(65535), "= 65535 ms")] {
+            let found = no_watchdog(&device(1.0, watchdog_ms), strict).expect("in the way");
+            assert_eq!(found.error.code, ErrorCode::NoWatchdog);
+            assert_eq!(found.error.max, Some(200.0));
+            for part in [told, "from 1 to 200 ms"] {
+                assert!(found.error.message.contains(part), "{} lacks {part}", found.error);
+            }
+            assert!(found.remedy.contains("--allow-no-watchdog"), "{}", found.remedy);
+            assert!(no_watchdog(&device(1.0, watchdog_ms), lenient).is_none());
+        }
+        for watchdog_ms in [1, 50, 200] {
+            assert!(no_watchdog(&device(1.0, Some(watchdog_ms)), strict).is_none());
+        }
+    }
+
+    // hazard: H13
+    #[test]
+    fn whoever_has_written_a_firmware_of_his_own_is_told_what_to_do() {
+        let found = not_commissioned(&device(1.0, Some(50)), "it was never commissioned");
+        assert_eq!(found.error.code, ErrorCode::NotCommissioned);
+        for part in ["haptic-ctl commission", "--uncommissioned"] {
+            assert!(found.remedy.contains(part), "{} lacks {part}", found.remedy);
+        }
+    }
+}

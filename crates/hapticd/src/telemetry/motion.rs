@@ -1,0 +1,319 @@
+//! How the handle moves while a rig is commissioned, from the records of all ticks.
+
+use crate::telemetry::ring::TickRecord;
+use haptic_core::PulseShape;
+use haptic_ipc::{PulseEnd, PulseReport};
+
+/// The handle rests when its position has not changed for so long, ns.
+const REST_NS: u64 = 30_000_000;
+
+/// A pulse whose force has not begun by then was let through by nobody, ns.
+const NEVER_BEGUN_NS: u64 = 500_000_000;
+
+/// A handle that goes on for so long after a pulse is moved by something else, ns.
+const LONGEST_NS: u64 = 2_500_000_000;
+
+/// A way from which friction can be told: in counts, and m. Below, the encoder's steps are too much of it.
+const LEAST_WAY: (f64, f64) = (20.0, 5e-4);
+
+/// A way that shows which way a force pulls: in counts, and m.
+const LEAST_SIGN: (f64, f64) = (4.0, 2e-4);
+
+/// A handle whose way is so much longer than what it brought it has turned round on the way: it has bounced, or something else moves it.
+const STRAIGHT: f64 = 1.1;
+
+/// What is watched of the handle.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    resolution_m: f64,
+    last: Option<TickRecord>,
+    least_m: f64,
+    greatest_m: f64,
+    /// The largest number of counts that divides every change of position seen; 0 before the first.
+    step_counts: u64,
+    pulse: Option<Watched>,
+}
+
+/// A pulse that is watched.
+#[derive(Clone, Debug)]
+struct Watched {
+    shape: PulseShape,
+    /// Where the handle was at first, m, and when.
+    from: Option<(f64, u64)>,
+    first_force_ns: Option<u64>,
+    last_force_ns: u64,
+    last_moved_ns: u64,
+    now_ns: u64,
+    position_m: f64,
+    largest_force_n: f64,
+    /// While force flows.
+    forward_m: f64,
+    backward_m: f64,
+    largest_speed_mps: f64,
+    work_j: f64,
+    path_m: f64,
+    has_gaps: bool,
+}
+
+impl Motion {
+    /// Of an encoder with such a distance between two counts, m.
+    pub(crate) fn new(resolution_m: f64) -> Self {
+        Self {
+            resolution_m,
+            last: None,
+            least_m: f64::INFINITY,
+            greatest_m: f64::NEG_INFINITY,
+            step_counts: 0,
+            pulse: None,
+        }
+    }
+
+    /// Takes a tick in.
+    pub(crate) fn take(&mut self, record: &TickRecord) {
+        let position_m = record.device_position;
+        self.least_m = self.least_m.min(position_m);
+        self.greatest_m = self.greatest_m.max(position_m);
+        let last = self.last.replace(*record);
+        let moved_m = last.map_or(0.0, |last| position_m - last.device_position);
+        if self.resolution_m > 0.0 {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "counts, and the cast saturates"
+            )]
+            let counts = (moved_m.abs() / self.resolution_m).round() as u64;
+            self.step_counts = greatest_common_divisor(self.step_counts, counts);
+        }
+        if let Some(pulse) = &mut self.pulse {
+            pulse.take(record, last.as_ref(), moved_m);
+        }
+    }
+
+    /// The newest position, m.
+    pub(crate) fn position_m(&self) -> f64 {
+        self.last.map_or(0.0, |last| last.device_position)
+    }
+
+    /// The least and the greatest position so far, m.
+    pub(crate) fn range_m(&self) -> (f64, f64) {
+        if self.least_m <= self.greatest_m {
+            (self.least_m, self.greatest_m)
+        } else {
+            (0.0, 0.0)
+        }
+    }
+
+    /// The step by which the position changes, m.
+    pub(crate) fn step_m(&self) -> Option<f64> {
+        #[expect(clippy::cast_precision_loss, reason = "a few counts")]
+        (self.step_counts > 0).then(|| self.step_counts as f64 * self.resolution_m)
+    }
+
+    /// From now on a pulse is watched.
+    pub(crate) fn begin_pulse(&mut self, shape: PulseShape) {
+        self.pulse = Some(Watched {
+            shape,
+            from: None,
+            first_force_ns: None,
+            last_force_ns: 0,
+            last_moved_ns: 0,
+            now_ns: 0,
+            position_m: 0.0,
+            largest_force_n: 0.0,
+            forward_m: 0.0,
+            backward_m: 0.0,
+            largest_speed_mps: 0.0,
+            work_j: 0.0,
+            path_m: 0.0,
+            has_gaps: false,
+        });
+    }
+
+    /// Whether the pulse has ended and the handle rests again.
+    pub(crate) fn pulse_is_over(&self) -> bool {
+        self.pulse.as_ref().is_some_and(Watched::is_over)
+    }
+
+    /// Ends the watch over a pulse; what came of it.
+    pub(crate) fn end_pulse(&mut self, was_interrupted: bool) -> Option<PulseReport> {
+        let pulse = self.pulse.take()?;
+        Some(pulse.report(self.resolution_m, was_interrupted))
+    }
+
+    /// Whether a pulse has moved the handle its way, and far enough to tell.
+    pub(crate) fn is_confirmed_by(&self, report: &PulseReport) -> bool {
+        matches!(report.end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
+            && report.moved_m * report.force_n.signum() >= at_least(LEAST_SIGN, self.resolution_m)
+    }
+}
+
+fn at_least((counts, least_m): (f64, f64), resolution_m: f64) -> f64 {
+    (counts * resolution_m).max(least_m)
+}
+
+fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
+    while b > 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
+impl Watched {
+    fn take(&mut self, record: &TickRecord, last: Option<&TickRecord>, moved_m: f64) {
+        let now_ns = record.began_ns;
+        let (from_m, _) = *self.from.get_or_insert((record.device_position, now_ns));
+        self.has_gaps |= last.is_some_and(|last| last.tick + 1 != record.tick);
+        self.now_ns = now_ns;
+        self.position_m = record.device_position;
+        if moved_m != 0.0 {
+            self.last_moved_ns = now_ns;
+        }
+        // The force of a tick acts until the next one.
+        let force_n = last.map_or(0.0, |last| last.command_force);
+        self.work_j += force_n * moved_m;
+        self.path_m += moved_m.abs();
+        if record.command_force != 0.0 {
+            self.first_force_ns.get_or_insert(now_ns);
+            self.last_force_ns = now_ns;
+        }
+        if record.command_force.abs() > self.largest_force_n.abs() {
+            self.largest_force_n = record.command_force;
+        }
+        if record.command_force != 0.0 || force_n != 0.0 {
+            let forward_m = (record.device_position - from_m) * self.shape.force_n.signum();
+            self.forward_m = self.forward_m.max(forward_m);
+            self.backward_m = self.backward_m.max(-forward_m);
+            self.largest_speed_mps = self.largest_speed_mps.max(record.device_velocity.abs());
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        let Some((_, from_ns)) = self.from else { return false };
+        let gone_ns = self.now_ns - from_ns;
+        if self.first_force_ns.is_none() {
+            return gone_ns > NEVER_BEGUN_NS;
+        }
+        self.rests() || gone_ns > LONGEST_NS
+    }
+
+    fn rests(&self) -> bool {
+        let since_ns = self.last_force_ns.max(self.last_moved_ns);
+        self.now_ns - since_ns >= REST_NS
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a pulse")]
+    fn report(&self, resolution_m: f64, was_interrupted: bool) -> PulseReport {
+        let shape = &self.shape;
+        let moved_m = self.from.map_or(0.0, |(from_m, _)| self.position_m - from_m);
+        let end = if self.backward_m > shape.wrong_way_limit_m {
+            PulseEnd::WrongWay
+        } else if was_interrupted || self.first_force_ns.is_none() {
+            PulseEnd::Interrupted
+        } else if self.has_gaps {
+            PulseEnd::Unrecorded
+        } else if self.forward_m > shape.travel_limit_m {
+            PulseEnd::Travel
+        } else if self.largest_speed_mps > shape.speed_limit_mps {
+            PulseEnd::Speed
+        } else {
+            PulseEnd::Time
+        };
+        let is_sound = matches!(end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
+            && self.rests()
+            && moved_m.abs() >= at_least(LEAST_WAY, resolution_m)
+            && self.path_m <= STRAIGHT * moved_m.abs();
+        let force_ns = self.first_force_ns.map_or(0, |first_ns| self.last_force_ns - first_ns);
+        PulseReport {
+            force_n: shape.force_n,
+            largest_force_n: self.largest_force_n,
+            end,
+            duration_ms: force_ns as f64 * 1e-6,
+            moved_m,
+            forward_m: self.forward_m,
+            backward_m: self.backward_m,
+            largest_speed_mps: self.largest_speed_mps,
+            friction_n: is_sound.then(|| self.work_j / self.path_m),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::telemetry::ring::tests::record;
+
+    const SHAPE: PulseShape = PulseShape {
+        force_n: 2.0,
+        rise_s: 0.05,
+        hold_s: 0.1,
+        fall_s: 0.05,
+        travel_limit_m: 0.02,
+        speed_limit_mps: 0.3,
+        wrong_way_limit_m: 1e-4,
+    };
+
+    /// A handle of 1 kg with 0.5 N of friction under a pulse, with the motor's sign; what was found and whether it was over in time.
+    fn pushed(sign: f64, gap: bool) -> (Motion, PulseReport) {
+        let mut motion = Motion::new(1e-5);
+        motion.begin_pulse(SHAPE);
+        let (mut position, mut velocity): (f64, f64) = (0.0, 0.0);
+        let mut over = None;
+        for tick in 0..2000_u64 {
+            let force_n = if (10..210).contains(&tick) { 2.0 } else { 0.0 };
+            let mut seen = record(tick);
+            seen.device_position = (position / 1e-5).round() * 1e-5;
+            seen.device_velocity = velocity;
+            seen.command_force = force_n;
+            if !gap || tick != 100 {
+                motion.take(&seen);
+            }
+            if motion.pulse_is_over() {
+                over.get_or_insert(tick);
+            }
+            for _ in 0..100 {
+                let free = velocity + force_n * sign * 1e-5;
+                velocity = if free.abs() <= 0.5e-5 {
+                    0.0
+                } else {
+                    free - 0.5e-5 * free.signum()
+                };
+                position += velocity * 1e-5;
+            }
+        }
+        assert!(over.is_some_and(|tick| tick > 210), "{over:?}");
+        let report = motion.end_pulse(false).expect("it was watched");
+        (motion, report)
+    }
+
+    #[test]
+    fn friction_is_the_work_by_the_way() {
+        let (motion, report) = pushed(1.0, false);
+        let friction_n = report.friction_n.expect("it moved");
+        assert!((friction_n - 0.5).abs() < 0.01, "{report:?}");
+        assert!(motion.is_confirmed_by(&report));
+        assert_eq!(motion.step_m(), Some(1e-5));
+        assert!((motion.range_m().1 - report.moved_m).abs() < 1e-12);
+        assert!((report.duration_ms - 199.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_wrong_way_is_told_and_a_gap_tells_nothing() {
+        let (motion, report) = pushed(-1.0, false);
+        assert_eq!((report.end, report.friction_n), (PulseEnd::WrongWay, None));
+        assert!(!motion.is_confirmed_by(&report));
+        let (motion, report) = pushed(1.0, true);
+        assert_eq!((report.end, report.friction_n), (PulseEnd::Unrecorded, None));
+        assert!(!motion.is_confirmed_by(&report));
+    }
+
+    #[test]
+    fn an_encoder_that_counts_in_fours_is_seen_through() {
+        let mut motion = Motion::new(1e-5);
+        for (tick, counts) in [0.0, 12.0, 20.0, 16.0, 16.0, 40.0].into_iter().enumerate() {
+            let mut seen = record(tick as u64);
+            seen.device_position = counts * 1e-5;
+            motion.take(&seen);
+        }
+        assert!((motion.step_m().expect("it moved") - 4e-5).abs() < 1e-12);
+    }
+}
