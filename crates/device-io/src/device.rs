@@ -12,6 +12,37 @@ pub struct Measurement {
     pub time_ns: u64,
     /// Position of the handle, m.
     pub position_m: f64,
+    /// What the motor does, as far as the device says so.
+    pub motor: Motor,
+    /// Buttons pressed, one bit each.
+    pub buttons: u8,
+}
+
+impl Measurement {
+    /// A sample of a device that has no buttons and says nothing of its motor.
+    #[must_use]
+    pub fn new(sequence: u32, time_ns: u64, position_m: f64) -> Self {
+        Self {
+            sequence,
+            time_ns,
+            position_m,
+            motor: Motor::Unreported,
+            buttons: 0,
+        }
+    }
+}
+
+/// The motor, as a device reports it in its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motor {
+    /// The device says nothing of it: what was written to it counts as done.
+    Unreported,
+    /// It is enabled.
+    Enabled,
+    /// It is off, but the device has not yet confirmed that it heard the newest order to switch it off.
+    Unconfirmed,
+    /// It is off, and the device has confirmed the newest order to switch it off.
+    Off,
 }
 
 /// Why a rig could not be read or written.
@@ -51,6 +82,11 @@ pub trait Device: Send {
 
     /// Distance between two positions that the rig can tell apart, m; 0 where it is perfect. It may be another after the rig was disconnected.
     fn resolution_m(&self) -> f64;
+
+    /// Largest force that the rig gives, N; infinite where it names none. It may be another after the rig was disconnected.
+    fn force_limit_n(&self) -> f64 {
+        f64::INFINITY
+    }
 
     /// Whether a link lies between: then the time that reading and writing take is of interest.
     fn is_linked(&self) -> bool {

@@ -15,4 +15,4 @@ pub mod link;
 pub mod protocol;
 
 pub use address::Address;
-pub use device::{Device, DeviceError, Measurement, Written};
+pub use device::{Device, DeviceError, Measurement, Motor, Written};

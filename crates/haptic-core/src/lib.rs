@@ -16,6 +16,7 @@
 //! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others, each behind a block or on the device itself.
 //! * [`Renderer`] is what a scene compiles to: one [`tick`](Renderer::tick) per measurement, by the
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
+//! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions against what a hand can do, before anything is made of them.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before the motor,
 //!   and [`passivity`] watches the energy that sampling makes.
 //!
@@ -39,7 +40,9 @@ pub mod limiter;
 mod math;
 pub mod parameters;
 pub mod passivity;
+pub mod position_guard;
 mod renderer;
+pub mod sample_clock;
 pub mod scene;
 mod scheme;
 mod toward;

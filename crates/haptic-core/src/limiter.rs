@@ -23,6 +23,8 @@ const COUNTS_OF_DOUBT: f64 = 4.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimiter {
     limits: Limits,
+    /// Largest force that the device itself gives, N.
+    device_force_n: f64,
     last_n: f64,
 }
 
@@ -35,7 +37,22 @@ impl SafetyLimiter {
     /// A gate that begins without force.
     #[must_use]
     pub fn new(limits: Limits) -> Self {
-        Self { limits, last_n: 0.0 }
+        Self {
+            limits,
+            device_force_n: f64::INFINITY,
+            last_n: 0.0,
+        }
+    }
+
+    /// Another device is there, which gives so much force at most, N (>= 0; infinite where it names no limit). What is no number counts as none.
+    pub fn set_device_force(&mut self, force_n: f64) {
+        self.device_force_n = if force_n >= 0.0 { force_n } else { 0.0 };
+    }
+
+    /// The largest force that passes, N: the smaller of the configured limit and the device's own.
+    #[must_use]
+    pub fn force_n(&self) -> f64 {
+        self.limits.force_n.min(self.device_force_n)
     }
 
     /// Scales `force` (N) by `gain` in 0..1, cuts it to the limit, and lets it go no farther from the last one than `elapsed_s` allows. Towards zero it may go at
@@ -49,9 +66,8 @@ impl SafetyLimiter {
             self.last_n = 0.0;
             return Err(NonFiniteForce(wanted));
         }
-        let Limits {
-            force_n, slew_n_per_s, ..
-        } = self.limits;
+        let Limits { slew_n_per_s, .. } = self.limits;
+        let force_n = self.force_n();
         let wanted = wanted.clamp(-force_n, force_n);
         let step = slew_n_per_s * elapsed_s.max(0.0);
         // Less force in the same direction is safe at any rate; more, or the other way, is not.
@@ -133,6 +149,28 @@ mod tests {
         assert_eq!(limit(0.5), 0.5, "less is let out at once");
         assert_eq!(limit(-5.0), -1.0, "through zero at once, and on slowly");
         assert_eq!(limit(0.0), 0.0, "and to zero at once");
+    }
+
+    // hazard: H8
+    #[test]
+    fn the_smaller_of_the_two_force_limits_holds() {
+        let mut limiter = SafetyLimiter::new(Limits {
+            force_n: 20.0,
+            slew_n_per_s: 1e9,
+            speed_mps: 1.0,
+            acceleration_mps2: 1000.0,
+        });
+        let mut limit = |device_n: f64, force: f64| {
+            limiter.set_device_force(device_n);
+            limiter.limit(force, 1.0, 1e-3).expect("a number")
+        };
+        assert_eq!([limit(1.0, 5.0), limit(1.0, -5.0)], [1.0, -1.0], "the device's");
+        assert_eq!(
+            [limit(100.0, 50.0), limit(f64::INFINITY, 50.0)],
+            [20.0, 20.0],
+            "the configured one"
+        );
+        assert_eq!([limit(0.0, 5.0), limit(f64::NAN, 5.0), limit(-1.0, 5.0)], [0.0; 3]);
     }
 
     #[test]

@@ -75,30 +75,7 @@ fn show(entry: &JournalEntry, json: bool) -> Result<(), Failure> {
 
 /// An entry, with its changes indented below it.
 fn text(entry: &JournalEntry, zone: &TimeZone) -> String {
-    let by = entry
-        .by
-        .as_ref()
-        .map_or_else(|| "hapticd".to_owned(), ToString::to_string);
-    let mut head = format!("{}  {by}  {}", local_time(entry.time_unix_s, zone), entry.op);
-    if let Some(state) = &entry.state {
-        head.push_str(&format!("  {} -> {}", state.before, state.after));
-    }
-    if let Some(tick) = entry.tick {
-        head.push_str(&format!("  tick {tick}"));
-    }
-    if !entry.changes.is_empty() {
-        head.push_str(&format!("  revision {}", entry.revision));
-    }
-    if let Some(ramp) = entry.ramp_ms {
-        head.push_str(&format!("  over {ramp} ms"));
-    }
-    if let Some(message) = &entry.message {
-        head.push_str(&format!("  {message}"));
-    }
-    for change in &entry.changes {
-        head.push_str(&format!("\n    {change}"));
-    }
-    head
+    format!("{}  {entry}", local_time(entry.time_unix_s, zone))
 }
 
 fn local_time(unix_s: f64, zone: &TimeZone) -> String {

@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
-use haptic_ipc::{Bucket, Percentiles, Request, Timing, TimingHistogram, TimingWindow};
+use haptic_ipc::{Bucket, Percentiles, Request, StopTimes, Timing, TimingHistogram, TimingWindow};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let timing: Timing = daemon.ask(Request::Timing {}).await?;
@@ -13,6 +13,9 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     let blocks = [("since start", &timing.since_start), ("last 10 s", &timing.last_10_s)];
     let texts: Vec<String> = blocks.into_iter().map(|(name, window)| block(name, window)).collect();
     output::line(&format!("{:.3} Hz\n\n{}", timing.rate_hz, texts.join("\n\n")))?;
+    if let Some(stops) = stops(&timing.stops) {
+        output::line(&stops)?;
+    }
     let TimingHistogram {
         wake_latency_ns,
         tick_ns,
@@ -58,10 +61,7 @@ fn block(name: &str, window: &TimingWindow) -> String {
         ("device round trip", &window.device_round_trip_ns),
         ("period", &window.period_ns),
     ] {
-        let Percentiles { p50, p99, p999, max } = *percentiles;
-        let mut row = vec![what.to_owned()];
-        row.extend([p50, p99, p999, max].map(microseconds));
-        rows.push(row);
+        rows.push(row(what, percentiles));
     }
     format!(
         "{}\nticks {}, overruns {}, missed periods {}, samples dropped {}",
@@ -71,6 +71,35 @@ fn block(name: &str, window: &TimingWindow) -> String {
         window.missed_periods,
         window.telemetry_dropped
     )
+}
+
+fn row(what: &str, percentiles: &Percentiles) -> Vec<String> {
+    let Percentiles { p50, p99, p999, max } = *percentiles;
+    let mut row = vec![what.to_owned()];
+    row.extend([p50, p99, p999, max].map(microseconds));
+    row
+}
+
+/// How long stops took, where there were any.
+fn stops(stops: &StopTimes) -> Option<String> {
+    let StopTimes {
+        confirmed,
+        unconfirmed,
+        without_device,
+        ..
+    } = *stops;
+    if confirmed + unconfirmed + without_device == 0 {
+        return None;
+    }
+    let rows = [
+        ["stops", "p50", "p99", "p99.9", "max"].map(str::to_owned).to_vec(),
+        row("to zero force written", &stops.to_written_ns),
+        row("to motor off confirmed", &stops.to_confirmed_ns),
+    ];
+    Some(format!(
+        "\n{}\nconfirmed {confirmed}, unconfirmed {unconfirmed}, without a device {without_device}",
+        output::table(&rows)
+    ))
 }
 
 #[expect(clippy::cast_precision_loss, reason = "durations below 2^53 ns")]

@@ -69,6 +69,8 @@ pub enum ErrorCode {
     TooManyClients,
     /// The rig is stopped, and no device is connected to take the zero force.
     NoDevice,
+    /// The device was sent the zero force, and has not said in time that its motor is off.
+    NotConfirmed,
     /// The real-time thread did not answer in time.
     NotResponding,
     /// The server is of a later version and uses a code that this client does not know.

@@ -19,7 +19,7 @@ pub struct JournalEntry {
     /// Who did it; absent where the daemon did it itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<Peer>,
-    /// The operation; `fault` and `lease_lapsed` are the daemon's own.
+    /// The operation; `fault`, `lease_lapsed`, `disconnected` and `connected` are the daemon's own.
     pub op: String,
     /// The newest revision after it.
     pub revision: u64,
@@ -32,7 +32,7 @@ pub struct JournalEntry {
     /// Time over which it changed, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ms: Option<f64>,
-    /// What else there is to say: why there is a fault, why a lease has lapsed, the file of a scene that was saved.
+    /// What else there is to say: why there is a fault, why a lease has lapsed, which device was lost or found, the file of a scene that was saved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
 }
@@ -53,6 +53,35 @@ impl JournalEntry {
             ramp_ms: None,
             message: None,
         }
+    }
+}
+
+/// Who, what and how, in one line and one more for each change: all but the time, which is a matter of where one is.
+impl fmt::Display for JournalEntry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.by {
+            Some(by) => write!(f, "{by}  {}", self.op)?,
+            None => write!(f, "hapticd  {}", self.op)?,
+        }
+        if let Some(state) = &self.state {
+            write!(f, "  {} -> {}", state.before, state.after)?;
+        }
+        if let Some(tick) = self.tick {
+            write!(f, "  tick {tick}")?;
+        }
+        if !self.changes.is_empty() {
+            write!(f, "  revision {}", self.revision)?;
+        }
+        if let Some(ramp) = self.ramp_ms {
+            write!(f, "  over {ramp} ms")?;
+        }
+        if let Some(message) = &self.message {
+            write!(f, "  {message}")?;
+        }
+        for change in &self.changes {
+            write!(f, "\n    {change}")?;
+        }
+        Ok(())
     }
 }
 

@@ -121,6 +121,7 @@ mod link;
 mod nearest;
 pub mod quantity;
 mod refusal;
+pub mod regular_file;
 mod request;
 mod sample;
 mod scene;
@@ -149,8 +150,8 @@ pub use scene::{
     differences, params_of,
 };
 pub use state::{RigState, StateReply};
-pub use status::{DeviceStatus, Problem, RealTimeStatus, Status};
-pub use timing::{Bucket, Percentiles, Timing, TimingHistogram, TimingWindow};
+pub use status::{DeviceStatus, ForceLimitBy, Problem, RealTimeStatus, Status};
+pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
 
 /// The protocol version that this crate speaks.
 pub const PROTOCOL_VERSION: u32 = 1;

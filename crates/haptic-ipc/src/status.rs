@@ -60,9 +60,15 @@ pub struct Status {
 pub struct DeviceStatus {
     /// What it is.
     pub description: String,
-    /// Largest force that goes to it, N.
+    /// Largest force that goes to it, N: the smaller of the configured limit and the device's own.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
+    /// Which of the two that is.
+    #[serde(default)]
+    pub force_limit_by: ForceLimitBy,
+    /// Samples that were not rendered, because no hand can have made them.
+    #[serde(default)]
+    pub samples_forgotten: u64,
     /// Fastest change of that force, N/s.
     #[serde(default, rename = "slew_limit_N_per_s")]
     pub slew_limit_n_per_s: f64,
@@ -75,6 +81,23 @@ pub struct DeviceStatus {
     /// The link to it; absent where the rig is in the daemon itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
+}
+
+/// Whose force limit is the smaller one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ForceLimitBy {
+    /// The daemon's, by its configuration.
+    #[default]
+    Configuration,
+    /// The device's own, from its hello.
+    Device,
+    /// The server is of a later version and uses a name that this client does not know.
+    #[serde(other)]
+    #[cfg_attr(feature = "schema", schemars(skip))]
+    Unknown,
 }
 
 /// The real-time thread, as `status` shows it.

@@ -4,7 +4,7 @@ use crate::link::LinkStatus;
 use serde::{Deserialize, Serialize};
 
 /// Answer to `timing`, and the timing event: counts and percentiles since the loop began.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Timing {
     /// Nominal rate of the loop, Hz.
@@ -14,6 +14,9 @@ pub struct Timing {
     pub since_start: TimingWindow,
     /// The same over the last ten seconds.
     pub last_10_s: TimingWindow,
+    /// How long stops took, since the daemon began.
+    #[serde(default)]
+    pub stops: StopTimes,
     /// The link to the rig; absent where the rig is in the daemon itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
@@ -42,6 +45,22 @@ pub struct TimingWindow {
     /// The same durations in buckets, each twice as wide as the one before.
     #[serde(default)]
     pub histogram: TimingHistogram,
+}
+
+/// How long stops took: from the reading of the line that asks for one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct StopTimes {
+    /// Stops after which the device had its motor off.
+    pub confirmed: u64,
+    /// Stops after which the device was sent zero force and did not say within 100 ms that its motor is off.
+    pub unconfirmed: u64,
+    /// Stops that no device was there to hear.
+    pub without_device: u64,
+    /// Until zero force was written.
+    pub to_written_ns: Percentiles,
+    /// Until the device had said that its motor is off; a rig that says nothing of its motor, until it had taken the zero force.
+    pub to_confirmed_ns: Percentiles,
 }
 
 /// Durations in buckets. The buckets follow one another; the first begins at 0.

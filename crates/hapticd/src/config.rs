@@ -1,8 +1,10 @@
 //! What the daemon is told: the command line, a configuration file with the same names, and the defaults.
 
+use crate::control::history::LONGEST_TITLE;
 use crate::control::socket::Group;
 use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, Policy, available_cpus, default_cpu};
+use crate::rt::tick::Watches;
 use clap::{Parser, ValueEnum};
 use device_io::Address;
 use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, MotionError, Recording, RigProperties};
@@ -11,6 +13,7 @@ use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, SceneError, Scheme};
+use haptic_ipc::regular_file;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -121,7 +124,7 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     force_limit_n: Option<f64>,
 
-    /// Fastest change of the force on the hand, N/s, from 10 to 1000000000; letting go is not held back [default: 50000]
+    /// Fastest change of the force on the hand, N/s, from 10 to 1000000000; letting go is not held back [default: 5000]
     #[arg(long, value_name = "N/S", allow_negative_numbers = true)]
     slew_limit_n_per_s: Option<f64>,
 
@@ -146,6 +149,18 @@ pub(crate) struct Options {
     /// Time without a new sample of the device at which the force is taken away, ms, from 1 to 1000 [default: 20]
     #[arg(long, value_name = "MS", allow_negative_numbers = true)]
     stale_ms: Option<f64>,
+
+    /// Time without a sign of life of the thread that hears stops, at which the force is let down, ms, from 50 to 10000 [default: 250]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    control_timeout_ms: Option<f64>,
+
+    /// Button of the rig that stops it, by its number from 1 to 8; until a reset no force flows
+    #[arg(long, value_name = "N")]
+    stop_button: Option<u8>,
+
+    /// Button of the rig that must be held down for force to flow, by its number from 1 to 8; letting go is zero force at once
+    #[arg(long, value_name = "N")]
+    enable_button: Option<u8>,
 
     /// Coulomb friction of the rig itself, N: what it takes up helps to keep it stable [default: 0.8 on the fake rig, else 0]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -347,8 +362,7 @@ pub(crate) struct Config {
     pub(crate) limits: Limits,
     pub(crate) passivity_control_n: f64,
     pub(crate) ramp_s: f64,
-    /// A device without a new sample for so long is stale, ns.
-    pub(crate) stale_ns: u64,
+    pub(crate) watches: Watches,
     pub(crate) device: Address,
     pub(crate) rig: RigChoice,
 }
@@ -383,7 +397,7 @@ impl Options {
             let file: Self = read_toml(&path)?;
             fall_back!(
                 self, file: device, socket, socket_group, watch_socket, rate, cpu, policy, priority, spin_us, keep_cpus_awake, late_policy, scene, scene_dir, scheme,
-                velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2, passivity_control_n, ramp_ms, stale_ms, hand,
+                velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2, passivity_control_n, ramp_ms, stale_ms, control_timeout_ms, stop_button, enable_button, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
                 arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m,
             );
@@ -469,14 +483,7 @@ impl Options {
             velocity: self.velocity.map_or(Method::default(), |name| name.0),
             limits: Limits {
                 force_n: within("force-limit-n", self.force_limit_n, 20.0, 0.1, 1000.0, "N")?,
-                slew_n_per_s: within(
-                    "slew-limit-n-per-s",
-                    self.slew_limit_n_per_s,
-                    50_000.0,
-                    10.0,
-                    1e9,
-                    "N/s",
-                )?,
+                slew_n_per_s: within("slew-limit-n-per-s", self.slew_limit_n_per_s, 5000.0, 10.0, 1e9, "N/s")?,
                 speed_mps: within("speed-limit-mps", self.speed_limit_mps, 5.0, 0.01, 100.0, "m/s")?,
                 acceleration_mps2: within(
                     "acceleration-limit-mps2",
@@ -489,16 +496,7 @@ impl Options {
             },
             passivity_control_n: within("passivity-control-n", self.passivity_control_n, 0.0, 0.0, 100.0, "N")?,
             ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
-            stale_ns: {
-                let stale_ms = within("stale-ms", self.stale_ms, 20.0, 1.0, 1000.0, "ms")?;
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "from 1 000 000 to 1 000 000 000"
-                )]
-                let stale_ns = (stale_ms * 1e6).round() as u64;
-                stale_ns
-            },
+            watches: self.watches()?,
             rig: match device.connector() {
                 None => RigChoice::Fake(self.fake_rig()?),
                 Some(connector) => RigChoice::Linked {
@@ -507,6 +505,39 @@ impl Options {
                 },
             },
             device,
+        })
+    }
+
+    fn watches(&self) -> Result<Watches, ConfigError> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "from a millisecond to ten seconds"
+        )]
+        let ns = |ms: f64| (ms * 1e6).round() as u64;
+        let button = |name, given: Option<u8>| match given {
+            None => Ok(None),
+            Some(number @ 1..=8) => Ok(Some(number - 1)),
+            Some(number) => Err(ConfigError::OutOfRange {
+                name,
+                value: number.into(),
+                min: 1.0,
+                max: 8.0,
+                unit: "",
+            }),
+        };
+        Ok(Watches {
+            stale_ns: ns(within("stale-ms", self.stale_ms, 20.0, 1.0, 1000.0, "ms")?),
+            control_timeout_ns: ns(within(
+                "control-timeout-ms",
+                self.control_timeout_ms,
+                250.0,
+                50.0,
+                10_000.0,
+                "ms",
+            )?),
+            stop_button: button("stop-button", self.stop_button)?,
+            enable_button: button("enable-button", self.enable_button)?,
         })
     }
 
@@ -522,6 +553,9 @@ impl Options {
             path: path.clone(),
             source,
         })?;
+        #[expect(clippy::cast_precision_loss, reason = "at most a megabyte")]
+        let (bytes, most) = (scene.name.len() as f64, LONGEST_TITLE as f64);
+        within("the length of the scene's name", Some(bytes), 0.0, 0.0, most, "bytes")?;
         Ok(scene)
     }
 
@@ -607,14 +641,16 @@ impl Options {
                     Some(AfterEndName::Loop) => AfterEnd::Loop,
                     Some(AfterEndName::Hold) | None => AfterEnd::Hold,
                 };
-                Ok(Motion::Recorded(Arc::new(Recording::read(path, scale, after_end)?)))
+                let file = regular_file::open(path);
+                let recording = Recording::read_opened(path, file, scale, after_end)?;
+                Ok(Motion::Recorded(Arc::new(recording)))
             }
         }
     }
 }
 
 fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
-    let text = std::fs::read_to_string(path).map_err(|source| ConfigError::Read {
+    let text = regular_file::read_text(path).map_err(|source| ConfigError::Read {
         path: path.to_path_buf(),
         source,
     })?;

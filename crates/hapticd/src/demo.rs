@@ -1,7 +1,7 @@
 //! The live status line of `--demo`.
 
 use crate::control::RigHandle;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -12,16 +12,11 @@ pub(crate) async fn show_status(rig: Rc<RigHandle>) {
     loop {
         pause.tick().await;
         let line = status_line(&rig);
-        let mut out = std::io::stdout().lock();
-        let shown = if in_place {
-            write!(out, "\r\x1b[2K{line}").and_then(|()| out.flush())
+        crate::log::show(if in_place {
+            format!("\r\x1b[2K{line}")
         } else {
-            writeln!(out, "{line}")
-        };
-        if shown.is_err() {
-            // Nobody reads it any more; the loop goes on.
-            std::future::pending::<()>().await;
-        }
+            format!("{line}\n")
+        });
     }
 }
 

@@ -9,7 +9,9 @@
 mod config;
 mod control;
 mod demo;
+mod ending;
 mod late_log;
+mod log;
 mod processor_share;
 mod rig_state;
 mod rt;
@@ -24,11 +26,13 @@ use control::socket::SocketError;
 use control::{Facts, RigHandle};
 use device_io::Device;
 use device_io::link::{Keeper, LinkMonitor};
+use ending::BlockedSignals;
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::SafetyLimiter;
 use haptic_core::passivity::{PassivityObserver, RigLosses};
 use haptic_core::{Renderer, Scene, SceneError};
 use haptic_ipc::{Problem, RealTimeStatus};
+use log::{Level, say, say_at};
 use processor_share::ProcessorShare;
 use rig_state::{Command, Rig};
 use rt::handoff::{CompiledScene, Shared};
@@ -44,7 +48,6 @@ use std::sync::Arc;
 use std::time::Duration;
 use telemetry::feed::Feed;
 use thiserror::Error;
-use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// Why the daemon ended.
 #[derive(Debug, Error)]
@@ -72,6 +75,11 @@ const PUMP_PERIOD: Duration = Duration::from_millis(5);
 
 fn main() -> ExitCode {
     let options = Options::parse();
+    if let Err(error) = log::start() {
+        eprintln!("hapticd: {error}");
+        return ExitCode::FAILURE;
+    }
+    let _last_lines = LastLines;
     let (demo, self_test) = (options.demo, options.self_test);
     let done = options
         .resolve()
@@ -83,7 +91,7 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            say(&failure.to_string());
+            say_at(Level::Error, &failure.to_string());
             // What was asked cannot be done (2), or something broke while doing it (1).
             ExitCode::from(if matches!(failure, Failure::Config(_)) { 2 } else { 1 })
         }
@@ -92,19 +100,22 @@ fn main() -> ExitCode {
 
 fn run(config: Config, demo: bool) -> Result<(), Failure> {
     rt::thread::keep_panics();
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let runtime = Runtime(Some(
+        tokio::runtime::Builder::new_current_thread().enable_all().build()?,
+    ));
     let local = tokio::task::LocalSet::new();
-    local.block_on(&runtime, async move {
+    local.block_on(runtime.get(), async move {
         // Before anything moves: a second daemon must not touch the rig.
         let server = Server::bind(
             &config.socket,
             config.socket_group.clone(),
             config.watch_socket.as_deref(),
         )?;
-        let mut stop_signals = StopSignals::new()?;
+        let stop_signals = BlockedSignals::new()?;
         let ramp = Duration::from_secs_f64(config.ramp_s);
         let (mut running, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
+        let mut stop_signals = stop_signals.watch(ramp, rig.end_of_loop())?;
         let manager = ServiceManager::of_process()?;
         introduce(&rig, &server);
         if demo {
@@ -122,6 +133,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
             () = late_log::watch(&rig), if !demo => {}
             () = stop_signals.wait() => {}
         }
+        stop_signals.begun();
         manager.stopping();
         // The socket is served to the end: until the force is gone, somebody may want to stop it.
         rig.close();
@@ -134,11 +146,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         }
         let end = running.end();
         if demo {
-            drop(writeln!(
-                std::io::stdout().lock(),
-                "\nhapticd: {}",
-                demo::status_line(&rig)
-            ));
+            log::show(format!("\nhapticd: {}\n", demo::status_line(&rig)));
         }
         judge(end)
     })
@@ -167,11 +175,37 @@ fn judge(end: Option<End>) -> Result<(), Failure> {
 const FAREWELL: Duration = Duration::from_millis(50);
 
 /// Time that the release at the end may take beyond its ramp.
-const RELEASE_GRACE: Duration = Duration::from_secs(1);
+const RELEASE_GRACE: Duration = Duration::from_millis(800);
 
-/// A line on standard error. Where nobody listens there is nobody to tell.
-fn say(line: &str) {
-    drop(writeln!(std::io::stderr().lock(), "hapticd: {line}"));
+/// Has what was said last written before the end of the process, also after a panic, and for a moment only.
+struct LastLines;
+
+impl LastLines {
+    /// Time that it may take where nothing blocks it.
+    const TIME: Duration = Duration::from_millis(700);
+}
+
+impl Drop for LastLines {
+    fn drop(&mut self) {
+        log::flush(Self::TIME);
+    }
+}
+
+/// The runtime. Its end waits for none of its threads: one may stand on a disk that does not answer.
+struct Runtime(Option<tokio::runtime::Runtime>);
+
+impl Runtime {
+    fn get(&self) -> &tokio::runtime::Runtime {
+        self.0.as_ref().expect("it is there until it is dropped")
+    }
+}
+
+impl Drop for Runtime {
+    fn drop(&mut self) {
+        if let Some(runtime) = self.0.take() {
+            runtime.shutdown_background();
+        }
+    }
 }
 
 /// The loop and everything around it, ready to be started.
@@ -216,7 +250,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
             method: config.velocity,
             period_s,
         },
-        stale_ns: config.stale_ns,
+        watches: config.watches,
     };
     let tick = Tick::new(device, Arc::clone(&shared), producer, scene, parts);
     let share = claim_processor(config.cpu.filter(|_| config.policy != Policy::Deadline), &mut status);
@@ -389,6 +423,7 @@ async fn pump(rig: &RigHandle) {
     let mut pause = tokio::time::interval(PUMP_PERIOD);
     loop {
         pause.tick().await;
+        rig.beat();
         rig.pump();
     }
 }
@@ -404,30 +439,6 @@ async fn release(rig: &RigHandle) {
     }
     // Whoever stopped it meanwhile is still to hear so.
     tokio::time::sleep(FAREWELL).await;
-}
-
-struct StopSignals {
-    interrupt: Signal,
-    terminate: Signal,
-    hang_up: Signal,
-}
-
-impl StopSignals {
-    fn new() -> std::io::Result<Self> {
-        Ok(Self {
-            interrupt: signal(SignalKind::interrupt())?,
-            terminate: signal(SignalKind::terminate())?,
-            hang_up: signal(SignalKind::hangup())?,
-        })
-    }
-
-    async fn wait(&mut self) {
-        tokio::select! {
-            _ = self.interrupt.recv() => {}
-            _ = self.terminate.recv() => {}
-            _ = self.hang_up.recv() => {}
-        }
-    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@
 //! Force flows only while engaging, engaged or releasing, scaled by a gain that moves along a ramp.
 
 use device_io::protocol::message::ErrorReport;
+use haptic_core::sample_clock::ClockError;
 use haptic_ipc::RigState;
 
 /// What a person may ask of the rig. A stop is not among them: it goes its own way, ahead of everything.
@@ -52,6 +53,16 @@ pub(crate) enum Fault {
     },
     /// The device says that something is wrong with it.
     Device(ErrorReport),
+    /// The device's clock cannot be one.
+    DeviceClock(ClockError),
+    /// The loop stood still for longer than a sample may be old, or the machine slept.
+    Stalled,
+    /// The control thread has given no sign of life for too long.
+    ControlLost,
+    /// Not a fault, but a stop, by the rig's own button.
+    StopButton,
+    /// The device has its motor on, or does not confirm that it is off, long after it was told to switch it off.
+    StillEnabled,
 }
 
 impl std::fmt::Display for Fault {
@@ -64,6 +75,15 @@ impl std::fmt::Display for Fault {
                 "the device's watchdog has switched its motor off: it heard no command"
             }
             Self::Device(code) => return write!(f, "the device reports: {code}"),
+            Self::DeviceClock(error) => return write!(f, "device_clock: the device's time cannot be right: {error}"),
+            Self::StopButton => "stop_button: the rig's own stop button was pressed",
+            Self::Stalled => "stalled: the loop stood still for longer than stale-ms while force flowed",
+            Self::ControlLost => {
+                "control_lost: the control thread hung, so that no stop could be heard; the force was let down"
+            }
+            Self::StillEnabled => {
+                "still_enabled: the device has not switched its motor off 100 ms after it was told to: cut its power"
+            }
             Self::NonFiniteForce => "the force computed was not a finite number",
             Self::NonFinitePosition => "the device reported a position that is not a finite number",
             Self::TooFast => "the device moved faster than its speed limit",
@@ -84,6 +104,10 @@ pub(crate) struct Rig {
     /// Share of the rendered force that reaches the hand, 0 to 1.
     gain: f64,
     ramp_s: f64,
+    /// The ramp of the release that is under way, s.
+    release_s: f64,
+    /// What the release that is under way ends in, where that is a fault.
+    fault_after_release: Option<Fault>,
     /// Longest time that one step along a ramp may count for, s.
     longest_step_s: f64,
 }
@@ -97,6 +121,8 @@ impl Rig {
             fault: None,
             gain: 0.0,
             ramp_s,
+            release_s: ramp_s,
+            fault_after_release: None,
             longest_step_s,
         }
     }
@@ -105,6 +131,7 @@ impl Rig {
         self.state
     }
 
+    /// Why it is faulted, or stopped by its own button.
     pub(crate) fn fault(&self) -> Option<Fault> {
         self.fault
     }
@@ -121,6 +148,15 @@ impl Rig {
             self.state = RigState::Stopped;
         }
         self.gain = 0.0;
+        self.fault_after_release = None;
+    }
+
+    /// A person has pressed the rig's own stop button.
+    pub(crate) fn press_stop(&mut self) {
+        if self.state != RigState::Faulted && self.state != RigState::Stopped {
+            self.fault = Some(Fault::StopButton);
+        }
+        self.stop();
     }
 
     /// A check wants zero force, now.
@@ -130,6 +166,48 @@ impl Rig {
             self.fault = Some(fault);
         }
         self.gain = 0.0;
+        self.fault_after_release = None;
+    }
+
+    /// A check has found what even a stop did not end: it is said whatever the state.
+    pub(crate) fn alarm(&mut self, fault: Fault) {
+        if self.state != RigState::Faulted {
+            self.state = RigState::Faulted;
+            self.fault = Some(fault);
+        }
+        self.gain = 0.0;
+        self.fault_after_release = None;
+    }
+
+    /// Lets the force out along a ramp of at most `longest_s` seconds, where any flows.
+    pub(crate) fn release_within(&mut self, longest_s: f64) {
+        if self.is_live() {
+            self.release_s = if self.state == RigState::Releasing {
+                self.release_s.min(longest_s)
+            } else {
+                self.ramp_s.min(longest_s)
+            };
+            self.state = RigState::Releasing;
+        }
+    }
+
+    /// As [`release_within`](Self::release_within), into a fault: nobody engages meanwhile.
+    pub(crate) fn release_into(&mut self, fault: Fault, longest_s: f64) {
+        if self.is_live() {
+            self.release_within(longest_s);
+            self.fault_after_release.get_or_insert(fault);
+        }
+    }
+
+    /// A person has let go of the switch that force needs: zero force, now.
+    pub(crate) fn let_go(&mut self) {
+        if self.is_live() {
+            self.gain = 0.0;
+            self.state = RigState::Idle;
+            if let Some(fault) = self.fault_after_release.take() {
+                self.fail(fault);
+            }
+        }
     }
 
     /// The device could, or could not, be read. It comes back without force.
@@ -139,8 +217,12 @@ impl Rig {
             (true, RigState::Disconnected) => self.state = RigState::Idle,
             (true, _) => {}
             (false, _) => {
-                self.state = RigState::Disconnected;
+                // Whatever was to come of a release that is cut off is not lost.
                 self.gain = 0.0;
+                match self.fault_after_release.take() {
+                    Some(fault) => self.fail(fault),
+                    None => self.state = RigState::Disconnected,
+                }
             }
         }
     }
@@ -151,6 +233,12 @@ impl Rig {
     /// The command does not fit the state, which stays as it is.
     pub(crate) fn command(&mut self, command: Command) -> Result<(), Refused> {
         use RigState::{Disconnected, Engaged, Engaging, Faulted, Idle, Releasing, Stopped};
+        if self.state == Releasing && self.fault_after_release.is_some() && command == Command::Engage {
+            return Err(Refused);
+        }
+        if command == Command::Release && matches!(self.state, Engaging | Engaged) {
+            self.release_s = self.ramp_s;
+        }
         self.state = match (command, self.state) {
             (Command::Engage, Idle | Releasing | Engaging) => Engaging,
             (Command::Engage, Engaged) => Engaged,
@@ -173,7 +261,12 @@ impl Rig {
 
     /// Moves the gain along its ramp by `elapsed_s` seconds and returns it.
     pub(crate) fn advance(&mut self, elapsed_s: f64) -> f64 {
-        let step = (self.step_s(elapsed_s) / self.ramp_s).min(1.0);
+        let ramp_s = if self.state == RigState::Releasing {
+            self.release_s
+        } else {
+            self.ramp_s
+        };
+        let step = (self.step_s(elapsed_s) / ramp_s).min(1.0);
         match self.state {
             RigState::Engaging => {
                 self.gain += step;
@@ -187,6 +280,9 @@ impl Rig {
                 if self.gain <= 0.0 {
                     self.gain = 0.0;
                     self.state = RigState::Idle;
+                    if let Some(fault) = self.fault_after_release.take() {
+                        self.fail(fault);
+                    }
                 }
             }
             RigState::Engaged => self.gain = 1.0,
@@ -208,6 +304,28 @@ mod tests {
         Fail,
         Device(bool),
         Pass(f64),
+        ReleaseWithin,
+        LoseControl,
+        LetGo,
+        Alarm,
+    }
+
+    impl Happening {
+        /// Does it to a rig; says whether a command was refused.
+        fn happen(self, rig: &mut Rig) -> bool {
+            match self {
+                Self::Command(command) => return rig.command(command).is_err(),
+                Self::Stop => rig.stop(),
+                Self::Fail => rig.fail(Fault::TooFast),
+                Self::Device(present) => rig.device_present(present),
+                Self::Pass(elapsed) => drop(rig.advance(elapsed)),
+                Self::ReleaseWithin => rig.release_within(0.1),
+                Self::LoseControl => rig.release_into(Fault::ControlLost, 0.04),
+                Self::LetGo => rig.let_go(),
+                Self::Alarm => rig.alarm(Fault::StillEnabled),
+            }
+            false
+        }
     }
 
     fn happening() -> impl Strategy<Value = Happening> {
@@ -219,6 +337,10 @@ mod tests {
             Just(Happening::Fail),
             any::<bool>().prop_map(Happening::Device),
             (0.0..0.3).prop_map(Happening::Pass),
+            Just(Happening::ReleaseWithin),
+            Just(Happening::LoseControl),
+            Just(Happening::LetGo),
+            Just(Happening::Alarm),
         ]
     }
 
@@ -228,22 +350,20 @@ mod tests {
             let mut rig = Rig::new(0.2, 0.05);
             for happening in happenings {
                 let (before, gain_before) = (rig.state(), rig.gain);
-                match happening {
-                    Happening::Command(command) => drop(rig.command(command)),
-                    Happening::Stop => rig.stop(),
-                    Happening::Fail => rig.fail(Fault::NonFiniteForce),
-                    Happening::Device(present) => rig.device_present(present),
-                    Happening::Pass(elapsed) => {
-                        let gain = rig.advance(elapsed);
-                        prop_assert!((gain - gain_before).abs() <= elapsed.min(0.05) / 0.2 + 1e-12, "no jump");
-                    }
+                happening.happen(&mut rig);
+                if let Happening::Pass(elapsed) = happening {
+                    let ramp_s = if before == RigState::Releasing { rig.release_s } else { 0.2 };
+                    prop_assert!((rig.gain - gain_before).abs() <= elapsed.min(0.05) / ramp_s + 1e-12, "no jump");
+                    prop_assert!(rig.gain <= gain_before || before != RigState::Releasing);
                 }
                 prop_assert!((0.0..=1.0).contains(&rig.gain));
                 prop_assert!(rig.is_live() || rig.gain == 0.0, "{rig:?}");
                 prop_assert_eq!(rig.state() == RigState::Faulted, rig.fault().is_some());
                 let latched = matches!(before, RigState::Stopped | RigState::Faulted);
                 let reset = matches!(happening, Happening::Command(Command::Reset));
-                prop_assert!(!latched || reset || rig.state() == before, "only a reset clears {before}");
+                let alarmed = matches!(happening, Happening::Alarm) && rig.state() == RigState::Faulted;
+                prop_assert!(!latched || reset || alarmed || rig.state() == before, "only a reset clears {before}");
+                prop_assert!(rig.fault_after_release.is_none() || rig.state() == RigState::Releasing, "{rig:?}");
                 if rig.is_live() && !before.is_live() {
                     prop_assert!(matches!(happening, Happening::Command(Command::Engage)), "only a person engages");
                 }
@@ -261,6 +381,63 @@ mod tests {
         assert_eq!(rig.state(), RigState::Engaging);
         rig.advance(2e-3);
         assert_eq!(rig.state(), RigState::Engaged);
+    }
+
+    // hazard: H2, H15
+    #[test]
+    fn a_hurried_release_is_as_short_as_it_must_be_and_may_end_in_a_fault() {
+        let engaged = || {
+            let mut rig = Rig::new(10.0, 0.05);
+            rig.command(Command::Engage).expect("it is idle");
+            while rig.state() == RigState::Engaging {
+                rig.advance(0.05);
+            }
+            rig
+        };
+        let ticks = |rig: &mut Rig| {
+            let mut ticks = 0;
+            while rig.is_live() {
+                rig.advance(1e-3);
+                ticks += 1;
+            }
+            ticks
+        };
+        let mut lapsed = engaged();
+        lapsed.release_within(0.2);
+        assert!((200..=201).contains(&ticks(&mut lapsed)));
+        assert_eq!((lapsed.state(), lapsed.fault()), (RigState::Idle, None));
+        let mut lost = engaged();
+        lost.command(Command::Release).expect("it is engaged");
+        lost.advance(1e-3);
+        lost.release_into(Fault::ControlLost, 0.04);
+        assert_eq!(lost.command(Command::Engage), Err(Refused), "nobody engages meanwhile");
+        assert!((40..=41).contains(&ticks(&mut lost)), "a slow release is hurried");
+        assert_eq!(
+            (lost.state(), lost.fault()),
+            (RigState::Faulted, Some(Fault::ControlLost))
+        );
+        let mut slow = engaged();
+        slow.command(Command::Release).expect("it is engaged");
+        assert!(ticks(&mut slow) > 9_990, "a person's release takes the whole ramp");
+        // Cut off by an unplugged device it is a fault all the same.
+        let mut unplugged = engaged();
+        unplugged.release_into(Fault::ControlLost, 0.04);
+        unplugged.device_present(false);
+        assert_eq!(unplugged.fault(), Some(Fault::ControlLost));
+    }
+
+    // hazard: H9
+    #[test]
+    fn an_alarm_is_said_even_where_the_rig_is_stopped() {
+        let mut rig = Rig::new(0.2, 0.05);
+        rig.stop();
+        rig.fail(Fault::TooFast);
+        assert_eq!((rig.state(), rig.fault()), (RigState::Stopped, None));
+        rig.alarm(Fault::StillEnabled);
+        assert_eq!(
+            (rig.state(), rig.fault()),
+            (RigState::Faulted, Some(Fault::StillEnabled))
+        );
     }
 
     /// Every sequence of six happenings, 262 144 of them: what is said above of any, without leaving it to chance.
@@ -284,19 +461,16 @@ mod tests {
             for rig in &frontier {
                 for happening in all {
                     let mut after = *rig;
+                    let refused = happening.happen(&mut after);
                     match happening {
                         Happening::Command(command) => {
-                            let refused = after.command(command).is_err();
                             let may = !matches!(
                                 rig.state(),
                                 RigState::Stopped | RigState::Faulted | RigState::Disconnected
                             );
                             assert_eq!(refused, !may && command != Command::Reset, "{rig:?} {command:?}");
                         }
-                        Stop => after.stop(),
-                        Fail => after.fail(Fault::TooFast),
-                        Device(present) => after.device_present(present),
-                        Pass(elapsed) => drop(after.advance(elapsed)),
+                        _ => assert!(!refused),
                     }
                     let latched = matches!(rig.state(), RigState::Stopped | RigState::Faulted);
                     let reset = matches!(happening, Happening::Command(Command::Reset));

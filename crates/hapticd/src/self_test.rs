@@ -188,11 +188,8 @@ impl Device for NoLink {
         let share = f64::from(phase % HALF_TURN) / f64::from(HALF_TURN);
         let aside_m = TOP_SPEED_MPS * half_turn_s * share * (1.0 - share);
         let side = (phase / HALF_TURN) % 2;
-        let sample = Measurement {
-            sequence: self.next,
-            time_ns: u64::from(self.next) * self.period_ns,
-            position_m: if side == 0 { aside_m } else { -aside_m },
-        };
+        let position_m = if side == 0 { aside_m } else { -aside_m };
+        let sample = Measurement::new(self.next, u64::from(self.next) * self.period_ns, position_m);
         self.next = self.next.wrapping_add(1);
         Ok(sample)
     }
@@ -229,6 +226,7 @@ fn back_to_back(
         let wake = Wake {
             deadline_ns: clock_ns,
             began_ns: clock_ns,
+            asleep_ns: 0,
         };
         let began_ns = now_ns();
         tick.run(wake, 0);

@@ -129,15 +129,12 @@ impl Device for FakeRig {
         self.sequence = self.sequence.wrapping_add(1);
         let resolution = self.properties.resolution_m;
         let position = self.plant.position_m();
-        Ok(Measurement {
-            sequence: self.sequence,
-            time_ns: self.last_ns,
-            position_m: if resolution > 0.0 {
-                (position / resolution).round() * resolution
-            } else {
-                position
-            },
-        })
+        let counted = if resolution > 0.0 {
+            (position / resolution).round() * resolution
+        } else {
+            position
+        };
+        Ok(Measurement::new(self.sequence, self.last_ns, counted))
     }
 
     fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {

@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 use std::fmt;
+use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use thiserror::Error;
@@ -154,14 +156,26 @@ impl Recording {
     /// # Errors
     /// The file is not such a file; the error names the line.
     pub fn read(path: &Path, scale: f64, after_end: AfterEnd) -> Result<Self, MotionError> {
+        Self::read_opened(path, File::open(path), scale, after_end)
+    }
+
+    /// The same of a file that somebody else has opened, or could not open; `path` is its name.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_opened(
+        path: &Path,
+        file: io::Result<File>,
+        scale: f64,
+        after_end: AfterEnd,
+    ) -> Result<Self, MotionError> {
         let failed = |source| MotionError::Read {
             path: path.to_path_buf(),
             source,
         };
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
-            .from_path(path)
-            .map_err(failed)?;
+            .from_reader(file.map_err(|error| failed(error.into()))?);
         let header = reader.headers().map_err(failed)?.clone();
         let column = |column: &'static str| {
             header

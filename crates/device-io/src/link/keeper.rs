@@ -3,7 +3,7 @@
 
 use super::health::LinkCounters;
 use super::nodes::NodeWatch;
-use super::{Connection, LinkDevice};
+use super::{Connection, Handover, LinkDevice};
 use rtrb::{Consumer, Producer, RingBuffer};
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -126,7 +126,7 @@ pub struct Keeper {
     connector: Box<dyn Connector>,
     period_ns: u64,
     monitor: LinkMonitor,
-    greeted: Producer<Box<dyn Connection>>,
+    greeted: Producer<Handover>,
     failed: Consumer<Box<dyn Connection>>,
 }
 
@@ -163,6 +163,7 @@ impl Keeper {
             greeted: to_use,
             failed: given_up,
             resolution_m: 0.0,
+            force_limit_n: f64::INFINITY,
             now_ns: 0,
         };
         let monitor = LinkMonitor {
@@ -206,7 +207,10 @@ impl Keeper {
                         resolution_m: greeted.connection.resolution_m(),
                     });
                     // There is room: the last one has come back.
-                    drop(self.greeted.push(greeted.connection));
+                    drop(self.greeted.push(Handover {
+                        connection: greeted.connection,
+                        force_limit_n: greeted.force_limit_n,
+                    }));
                     self.wait_for_failure(quit);
                     self.monitor.set(LinkState::Looking);
                 }

@@ -58,13 +58,20 @@ pub trait Connection: Send {
     fn resolution_m(&self) -> f64;
 }
 
+/// A connection on its way to the real-time thread.
+pub(crate) struct Handover {
+    connection: Box<dyn Connection>,
+    force_limit_n: f64,
+}
+
 /// The real-time end of a link.
 pub struct LinkDevice {
     address: String,
     connection: Option<Box<dyn Connection>>,
-    greeted: Consumer<Box<dyn Connection>>,
+    greeted: Consumer<Handover>,
     failed: Producer<Box<dyn Connection>>,
     resolution_m: f64,
+    force_limit_n: f64,
     now_ns: u64,
 }
 
@@ -103,6 +110,10 @@ impl Device for LinkDevice {
         self.resolution_m
     }
 
+    fn force_limit_n(&self) -> f64 {
+        self.force_limit_n
+    }
+
     fn is_linked(&self) -> bool {
         true
     }
@@ -110,9 +121,13 @@ impl Device for LinkDevice {
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
         self.now_ns = now_ns;
         if self.connection.is_none()
-            && let Ok(connection) = self.greeted.pop()
+            && let Ok(Handover {
+                connection,
+                force_limit_n,
+            }) = self.greeted.pop()
         {
             self.resolution_m = connection.resolution_m();
+            self.force_limit_n = force_limit_n;
             self.connection = Some(connection);
         }
         self.with(|connection| connection.read(now_ns))?

@@ -3,7 +3,7 @@
 
 use super::device_clock::DeviceClock;
 use super::health::{LinkCounters, LinkError, UNKNOWN_DRIFT, add};
-use crate::device::{DeviceError, Measurement};
+use crate::device::{DeviceError, Measurement, Motor as Reported};
 use crate::protocol::frame::FrameError;
 use crate::protocol::message::{
     DeviceHello, DeviceSample, ErrorCode, ErrorReport, FromDevice, FromHost, MessageError, is_newer,
@@ -57,6 +57,8 @@ pub(crate) struct Session {
     /// Counts since the first sample, which is the origin.
     counts: i64,
     motor: Motor,
+    /// Sequence of the first command since the hello, or since force last flowed, that orders the motor off.
+    off_since: Option<u32>,
     /// Sequence of the last message sent.
     sent: u32,
     sent_at_ns: [u64; SENT],
@@ -81,6 +83,7 @@ impl Session {
             device_ns: 0,
             counts: 0,
             motor: Motor::Off,
+            off_since: None,
             sent: 0,
             sent_at_ns: [0; SENT],
             echoed: 0,
@@ -185,10 +188,22 @@ impl Session {
         #[expect(clippy::cast_precision_loss, reason = "no handle goes 2^53 counts")]
         let position_m = self.counts as f64 * self.metres_per_count;
         Ok(Some(Measurement {
-            sequence: newest.sequence,
-            time_ns: self.device_ns,
-            position_m,
+            motor: self.reported(&newest),
+            buttons: newest.buttons,
+            ..Measurement::new(newest.sequence, self.device_ns, position_m)
         }))
+    }
+
+    /// What a sample says of the motor. That it is off counts as an answer only from a device that has heard the order.
+    fn reported(&self, sample: &DeviceSample) -> Reported {
+        let heard = self
+            .off_since
+            .is_some_and(|sequence| !is_newer(sequence, sample.command));
+        match (sample.enabled, heard) {
+            (true, _) => Reported::Enabled,
+            (false, true) => Reported::Off,
+            (false, false) => Reported::Unconfirmed,
+        }
     }
 
     /// What is to be sent for a force on the hand, N, at a time of ours: an enable first, where the motor is to be driven and was not.
@@ -201,11 +216,15 @@ impl Session {
             };
             FromHost::Enable { sequence, enabled }
         });
-        if !enabled {
+        let sequence = self.next_sequence(now_ns);
+        if enabled {
+            self.off_since = None;
+        } else {
             self.motor = Motor::Off;
+            self.off_since.get_or_insert(sequence);
         }
         let command = FromHost::Command {
-            sequence: self.next_sequence(now_ns),
+            sequence,
             force_mn: if enabled { self.force_mn(force_n) } else { 0 },
             enabled,
         };

@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_core::Scene;
-use haptic_ipc::{ClientError, ErrorCode, Request, SceneListReply, SceneRef, meant_in};
+use haptic_ipc::{ClientError, ErrorCode, Request, SceneListReply, SceneRef, meant_in, regular_file};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub(crate) fn read_optional(text: Option<&String>) -> Result<Option<SceneRef>, F
 /// Reads a scene's file. A scene without a name gets the file's.
 pub(crate) fn file(path: &Path) -> Result<Scene, Failure> {
     let refused = |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| refused(&error))?;
+    let text = regular_file::read_text(path).map_err(|error| refused(&error))?;
     let mut scene: Scene = toml::from_str(&text).map_err(|error| match meant_in(error.message()) {
         // The reader shows the line and ends it.
         Some(meant) => refused(&format!("{error}did you mean `{meant}`?")),

@@ -394,7 +394,7 @@ mod tests {
                 rate_hz: 1000.0,
                 since_start: window.clone(),
                 last_10_s: window,
-                link: None,
+                ..Timing::default()
             })),
             Event::State(StateEvent {
                 state: RigState::Faulted,

@@ -957,9 +957,8 @@ fn the_link_to_the_rig_is_always_in_sight() {
     let timing = |link: LinkStatus| {
         Update::Event(Event::Timing(Box::new(Timing {
             rate_hz: 1000.0,
-            since_start: TimingWindow::default(),
-            last_10_s: TimingWindow::default(),
             link: Some(link),
+            ..Timing::default()
         })))
     };
     let waiting = LinkStatus {

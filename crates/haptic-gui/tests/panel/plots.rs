@@ -476,7 +476,7 @@ fn timing(buckets: Vec<Bucket>) -> Timing {
         rate_hz: 1000.0,
         since_start: window.clone(),
         last_10_s: window,
-        link: None,
+        ..Timing::default()
     }
 }
 

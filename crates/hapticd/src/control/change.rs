@@ -1,6 +1,7 @@
 //! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered it. `set`, `scene.load`, `undo` and `redo` all go this way.
 
 use crate::control::history::{Dragged, Move};
+use crate::control::journal::bytes_of_changes;
 use crate::control::{RigHandle, advise, library};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::quantity::number;
@@ -8,6 +9,9 @@ use haptic_ipc::{
     ChangeReply, Changes, Difference, ErrorCode, JournalEntry, Peer, SceneRef, Value, WireError, differences,
 };
 use std::collections::BTreeMap;
+
+/// A name and its value in a map.
+const BYTES_OF_A_VALUE: usize = 96;
 
 /// Longest ramp, ms.
 const LONGEST_RAMP_MS: f64 = 10_000.0;
@@ -36,6 +40,22 @@ pub(super) struct Begun {
 }
 
 impl Begun {
+    /// What it holds until it is answered, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        let ChangeReply {
+            applied,
+            changes,
+            advice,
+            ..
+        } = &self.reply;
+        // A finding has a handful of short words beside its message.
+        let advice: usize = advice
+            .iter()
+            .map(|advice| size_of_val(advice) + 2 * advice.message.len())
+            .sum();
+        size_of::<Self>() + applied.len() * BYTES_OF_A_VALUE + bytes_of_changes(changes) + advice
+    }
+
     /// What it is answered with once it is rendered.
     ///
     /// # Errors

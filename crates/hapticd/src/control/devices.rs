@@ -5,6 +5,13 @@ use device_io::Address;
 use device_io::discovery::{Found, list, probe};
 use device_io::link::ConnectError;
 use haptic_ipc::{DevicesReply, ErrorCode, FoundDevice, LinkedDevice, Problem, WireError};
+use std::time::Duration;
+
+/// How long looking through the nodes may take.
+const LIST_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// How long opening and greeting a device may take: a serial line is given more than two seconds to answer.
+const PROBE_TIMEOUT: Duration = Duration::from_secs(4);
 
 /// Lists what is plugged in, or asks one device who it is. Either may take a while, so a thread of its own does it.
 ///
@@ -13,19 +20,31 @@ use haptic_ipc::{DevicesReply, ErrorCode, FoundDevice, LinkedDevice, Problem, Wi
 pub(super) async fn devices(rig: &RigHandle, asked: Option<String>) -> Result<DevicesReply, WireError> {
     let ours = rig.facts.address.clone();
     let done = match asked {
-        None => tokio::task::spawn_blocking(move || list().iter().map(|found| one(found, &ours)).collect()).await,
+        None => {
+            let look = move || list().iter().map(|found| one(found, &ours)).collect();
+            rig.devices().run(LIST_TIMEOUT, look).await
+        }
         Some(asked) => {
             let address: Address = asked
                 .parse()
                 .map_err(|error| WireError::new(ErrorCode::BadRequest, format!("{error}")).about("probe"))?;
-            if is_same(&address, &ours) {
-                let message = format!("{address} is in use by this daemon: `status` shows what it answered");
-                return Err(WireError::new(ErrorCode::WrongState, message).about("probe"));
+            let name = address.to_string();
+            let probed = rig.devices().run(PROBE_TIMEOUT, move || {
+                // A path may lead anywhere, so it is not even looked at elsewhere.
+                (!is_same(&address, &ours)).then(|| vec![greeted(&address)])
+            });
+            match probed.await {
+                Ok(Some(told)) => Ok(told),
+                Ok(None) => {
+                    let message = format!("{name} is in use by this daemon: `status` shows what it answered");
+                    return Err(WireError::new(ErrorCode::WrongState, message).about("probe"));
+                }
+                Err(error) => Err(error),
             }
-            tokio::task::spawn_blocking(move || vec![greeted(&address)]).await
         }
     };
-    let devices = done.map_err(|error| WireError::new(ErrorCode::NotResponding, error.to_string()))?;
+    let devices =
+        done.map_err(|error| WireError::new(ErrorCode::NotResponding, format!("looking for devices: {error}")))?;
     Ok(DevicesReply { devices })
 }
 

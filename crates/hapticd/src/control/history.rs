@@ -7,6 +7,12 @@ use std::collections::VecDeque;
 /// Scenes kept, and steps that can be taken back.
 const KEPT: usize = 1000;
 
+/// Longest name that a scene may call itself, bytes: all else of a scene has a size of its own.
+pub(crate) const LONGEST_TITLE: usize = 256;
+
+// Scenes by revision, back and forth: what clients can make the history hold.
+const _: () = assert!(3 * KEPT * (size_of::<KnownScene>() + LONGEST_TITLE) <= 4 * 1024 * 1024);
+
 /// What a change is to the history.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Move {

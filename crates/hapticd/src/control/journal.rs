@@ -1,11 +1,20 @@
 //! Who changed what, and when.
 
-use haptic_ipc::{JournalEntry, LogReply};
+use haptic_ipc::{Difference, JournalEntry, LogReply, Value};
 use std::collections::VecDeque;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Entries kept: some hours of work by hand, two seconds of a program that changes something at every tick.
 const KEPT: usize = 2000;
+
+/// Bytes that the entries kept may take, and those that wait to be whole as much: two thousand of a single parameter take half of it. A client chooses how long an entry is.
+const KEPT_BYTES: usize = 2 * 1024 * 1024;
+
+/// Bytes of the entries in one answer.
+const ANSWER_BYTES: usize = 512 * 1024;
+
+/// How long an entry waits for its tick: longer than whoever asked for it waits for an answer. What comes after it waits as well, be it a fault.
+const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 
 /// What an entry waits for before it is whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,12 +27,74 @@ pub(crate) enum Until {
     Stopped(u64),
 }
 
+/// Entries in their order, with the bytes that they take.
+#[derive(Debug)]
+struct Counted<T> {
+    entries: VecDeque<(usize, T)>,
+    bytes: usize,
+}
+
+impl<T> Default for Counted<T> {
+    fn default() -> Self {
+        Self {
+            entries: VecDeque::new(),
+            bytes: 0,
+        }
+    }
+}
+
+impl<T> Counted<T> {
+    fn push(&mut self, bytes: usize, entry: T) {
+        self.bytes += bytes;
+        self.entries.push_back((bytes, entry));
+    }
+
+    fn pop(&mut self) -> Option<T> {
+        let (bytes, entry) = self.entries.pop_front()?;
+        self.bytes -= bytes;
+        Some(entry)
+    }
+}
+
+/// An entry that is not whole yet.
+#[derive(Debug)]
+struct Waiting {
+    until: Until,
+    since: Instant,
+    entry: JournalEntry,
+}
+
 /// The journal.
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
-    kept: VecDeque<JournalEntry>,
-    waiting: VecDeque<(Until, JournalEntry)>,
+    kept: Counted<JournalEntry>,
+    waiting: Counted<Waiting>,
     last: u64,
+}
+
+/// What an entry takes in memory, bytes.
+fn bytes_of(entry: &JournalEntry) -> usize {
+    let optional = |text: &Option<String>| text.as_ref().map_or(0, String::len);
+    let by = entry
+        .by
+        .as_ref()
+        .map_or(0, |by| by.session.len() + optional(&by.user) + optional(&by.program));
+    size_of::<Waiting>() + entry.op.len() + optional(&entry.message) + by + bytes_of_changes(&entry.changes)
+}
+
+/// What differences take in memory, bytes.
+pub(super) fn bytes_of_changes(changes: &[Difference]) -> usize {
+    let word = |value: &Option<Value>| match value {
+        Some(Value::Word(word)) => word.len(),
+        _ => 0,
+    };
+    changes
+        .iter()
+        .map(|change| {
+            let unit = change.unit.as_ref().map_or(0, String::len);
+            size_of::<Difference>() + change.param.len() + unit + word(&change.before) + word(&change.after)
+        })
+        .sum()
 }
 
 impl Journal {
@@ -34,23 +105,35 @@ impl Journal {
             time_unix_s: since_1970.as_secs_f64(),
             ..entry
         };
-        self.waiting.push_back((until, entry));
+        let bytes = bytes_of(&entry);
+        let waiting = Waiting {
+            until,
+            since: Instant::now(),
+            entry,
+        };
+        self.waiting.push(bytes, waiting);
     }
 
-    /// The entries that are whole by now, in the order in which they came; `tick` fills in what is still missing, or says that it is not known yet.
+    /// The entries that are whole by now, in the order in which they came; `tick` fills in what is still missing, or says that it is not known yet. One that has waited for long, or for which there is no room,
+    /// appears without it.
     pub(crate) fn completed(&mut self, mut fill: impl FnMut(Until, &mut JournalEntry) -> bool) -> Vec<JournalEntry> {
         let mut whole = Vec::new();
-        while let Some((until, mut entry)) = self.waiting.pop_front() {
-            if until != Until::Done && !fill(until, &mut entry) {
-                self.waiting.push_front((until, entry));
-                break;
+        while let Some((_, Waiting { until, since, entry })) = self.waiting.entries.front_mut() {
+            if *until != Until::Done && !fill(*until, entry) {
+                if since.elapsed() < LONGEST_WAIT && self.waiting.bytes <= KEPT_BYTES {
+                    break;
+                }
+                entry.message = Some("the real-time thread has not confirmed it".to_owned());
             }
+            let Some(Waiting { mut entry, .. }) = self.waiting.pop() else {
+                break;
+            };
             self.last += 1;
             entry.seq = self.last;
-            if self.kept.len() == KEPT {
-                self.kept.pop_front();
+            self.kept.push(bytes_of(&entry), entry.clone());
+            while self.kept.entries.len() > KEPT || self.kept.bytes > KEPT_BYTES {
+                self.kept.pop();
             }
-            self.kept.push_back(entry.clone());
             whole.push(entry);
         }
         whole
@@ -58,16 +141,103 @@ impl Journal {
 
     /// Whether a stop is on its way.
     pub(crate) fn waits_for_a_stop(&self) -> bool {
-        self.waiting.iter().any(|(until, _)| matches!(until, Until::Stopped(_)))
+        let is_stop = |waiting: &Waiting| matches!(waiting.until, Until::Stopped(_));
+        self.waiting.entries.iter().any(|(_, waiting)| is_stop(waiting))
     }
 
-    /// The newest entries, at most `limit` of them, that came after number `after`.
+    /// The newest entries, at most `limit` of them and what one answer may hold, that came after number `after`.
     pub(crate) fn entries(&self, after: u64, limit: usize) -> LogReply {
-        let from = self.kept.partition_point(|entry| entry.seq <= after);
-        let from = from.max(self.kept.len().saturating_sub(limit));
+        let mut left = ANSWER_BYTES;
+        let newest = self.kept.entries.iter().rev().take(limit);
+        let fitting = newest.take_while(|(bytes, entry)| {
+            let fits = entry.seq > after && *bytes <= left;
+            left = left.saturating_sub(*bytes);
+            fits
+        });
+        let mut entries: Vec<JournalEntry> = fitting.map(|(_, entry)| entry.clone()).collect();
+        entries.reverse();
         LogReply {
-            entries: self.kept.range(from..).cloned().collect(),
-            oldest_kept: self.kept.front().map_or(self.last + 1, |entry| entry.seq),
+            entries,
+            oldest_kept: self.kept.entries.front().map_or(self.last + 1, |(_, entry)| entry.seq),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::Directional;
+
+    /// As long as a client can make one.
+    fn long(index: u64) -> JournalEntry {
+        let change = |param: String| Difference {
+            param,
+            unit: Some("N".to_owned()),
+            before: Some(Value::Number(Directional::both(1.0))),
+            after: Some(Value::Word("x".repeat(256))),
+        };
+        JournalEntry {
+            changes: (0..40).map(|number| change(format!("parameter_{number}"))).collect(),
+            revision: index,
+            ..JournalEntry::of("scene.load")
+        }
+    }
+
+    // hazard: H20
+    #[test]
+    fn what_the_journal_holds_is_bounded_in_bytes_whole_or_not() {
+        let mut journal = Journal::default();
+        for index in 0..2000 {
+            journal.enter(Until::Done, long(index));
+        }
+        journal.completed(|_, _| true);
+        let counted: usize = journal.kept.entries.iter().map(|(_, entry)| bytes_of(entry)).sum();
+        assert_eq!(counted, journal.kept.bytes);
+        assert!(journal.kept.bytes <= KEPT_BYTES, "{}", journal.kept.bytes);
+        let kept = journal.kept.entries.len();
+        assert!(
+            kept > 50 && kept < 2000,
+            "{kept} entries of {} bytes",
+            bytes_of(&long(0))
+        );
+        let all = journal.entries(0, usize::MAX);
+        assert_eq!(all.entries.last().map(|entry| entry.seq), Some(2000));
+        let answered: usize = all.entries.iter().map(bytes_of).sum();
+        assert!(answered <= ANSWER_BYTES && all.entries.len() > 10, "{answered} bytes");
+        let seqs: Vec<u64> = journal.entries(1990, 5).entries.iter().map(|entry| entry.seq).collect();
+        assert_eq!(seqs, [1996, 1997, 1998, 1999, 2000]);
+
+        // While the loop hangs nothing becomes whole.
+        for index in 0..2000 {
+            journal.enter(Until::Rendered(index), long(index));
+            journal.completed(|_, _| false);
+            assert!(journal.waiting.bytes <= KEPT_BYTES, "{}", journal.waiting.bytes);
+        }
+    }
+
+    // hazard: H18
+    #[test]
+    fn what_is_never_confirmed_does_not_hold_up_what_comes_after_it() {
+        let mut journal = Journal::default();
+        journal.enter(Until::Rendered(2), JournalEntry::of("set"));
+        journal.enter(Until::Done, JournalEntry::of("fault"));
+        assert!(journal.completed(|_, _| false).is_empty());
+        let began = Instant::now();
+        let whole = loop {
+            let whole = journal.completed(|_, _| false);
+            if !whole.is_empty() {
+                break whole;
+            }
+            assert!(began.elapsed() < Duration::from_secs(30), "it waits for ever");
+            std::thread::sleep(Duration::from_millis(10));
+        };
+        let ops: Vec<&str> = whole.iter().map(|entry| entry.op.as_str()).collect();
+        assert_eq!(ops, ["set", "fault"]);
+        assert!(
+            whole[0]
+                .message
+                .as_ref()
+                .is_some_and(|said| said.contains("not confirmed"))
+        );
     }
 }

@@ -1,15 +1,19 @@
 //! The library of scenes: those that come with the daemon, and those that were saved, one TOML file each.
 
 use crate::control::RigHandle;
+use crate::control::aside::{Aside, AsideError};
+use crate::control::history::LONGEST_TITLE;
 use crate::control::journal::Until;
 use haptic_core::Scene;
 use haptic_ipc::{
-    ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError, meant_or_semicolon,
+    ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
+    meant_or_semicolon, regular_file,
 };
 use std::fs::Permissions;
 use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// The scenes that come with the daemon, by name.
 const BUILT_IN: &[(&str, &str)] = &[
@@ -38,6 +42,15 @@ const BUILT_IN: &[(&str, &str)] = &[
 /// Longest name.
 const LONGEST_NAME: usize = 64;
 
+/// Scenes that are kept. With the two lengths below this bounds the answer to `scene.list`, which is held for a client until it has read it.
+const MOST_SAVED: usize = 500;
+
+/// What is told of why a scene cannot be loaded, bytes: the reader of TOML shows the line, which may be of any length.
+const LONGEST_PROBLEM: usize = 400;
+
+/// How long the disk may take. Nothing that stops waits for it, but the client that asked does.
+const DISK_TIMEOUT: Duration = Duration::from_secs(2);
+
 /// The scene that is meant.
 ///
 /// # Errors
@@ -45,7 +58,7 @@ const LONGEST_NAME: usize = 64;
 pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, WireError> {
     match scene {
         SceneRef::Scene(scene) => {
-            scene.validate()?;
+            sound(&scene)?;
             Ok(*scene)
         }
         SceneRef::Revision(revision) => rig.history().scene(revision).cloned().ok_or_else(|| {
@@ -61,7 +74,8 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
                 return read(&name, text);
             }
             let path = path_of(rig, &name)?;
-            on_a_thread(move || match std::fs::read_to_string(&path) {
+            let shown = path.clone();
+            on_a_thread(rig.library(), &shown, move || match regular_file::read_text(&path) {
                 Ok(text) => read(&path.display().to_string(), &text),
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                     // One that is only guessed at may be missing.
@@ -90,14 +104,14 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
 /// Its directory is there and cannot be read.
 pub(super) async fn list(rig: &RigHandle) -> Result<SceneListReply, WireError> {
     let directory = rig.facts.scene_dir.clone();
-    on_a_thread(move || {
+    on_a_thread(rig.library(), &rig.facts.scene_dir, move || {
         let mut scenes: Vec<ListedScene> = BUILT_IN
             .iter()
             .map(|(name, text)| listed(name, None, read(name, text)))
             .collect();
         let built_in = scenes.len();
         for (name, path) in saved(&directory).map_err(|error| file_error(&directory, &error))? {
-            let scene = std::fs::read_to_string(&path)
+            let scene = regular_file::read_text(&path)
                 .map_err(|error| file_error(&path, &error))
                 .and_then(|text| read(&path.display().to_string(), &text));
             scenes.push(listed(&name, Some(&path), scene));
@@ -118,13 +132,13 @@ fn saved(directory: &Path) -> std::io::Result<Vec<(String, PathBuf)>> {
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
     let scenes = paths.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
     let named = scenes.filter_map(|path| Some((path.file_stem()?.to_str()?.to_owned(), path)));
-    Ok(named.filter(|(name, _)| check(name).is_ok()).collect())
+    Ok(named.filter(|(name, _)| check(name).is_ok()).take(MOST_SAVED).collect())
 }
 
 fn listed(name: &str, path: Option<&Path>, scene: Result<Scene, WireError>) -> ListedScene {
     let (title, law, problem) = match scene {
         Ok(scene) => (scene.name, scene.friction.law().to_owned(), None),
-        Err(error) => (String::new(), String::new(), Some(error.message)),
+        Err(error) => (String::new(), String::new(), Some(cut(error.message, LONGEST_PROBLEM))),
     };
     ListedScene {
         name: name.to_owned(),
@@ -133,6 +147,14 @@ fn listed(name: &str, path: Option<&Path>, scene: Result<Scene, WireError>) -> L
         path: path.map(|path| path.display().to_string()),
         problem,
     }
+}
+
+fn cut(mut text: String, longest: usize) -> String {
+    if text.len() > longest {
+        text.truncate(text.floor_char_boundary(longest));
+        text.push_str("...");
+    }
+    text
 }
 
 /// Keeps a scene. A file is there as a whole, or not at all.
@@ -156,12 +178,19 @@ pub(super) async fn save(
         None => rig.scene(),
     };
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
-    let saved = on_a_thread(move || {
-        let written = path
-            .parent()
-            .map_or(Ok(()), std::fs::create_dir_all)
-            .and_then(|()| write(&path, &text, replace));
-        match written {
+    let shown = path.clone();
+    let saved = on_a_thread(rig.library(), &shown, move || {
+        let directory = path.parent().unwrap_or(Path::new("."));
+        std::fs::create_dir_all(directory).map_err(|error| file_error(directory, &error))?;
+        let others = saved(directory).map_err(|error| file_error(directory, &error))?;
+        if others.len() >= MOST_SAVED && !others.iter().any(|(other, _)| *other == name) {
+            let message = format!(
+                "{}: the library has {MOST_SAVED} scenes, the most that it may hold: remove the file of one, or replace one",
+                directory.display()
+            );
+            return Err(WireError::new(ErrorCode::SceneFile, message).about("name"));
+        }
+        match write(&path, &text, replace) {
             Ok(()) => Ok(SceneSaveReply {
                 name,
                 path: path.display().to_string(),
@@ -216,22 +245,46 @@ fn check(name: &str) -> Result<(), WireError> {
 }
 
 fn read(whence: &str, text: &str) -> Result<Scene, WireError> {
-    let scene: Scene = toml::from_str(text)
-        .map_err(|error| WireError::new(ErrorCode::SceneFile, format!("{whence}: {error}")).about("scene"))?;
-    scene.validate()?;
+    let scene: Scene = toml::from_str(text).map_err(|error| {
+        let message = cut(format!("{whence}: {error}"), LONGEST_PROBLEM + whence.len());
+        WireError::new(ErrorCode::SceneFile, message).about("scene")
+    })?;
+    sound(&scene)?;
     Ok(scene)
+}
+
+/// Whether a scene can be rendered, and kept many times.
+fn sound(scene: &Scene) -> Result<(), WireError> {
+    scene.validate()?;
+    let bytes = scene.name.len();
+    if bytes <= LONGEST_TITLE {
+        return Ok(());
+    }
+    #[expect(clippy::cast_precision_loss, reason = "at most a megabyte")]
+    let (value, most) = (bytes as f64, LONGEST_TITLE as f64);
+    let message =
+        format!("name = {bytes} bytes is out of range: the name of a scene must have at most {LONGEST_TITLE} bytes");
+    Err(WireError::new(ErrorCode::OutOfRange, message)
+        .about("name")
+        .within(value, 0.0, most, "bytes"))
 }
 
 fn file_error(path: &Path, error: &std::io::Error) -> WireError {
     WireError::new(ErrorCode::SceneFile, format!("{}: {error}", path.display())).about("scene")
 }
 
-/// A disk may take its time; a stop must not wait for it.
+/// A disk may take its time, or never answer; a stop must not wait for it, nor the end of the daemon.
 async fn on_a_thread<T: Send + 'static>(
+    library: &Aside,
+    path: &Path,
     work: impl FnOnce() -> Result<T, WireError> + Send + 'static,
 ) -> Result<T, WireError> {
-    match tokio::task::spawn_blocking(work).await {
-        Ok(done) => done,
-        Err(error) => Err(WireError::new(ErrorCode::SceneFile, error.to_string())),
-    }
+    library.run(DISK_TIMEOUT, work).await.unwrap_or_else(|error| {
+        let hint = match error {
+            AsideError::TimedOut { .. } => "; what was to be written may still be",
+            AsideError::Failed(_) => "",
+        };
+        let message = format!("{}: {error}{hint}", path.display());
+        Err(WireError::new(ErrorCode::SceneFile, message).about("scene"))
+    })
 }

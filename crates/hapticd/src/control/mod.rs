@@ -1,6 +1,7 @@
 //! The control plane: the socket, its clients, and one file for each operation.
 
 mod advise;
+mod aside;
 mod change;
 pub(crate) mod compile;
 mod describe;
@@ -8,12 +9,13 @@ mod devices;
 mod diff;
 mod drive;
 mod get;
-mod history;
+pub(crate) mod history;
 mod journal;
 pub(crate) mod lease;
 mod library;
 mod log;
 mod peer;
+mod presence;
 mod pulse;
 mod rig;
 pub(crate) mod server;

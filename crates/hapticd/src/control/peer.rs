@@ -20,6 +20,9 @@ const NAME_TIMEOUT: Duration = Duration::from_millis(100);
 /// Groups of a client that are looked at; Linux gives a process no more.
 const MOST_GROUPS: usize = 65_536;
 
+/// Users whose names are remembered; further ones go by their number. Whoever may make namespaces has thousands of users.
+const MOST_USERS: usize = 256;
+
 /// The name of a user: nothing while it is looked for, and then what was found.
 #[derive(Clone, Debug)]
 struct Answer {
@@ -39,6 +42,7 @@ impl UserNames {
         let known = self.0.borrow().get(&uid).cloned();
         let mut answer = match known {
             Some(answer) => answer,
+            None if self.0.borrow().len() >= MOST_USERS => return None,
             None => self.0.borrow_mut().entry(uid).insert_entry(look_up(uid)?).get().clone(),
         };
         if answer.is_slow {

@@ -1,13 +1,16 @@
 //! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and what comes back.
 
+use crate::control::aside::Aside;
 use crate::control::compile::{Compiled, Way};
 use crate::control::history::{History, Move};
 use crate::control::journal::{Journal, Until};
 use crate::control::lease::Leases;
+use crate::control::presence::{self, Presence};
 use crate::control::pulse::Pulse;
 use crate::processor_share::ProcessorShare;
 use crate::rig_state::Command;
-use crate::rt::handoff::{Outcome, Shared, Stopped};
+use crate::rt::clock::now_ns;
+use crate::rt::handoff::{Heard, Outcome, Shared, Stopped};
 use crate::telemetry::feed::Feed;
 use crate::telemetry::link;
 use crate::telemetry::ring::TickRecord;
@@ -18,7 +21,8 @@ use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
 use haptic_ipc::{
-    AdviceBasis, ErrorCode, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange, WireError,
+    AdviceBasis, ErrorCode, ForceLimitBy, JournalEntry, LogReply, Peer, RealTimeStatus, RigState, StateChange,
+    WireError,
 };
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::path::PathBuf;
@@ -96,6 +100,16 @@ impl Facts {
         status
     }
 
+    /// The largest force that goes to the rig, N, and whose limit that is.
+    pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
+        match self.link.as_ref().map(LinkMonitor::state) {
+            Some(LinkState::Connected { force_limit_n, .. }) if force_limit_n < self.limits.force_n => {
+                (force_limit_n, ForceLimitBy::Device)
+            }
+            _ => (self.limits.force_n, ForceLimitBy::Configuration),
+        }
+    }
+
     pub(crate) fn period_s(&self) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "a period is far below 2^53 ns")]
         let period_ns = self.period_ns as f64;
@@ -158,6 +172,11 @@ pub(crate) struct RigHandle {
     leases: Leases,
     /// Whether the newest record was a fault's.
     faulted: Cell<bool>,
+    presence: RefCell<Presence>,
+    /// Where the library is read and written.
+    library: Aside,
+    /// Where devices are looked for.
+    devices: Aside,
     clients: Cell<usize>,
     closing: Cell<bool>,
     serial: Cell<u32>,
@@ -176,6 +195,9 @@ impl RigHandle {
             ramp: RefCell::new(None),
             leases: Leases::default(),
             faulted: Cell::new(false),
+            presence: RefCell::default(),
+            library: Aside::new("library"),
+            devices: Aside::new("devices"),
             clients: Cell::new(0),
             closing: Cell::new(false),
             serial: Cell::new(0),
@@ -186,7 +208,11 @@ impl RigHandle {
     /// Moves telemetry on, and frees what the real-time thread gave back.
     pub(crate) fn pump(&self) {
         self.shared.drop_retired();
-        let changes = self.feed.borrow_mut().pump(self.history.borrow().scenes());
+        let changes = {
+            let mut feed = self.feed.borrow_mut();
+            feed.stops_ended(&self.shared.answers);
+            feed.pump(self.history.borrow().scenes())
+        };
         self.keep_journal(&changes);
     }
 
@@ -204,6 +230,22 @@ impl RigHandle {
                 };
                 journal.enter(Until::Done, entry);
             }
+            if record.state == RigState::Disconnected && self.presence.borrow_mut().lost() {
+                journal.enter(Until::Done, self.lost(Some(record.tick)));
+            }
+        }
+        if let Some(link) = &self.facts.link {
+            for change in self.presence.borrow_mut().look(link) {
+                let entry = match change {
+                    presence::Change::Lost => self.lost(None),
+                    presence::Change::Found { firmware } => JournalEntry {
+                        message: Some(format!("{}: {firmware}", self.facts.device)),
+                        revision: self.revision(),
+                        ..JournalEntry::of("connected")
+                    },
+                };
+                journal.enter(Until::Done, entry);
+            }
         }
         let whole = journal.completed(|until, entry| match until {
             Until::Done => true,
@@ -217,12 +259,14 @@ impl RigHandle {
                 tick.is_some()
             }
             Until::Stopped(stop) => match self.shared.answers.stop(stop) {
-                Some(Stopped { tick, state, heard }) => {
+                Some(Stopped { tick, state, heard, .. }) => {
                     entry.tick = Some(tick);
                     entry.state = entry.state.map(|change| StateChange { after: state, ..change });
-                    if !heard {
-                        entry.message = Some("no device was connected to take the zero force".to_owned());
-                    }
+                    entry.message = match heard {
+                        Heard::Confirmed => None,
+                        Heard::Unconfirmed => Some("the device has not confirmed that its motor is off".to_owned()),
+                        Heard::NoDevice => Some("no device was connected to take the zero force".to_owned()),
+                    };
                     true
                 }
                 None => false,
@@ -230,7 +274,18 @@ impl RigHandle {
         });
         let feed = self.feed.borrow();
         for entry in &whole {
+            crate::log::journal(entry);
             feed.tell(entry);
+        }
+    }
+
+    /// The device can no longer be read, from this tick on where that is known.
+    fn lost(&self, tick: Option<u64>) -> JournalEntry {
+        JournalEntry {
+            tick,
+            revision: self.revision(),
+            message: Some(self.facts.device.clone()),
+            ..JournalEntry::of("disconnected")
         }
     }
 
@@ -262,6 +317,16 @@ impl RigHandle {
     pub(crate) fn journal(&self, after: u64, limit: usize) -> LogReply {
         self.pump();
         self.journal.borrow().entries(after, limit)
+    }
+
+    /// Where the library is read and written.
+    pub(super) fn library(&self) -> &Aside {
+        &self.library
+    }
+
+    /// Where devices are looked for.
+    pub(super) fn devices(&self) -> &Aside {
+        &self.devices
     }
 
     pub(crate) fn leases(&self) -> &Leases {
@@ -351,6 +416,12 @@ impl RigHandle {
             .enter(until, JournalEntry { revision, ..entry });
     }
 
+    /// What ends the loop with zero force, from whichever thread, also while this one hangs.
+    pub(crate) fn end_of_loop(&self) -> impl Fn() + Send + 'static {
+        let shared = Arc::clone(&self.shared);
+        move || shared.quit()
+    }
+
     /// Stops asked for so far.
     pub(crate) fn stops(&self) -> u64 {
         self.shared.stops()
@@ -403,9 +474,20 @@ impl RigHandle {
         .about("state"))
     }
 
+    /// A sign of life for the real-time thread: whoever calls this hears stops.
+    pub(crate) fn beat(&self) {
+        self.shared.beat(now_ns());
+    }
+
+    /// Samples that were not rendered, because no hand can have made them.
+    pub(crate) fn samples_forgotten(&self) -> u64 {
+        self.shared.answers.samples_forgotten()
+    }
+
     /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows the stop.
     pub(crate) fn raise_stop(&self, by: &Peer) -> u64 {
         let stop = self.shared.stop();
+        self.feed.borrow_mut().stop_begun(stop, now_ns());
         let before = self
             .feed
             .borrow()
@@ -430,18 +512,19 @@ impl RigHandle {
     /// # Errors
     /// No device is there to take the zero force, or the real-time thread does not answer.
     pub(crate) async fn stopped(&self, stop: u64) -> Result<(u64, RigState), WireError> {
-        let Stopped { tick, state, heard } = self.answer(|shared| shared.answers.stop(stop)).await?;
-        if heard {
-            return Ok((tick, state));
-        }
-        Err(WireError::new(
-            ErrorCode::NoDevice,
-            format!(
-                "the rig is {state}, but no device is connected to take the zero force: if the motor still pulls, cut its power \
-                 (its own watchdog switches it off, where it has one)"
+        let Stopped { tick, state, heard, .. } = self.answer(|shared| shared.answers.stop(stop)).await?;
+        let (code, what) = match heard {
+            Heard::Confirmed => return Ok((tick, state)),
+            Heard::NoDevice => (ErrorCode::NoDevice, "no device is connected to take the zero force"),
+            Heard::Unconfirmed => (
+                ErrorCode::NotConfirmed,
+                "the device was sent the zero force and has not confirmed that its motor is off",
             ),
-        )
-        .about("device"))
+        };
+        let message = format!(
+            "the rig is {state}, but {what}: if the motor still pulls, cut its power (its own watchdog switches it off, where it has one)"
+        );
+        Err(WireError::new(code, message).about("device"))
     }
 
     async fn answer<T>(&self, answered: impl Fn(&Shared) -> Option<T>) -> Result<T, WireError> {

@@ -5,7 +5,7 @@ use crate::control::{
     RigHandle, advise, describe, devices, diff, drive, get, lease, library, log, status, subscribe, timing,
 };
 use crate::rig_state::Command;
-use crate::telemetry::feed::{BACKLOG_LINES, Line};
+use crate::telemetry::feed::{BACKLOG_BYTES, BACKLOG_LINES, Line};
 use haptic_ipc::{
     BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Peer, Request, Rights, WireError,
 };
@@ -27,7 +27,7 @@ const BLOCKED_FOR: Duration = Duration::from_secs(2);
 /// Clients served at once.
 pub(super) const MOST_CLIENTS: usize = 32;
 
-/// Bytes of a client's requests that may wait to be answered, with what each takes beside its text, and of answers that may wait to be written to it; a
+/// Bytes of a client's requests that may wait to be answered, with what each takes beside its text, of its changes that may wait to be rendered, and of answers that may wait to be written to it; a
 /// longer one waits alone. A client that pipelines more, some thousand requests, is read no further until there is room. What is read of a client, and what
 /// it leaves unread, is held in memory that is locked.
 const WAITING_BYTES: usize = 256 * 1024;
@@ -53,6 +53,8 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
         rig,
         lines,
         unwritten: room(),
+        unrendered: room(),
+        events: Arc::new(Semaphore::new(BACKLOG_BYTES)),
         session,
         peer,
         rights,
@@ -177,6 +179,10 @@ struct Client {
     lines: mpsc::Sender<Line>,
     /// Room for answers.
     unwritten: Arc<Semaphore>,
+    /// Room for changes that have none yet.
+    unrendered: Arc<Semaphore>,
+    /// Room for events.
+    events: Arc<Semaphore>,
     session: u64,
     peer: Peer,
     rights: Rights,
@@ -186,6 +192,7 @@ struct Client {
 struct UnderWay {
     id: u64,
     change: Begun,
+    room: Option<OwnedSemaphorePermit>,
 }
 
 /// What comes of a request.
@@ -311,7 +318,9 @@ impl Client {
                     match self.take_up(envelope, stops).await {
                         Answer::Now(reply) => Some(reply),
                         Answer::OnceRendered(change) => {
-                            under_way.push_back(change);
+                            if self.admit(change, &mut under_way).await.is_err() {
+                                return;
+                            }
                             None
                         }
                     }
@@ -332,9 +341,23 @@ impl Client {
     /// Waits for the oldest change to be rendered; gives its answer.
     async fn rendered(&self, under_way: &VecDeque<UnderWay>) -> String {
         match under_way.front() {
-            Some(UnderWay { id, change }) => answer(Some(*id), change.finished(&self.rig).await),
+            Some(UnderWay { id, change, .. }) => answer(Some(*id), change.finished(&self.rig).await),
             None => std::future::pending().await,
         }
+    }
+
+    /// Puts a change under way, behind as many answers as it needs the room of.
+    async fn admit(&self, mut change: UnderWay, under_way: &mut VecDeque<UnderWay>) -> Result<(), Gone> {
+        let bytes = change.change.bytes();
+        while !under_way.is_empty() && self.unrendered.available_permits() < bytes.min(WAITING_BYTES) {
+            let reply = self.rendered(under_way).await;
+            under_way.pop_front();
+            self.say(reply).await?;
+        }
+        // Nobody else has any of it.
+        change.room = take_room(&self.unrendered, bytes).await;
+        under_way.push_back(change);
+        Ok(())
     }
 
     /// Answers all changes that are under way.
@@ -376,6 +399,7 @@ impl Client {
             Ok(change) => Answer::OnceRendered(UnderWay {
                 id: envelope.id,
                 change,
+                room: None,
             }),
             Err(error) => Answer::Now(answer::<()>(id, Err(error))),
         };
@@ -431,7 +455,14 @@ impl Client {
                 rate_hz,
                 batch_ms,
             } => {
-                let reply = subscribe::subscribe(rig, self.session, &self.lines, &topics, rate_hz, batch_ms);
+                let reply = subscribe::subscribe(
+                    rig,
+                    self.session,
+                    (&self.lines, &self.events),
+                    &topics,
+                    rate_hz,
+                    batch_ms,
+                );
                 answer(id, reply)
             }
             Request::Log { after, limit } => answer(id, Ok(log::log(rig, after, limit))),

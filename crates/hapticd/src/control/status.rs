@@ -9,6 +9,7 @@ pub(super) fn status(rig: &RigHandle) -> Status {
         (feed.newest().copied(), feed.uptime_s(), feed.link())
     };
     let facts = &rig.facts;
+    let (force_limit_n, force_limit_by) = facts.force_limit();
     let (undo_depth, redo_depth) = rig.history().depth();
     Status {
         server: facts.server.clone(),
@@ -30,7 +31,9 @@ pub(super) fn status(rig: &RigHandle) -> Status {
         leases: rig.leases().count(),
         device: DeviceStatus {
             description: facts.device.clone(),
-            force_limit_n: facts.limits.force_n,
+            force_limit_n,
+            force_limit_by,
+            samples_forgotten: rig.samples_forgotten(),
             slew_limit_n_per_s: facts.limits.slew_n_per_s,
             speed_limit_mps: facts.limits.speed_mps,
             acceleration_limit_mps2: facts.limits.acceleration_mps2,

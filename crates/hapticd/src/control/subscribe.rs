@@ -4,8 +4,9 @@ use crate::control::RigHandle;
 use crate::telemetry::feed::{Line, Subscription};
 use haptic_ipc::quantity::number;
 use haptic_ipc::{BATCH_MS, ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
+use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::mpsc;
+use tokio::sync::{Semaphore, mpsc};
 
 const DEFAULT_BATCH_MS: u32 = 10;
 /// Slowest rate of samples; whoever wants fewer can ask for `status`.
@@ -14,7 +15,7 @@ const SLOWEST_HZ: f64 = 0.1;
 pub(super) fn subscribe(
     rig: &RigHandle,
     session: u64,
-    lines: &mpsc::Sender<Line>,
+    (lines, room): (&mpsc::Sender<Line>, &Arc<Semaphore>),
     topics: &[Topic],
     rate_hz: Option<f64>,
     batch_ms: Option<u32>,
@@ -64,6 +65,7 @@ pub(super) fn subscribe(
             every,
             batch: Duration::from_millis(batch_ms.into()),
             lines: lines.clone(),
+            room: Arc::clone(room),
         },
     );
     #[expect(clippy::cast_precision_loss, reason = "at most 200 000")]

@@ -7,8 +7,12 @@ const NS_PER_S: u64 = 1_000_000_000;
 
 /// The monotonic clock, ns.
 pub(crate) fn now_ns() -> u64 {
-    let time = clock_gettime(ClockId::Monotonic);
-    // The monotonic clock counts from boot and is never negative.
+    read_ns(ClockId::Monotonic)
+}
+
+fn read_ns(clock: ClockId) -> u64 {
+    let time = clock_gettime(clock);
+    // These clocks count from boot and are never negative.
     u64::try_from(time.tv_sec).unwrap_or(0) * NS_PER_S + u64::try_from(time.tv_nsec).unwrap_or(0)
 }
 
@@ -41,6 +45,8 @@ pub(crate) struct Grid {
 pub(crate) struct Wake {
     pub(crate) deadline_ns: u64,
     pub(crate) began_ns: u64,
+    /// How long the machine has been suspended since it was booted, ns: the monotonic clock stands still meanwhile.
+    pub(crate) asleep_ns: u64,
 }
 
 impl Grid {
@@ -62,6 +68,9 @@ impl Grid {
     /// Waits for the next deadline.
     pub(crate) fn wait(&self, waiting: Waiting) -> Wake {
         sleep_until(self.deadline_ns.saturating_sub(waiting.spin_ns));
+        // In this order a loop that is held up between the two readings has slept less, and not more.
+        let since_boot_ns = read_ns(ClockId::Boottime);
+        let asleep_ns = since_boot_ns.saturating_sub(now_ns());
         let mut began_ns = now_ns();
         // Without the processor's pause instruction: a hypervisor takes many of those for a lock that is waited for, and the core away.
         while began_ns < self.deadline_ns {
@@ -70,6 +79,7 @@ impl Grid {
         Wake {
             deadline_ns: self.deadline_ns,
             began_ns,
+            asleep_ns,
         }
     }
 

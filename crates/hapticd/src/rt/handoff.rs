@@ -111,6 +111,8 @@ pub(crate) struct Shared {
     command: AtomicU64,
     /// When the first lease lapses, ns on the monotonic clock; never, where it is the largest number.
     lease_until_ns: AtomicU64,
+    /// When the control thread last gave a sign of life, ns on the monotonic clock; the largest number before it has begun to.
+    beat_ns: AtomicU64,
     pub(crate) answers: Answers,
 }
 
@@ -165,6 +167,7 @@ impl Shared {
             quit: AtomicBool::new(false),
             command: AtomicU64::new(0),
             lease_until_ns: AtomicU64::new(u64::MAX),
+            beat_ns: AtomicU64::new(u64::MAX),
             answers: Answers::new(),
         }
     }
@@ -177,6 +180,16 @@ impl Shared {
     /// Whether a lease has lapsed.
     pub(crate) fn has_lapsed(&self, now_ns: u64) -> bool {
         now_ns > self.lease_until_ns.load(Ordering::Acquire)
+    }
+
+    /// The control thread's sign of life: it hears stops at this time.
+    pub(crate) fn beat(&self, now_ns: u64) {
+        self.beat_ns.store(now_ns, Ordering::Release);
+    }
+
+    /// For how long the control thread has given no sign of life, ns.
+    pub(crate) fn silent_ns(&self, now_ns: u64) -> u64 {
+        now_ns.saturating_sub(self.beat_ns.load(Ordering::Acquire))
     }
 
     /// Asks for zero force at once; returns the number that this stop has.
@@ -264,6 +277,10 @@ pub(crate) struct Answers {
     stops: AtomicU64,
     stop_tick: AtomicU64,
     stop_state: AtomicU64,
+    stop_written_ns: AtomicU64,
+    stop_confirmed_ns: AtomicU64,
+    /// Samples that no hand can have made.
+    forgotten: AtomicU64,
 }
 
 /// How a stop ended.
@@ -271,8 +288,22 @@ pub(crate) struct Answers {
 pub(crate) struct Stopped {
     pub(crate) tick: u64,
     pub(crate) state: RigState,
-    /// Whether the device has taken the zero force; else there was none to take it.
-    pub(crate) heard: bool,
+    pub(crate) heard: Heard,
+    /// When the zero force had been written, ns on the monotonic clock.
+    pub(crate) written_ns: u64,
+    /// When the device was known to have its motor off, ns on the monotonic clock.
+    pub(crate) confirmed_ns: u64,
+}
+
+/// Whether a device has heard a stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Heard {
+    /// It has its motor off.
+    Confirmed,
+    /// It was sent the zero force, and has not said in time that its motor is off.
+    Unconfirmed,
+    /// There was none to hear it.
+    NoDevice,
 }
 
 /// How a command ended.
@@ -284,7 +315,8 @@ pub(crate) struct Outcome {
 }
 
 const REFUSED: u64 = 0x100;
-const HEARD: u64 = 0x100;
+const CONFIRMED: u64 = 0x100;
+const UNCONFIRMED: u64 = 0x200;
 
 pub(super) fn state_from(code: u64) -> RigState {
     RigState::ALL
@@ -305,6 +337,9 @@ impl Answers {
             stops: AtomicU64::new(0),
             stop_tick: AtomicU64::new(0),
             stop_state: AtomicU64::new(0),
+            stop_written_ns: AtomicU64::new(0),
+            stop_confirmed_ns: AtomicU64::new(0),
+            forgotten: AtomicU64::new(0),
         }
     }
 
@@ -349,7 +384,13 @@ impl Answers {
 
     pub(crate) fn stopped(&self, stops: u64, stopped: Stopped) {
         self.stop_tick.store(stopped.tick, Ordering::Relaxed);
-        let heard = if stopped.heard { HEARD } else { 0 };
+        self.stop_written_ns.store(stopped.written_ns, Ordering::Relaxed);
+        self.stop_confirmed_ns.store(stopped.confirmed_ns, Ordering::Relaxed);
+        let heard = match stopped.heard {
+            Heard::Confirmed => CONFIRMED,
+            Heard::Unconfirmed => UNCONFIRMED,
+            Heard::NoDevice => 0,
+        };
         self.stop_state.store(stopped.state as u64 | heard, Ordering::Relaxed);
         self.stops.store(stops, Ordering::Release);
     }
@@ -361,8 +402,24 @@ impl Answers {
             Stopped {
                 tick: self.stop_tick.load(Ordering::Relaxed),
                 state: state_from(word),
-                heard: word & HEARD != 0,
+                heard: match word & (CONFIRMED | UNCONFIRMED) {
+                    CONFIRMED => Heard::Confirmed,
+                    UNCONFIRMED => Heard::Unconfirmed,
+                    _ => Heard::NoDevice,
+                },
+                written_ns: self.stop_written_ns.load(Ordering::Relaxed),
+                confirmed_ns: self.stop_confirmed_ns.load(Ordering::Relaxed),
             }
         })
+    }
+
+    /// So many samples were not rendered, because no hand can have made them.
+    pub(crate) fn forgotten(&self, samples: u64) {
+        self.forgotten.store(samples, Ordering::Relaxed);
+    }
+
+    /// Samples that were not rendered, because no hand can have made them.
+    pub(crate) fn samples_forgotten(&self) -> u64 {
+        self.forgotten.load(Ordering::Relaxed)
     }
 }

@@ -15,6 +15,7 @@ pub(crate) mod primitives;
 pub(crate) mod privileges;
 #[cfg(all(test, target_os = "linux", not(miri)))]
 mod purity_tests;
+mod sensing;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
 mod stall_tests;
 pub(crate) mod thread;

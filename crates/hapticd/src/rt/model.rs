@@ -315,7 +315,9 @@ fn an_answer_is_seen_whole_or_not_at_all() {
     let stopped = Stopped {
         tick: 7,
         state: RigState::Stopped,
-        heard: true,
+        heard: handoff::Heard::Confirmed,
+        written_ns: 8,
+        confirmed_ns: 9,
     };
     model(move || {
         let shared = Arc::new(Shared::new());

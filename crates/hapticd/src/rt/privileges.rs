@@ -169,8 +169,31 @@ fn tighten_timers(status: &mut RealTimeStatus) {
     }
 }
 
+/// Keeps signals to the process away from the calling thread, so that no handler runs in a tick: the control thread hears them. Those that a fault of the thread itself raises
+/// still reach it.
+fn block_signals() {
+    // SAFETY: the set is initialised by sigfillset before anything reads it, and lives on this stack.
+    unsafe {
+        let mut set = std::mem::zeroed::<libc::sigset_t>();
+        libc::sigfillset(&raw mut set);
+        for raised_by_itself in [
+            libc::SIGSEGV,
+            libc::SIGBUS,
+            libc::SIGFPE,
+            libc::SIGILL,
+            libc::SIGTRAP,
+            libc::SIGSYS,
+            libc::SIGABRT,
+        ] {
+            libc::sigdelset(&raw mut set, raised_by_itself);
+        }
+        libc::pthread_sigmask(libc::SIG_SETMASK, &raw const set, std::ptr::null_mut());
+    }
+}
+
 /// Pins the calling thread, gives it its priority, and readies what its first tick would have to wait for.
 pub(crate) fn prepare_thread(wishes: &Wishes, status: &mut RealTimeStatus) {
+    block_signals();
     prefault_stack();
     flush_denormals(status);
     tighten_timers(status);

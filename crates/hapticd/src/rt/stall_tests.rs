@@ -241,6 +241,7 @@ impl Bench {
             let wake = Wake {
                 deadline_ns: self.clock_ns,
                 began_ns: self.clock_ns,
+                asleep_ns: 0,
             };
             self.tick.run(wake, 0);
         }

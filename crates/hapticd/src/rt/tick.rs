@@ -6,16 +6,18 @@
 
 use crate::rig_state::{Command, Fault, Rig};
 use crate::rt::clock::{Wake, now_ns};
-use crate::rt::handoff::{CommandWord, CompiledScene, Outcome, Shared, Stopped};
+use crate::rt::handoff::{CommandWord, CompiledScene, Heard, Outcome, Shared, Stopped};
 use crate::rt::lateness::Lateness;
+use crate::rt::sensing::{Sensed, Sensing};
 use crate::rt::transition::Transition;
 use crate::telemetry::ring::{Producer, TickRecord};
-use device_io::{Device, DeviceError, Measurement, Written};
+use device_io::{Device, DeviceError, Measurement, Motor, Written};
 use haptic_core::limiter::{NonFiniteForce, SafetyLimiter};
 use haptic_core::passivity::PassivityObserver;
-use haptic_core::velocity::{Estimator, Method};
 use haptic_ipc::RigState;
 use std::sync::Arc;
+
+pub(crate) use crate::rt::sensing::Velocity;
 
 /// What a force that a change of scene would make jump fades away in, s.
 const BUMP_FADE_S: f64 = 0.05;
@@ -28,22 +30,33 @@ pub(crate) struct Parts {
     pub(crate) passivity: PassivityObserver,
     pub(crate) lateness: Lateness,
     pub(crate) velocity: Velocity,
-    /// How long a device may repeat its last sample before it counts as stale, ns. Until then no time passes for the block.
-    pub(crate) stale_ns: u64,
+    pub(crate) watches: Watches,
 }
 
-/// How velocity is estimated: anew for each device, as one may count more finely than another.
+/// What must go on for force to flow.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Velocity {
-    pub(crate) method: Method,
-    pub(crate) period_s: f64,
+pub(crate) struct Watches {
+    /// How long a device may repeat its last sample, or the loop stand still while force flows, ns.
+    pub(crate) stale_ns: u64,
+    /// How long the control thread may give no sign of life, ns.
+    pub(crate) control_timeout_ns: u64,
+    /// A button of the rig that stops it, by its bit.
+    pub(crate) stop_button: Option<u8>,
+    /// A button of the rig that must be held down for force to flow, by its bit.
+    pub(crate) enable_button: Option<u8>,
 }
 
-impl Velocity {
-    fn estimator(self, resolution_m: f64) -> Estimator {
-        Estimator::new(self.method, self.period_s, resolution_m)
-    }
-}
+/// The longest that a release takes which nobody asked for at this moment, s: the client that held a lease is gone.
+const LAPSED_RELEASE_S: f64 = 0.2;
+
+/// The longest that the release takes where the control thread is lost, s.
+const LOST_RELEASE_S: f64 = 0.04;
+
+/// A device must have its motor off, and have said so, so long after it was told to, ns. That is twice what its own watchdog takes.
+const OFF_TIMEOUT_NS: u64 = 100_000_000;
+
+/// Samples that must have come meanwhile, at least.
+const OFF_TIMEOUT_SAMPLES: f64 = 3.0;
 
 #[cfg(test)]
 impl Parts {
@@ -52,6 +65,7 @@ impl Parts {
         use crate::rt::lateness::LatePolicy;
         use haptic_core::limiter::Limits;
         use haptic_core::passivity::RigLosses;
+        use haptic_core::velocity::Method;
         let limits = Limits {
             force_n: 20.0,
             slew_n_per_s: 50_000.0,
@@ -71,19 +85,25 @@ impl Parts {
                 method: Method::default(),
                 period_s: 1e-3,
             },
-            stale_ns: 50_000_000,
+            watches: Watches {
+                stale_ns: 50_000_000,
+                control_timeout_ns: 250_000_000,
+                stop_button: None,
+                enable_button: None,
+            },
         }
     }
 }
 
-/// The newest sample of the device.
+/// A stop whose zero force the device has not confirmed yet.
 #[derive(Clone, Copy, Debug)]
-struct Newest {
-    sequence: u32,
-    /// When it was taken, on the device's clock, ns.
-    device_ns: u64,
-    /// When it was first read, on ours, ns.
-    read_ns: u64,
+struct PendingStop {
+    stops: u64,
+    /// The state that it brought.
+    state: RigState,
+    began_ns: u64,
+    /// When the zero force was taken by the link, ns.
+    written_ns: Option<u64>,
 }
 
 /// All that the loop owns.
@@ -97,22 +117,21 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     rig: Rig,
     /// Whether force flowed in the tick before.
     was_live: bool,
-    velocity: Estimator,
-    velocity_of: Velocity,
-    stale_ns: u64,
+    sensing: Sensing,
+    watches: Watches,
     limiter: SafetyLimiter,
     passivity: PassivityObserver,
     lateness: Lateness,
     bump: Bump,
     tick: u64,
     stops_seen: u64,
-    /// A stop whose zero force the device has not taken yet, and the state that it brought.
-    stop_pending: Option<(u64, RigState)>,
+    stop_pending: Option<PendingStop>,
+    /// Since when the device is told to have its motor off, ns.
+    off_since_ns: Option<u64>,
     last_command: u32,
-    last_began_ns: u64,
-    newest: Option<Newest>,
-    device_position: f64,
-    device_velocity: f64,
+    last_began_ns: Option<u64>,
+    /// How long the machine had slept in all when the tick before began, ns.
+    asleep_ns: u64,
     device: Box<D>,
 }
 
@@ -130,7 +149,7 @@ impl<D: Device + ?Sized> Tick<D> {
             passivity,
             lateness,
             velocity,
-            stale_ns,
+            watches,
         } = parts;
         shared.answers.scene_applied(scene.revision, 0);
         Self {
@@ -141,9 +160,8 @@ impl<D: Device + ?Sized> Tick<D> {
             scenes_seen: 0,
             rig,
             was_live: false,
-            velocity: velocity.estimator(device.resolution_m()),
-            velocity_of: velocity,
-            stale_ns,
+            sensing: Sensing::new(velocity, device.resolution_m(), watches.stale_ns),
+            watches,
             limiter,
             passivity,
             lateness,
@@ -151,11 +169,10 @@ impl<D: Device + ?Sized> Tick<D> {
             tick: 0,
             stops_seen: 0,
             stop_pending: None,
+            off_since_ns: None,
             last_command: 0,
-            last_began_ns: 0,
-            newest: None,
-            device_position: 0.0,
-            device_velocity: 0.0,
+            last_began_ns: None,
+            asleep_ns: 0,
             device,
         }
     }
@@ -166,30 +183,28 @@ impl<D: Device + ?Sized> Tick<D> {
         if stops != self.stops_seen {
             self.stops_seen = stops;
             self.rig.stop();
-            self.stop_pending = Some((stops, self.rig.state()));
+            self.stop_pending = Some(PendingStop {
+                stops,
+                state: self.rig.state(),
+                began_ns: wake.began_ns,
+                written_ns: None,
+            });
         }
-        if !self.rig.is_live() {
-            self.lateness.rest(missed_periods);
-        } else if self.lateness.is_too_late(wake.began_ns, missed_periods) {
-            self.rig.fail(Fault::TooLate);
-        }
-        if self.shared.has_lapsed(wake.began_ns) && self.rig.is_live() {
-            // It cannot be refused while force flows, and makes no difference while it already goes.
-            self.rig.command(Command::Release).unwrap_or_default();
-        }
+        let since_last_ns = self.watch(wake, missed_periods);
         let new_scene = self.take_scene();
         let command = self.take_command(stops);
 
         let measured = self.device.read(wake.began_ns);
         let read_ns = self.link_time_ns();
+        if self.sensing.is_new_device() && measured.is_ok() {
+            self.limiter.set_device_force(self.device.force_limit_n());
+        }
         let elapsed_s = self.sense(measured, wake.began_ns);
+        self.watch_device(wake.began_ns);
         // Ramps and the slew limit go by our own clock: they must end even if the device's stands still.
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two ticks")]
-        let our_elapsed_s = self
-            .rig
-            .step_s(wake.began_ns.saturating_sub(self.last_began_ns) as f64 * 1e-9);
-        self.last_began_ns = wake.began_ns;
-        let (coupling_force, command_force) = self.render(elapsed_s, our_elapsed_s);
+        let our_elapsed_s = self.rig.step_s(since_last_ns as f64 * 1e-9);
+        let (coupling_force, command_force) = self.render(wake.began_ns, elapsed_s, our_elapsed_s);
         let computed_ns = self.link_time_ns();
         let written = self.device.write(command_force, self.rig.is_live());
         if written.is_err() {
@@ -210,8 +225,8 @@ impl<D: Device + ?Sized> Tick<D> {
             missed_periods,
             dropped: 0,
             revision: self.scene.revision,
-            device_position: self.device_position,
-            device_velocity: self.device_velocity,
+            device_position: self.sensing.position_m(),
+            device_velocity: self.sensing.velocity_mps(),
             block_position: block.position,
             block_velocity: block.velocity,
             coupling_force,
@@ -228,9 +243,69 @@ impl<D: Device + ?Sized> Tick<D> {
         });
         // The answers come last, so that whoever has one also finds the tick's record.
         self.answer(new_scene, command);
-        self.answer_stop(written);
+        self.answer_stop(written, wake.began_ns, ended_ns);
         self.tick += 1;
         ended_ns
+    }
+
+    /// Whether all goes on that must for force to flow: the loop itself, the machine, the leases, the control thread. Returns the time since the tick before, ns.
+    fn watch(&mut self, wake: Wake, missed_periods: u64) -> u64 {
+        let Watches {
+            stale_ns,
+            control_timeout_ns,
+            ..
+        } = self.watches;
+        let now_ns = wake.began_ns;
+        let since_last_ns = self
+            .last_began_ns
+            .replace(now_ns)
+            .map_or(0, |last_ns| now_ns.saturating_sub(last_ns));
+        let slept_ns = wake.asleep_ns.saturating_sub(self.asleep_ns);
+        self.asleep_ns = wake.asleep_ns;
+        if !self.rig.is_live() {
+            self.lateness.rest(missed_periods);
+            return since_last_ns;
+        }
+        if since_last_ns > stale_ns || slept_ns > stale_ns {
+            self.rig.fail(Fault::Stalled);
+        } else if self.lateness.is_too_late(now_ns, missed_periods) {
+            self.rig.fail(Fault::TooLate);
+        }
+        if self.shared.has_lapsed(now_ns) {
+            self.rig.release_within(LAPSED_RELEASE_S);
+        }
+        if self.shared.silent_ns(now_ns) > control_timeout_ns {
+            self.rig.release_into(Fault::ControlLost, LOST_RELEASE_S);
+        }
+        since_last_ns
+    }
+
+    /// The rig's own buttons, and whether its motor is off where it was told to be.
+    fn watch_device(&mut self, now_ns: u64) {
+        if self.is_pressed(self.watches.stop_button) {
+            self.rig.press_stop();
+        }
+        if self.watches.enable_button.is_some() && !self.is_pressed(self.watches.enable_button) {
+            self.rig.let_go();
+        }
+        if self.rig.is_live() || self.sensing.is_new_device() {
+            self.off_since_ns = None;
+            return;
+        }
+        let since_ns = *self.off_since_ns.get_or_insert(now_ns);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few periods of at most a second, ns"
+        )]
+        let samples_ns = (OFF_TIMEOUT_SAMPLES * self.sensing.period_s() * 1e9) as u64;
+        if self.sensing.motor() == Motor::Enabled && now_ns.saturating_sub(since_ns) > OFF_TIMEOUT_NS.max(samples_ns) {
+            self.rig.alarm(Fault::StillEnabled);
+        }
+    }
+
+    fn is_pressed(&self, button: Option<u8>) -> bool {
+        button.is_some_and(|button| self.sensing.is_pressed(button))
     }
 
     /// The time, where it tells what the link takes: a reading of the clock costs more than the physics of a simple scene.
@@ -241,7 +316,7 @@ impl<D: Device + ?Sized> Tick<D> {
     /// Goes on with another device, as if it had been unplugged and another plugged in.
     pub(crate) fn replace_device(&mut self, device: Box<D>) {
         self.device = device;
-        self.newest = None;
+        self.sensing.forget();
     }
 
     /// The scene that it renders.
@@ -318,90 +393,74 @@ impl<D: Device + ?Sized> Tick<D> {
             return None;
         }
         self.last_command = word.serial;
-        // A stop that came after the command was sent wins over it; and until the device has taken its zero force, no other may follow.
-        let early = word.command == Command::Engage && self.stop_pending.is_some();
-        let refused = early || word.overtaken_by(stops) || self.rig.command(word.command).is_err();
+        // A stop that came after the command was sent wins over it; until the device has confirmed its zero force, no other may follow; and without the switch that
+        // force needs, or with a motor that gives none, there is none.
+        let must_wait = word.command == Command::Engage
+            && (self.stop_pending.is_some()
+                || self.is_pressed(self.watches.stop_button)
+                || (self.watches.enable_button.is_some() && !self.is_pressed(self.watches.enable_button))
+                || self.limiter.force_n() == 0.0);
+        let refused = must_wait || word.overtaken_by(stops) || self.rig.command(word.command).is_err();
         Some((word, refused))
     }
 
     /// Takes in a measurement; returns the time since the one before, s. A failed or stale read is never rendered as a position.
     fn sense(&mut self, measured: Result<Measurement, DeviceError>, now_ns: u64) -> f64 {
-        let sample = match measured {
-            Ok(sample) => sample,
-            Err(error) => {
-                match error {
-                    DeviceError::MotorOff { watchdog } => self.rig.fail(Fault::MotorOff { watchdog }),
-                    DeviceError::Failed(code) => self.rig.fail(Fault::Device(code)),
-                    _ => self.rig.device_present(false),
-                }
-                self.newest = None;
-                self.velocity.reset();
-                return 0.0;
+        // Only with force on the hand is it of any concern whether a hand can move so.
+        let live = self.rig.is_live() && self.was_live;
+        let resolution_m = self.device.resolution_m();
+        let forgotten = self.sensing.forgotten();
+        let sensed = self.sensing.sense(measured, now_ns, resolution_m, live, &self.limiter);
+        if self.sensing.forgotten() != forgotten {
+            self.shared.answers.forgotten(self.sensing.forgotten());
+        }
+        match sensed {
+            Sensed::Moved { elapsed_s } => {
+                self.rig.device_present(true);
+                return elapsed_s;
             }
-        };
-        if let Some(newest) = self.newest.filter(|newest| newest.sequence == sample.sequence) {
-            if now_ns.saturating_sub(newest.read_ns) > self.stale_ns {
+            Sensed::Unchanged => {}
+            Sensed::Faulty(fault) => self.rig.fail(fault),
+            Sensed::Gone => self.rig.device_present(false),
+            Sensed::Stale => {
                 if self.rig.is_live() {
                     self.rig.fail(Fault::Stale);
                 }
                 self.rig.device_present(false);
-                self.velocity.reset();
             }
-            return 0.0;
         }
-        self.rig.device_present(true);
-        if !sample.position_m.is_finite() {
-            self.rig.fail(Fault::NonFinitePosition);
-            return 0.0;
-        }
-        if self.newest.is_none() {
-            // It may be another device than the last one.
-            self.velocity = self.velocity_of.estimator(self.device.resolution_m());
-        }
-        let last = self.newest.replace(Newest {
-            sequence: sample.sequence,
-            device_ns: sample.time_ns,
-            read_ns: now_ns,
-        });
-        #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two samples")]
-        let elapsed_s = last.map_or(0.0, |last| sample.time_ns.saturating_sub(last.device_ns) as f64 * 1e-9);
-        let moved = sample.position_m - self.device_position;
-        // Only with force on the hand is it of any concern: without, the block goes wherever the device says.
-        if self.rig.is_live()
-            && self.was_live
-            && last.is_some()
-            && !self
-                .limiter
-                .allows_step(moved, self.device_velocity, elapsed_s, self.device.resolution_m())
-        {
-            self.rig.fail(Fault::Jump);
-        }
-        self.device_position = sample.position_m;
-        self.device_velocity = self.velocity.update(elapsed_s, sample.position_m);
-        elapsed_s
+        0.0
     }
 
     /// The force in the coupling and the force on the hand, N.
-    fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64) -> (f64, f64) {
+    fn render(&mut self, now_ns: u64, elapsed_s: f64, our_elapsed_s: f64) -> (f64, f64) {
         self.go_on_changing(our_elapsed_s);
         let renderer = &mut self.scene.renderer;
         if !self.was_live || !self.rig.is_live() {
             // Without force the block goes with the hand, and from there force begins: wherever the hand has come to meanwhile,
             // and at the very bottom of the ramp.
-            renderer.start_at(self.device_position, self.device_velocity);
+            renderer.start_at(self.sensing.position_m(), self.sensing.velocity_mps());
             self.bump = Bump::none();
             self.limiter.zero();
             self.passivity.rest();
+            self.sensing.rest();
             self.was_live = self.rig.is_live();
             return (0.0, 0.0);
         }
-        if !self.limiter.allows_speed(self.device_velocity) {
+        if !self.limiter.allows_speed(self.sensing.velocity_mps()) {
             self.rig.fail(Fault::TooFast);
             return (0.0, 0.0);
         }
-        let gain = self.rig.advance(our_elapsed_s);
+        let elapsed_s = if elapsed_s > 0.0 && self.sensing.is_silent() {
+            // All force had decayed: it begins anew from where the hand has come to, rather than with what the way there would have built up.
+            renderer.start_at(self.sensing.position_m(), self.sensing.velocity_mps());
+            0.0
+        } else {
+            elapsed_s
+        };
+        let gain = self.rig.advance(our_elapsed_s) * self.sensing.share(now_ns, our_elapsed_s);
         self.was_live = self.rig.is_live();
-        let (position, velocity) = (self.device_position, self.device_velocity);
+        let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
         let mut coupling_force = renderer.tick(elapsed_s, position, velocity).coupling_force;
         if let Some(leaving) = &mut self.leaving {
             coupling_force += leaving.tick(elapsed_s, position, velocity, coupling_force);
@@ -432,9 +491,12 @@ impl<D: Device + ?Sized> Tick<D> {
     ) -> Result<f64, NonFiniteForce> {
         let mut limiter = self.limiter;
         let surface = limiter.limit(on_hand, gain, our_elapsed_s)?;
-        let wanted = self
-            .passivity
-            .observe(elapsed_s, self.device_position, self.device_velocity, surface);
+        let wanted = self.passivity.observe(
+            elapsed_s,
+            self.sensing.position_m(),
+            self.sensing.velocity_mps(),
+            surface,
+        );
         if wanted == 0.0 {
             self.limiter = limiter;
             return Ok(surface);
@@ -444,21 +506,30 @@ impl<D: Device + ?Sized> Tick<D> {
         Ok(force)
     }
 
-    /// Confirms a stop once the device has taken the zero force. Where there is no device, nobody shall wait for that.
-    fn answer_stop(&mut self, written: Result<Written, DeviceError>) {
-        let heard = match written {
-            Ok(Written::Taken) => true,
-            Ok(Written::Later) => return,
-            Err(_) => false,
+    /// Confirms a stop once the device has said that its motor is off; one that says nothing of its motor, once it has taken the zero force. Where there is no device, nobody
+    /// shall wait for that, and nobody waits for ever.
+    fn answer_stop(&mut self, written: Result<Written, DeviceError>, began_ns: u64, now_ns: u64) {
+        let Some(pending) = &mut self.stop_pending else {
+            return;
         };
-        if let Some((stops, state)) = self.stop_pending.take() {
-            let stopped = Stopped {
-                tick: self.tick,
-                state,
-                heard,
-            };
-            self.shared.answers.stopped(stops, stopped);
+        if written == Ok(Written::Taken) {
+            pending.written_ns.get_or_insert(now_ns);
         }
+        let heard = match (written, self.sensing.motor()) {
+            (Err(_), _) => Heard::NoDevice,
+            (Ok(Written::Taken), Motor::Unreported | Motor::Off) => Heard::Confirmed,
+            _ if began_ns.saturating_sub(pending.began_ns) >= OFF_TIMEOUT_NS => Heard::Unconfirmed,
+            _ => return,
+        };
+        let stopped = Stopped {
+            tick: self.tick,
+            state: pending.state,
+            heard,
+            written_ns: pending.written_ns.unwrap_or(now_ns),
+            confirmed_ns: now_ns,
+        };
+        self.shared.answers.stopped(pending.stops, stopped);
+        self.stop_pending = None;
     }
 
     fn answer(&self, new_scene: bool, command: Option<(CommandWord, bool)>) {

@@ -1,7 +1,9 @@
 //! Where the records go: the timing histograms, the newest state, and the subscribers.
 
+use crate::rt::handoff::Answers;
 use crate::telemetry::link;
 use crate::telemetry::ring::{Consumer, TickRecord};
+use crate::telemetry::stop_times::StopTimes;
 use crate::telemetry::timing::TimingRecorder;
 use device_io::link::LinkMonitor;
 use haptic_core::Scene;
@@ -9,8 +11,9 @@ use haptic_ipc::{
     Event, JournalEntry, LinkStatus, RigState, Sample, SamplesEvent, StateEvent, Timing, Topic, params_of,
 };
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
-use tokio::sync::{OwnedSemaphorePermit, mpsc};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 
 /// Lines that may wait for a subscriber; more are not queued but counted as dropped.
 pub(crate) const BACKLOG_LINES: usize = 64;
@@ -18,18 +21,14 @@ pub(crate) const BACKLOG_LINES: usize = 64;
 /// Rows that one event may hold, so that its line stays within the protocol's limit; a longer batch goes out in several.
 const MOST_ROWS: usize = 256;
 
+/// Bytes of events that may wait for a subscriber, whatever it subscribes to and however often: two seconds of every tick at 1 kHz.
+pub(crate) const BACKLOG_BYTES: usize = 512 * 1024;
+
 /// A line on its way to a client, with the room that it takes until it is written.
 #[derive(Debug)]
 pub(crate) struct Line {
     pub(crate) text: String,
-    /// Events have none: their queue alone limits them.
     pub(crate) room: Option<OwnedSemaphorePermit>,
-}
-
-impl From<String> for Line {
-    fn from(text: String) -> Self {
-        Self { text, room: None }
-    }
 }
 
 /// A scene that is or was in force, and how far back and forth one can go from it.
@@ -49,6 +48,21 @@ pub(crate) struct Subscription {
     pub(crate) every: u64,
     pub(crate) batch: Duration,
     pub(crate) lines: mpsc::Sender<Line>,
+    /// Room for the client's events, [`BACKLOG_BYTES`] of it.
+    pub(crate) room: Arc<Semaphore>,
+}
+
+impl Subscription {
+    /// Sends an event, if there is room for it.
+    fn send(&self, text: String) -> bool {
+        // What it takes, not what it says.
+        let bytes = u32::try_from(text.capacity() + size_of::<Line>()).unwrap_or(u32::MAX);
+        let Ok(room) = Arc::clone(&self.room).try_acquire_many_owned(bytes) else {
+            return false;
+        };
+        let room = Some(room);
+        self.lines.try_send(Line { text, room }).is_ok()
+    }
 }
 
 #[derive(Debug)]
@@ -69,6 +83,7 @@ pub(crate) struct Feed {
     /// The link to the rig, where it is not in this process.
     link: Option<LinkMonitor>,
     timing: TimingRecorder,
+    stops: StopTimes,
     started_ns: u64,
     newest: Option<TickRecord>,
     subscribers: Vec<Subscriber>,
@@ -87,6 +102,7 @@ impl Feed {
             consumer,
             link,
             timing: TimingRecorder::new(period_ns),
+            stops: StopTimes::default(),
             started_ns: 0,
             newest: None,
             subscribers: Vec::new(),
@@ -105,8 +121,19 @@ impl Feed {
     pub(crate) fn timing_report(&self) -> Timing {
         Timing {
             link: self.link(),
+            stops: self.stops.report(),
             ..self.timing.report()
         }
+    }
+
+    /// A stop with a number was asked for by a line that was read at this time, ns.
+    pub(crate) fn stop_begun(&mut self, stop: u64, read_ns: u64) {
+        self.stops.begin(stop, read_ns);
+    }
+
+    /// Takes in the stops that have ended by now.
+    pub(crate) fn stops_ended(&mut self, answers: &Answers) {
+        self.stops.pump(answers);
     }
 
     /// How the link to the rig is, where there is one.
@@ -257,7 +284,7 @@ impl Feed {
         let line = line(&event);
         for subscriber in self.subscribers.iter_mut().filter(|subscriber| listening(subscriber)) {
             // A subscriber whose backlog is full hears the newest state as soon as there is room.
-            subscriber.state_sent = subscriber.subscription.lines.try_send(line.clone().into()).is_ok();
+            subscriber.state_sent = subscriber.subscription.send(line.clone());
         }
     }
 
@@ -269,7 +296,7 @@ impl Feed {
         let line = line(event);
         for subscriber in self.subscribers.iter().filter(|subscriber| subscriber.wants(topic)) {
             // One report more or less is no loss to a subscriber that does not read them.
-            drop(subscriber.subscription.lines.try_send(line.clone().into()));
+            subscriber.subscription.send(line.clone());
         }
     }
 }
@@ -291,13 +318,12 @@ impl Subscriber {
             dropped: self.dropped,
             rows,
         });
-        match self.subscription.lines.try_reserve() {
-            Ok(place) => {
-                place.send(line(&event).into());
-                self.seq += 1;
-                self.dropped = 0;
-            }
-            Err(_) => self.dropped += count as u64,
+        // What would find no place is not even written out.
+        if self.subscription.lines.capacity() > 0 && self.subscription.send(line(&event)) {
+            self.seq += 1;
+            self.dropped = 0;
+        } else {
+            self.dropped += count as u64;
         }
         // The next batch is likely to be as long as this one.
         self.rows.reserve(count);
@@ -308,6 +334,8 @@ impl Subscriber {
 fn line(event: &Event) -> String {
     let mut line = serde_json::to_string(event).expect("events hold nothing that JSON cannot");
     line.push('\n');
+    // While it was written its room was doubled again and again.
+    line.shrink_to_fit();
     line
 }
 
@@ -332,6 +360,7 @@ mod tests {
             every,
             batch: Duration::ZERO,
             lines,
+            room: Arc::new(Semaphore::new(BACKLOG_BYTES)),
         };
         (subscription, received)
     }
@@ -389,5 +418,41 @@ mod tests {
         };
         assert_eq!((first.seq, first.dropped, first.rows[0].tick), (0, 0, 0));
         assert_eq!((second.seq, second.dropped, second.rows[0].tick), (1, 4, 10));
+    }
+
+    // hazard: H20
+    #[test]
+    fn what_waits_for_a_subscriber_that_does_not_read_is_bounded_in_bytes() {
+        let (mut producer, consumer) = ring::ring();
+        let mut feed = Feed::new(consumer, 1_000_000, None);
+        // As many lines as a client has, in batches as long as they may be.
+        let topics = [Topic::Samples, Topic::State, Topic::Log, Topic::Timing];
+        let (subscription, mut received) = subscription(&topics, 1, BACKLOG_LINES);
+        let room = Arc::clone(&subscription.room);
+        feed.subscribe(1, subscription);
+        let scenes = VecDeque::from([known(1)]);
+        for tick in 0..40_000 {
+            producer.push(ring::tests::record(tick));
+            if tick % 256 == 255 {
+                feed.pump(&scenes);
+            }
+        }
+        let held: Vec<Line> = std::iter::from_fn(|| received.try_recv().ok()).collect();
+        let bytes: usize = held.iter().map(|line| line.text.capacity()).sum();
+        println!("{bytes} bytes in {} lines wait, of {BACKLOG_BYTES}", held.len());
+        assert!(bytes <= BACKLOG_BYTES && bytes > BACKLOG_BYTES / 2, "{bytes}");
+        assert!(held.len() < BACKLOG_LINES, "the bytes bound it, not the lines");
+        // Once it is written there is all the room again, and what was missed is told.
+        drop(held);
+        assert_eq!(room.available_permits(), BACKLOG_BYTES);
+        for tick in 40_000..40_256 {
+            producer.push(ring::tests::record(tick));
+        }
+        feed.pump(&scenes);
+        let told = events(&mut received);
+        let Some(Event::Samples(samples)) = told.first() else {
+            panic!("no samples")
+        };
+        assert!(samples.dropped > 0 && samples.dropped < 40_000, "{}", samples.dropped);
     }
 }

@@ -3,4 +3,5 @@
 pub(crate) mod feed;
 pub(crate) mod link;
 pub(crate) mod ring;
+mod stop_times;
 pub(crate) mod timing;

@@ -196,6 +196,7 @@ impl TimingRecorder {
             since_start: self.total.window(),
             last_10_s: recent.window(),
             link: None,
+            stops: haptic_ipc::StopTimes::default(),
         }
     }
 }

@@ -58,11 +58,7 @@ impl Feedback {
             counters,
             metres_per_unit,
             origin: first,
-            newest: Measurement {
-                sequence: 0,
-                time_ns: now_ns,
-                position_m: 0.0,
-            },
+            newest: Measurement::new(0, now_ns, 0.0),
             used: 0,
             heard_at_ns: now_ns,
             period_ns,
@@ -115,11 +111,7 @@ impl Feedback {
         if round_trip_ns > 2 * self.period_ns + self.period_ns / 2 {
             add(&self.counters.late, 1);
         }
-        self.newest = Measurement {
-            sequence: self.newest.sequence.wrapping_add(1),
-            time_ns: asked_at_ns,
-            position_m,
-        };
+        self.newest = Measurement::new(self.newest.sequence.wrapping_add(1), asked_at_ns, position_m);
     }
 
     fn answered(&mut self) {

@@ -1,0 +1,225 @@
+//! A position is believed only if a hand could have made it: a lone wrong sample is never rendered.
+//!
+//! A sample that lies aside from where the motion before it leads is held back for one sample. If the next one lies where the motion led, the one between was wrong and is
+//! forgotten; if it agrees with the one held back, the hand has really moved so, unless that is faster than the rig allows: then the encoder has jumped.
+
+use crate::limiter::SafetyLimiter;
+
+/// How far a sample may lie from where the motion led, m, whatever the time: below what a hand feels as a kick (0.3 mm are 0.3 N at 1 kN/m).
+const DOUBT_M: f64 = 0.3e-3;
+
+/// What a hand does without being doubted, m/s^2. Over several milliseconds that is more than [`DOUBT_M`].
+const HAND_MPS2: f64 = 200.0;
+
+/// Counts of the encoder within which nothing is doubted.
+const DOUBT_COUNTS: f64 = 4.0;
+
+/// What each sample that was forgotten adds to the score, of which every believed one takes one away.
+const WRONG: u32 = 20;
+
+/// A sensor with such a score is not to be believed at all: it means five wrong samples within twenty or so.
+const MOST_WRONG: u32 = 100;
+
+/// What to do with a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// It is rendered, over so much time since the last one that was, s.
+    Believed {
+        /// Time since the last sample that was believed, s.
+        elapsed_s: f64,
+    },
+    /// It is held back: the next one decides.
+    Held,
+    /// The encoder has jumped, or its positions are noise: the rig must fault.
+    Jumped,
+}
+
+/// The sample that is held back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Held {
+    position: f64,
+    elapsed_s: f64,
+    /// Whether it is farther away than the rig can move.
+    too_far: bool,
+}
+
+/// Holds each position against the motion before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PositionGuard {
+    held: Option<Held>,
+    score: u32,
+    forgotten: u64,
+}
+
+/// The motion before a sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// The last position that was believed, m.
+    pub position: f64,
+    /// Velocity there, m/s.
+    pub velocity: f64,
+    /// Distance between two positions that the device can tell apart, m.
+    pub resolution: f64,
+}
+
+impl PositionGuard {
+    /// Samples that were forgotten so far.
+    #[must_use]
+    pub fn forgotten(&self) -> u64 {
+        self.forgotten
+    }
+
+    /// The next sample is believed as it is: it is the first, or no force flows that it could change.
+    pub fn rest(&mut self) {
+        self.held = None;
+        self.score = 0;
+    }
+
+    /// Judges a position (m), taken `elapsed_s` after the sample before it.
+    pub fn judge(&mut self, before: Motion, position: f64, elapsed_s: f64, limits: &SafetyLimiter) -> Verdict {
+        let allows = |moved: f64, velocity: f64, elapsed_s: f64| {
+            let doubt = DOUBT_M
+                .max(0.5 * HAND_MPS2 * elapsed_s * elapsed_s)
+                .max(DOUBT_COUNTS * before.resolution);
+            (moved - velocity * elapsed_s).abs() <= doubt
+                && limits.allows_step(moved, velocity, elapsed_s, before.resolution)
+        };
+        let moved = position - before.position;
+        let Some(held) = self.held.take() else {
+            if allows(moved, before.velocity, elapsed_s) {
+                self.score = self.score.saturating_sub(1);
+                return Verdict::Believed { elapsed_s };
+            }
+            if !moved.is_finite() {
+                return Verdict::Jumped;
+            }
+            self.held = Some(Held {
+                position,
+                elapsed_s,
+                too_far: !limits.allows_step(moved, before.velocity, elapsed_s, before.resolution),
+            });
+            return Verdict::Held;
+        };
+        let since_s = held.elapsed_s + elapsed_s;
+        if allows(moved, before.velocity, since_s) {
+            self.forgotten += 1;
+            self.score += WRONG;
+            return if self.score > MOST_WRONG {
+                Verdict::Jumped
+            } else {
+                Verdict::Believed { elapsed_s: since_s }
+            };
+        }
+        // The hand goes on as before, or as the step said.
+        let step = position - held.position;
+        let velocity = if held.elapsed_s > 0.0 {
+            (held.position - before.position) / held.elapsed_s
+        } else {
+            before.velocity
+        };
+        let agrees = allows(step, before.velocity, elapsed_s) || allows(step, velocity, elapsed_s);
+        if agrees && !held.too_far {
+            Verdict::Believed { elapsed_s: since_s }
+        } else {
+            Verdict::Jumped
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::limiter::Limits;
+    use proptest::prelude::*;
+
+    const TICK_S: f64 = 1e-3;
+
+    fn limits() -> SafetyLimiter {
+        SafetyLimiter::new(Limits {
+            force_n: 20.0,
+            slew_n_per_s: 5000.0,
+            speed_mps: 5.0,
+            acceleration_mps2: 2000.0,
+        })
+    }
+
+    /// What is rendered of positions at 1 kHz, by a device that moves at a steady speed before them, and how it ended.
+    fn rendered(speed: f64, positions: &[f64]) -> (Vec<f64>, Option<usize>, PositionGuard) {
+        let mut guard = PositionGuard::default();
+        let mut motion = Motion {
+            position: -speed * TICK_S,
+            velocity: speed,
+            resolution: 1e-5,
+        };
+        let mut seen = Vec::new();
+        for (k, &position) in positions.iter().enumerate() {
+            match guard.judge(motion, position, TICK_S, &limits()) {
+                Verdict::Believed { elapsed_s } => {
+                    motion.velocity = (position - motion.position) / elapsed_s;
+                    motion.position = position;
+                    seen.push(position);
+                }
+                Verdict::Held => {}
+                Verdict::Jumped => return (seen, Some(k), guard),
+            }
+        }
+        (seen, None, guard)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        // hazard: H6
+        #[test]
+        fn a_lone_wrong_sample_is_never_rendered(
+            speed in -1.0..1.0f64, wrong in prop_oneof![0.5e-3..1.0f64, -1.0..-0.5e-3], at in 1..20_usize,
+        ) {
+            let honest: Vec<f64> = (0..40).map(|k| speed * TICK_S * f64::from(k)).collect();
+            let mut read = honest.clone();
+            read[at] += wrong;
+            let (seen, jumped, guard) = rendered(speed, &read);
+            prop_assert_eq!(jumped, None);
+            prop_assert_eq!(seen.len(), honest.len() - 1);
+            prop_assert!(seen.iter().all(|position| honest.contains(position)));
+            prop_assert_eq!(guard.forgotten(), 1);
+        }
+
+        /// A hand that shakes with up to 150 m/s^2 loses no sample.
+        #[test]
+        fn a_hand_is_believed(frequency_hz in 0.1..60.0f64, acceleration in 0.1..150.0f64) {
+            let omega = core::f64::consts::TAU * frequency_hz;
+            let amplitude = (acceleration / (omega * omega)).min(0.1);
+            let positions: Vec<f64> = (0..500).map(|k| amplitude * libm::sin(omega * TICK_S * f64::from(k))).collect();
+            let (seen, jumped, _) = rendered(amplitude * omega, &positions);
+            prop_assert_eq!(jumped, None);
+            prop_assert_eq!(seen.len(), positions.len());
+        }
+    }
+
+    #[test]
+    fn a_step_that_stays_is_believed_one_sample_late_and_a_jump_is_not() {
+        let step: Vec<f64> = (0..10).map(|k| if k < 5 { 0.0 } else { 0.8e-3 }).collect();
+        let (seen, jumped, _) = rendered(0.0, &step);
+        assert_eq!((seen[4..6].to_vec(), jumped), (vec![0.0, 0.8e-3], None));
+        // The velocity that the step seems to have is doubted as well.
+        assert_eq!(seen.len(), 8, "held twice");
+        let jump: Vec<f64> = (0..10).map(|k| if k < 5 { 0.0 } else { 3e-3 }).collect();
+        let (seen, jumped, _) = rendered(0.0, &jump);
+        assert_eq!(
+            (seen.len(), jumped),
+            (5, Some(6)),
+            "faulted in the sample that confirms it, and never rendered"
+        );
+        assert!(seen.iter().all(|position| *position == 0.0));
+    }
+
+    #[test]
+    fn noise_is_a_jump() {
+        let noise: Vec<f64> = (0..40).map(|k| if k % 3 == 2 { 0.01 } else { 0.0 }).collect();
+        let (seen, jumped, _) = rendered(0.0, &noise);
+        assert!(jumped.is_some_and(|at| at < 25), "{jumped:?}");
+        assert!(seen.iter().all(|position| *position == 0.0));
+        let (_, jumped, _) = rendered(0.0, &[0.0, f64::NAN, 0.0]);
+        assert_eq!(jumped, Some(1));
+    }
+}

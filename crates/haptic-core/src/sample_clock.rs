@@ -1,0 +1,370 @@
+//! The time between two samples of a device, held against our own clock before anything is made of it.
+//!
+//! Three measures of that time are at hand: the device's time stamps, its sequence numbers times the sampling period, and our own clock. The stamps are the best
+//! of them, as neither the link's jitter nor our own is in them, and they are used as they are unless both others contradict them: then the middle one of the three is, so that
+//! no single wrong clock is ever rendered. A device whose stamps run backwards, stand still, jump or drift is an error besides.
+
+use thiserror::Error;
+
+/// Over so long the two clocks are compared, s.
+const WINDOW_S: f64 = 0.1;
+
+/// Fewest samples in such a window.
+const WINDOW_SAMPLES: u32 = 8;
+
+/// Share by which the device's clock may run faster or slower than ours. A quartz keeps to 1e-4 and a microcontroller's RC oscillator to 3 %; a wrong
+/// prescaler is off by a factor.
+const MOST_DRIFT: f64 = 0.05;
+
+/// What the quickest samples of two windows may differ by in their time on the way, s.
+const JITTER_S: f64 = 0.003;
+
+/// Share by which a stamp may differ from another measure of the same time and still agree with it.
+const AGREEMENT: f64 = 0.4;
+
+/// Samples in a row that may have the same stamp: a clock that counts milliseconds gives two the same now and then.
+const MOST_EQUAL: u32 = 2;
+
+/// Steps of the sequence up to which the sampling period foretells a time.
+const LONGEST_STEP: u32 = 1000;
+
+/// When a sample was taken and when it came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    /// Number of the sample; it wraps around.
+    pub sequence: u32,
+    /// When it was taken, on the device's clock, ns. A clock that runs backwards looks like one that leaps ahead, because it is taken for one that has wrapped around.
+    pub device_ns: u64,
+    /// When it was first read, on our clock, ns.
+    pub host_ns: u64,
+}
+
+/// What is wrong with a device's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum ClockError {
+    /// It ran backwards, jumped, or wrapped around where it should not.
+    #[error("its time stamps jump")]
+    Jumped,
+    /// Samples that follow one another have the same stamp.
+    #[error("its time stamps stand still")]
+    StoodStill,
+    /// It runs faster or slower than ours by more than 5 %.
+    #[error("its clock runs too fast or too slow")]
+    Drifts,
+}
+
+/// How the clocks stood to each other at the quickest sample of a window.
+#[derive(Clone, Copy, Debug)]
+struct Quickest {
+    host_ns: u64,
+    /// Our time less the device's, ns.
+    offset_ns: i64,
+}
+
+/// A window that is being filled.
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    first: Stamp,
+    samples: u32,
+    quickest: Quickest,
+}
+
+/// Compares a device's clock with ours, sample by sample.
+#[derive(Clone, Copy, Debug)]
+pub struct SampleClock {
+    /// The device's time may be off ours by so much at once, ns.
+    tolerance_ns: u64,
+    last: Option<Stamp>,
+    equal: u32,
+    window: Option<Window>,
+    before: Option<Quickest>,
+    /// Time between two samples by our clock, s; zero before it is known.
+    period_s: f64,
+}
+
+#[expect(clippy::cast_precision_loss, reason = "nanoseconds between two samples")]
+fn seconds(ns: u64) -> f64 {
+    ns as f64 * 1e-9
+}
+
+fn signed(ns: u64) -> i64 {
+    i64::try_from(ns).unwrap_or(i64::MAX)
+}
+
+impl SampleClock {
+    /// One that refuses stamps which are off our clock by more than `tolerance_ns` at once.
+    #[must_use]
+    pub fn new(tolerance_ns: u64) -> Self {
+        Self {
+            tolerance_ns,
+            last: None,
+            equal: 0,
+            window: None,
+            before: None,
+            period_s: 0.0,
+        }
+    }
+
+    /// Forgets the device: the next sample is the first of another.
+    pub fn reset(&mut self) {
+        *self = Self::new(self.tolerance_ns);
+    }
+
+    /// Time between two samples by our own clock, s; zero before a tenth of a second has gone by.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// The time since the sample before, s; zero at the first.
+    ///
+    /// # Errors
+    /// The stamps cannot be those of a clock. The next sample begins anew, with what is known of the period.
+    pub fn elapsed_s(&mut self, stamp: Stamp) -> Result<f64, ClockError> {
+        let Some(last) = self.last.replace(stamp) else {
+            self.window = Some(Window::new(stamp));
+            return Ok(0.0);
+        };
+        let judged = self.judge(last, stamp);
+        if judged.is_err() {
+            self.last = None;
+            self.equal = 0;
+            self.window = None;
+            self.before = None;
+        }
+        judged
+    }
+
+    fn judge(&mut self, last: Stamp, stamp: Stamp) -> Result<f64, ClockError> {
+        let host_ns = stamp.host_ns.saturating_sub(last.host_ns);
+        let device_ns = stamp
+            .device_ns
+            .checked_sub(last.device_ns)
+            .filter(|device_ns| device_ns.abs_diff(host_ns) <= self.tolerance_ns)
+            .ok_or(ClockError::Jumped)?;
+        self.equal = if device_ns == 0 { self.equal + 1 } else { 0 };
+        if self.equal > MOST_EQUAL {
+            return Err(ClockError::StoodStill);
+        }
+        self.compare(stamp)?;
+        let steps = stamp.sequence.wrapping_sub(last.sequence);
+        Ok(self.believed_s(seconds(device_ns), seconds(host_ns), steps))
+    }
+
+    /// The stamps' time, or the middle one of the three where both others contradict it.
+    fn believed_s(&self, device_s: f64, host_s: f64, steps: u32) -> f64 {
+        if self.period_s <= 0.0 || steps > LONGEST_STEP {
+            return device_s;
+        }
+        let foretold_s = f64::from(steps) * self.period_s;
+        let agrees = |other_s: f64| (device_s - other_s).abs() <= AGREEMENT * other_s;
+        if agrees(foretold_s) || agrees(host_s) {
+            return device_s;
+        }
+        device_s.clamp(foretold_s.min(host_s), foretold_s.max(host_s))
+    }
+
+    /// Takes a sample into the window; at its end compares it with the one before.
+    fn compare(&mut self, stamp: Stamp) -> Result<(), ClockError> {
+        let Some(window) = &mut self.window else {
+            self.window = Some(Window::new(stamp));
+            return Ok(());
+        };
+        window.add(stamp);
+        let gone_s = seconds(stamp.host_ns.saturating_sub(window.first.host_ns));
+        if gone_s < WINDOW_S || window.samples < WINDOW_SAMPLES {
+            return Ok(());
+        }
+        let steps = stamp.sequence.wrapping_sub(window.first.sequence);
+        if (1..=LONGEST_STEP * WINDOW_SAMPLES).contains(&steps) {
+            self.period_s = gone_s / f64::from(steps);
+        }
+        let quickest = window.quickest;
+        self.window = Some(Window::new(stamp));
+        let Some(before) = self.before.replace(quickest) else {
+            return Ok(());
+        };
+        let between_s = seconds(quickest.host_ns.saturating_sub(before.host_ns));
+        let gained_s = seconds(quickest.offset_ns.abs_diff(before.offset_ns));
+        if gained_s > MOST_DRIFT * between_s + JITTER_S {
+            return Err(ClockError::Drifts);
+        }
+        Ok(())
+    }
+}
+
+impl Window {
+    fn new(first: Stamp) -> Self {
+        Self {
+            first,
+            samples: 0,
+            quickest: Quickest::of(first),
+        }
+    }
+
+    fn add(&mut self, stamp: Stamp) {
+        self.samples += 1;
+        let seen = Quickest::of(stamp);
+        if seen.offset_ns < self.quickest.offset_ns {
+            self.quickest = seen;
+        }
+    }
+}
+
+impl Quickest {
+    fn of(stamp: Stamp) -> Self {
+        Self {
+            host_ns: stamp.host_ns,
+            offset_ns: signed(stamp.host_ns) - signed(stamp.device_ns),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    /// Stamps of a device at 1 kHz whose clock shows, at a time of ours in ns, what `clock` says, in us as 32 bits.
+    fn run(ticks: u64, clock: impl Fn(u64) -> u32) -> Vec<Result<f64, ClockError>> {
+        let mut compared = SampleClock::new(20 * MS);
+        let (mut last_us, mut device_ns) = (clock(0), 0);
+        (0..ticks)
+            .map(|k| {
+                let now_us = clock(k * MS);
+                device_ns += u64::from(now_us.wrapping_sub(last_us)) * 1000;
+                last_us = now_us;
+                // The link's jitter: up to 0.3 ms.
+                let late_ns = (k * 7919) % 300_000;
+                compared.elapsed_s(Stamp {
+                    sequence: u32::try_from(k).expect("a short run"),
+                    device_ns,
+                    host_ns: 5_000 * MS + k * MS + late_ns,
+                })
+            })
+            .collect()
+    }
+
+    fn us(ns: u64) -> u32 {
+        u32::try_from(ns / 1000 % (1 << 32)).expect("32 bits")
+    }
+
+    /// Ticks of an honest clock before it begins to lie.
+    const HONEST: u64 = 500;
+
+    /// From a moment on the clock shows that moment and so many ns more or less, by how long it has been lying.
+    fn lie(ns: u64, by: impl Fn(i64) -> i64) -> u32 {
+        let began = HONEST * MS;
+        us(match ns.checked_sub(began) {
+            Some(lying) => began.saturating_add_signed(by(signed(lying))),
+            None => ns,
+        })
+    }
+
+    #[test]
+    fn an_honest_clock_is_believed_to_the_nanosecond() {
+        for clock in [
+            |ns| us(ns),
+            // Wrapping around in the middle of the run.
+            |ns| us(ns).wrapping_add(u32::MAX - 250_000),
+            // Three percent fast.
+            |ns| us(ns + ns / 33),
+        ] {
+            let run = run(1000, clock);
+            assert_eq!(run[0], Ok(0.0));
+            for (k, elapsed) in run.iter().enumerate().skip(1) {
+                let ns = k as u64 * MS;
+                let exact = f64::from(clock(ns).wrapping_sub(clock(ns - MS))) * 1e-6;
+                let elapsed = elapsed.expect("an honest clock");
+                assert!((elapsed - exact).abs() < 1e-15, "{k}: {elapsed} for {exact}");
+            }
+        }
+    }
+
+    // hazard: H3, P14
+    #[test]
+    fn a_lying_clock_is_an_error_and_no_wrong_time_is_believed_before() {
+        let counts = 65_536_000;
+        let lies: [(&str, ClockError, u64, &dyn Fn(u64) -> u32); 9] = [
+            ("backwards", ClockError::Jumped, 2, &|ns| lie(ns, |lied| -lied)),
+            ("a jump ahead", ClockError::Jumped, 1, &|ns| {
+                lie(ns, |lied| lied + 50_000_000)
+            }),
+            ("16 bits", ClockError::Jumped, 70, &|ns| lie(ns, |lied| lied % counts)),
+            ("torn", ClockError::Jumped, 10, &|ns| {
+                lie(ns, |lied| if lied == 7_000_000 { lied + counts } else { lied })
+            }),
+            ("it stands still", ClockError::StoodStill, 4, &|ns| lie(ns, |_| 0)),
+            ("half speed", ClockError::Drifts, 310, &|ns| lie(ns, |lied| lied / 2)),
+            ("double speed", ClockError::Drifts, 310, &|ns| lie(ns, |lied| lied * 2)),
+            ("ten percent fast", ClockError::Drifts, 310, &|ns| {
+                lie(ns, |lied| lied + lied / 10)
+            }),
+            ("ten percent slow", ClockError::Drifts, 310, &|ns| {
+                lie(ns, |lied| lied - lied / 10)
+            }),
+        ];
+        for (name, error, within, clock) in lies {
+            let run = run(1200, clock);
+            let seen = run
+                .iter()
+                .position(Result::is_err)
+                .unwrap_or_else(|| panic!("{name} is seen"));
+            assert_eq!(run[seen], Err(error), "{name} at {seen}");
+            let lied = seen as u64;
+            assert!((HONEST..=HONEST + within).contains(&lied), "{name}: only at {seen}");
+            for (k, elapsed) in run[..seen].iter().enumerate().skip(1) {
+                let elapsed = elapsed.expect("before the error");
+                assert!(
+                    (0.0004..0.0016).contains(&elapsed),
+                    "{name}: {elapsed} s believed at {k}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn late_and_lost_samples_are_no_lies() {
+        let mut clock = SampleClock::new(20 * MS);
+        let mut taken = 0_u64;
+        for k in 0..3000_u64 {
+            // Every 97th sample is 4 ms late, with those behind it; every 50th is lost.
+            let late = if k % 97 < 4 { (4 - k % 97) * MS } else { 0 };
+            if k % 50 == 0 {
+                continue;
+            }
+            let elapsed = clock.elapsed_s(Stamp {
+                sequence: u32::try_from(k).expect("a short run"),
+                device_ns: k * MS,
+                host_ns: 1000 * MS + k * MS + late,
+            });
+            let exact = if taken == 0 { 0.0 } else { (k - taken) as f64 * 1e-3 };
+            assert!(
+                (elapsed.expect("honest") - exact).abs() < 1e-12,
+                "{k}: {elapsed:?} for {exact}"
+            );
+            taken = k;
+        }
+    }
+
+    #[test]
+    fn a_clock_of_milliseconds_is_no_lie() {
+        let honest = run(2000, |ns| us((ns + 350_000) / MS * MS));
+        assert!(honest.iter().all(Result::is_ok), "{honest:?}");
+    }
+
+    #[test]
+    fn after_an_error_it_begins_anew() {
+        let mut clock = SampleClock::new(20 * MS);
+        let stamp = |k: u64, device_ns| Stamp {
+            sequence: u32::try_from(k).expect("a short run"),
+            device_ns,
+            host_ns: k * MS,
+        };
+        assert_eq!(clock.elapsed_s(stamp(1, MS)), Ok(0.0));
+        assert_eq!(clock.elapsed_s(stamp(2, 900 * MS)), Err(ClockError::Jumped));
+        assert_eq!(clock.elapsed_s(stamp(3, 901 * MS)), Ok(0.0));
+        assert_eq!(clock.elapsed_s(stamp(4, 902 * MS)), Ok(1e-3));
+    }
+}

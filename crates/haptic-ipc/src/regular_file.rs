@@ -1,0 +1,114 @@
+//! Files from outside: scenes and configurations, which anybody may have put there.
+//!
+//! A FIFO without a writer is waited for for ever, /dev/zero has no end, and to open a device is to do something to it. So only regular files are read, and of those that are held in memory no more than
+//! [`LARGEST_BYTES`]. What this does not help against is a mount that does not answer: a daemon reads on a thread that nobody waits for.
+
+use rustix::fs::OFlags;
+use std::fs::{File, FileType, OpenOptions};
+use std::io::{self, ErrorKind, Read};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
+use std::path::Path;
+
+/// Largest file that is read into memory, bytes. A scene takes about one thousand.
+pub const LARGEST_BYTES: u64 = 1024 * 1024;
+
+/// Opens a regular file for reading, at once: nothing is opened that could wait for somebody.
+///
+/// # Errors
+/// The system refuses, or it is another kind of file; the message does not name the path.
+pub fn open(path: &Path) -> io::Result<File> {
+    // Looked at before it is opened, since opening a device may act on it; and again after, since it may have been exchanged between.
+    accept(path.metadata()?.file_type())?;
+    let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
+    let flags = i32::try_from(flags.bits()).map_err(io::Error::other)?;
+    let file = OpenOptions::new().read(true).custom_flags(flags).open(path)?;
+    accept(file.metadata()?.file_type())?;
+    Ok(file)
+}
+
+/// Reads a regular file of at most [`LARGEST_BYTES`] as text.
+///
+/// # Errors
+/// As [`open`], or it is larger, or not UTF-8; the message does not name the path.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    // What the system says of its size may be out of date, so it is counted as it is read.
+    open(path)?.take(LARGEST_BYTES + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LARGEST_BYTES {
+        return Err(io::Error::new(
+            ErrorKind::FileTooLarge,
+            format!("it has more than {LARGEST_BYTES} bytes, the most that are read"),
+        ));
+    }
+    String::from_utf8(bytes)
+        .map_err(|error| io::Error::new(ErrorKind::InvalidData, format!("it is not UTF-8: {error}")))
+}
+
+fn accept(found: FileType) -> io::Result<()> {
+    let kind = if found.is_file() {
+        return Ok(());
+    } else if found.is_dir() {
+        "a directory"
+    } else if found.is_fifo() {
+        "a FIFO"
+    } else if found.is_socket() {
+        "a socket"
+    } else if found.is_char_device() || found.is_block_device() {
+        "a device"
+    } else {
+        "something else"
+    };
+    Err(io::Error::new(
+        ErrorKind::InvalidInput,
+        format!("it is {kind}: only regular files are read"),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rustix::fs::{CWD, FileType, Mode, mknodat};
+    use std::os::unix::fs::symlink;
+    use std::os::unix::net::UnixListener;
+    use std::time::{Duration, Instant};
+
+    // hazard: H14
+    #[test]
+    fn only_regular_files_of_a_reasonable_size_are_read_and_nothing_is_waited_for() {
+        let directory = std::env::temp_dir().join(format!("regular-file-{}", std::process::id()));
+        std::fs::create_dir_all(&directory).expect("a directory");
+        let at = |name: &str| directory.join(name);
+        mknodat(CWD, at("fifo"), FileType::Fifo, Mode::from_raw_mode(0o600), 0).expect("a FIFO");
+        let _socket = UnixListener::bind(at("socket")).expect("a socket");
+        symlink(at("loop"), at("loop")).expect("a link");
+        symlink(at("fifo"), at("to-fifo")).expect("a link");
+        symlink("/dev/zero", at("to-zero")).expect("a link");
+        std::fs::write(at("most"), "x".repeat(1024 * 1024)).expect("a file");
+        std::fs::write(at("more"), "x".repeat(1024 * 1024 + 1)).expect("a file");
+        std::fs::write(at("binary"), b"\xff").expect("a file");
+        symlink(at("most"), at("to-most")).expect("a link");
+        let began = Instant::now();
+        for (name, part) in [
+            ("fifo", "a FIFO"),
+            ("to-fifo", "a FIFO"),
+            ("socket", "a socket"),
+            ("loop", "symbolic links"),
+            ("to-zero", "a device"),
+            ("more", "more than 1048576 bytes"),
+            ("binary", "UTF-8"),
+            (".", "a directory"),
+        ] {
+            let error = read_text(&at(name)).expect_err(name).to_string();
+            assert!(error.contains(part), "{name}: {error}");
+        }
+        assert_eq!(
+            read_text(&at("missing")).expect_err("it is not there").kind(),
+            ErrorKind::NotFound
+        );
+        for name in ["most", "to-most"] {
+            assert_eq!(read_text(&at(name)).expect(name).len(), 1024 * 1024);
+        }
+        assert!(began.elapsed() < Duration::from_secs(10), "{:?}", began.elapsed());
+        std::fs::remove_dir_all(&directory).expect("it is ours");
+    }
+}

@@ -1,0 +1,232 @@
+//! A descriptor that may block, behind a queue that never does.
+
+use super::block_signals;
+use crossbeam::queue::ArrayQueue;
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::fd::AsFd;
+use rustix::io::{Errno, write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
+use std::thread::Thread;
+use std::time::{Duration, Instant};
+
+/// Which lines are kept when more come than are written.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Backlog {
+    /// So many, the oldest.
+    Oldest(usize),
+    /// One, the newest.
+    Newest,
+}
+
+/// The queue, and how far its writer is.
+#[derive(Debug)]
+struct Queue {
+    lines: ArrayQueue<String>,
+    backlog: Backlog,
+    /// Lines that found no room since it was last told.
+    lost: AtomicU64,
+    /// Lines put in, and lines done with.
+    put: AtomicU64,
+    done: AtomicU64,
+    /// When the write that goes on has begun, ms after `since`, plus one; 0 between writes.
+    writing_since_ms: AtomicU64,
+    since: Instant,
+}
+
+impl Queue {
+    fn now_ms(&self) -> u64 {
+        u64::try_from(self.since.elapsed().as_millis()).unwrap_or(u64::MAX - 1) + 1
+    }
+}
+
+/// The way to a descriptor. Whoever uses it never waits.
+#[derive(Debug)]
+pub(super) struct Outlet {
+    queue: Arc<Queue>,
+    writer: Thread,
+}
+
+impl Outlet {
+    /// Starts the thread that writes to a descriptor; `lost` says that so many lines were lost.
+    ///
+    /// # Errors
+    /// The system has no thread left.
+    pub(super) fn start(
+        name: &str,
+        descriptor: impl AsFd + Send + 'static,
+        backlog: Backlog,
+        lost: impl Fn(u64) -> String + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let room = match backlog {
+            Backlog::Oldest(lines) => lines,
+            Backlog::Newest => 1,
+        };
+        let queue = Arc::new(Queue {
+            lines: ArrayQueue::new(room),
+            backlog,
+            lost: AtomicU64::new(0),
+            put: AtomicU64::new(0),
+            done: AtomicU64::new(0),
+            writing_since_ms: AtomicU64::new(0),
+            since: Instant::now(),
+        });
+        let to_write = Arc::clone(&queue);
+        let thread = std::thread::Builder::new()
+            .name(name.to_owned())
+            .stack_size(128 * 1024)
+            .spawn(move || {
+                block_signals();
+                run(&to_write, &descriptor, &lost);
+            })?;
+        Ok(Self {
+            queue,
+            // The thread is never joined: it may be blocked for ever, and ends with the process.
+            writer: thread.thread().clone(),
+        })
+    }
+
+    /// Has a line written, or counts it as lost.
+    pub(super) fn put(&self, line: String) {
+        let queue = &*self.queue;
+        queue.put.fetch_add(1, SeqCst);
+        let is_lost = match queue.backlog {
+            Backlog::Oldest(_) => queue.lines.push(line).is_err(),
+            Backlog::Newest => queue.lines.force_push(line).is_some(),
+        };
+        if is_lost {
+            queue.lost.fetch_add(1, SeqCst);
+            queue.done.fetch_add(1, SeqCst);
+        }
+        self.writer.unpark();
+    }
+
+    /// Whether something is still to be written, and no write has been blocked for so long.
+    pub(super) fn is_busy(&self, blocked_after: Duration) -> bool {
+        let queue = &*self.queue;
+        let writing_since_ms = queue.writing_since_ms.load(SeqCst);
+        let is_blocked = writing_since_ms != 0
+            && u128::from(queue.now_ms().saturating_sub(writing_since_ms)) > blocked_after.as_millis();
+        // What was lost is told at the end too.
+        let is_told = queue.lost.load(SeqCst) == 0 || matches!(queue.backlog, Backlog::Newest);
+        !is_blocked && !(queue.done.load(SeqCst) == queue.put.load(SeqCst) && is_told)
+    }
+}
+
+fn run(queue: &Queue, descriptor: &impl AsFd, lost: &impl Fn(u64) -> String) {
+    loop {
+        while let Some(line) = queue.lines.pop() {
+            timed_write(queue, descriptor, line.as_bytes());
+            queue.done.fetch_add(1, SeqCst);
+        }
+        // Lines are lost only behind those that were in the queue: this is their place.
+        let count = queue.lost.swap(0, SeqCst);
+        let notice = if count > 0 { lost(count) } else { String::new() };
+        if notice.is_empty() {
+            std::thread::park();
+        } else {
+            timed_write(queue, descriptor, notice.as_bytes());
+        }
+    }
+}
+
+fn timed_write(queue: &Queue, descriptor: &impl AsFd, bytes: &[u8]) {
+    queue.writing_since_ms.store(queue.now_ms(), SeqCst);
+    write_all(descriptor, bytes);
+    queue.writing_since_ms.store(0, SeqCst);
+}
+
+/// Writes all of it, however long that takes; where nobody listens any more there is nobody to tell.
+///
+/// Not through the standard library's handles: their locks would be held while the write is blocked, and the end of the process flushes what they buffer.
+fn write_all(descriptor: &impl AsFd, mut bytes: &[u8]) {
+    while !bytes.is_empty() {
+        match write(descriptor, bytes) {
+            Ok(0) => return,
+            Ok(written) => bytes = &bytes[written..],
+            Err(Errno::INTR) => {}
+            // Somebody else who has this pipe or terminal has made it so.
+            Err(Errno::AGAIN) => {
+                if poll(&mut [PollFd::new(descriptor, PollFlags::OUT)], None).is_err() {
+                    std::thread::sleep(Duration::from_millis(10));
+                }
+            }
+            Err(_) => return,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{BufRead, BufReader};
+
+    fn told(lost: u64) -> String {
+        format!("{lost} lost\n")
+    }
+
+    fn wait_for(what: &str, reached: impl Fn() -> bool) {
+        let began = Instant::now();
+        while !reached() {
+            assert!(began.elapsed() < Duration::from_secs(30), "waited in vain for {what}");
+            std::thread::yield_now();
+        }
+    }
+
+    // hazard: H1
+    #[test]
+    fn lines_for_a_pipe_that_nobody_reads_are_counted_and_told_when_somebody_does() {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        let outlet = Outlet::start("log", writer, Backlog::Oldest(4), told).expect("a thread");
+        // More than any pipe holds.
+        let long = "x".repeat(2 * 1024 * 1024) + "\n";
+        outlet.put(long.clone());
+        wait_for("the write to begin", || {
+            outlet.queue.lines.is_empty() && outlet.queue.writing_since_ms.load(SeqCst) > 0
+        });
+        let began = Instant::now();
+        for index in 0..10 {
+            outlet.put(format!("{index}\n"));
+        }
+        println!("ten lines, with the pipe full: {:?}", began.elapsed());
+        wait_for("the write to count as blocked", || {
+            !outlet.is_busy(Duration::from_millis(1))
+        });
+
+        let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
+        assert_eq!(lines.next().map(|line| line.len() + 1), Some(long.len()));
+        let told: Vec<String> = lines.by_ref().take(5).collect();
+        assert_eq!(told, ["0", "1", "2", "3", "6 lost"]);
+        outlet.put("after\n".to_owned());
+        assert_eq!(lines.next().as_deref(), Some("after"));
+        wait_for("the end of it", || !outlet.is_busy(Duration::MAX));
+    }
+
+    // hazard: H1
+    #[test]
+    fn of_status_lines_only_the_newest_waits() {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        let outlet = Outlet::start("status-line", writer, Backlog::Newest, |_| String::new()).expect("a thread");
+        let long = "x".repeat(2 * 1024 * 1024) + "\n";
+        outlet.put(long);
+        wait_for("the write to begin", || {
+            outlet.queue.lines.is_empty() && outlet.queue.writing_since_ms.load(SeqCst) > 0
+        });
+        for index in 0..10 {
+            outlet.put(format!("{index}\n"));
+        }
+        let mut lines = BufReader::new(reader).lines().map(|line| line.expect("text"));
+        lines.next();
+        assert_eq!(lines.next().as_deref(), Some("9"));
+        wait_for("the end of it", || !outlet.is_busy(Duration::MAX));
+    }
+
+    #[test]
+    fn a_reader_that_has_gone_keeps_nobody() {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let outlet = Outlet::start("log", writer, Backlog::Oldest(4), told).expect("a thread");
+        outlet.put("nobody reads this\n".to_owned());
+        wait_for("the end of it", || !outlet.is_busy(Duration::MAX));
+    }
+}

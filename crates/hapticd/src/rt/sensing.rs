@@ -1,0 +1,240 @@
+//! From what a device reports to where the hand is: which samples are new, when they were taken, and whether a hand can have made them.
+
+use crate::rig_state::Fault;
+use device_io::{DeviceError, Measurement, Motor};
+use haptic_core::limiter::SafetyLimiter;
+use haptic_core::position_guard::{Motion, PositionGuard, Verdict};
+use haptic_core::sample_clock::{SampleClock, Stamp};
+use haptic_core::velocity::{Estimator, Method};
+
+/// How velocity is estimated: anew for each device, as one may count more finely than another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Velocity {
+    pub(crate) method: Method,
+    pub(crate) period_s: f64,
+}
+
+impl Velocity {
+    fn estimator(self, resolution_m: f64) -> Estimator {
+        Estimator::new(self.method, self.period_s, resolution_m)
+    }
+}
+
+/// Periods without a new sample after which the force decays.
+const SILENT_PERIODS: f64 = 3.0;
+
+/// The force has decayed so long after that, s.
+const DECAY_S: f64 = 0.02;
+
+/// It comes back in so long, s: the hand has moved on meanwhile, and the surface grips it anew.
+const RETURN_S: f64 = 0.05;
+
+/// What a tick makes of a reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Sensed {
+    /// The hand is at a new place, so long after the last one, s.
+    Moved { elapsed_s: f64 },
+    /// Nothing new that is to be rendered: no time passes for the block.
+    Unchanged,
+    /// The device is there, and what it sends cannot be right.
+    Faulty(Fault),
+    /// The device is not there, or repeats itself.
+    Gone,
+    /// The device has been repeating itself for too long.
+    Stale,
+}
+
+/// The newest sample of the device.
+#[derive(Clone, Copy, Debug)]
+struct Newest {
+    sequence: u32,
+    /// When it was first read, on our clock, ns.
+    read_ns: u64,
+}
+
+/// What is known of the hand.
+#[derive(Clone, Debug)]
+pub(super) struct Sensing {
+    /// How long a device may repeat its last sample before it counts as stale, ns. Until then no time passes for the block.
+    stale_ns: u64,
+    newest: Option<Newest>,
+    clock: SampleClock,
+    guard: PositionGuard,
+    velocity_of: Velocity,
+    estimator: Estimator,
+    /// Time of the samples that were held back or came without force, which the next one takes up, s.
+    position_m: f64,
+    velocity_mps: f64,
+    motor: Motor,
+    buttons: u8,
+    /// Share of the force that is left while no new sample comes, 0 to 1.
+    share: f64,
+}
+
+impl Sensing {
+    pub(super) fn new(velocity: Velocity, resolution_m: f64, stale_ns: u64) -> Self {
+        Self {
+            stale_ns,
+            newest: None,
+            clock: SampleClock::new(stale_ns),
+            guard: PositionGuard::default(),
+            velocity_of: velocity,
+            estimator: velocity.estimator(resolution_m),
+            position_m: 0.0,
+            velocity_mps: 0.0,
+            motor: Motor::Unreported,
+            buttons: 0,
+            share: 1.0,
+        }
+    }
+
+    /// Position of the hand, m.
+    pub(super) fn position_m(&self) -> f64 {
+        self.position_m
+    }
+
+    /// Velocity of the hand, m/s.
+    pub(super) fn velocity_mps(&self) -> f64 {
+        self.velocity_mps
+    }
+
+    /// What the device says of its motor.
+    pub(super) fn motor(&self) -> Motor {
+        self.motor
+    }
+
+    /// Whether a button is pressed.
+    pub(super) fn is_pressed(&self, button: u8) -> bool {
+        self.newest.is_some() && self.buttons & 1_u8.checked_shl(button.into()).unwrap_or(0) != 0
+    }
+
+    /// Samples that no hand can have made, and that were not rendered.
+    pub(super) fn forgotten(&self) -> u64 {
+        self.guard.forgotten()
+    }
+
+    /// Time between two samples, or two ticks, whichever is longer, s.
+    pub(super) fn period_s(&self) -> f64 {
+        self.velocity_of.period_s.max(self.clock.period_s())
+    }
+
+    /// Whether the next sample is the first of its device.
+    pub(super) fn is_new_device(&self) -> bool {
+        self.newest.is_none()
+    }
+
+    /// Forgets the device: another may come.
+    pub(super) fn forget(&mut self) {
+        self.newest = None;
+        self.clock.reset();
+        self.guard.rest();
+        self.estimator.reset();
+    }
+
+    /// Takes in a reading at a time of ours, of a device with a resolution (m). A failed or stale reading is never rendered as a position. While force flows (`live`) a sample that no hand can have
+    /// made is not rendered either; without, the block goes wherever the device says.
+    pub(super) fn sense(
+        &mut self,
+        measured: Result<Measurement, DeviceError>,
+        now_ns: u64,
+        resolution_m: f64,
+        live: bool,
+        limits: &SafetyLimiter,
+    ) -> Sensed {
+        let sample = match measured {
+            Ok(sample) => sample,
+            Err(error) => {
+                self.forget();
+                return match error {
+                    DeviceError::MotorOff { watchdog } => {
+                        self.motor = Motor::Off;
+                        Sensed::Faulty(Fault::MotorOff { watchdog })
+                    }
+                    DeviceError::Failed(code) => Sensed::Faulty(Fault::Device(code)),
+                    _ => {
+                        self.motor = Motor::Unreported;
+                        self.buttons = 0;
+                        Sensed::Gone
+                    }
+                };
+            }
+        };
+        self.motor = sample.motor;
+        self.buttons = sample.buttons;
+        if let Some(newest) = self.newest.filter(|newest| newest.sequence == sample.sequence) {
+            if now_ns.saturating_sub(newest.read_ns) > self.stale_ns {
+                self.estimator.reset();
+                return Sensed::Stale;
+            }
+            return Sensed::Unchanged;
+        }
+        if !sample.position_m.is_finite() {
+            return Sensed::Faulty(Fault::NonFinitePosition);
+        }
+        if self.newest.is_none() {
+            // It may be another device than the last one.
+            self.clock.reset();
+            self.guard.rest();
+            self.estimator = self.velocity_of.estimator(resolution_m);
+        }
+        let first = self.newest.is_none();
+        self.newest = Some(Newest {
+            sequence: sample.sequence,
+            read_ns: now_ns,
+        });
+        let elapsed = self.clock.elapsed_s(Stamp {
+            sequence: sample.sequence,
+            device_ns: sample.time_ns,
+            host_ns: now_ns,
+        });
+        let elapsed_s = match elapsed {
+            Ok(elapsed_s) => elapsed_s,
+            Err(error) if live => return Sensed::Faulty(Fault::DeviceClock(error)),
+            // Without force nothing is made of its time; with the next sample it begins anew.
+            Err(_) => {
+                self.guard.rest();
+                self.estimator.reset();
+                0.0
+            }
+        };
+        let elapsed_s = if live && !first {
+            let before = Motion {
+                position: self.position_m,
+                velocity: self.velocity_mps,
+                resolution: resolution_m,
+            };
+            match self.guard.judge(before, sample.position_m, elapsed_s, limits) {
+                Verdict::Believed { elapsed_s } => elapsed_s,
+                Verdict::Held => return Sensed::Unchanged,
+                Verdict::Jumped => return Sensed::Faulty(Fault::Jump),
+            }
+        } else {
+            self.guard.rest();
+            elapsed_s
+        };
+        self.position_m = sample.position_m;
+        self.velocity_mps = self.estimator.update(elapsed_s, sample.position_m);
+        Sensed::Moved { elapsed_s }
+    }
+
+    /// Share of the force that may flow at a time of ours, so long after the tick before, s: it decays while no new sample comes, and comes back more slowly.
+    pub(super) fn share(&mut self, now_ns: u64, tick_s: f64) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "nanoseconds since the last sample")]
+        let silent_s = self
+            .newest
+            .map_or(0.0, |newest| now_ns.saturating_sub(newest.read_ns) as f64 * 1e-9);
+        let allowed = (1.0 - (silent_s - SILENT_PERIODS * self.period_s()) / DECAY_S).clamp(0.0, 1.0);
+        self.share = allowed.min(self.share + tick_s / RETURN_S);
+        self.share
+    }
+
+    /// Whether no new sample has come for so long that all force has decayed.
+    pub(super) fn is_silent(&self) -> bool {
+        self.share == 0.0
+    }
+
+    /// No force flows: it begins anew as a whole.
+    pub(super) fn rest(&mut self) {
+        self.share = 1.0;
+    }
+}
