@@ -19,14 +19,7 @@ const SECCOMP_RET_ALLOW: u32 = 0x7fff_0000;
 pub fn stall_disk(command: &mut Command) -> io::Result<()> {
     let action = SECCOMP_RET_USER_NOTIF;
     // SAFETY: the kernel reads one word.
-    let available = unsafe {
-        libc::syscall(
-            libc::SYS_seccomp,
-            SECCOMP_GET_ACTION_AVAIL,
-            0,
-            &raw const action,
-        )
-    };
+    let available = unsafe { libc::syscall(libc::SYS_seccomp, SECCOMP_GET_ACTION_AVAIL, 0, &raw const action) };
     if available != 0 {
         return Err(io::Error::last_os_error());
     }
