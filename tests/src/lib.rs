@@ -338,6 +338,13 @@ impl Raw {
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{line}: {error}"))
     }
 
+    /// Reads a line, unless the connection is gone.
+    pub fn try_line(&mut self) -> Option<serde_json::Value> {
+        let mut line = String::new();
+        self.reader.read_line(&mut line).ok().filter(|read| *read > 0)?;
+        serde_json::from_str(&line).ok()
+    }
+
     /// Sends a line and reads the answer.
     ///
     /// # Panics

@@ -84,7 +84,7 @@ impl StopSignals {
     /// Waits for the next signal.
     pub(crate) async fn wait(&mut self) {
         if self.heard.changed().await.is_err() {
-            std::future::pending().await
+            std::future::pending::<()>().await;
         }
     }
 

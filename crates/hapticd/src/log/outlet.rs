@@ -109,7 +109,8 @@ impl Outlet {
             && u128::from(queue.now_ms().saturating_sub(writing_since_ms)) > blocked_after.as_millis();
         // What was lost is told at the end too.
         let is_told = queue.lost.load(SeqCst) == 0 || matches!(queue.backlog, Backlog::Newest);
-        !is_blocked && !(queue.done.load(SeqCst) == queue.put.load(SeqCst) && is_told)
+        let is_done = queue.done.load(SeqCst) == queue.put.load(SeqCst) && is_told;
+        !is_blocked && !is_done
     }
 }
 
