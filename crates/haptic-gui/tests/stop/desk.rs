@@ -192,6 +192,19 @@ impl Desk {
         }
     }
 
+    /// The same of a stop that goes to the daemon without a panel: what the daemon and the machine take of the time.
+    pub(crate) fn stop_without_panel(&mut self) -> Duration {
+        loop {
+            self.engage();
+            let at = Instant::now();
+            self.control.request::<StateReply>(Request::Stop {}).expect("it stops");
+            let stopped = self.stopped.recv_timeout(LIMIT).expect("the daemon stops in time");
+            if let Some(time) = stopped.checked_duration_since(at) {
+                return time;
+            }
+        }
+    }
+
     /// Presses Space, whatever the window does just then; gives when.
     fn press(&mut self) -> Instant {
         self.seed = self.seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);

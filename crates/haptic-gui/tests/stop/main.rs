@@ -90,6 +90,9 @@ fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
 fn table_of_stops() {
     let mut rows = Vec::new();
     let mut desk = Desk::new();
+    let mut times: Vec<Duration> = (0..STOPS).map(|_| desk.stop_without_panel()).collect();
+    times.sort();
+    rows.push(("a client without a panel", times));
     rows.push(("idle panel", stops(&mut desk, "idle panel", STOPS)));
     let pipe = Pipe::new();
     record_to_a_stalled_disk(&mut desk, &pipe);
