@@ -290,9 +290,9 @@ mod tests {
     /// Waits for the end of a recording.
     fn ended(told: &mpsc::Receiver<Update>) -> RecordingNews {
         loop {
-            match told.recv_timeout(Duration::from_secs(30)).expect("news in time") {
-                Update::Recording(news @ (RecordingNews::Ended { .. } | RecordingNews::Failed { .. })) => return news,
-                _ => {}
+            let update = told.recv_timeout(Duration::from_secs(30)).expect("news in time");
+            if let Update::Recording(news @ (RecordingNews::Ended { .. } | RecordingNews::Failed { .. })) = update {
+                return news;
             }
         }
     }

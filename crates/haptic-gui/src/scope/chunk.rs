@@ -144,8 +144,7 @@ impl Chunk {
     pub(crate) fn push(&mut self, sample: Sample) {
         self.samples.push(sample);
         let count = self.samples.len();
-        for level in 0..LEVELS.len() {
-            let size = LEVELS[level];
+        for (level, size) in LEVELS.into_iter().enumerate() {
             if !count.is_multiple_of(size) {
                 return;
             }
