@@ -298,6 +298,7 @@ mod tests {
         let with = |spin_ns, period_ns, alone: bool| {
             let wishes = Wishes {
                 period_ns,
+                phase_ns: 0,
                 cpu: Some(1),
                 policy: Policy::Fifo { priority: 50 },
                 spin_ns,
