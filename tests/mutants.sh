@@ -28,7 +28,7 @@ done
 describe() {
     case $1 in
     limiter) files=(crates/haptic-core/src/limiter.rs) package=haptic-core tests=(--lib limiter) ;;
-    state) files=(crates/hapticd/src/rig_state.rs) package=hapticd tests=(--bins -- rig_state rt::tick) ;;
+    state) files=(crates/hapticd/src/rig_state.rs) package=hapticd tests=(--bins -- rig_state rt::tick::tests) ;;
     session) files=(crates/device-io/src/link/session.rs) package=device-io tests=(--lib link::) ;;
     clock) files=(crates/device-io/src/link/device_clock.rs) package=device-io tests=(--lib link::) ;;
     rt) files=('crates/hapticd/src/rt/*.rs') package=hapticd tests=(--bins) ;;
