@@ -17,12 +17,19 @@ use system_tests::{Daemon, PATIENCE, binary, ctl, engage, status, wait_for, wait
 const OWN: [&str; 4] = ["--firmware-name", "mine 1.0", "--hand", "free"];
 
 /// On a busy machine the kernel may pass a terminal's bytes on late, which is not what these are about.
-const PATIENT: [&str; 4] = ["--stale-ms", "500", "--ramp-ms", "20"];
+const PATIENT: [&str; 2] = ["--stale-ms", "500"];
+
+/// A ramp that does not take long.
+const SHORT_RAMP: [&str; 2] = ["--ramp-ms", "20"];
 
 /// A pulse of the fake rig's 1.4 kg against its 0.8 N, N.
 const PUSH_N: f64 = 2.0;
 
 fn daemon(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
+    daemon_with(rig, &[&SHORT_RAMP, arguments].concat())
+}
+
+fn daemon_with(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
     let daemon = Daemon::start_on(&rig.address(), &[&PATIENT, arguments].concat());
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
@@ -35,6 +42,7 @@ fn daemon_at(rig: &FakeRig, directory: &Path, arguments: &[&str]) -> (Daemon, Cl
     command
         .args(["--device", &rig.address()])
         .args(PATIENT)
+        .args(SHORT_RAMP)
         .arg("--state-dir")
         .arg(directory.join("state"))
         .args(arguments);
@@ -165,7 +173,7 @@ fn renders_the_scene(daemon: &Daemon, client: &mut Client) {
 fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_the_same() {
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("rig");
-    let rig = FakeRig::start_at(&link, &[&OWN[..], &["--stops-mm", "15"]].concat());
+    let mut rig = FakeRig::start_at(&link, &[&OWN[..], &["--stops-mm", "15"]].concat());
     let (daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
 
     let output = daemon.ctl(&["engage"]);
@@ -228,18 +236,12 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
             .device
             .link
             .map_or(0, |link| link.counts.connections);
-        let _other = FakeRig::start_at(&link, &other);
-        drop(daemon.ctl(&["stop"]));
+        drop(rig);
+        rig = FakeRig::start_at(&link, &other);
         wait_for(&mut client, "another connection", |status| {
-            status
-                .device
-                .link
-                .as_ref()
-                .is_some_and(|link| link.device.is_some() && link.counts.connections > before)
-                && status.state != RigState::Disconnected
+            let link = status.device.link.as_ref().expect("a link");
+            link.counts.connections > before && link.device.is_some() && status.state == RigState::Idle
         });
-        drop(client.request::<Value>(Request::Reset {}));
-        wait_for_state(&mut client, RigState::Idle);
         let error = refused(&mut client, Request::Engage {});
         assert_eq!(error.code, ErrorCode::NotCommissioned, "{error}");
         assert!(error.message.contains(why), "{error} lacks {why}");
@@ -358,7 +360,7 @@ fn a_stop_in_a_pulse_acts_at_once_and_ends_the_commissioning_and_the_scene_comes
 fn a_client_that_dies_in_a_pulse_takes_its_force_with_it() {
     let rig = FakeRig::start(&["--hand", "free"]);
     // A ramp that is longer than the pulse: along it the force would go on.
-    let (daemon, mut client) = daemon(&rig, &["--ramp-ms", "600"]);
+    let (daemon, mut client) = daemon_with(&rig, &["--ramp-ms", "600"]);
     let began = Instant::now();
     loop {
         let ticks = Ticks::of(&daemon);
