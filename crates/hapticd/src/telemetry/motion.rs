@@ -106,7 +106,7 @@ impl Motion {
     /// The step by which the position changes, m.
     pub(crate) fn step_m(&self) -> Option<f64> {
         #[expect(clippy::cast_precision_loss, reason = "a few counts")]
-        (self.step_counts > 0).then(|| self.step_counts as f64 * self.resolution_m)
+        (self.step_counts > 0).then_some(self.step_counts as f64 * self.resolution_m)
     }
 
     /// From now on a pulse is watched.
