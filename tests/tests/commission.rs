@@ -54,9 +54,10 @@ fn daemon_at(rig: &FakeRig, directory: &Path, arguments: &[&str]) -> (Daemon, Cl
 
 /// The code of the refusal of a request.
 fn refused(client: &mut Client, request: Request) -> WireError {
-    match client.request::<Value>(request.clone()) {
+    let asked = format!("{request:?}");
+    match client.request::<Value>(request) {
         Err(ClientError::Refused(error)) => error,
-        other => panic!("{request:?}: {other:?}"),
+        other => panic!("{asked}: {other:?}"),
     }
 }
 
