@@ -167,11 +167,8 @@ impl Desk {
         // The panel's other connection may stop it once more.
         while self.state() != RigState::Engaged {
             assert!(began.elapsed() < LIMIT, "it does not engage");
-            if self.state() == RigState::Stopped {
-                self.control
-                    .request::<StateReply>(Request::Reset {})
-                    .unwrap_or_else(|error| panic!("{error}"));
-            }
+            // Refused where another stop comes in between.
+            drop(self.control.request::<StateReply>(Request::Reset {}));
             drop(self.control.request::<StateReply>(Request::Engage {}));
             // The panel hears of it, so that it takes part.
             self.draw(Vec::new());
