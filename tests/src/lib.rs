@@ -62,6 +62,15 @@ pub fn binary(name: &str) -> PathBuf {
     directory.join(name)
 }
 
+/// Lets a daemon and its rig stand still for longer than they may with a hand on the rig, where the test does not say for how long: a busy machine is not what most tests are about.
+pub fn be_patient(hapticd: &mut Command) {
+    for (option, ms) in [("--stale-ms", "500"), ("--control-timeout-ms", "5000")] {
+        if !hapticd.get_args().any(|argument| argument == option) {
+            hapticd.args([option, ms]);
+        }
+    }
+}
+
 /// Copies one of the workspace's binaries to where it can be run by others. A child writes it: were this process to do it, a program that another thread
 /// starts meanwhile would hold it open for writing for a moment, and it could not be run.
 ///
@@ -139,6 +148,7 @@ impl Daemon {
     /// It does not come up.
     #[must_use]
     pub fn spawn_writing_to(mut command: Command, socket: &Path, stdout: Option<&std::os::fd::OwnedFd>) -> Self {
+        be_patient(&mut command);
         let stdout = stdout.map_or_else(Stdio::null, |stdout| stdout.try_clone().expect("a descriptor").into());
         let mut child = command
             .arg("--socket")

@@ -93,7 +93,15 @@ impl Transcript {
         for (name, text) in &self.files {
             std::fs::write(scenes.join(name), text).expect("it can be written");
         }
-        let mut arguments = vec!["--scene-dir", path(&scenes), "--watch-socket", path(&watch)];
+        let state = directory.path().join("state");
+        let mut arguments = vec![
+            "--scene-dir",
+            path(&scenes),
+            "--watch-socket",
+            path(&watch),
+            "--state-dir",
+            path(&state),
+        ];
         arguments.extend(self.arguments.iter().map(String::as_str));
         let daemon = Daemon::start_at(&directory.path().join("run/control.sock"), &arguments);
         let mut connections: HashMap<&str, Connection> = HashMap::new();

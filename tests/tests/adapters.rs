@@ -115,7 +115,7 @@ const KINDS: [Kind; 3] = [
         name: "simplefoc",
         board: &["--host-timeout-ms", "50"],
         options: "radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&host_timeout_ms=50",
-        firmware: "SimpleFOC Commander (foc curr, target in A); WARNING: it has no watchdog",
+        firmware: "SimpleFOC Commander (foc curr, target in A); its sketch disables the motor after 50 ms",
     },
 ];
 

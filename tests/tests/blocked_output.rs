@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use system_tests::blocked::Blocked;
-use system_tests::{Daemon, HeldThread, PATIENCE, binary, wait_for, wait_for_state};
+use system_tests::{Daemon, HeldThread, PATIENCE, be_patient, binary, wait_for, wait_for_state};
 
 /// A daemon that has said nothing that anybody could read.
 struct Mute {
@@ -21,8 +21,10 @@ impl Mute {
     fn start(arguments: &[&str], stdout: Stdio, stderr: Stdio) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let socket = directory.path().join("run/control.sock");
-        let child = Command::new(binary("hapticd"))
-            .args(arguments)
+        let mut command = Command::new(binary("hapticd"));
+        command.args(arguments);
+        be_patient(&mut command);
+        let child = command
             .args(["--ramp-ms", "50", "--socket"])
             .arg(&socket)
             .stdin(Stdio::null())

@@ -155,6 +155,8 @@ fn a_disk_that_does_not_answer_holds_up_neither_a_stop_nor_the_end() {
         println!("SKIPPED: this kernel holds no system calls: {why}");
         return;
     }
+    // A directory that is not there is not read.
+    fs::create_dir(directory.path().join("scenes")).expect("a directory");
     let daemon = Daemon::spawn(command, &socket);
     let mut client = daemon.client();
     let _: StateReply = client.request(Request::Engage {}).expect("it is idle");

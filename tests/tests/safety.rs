@@ -38,7 +38,14 @@ fn hang_it<T>(what: &str, stdout: Option<&std::os::fd::OwnedFd>, hang: impl FnOn
     let mut command = std::process::Command::new(system_tests::binary("hapticd"));
     // Its own ramp is far too long for this.
     command
-        .args(["--device", &rig.address(), "--ramp-ms", "1000"])
+        .args([
+            "--device",
+            &rig.address(),
+            "--ramp-ms",
+            "1000",
+            "--control-timeout-ms",
+            "250",
+        ])
         .args(PATIENT);
     let daemon = Daemon::spawn_writing_to(command, &directory.path().join("control.sock"), stdout);
     let mut client = daemon.client();
@@ -289,7 +296,7 @@ fn the_devices_own_force_limit_is_the_limit_and_is_said() {
 // hazard: H7
 #[test]
 fn a_daemon_that_was_stopped_while_force_flowed_comes_back_without_force() {
-    let daemon = Daemon::start(&["--ramp-ms", "20"]);
+    let daemon = Daemon::start(&["--ramp-ms", "20", "--stale-ms", "20"]);
     let mut client = daemon.client();
     engage(&mut client);
     let pid = rustix::process::Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("a process");

@@ -117,7 +117,7 @@ pub(crate) fn show(line: String) {
 pub(crate) fn journal(entry: &JournalEntry) {
     let level = match entry.op.as_str() {
         "set" | "undo" | "redo" | "scene.load" | "scene.save" => return,
-        "engage" | "release" | "reset" | "connected" => Level::Info,
+        "engage" | "release" | "reset" | "connected" | "commission.begin" | "commission.store" => Level::Info,
         "stop" | "lease_lapsed" | "disconnected" => Level::Warning,
         // A fault, and whatever else the daemon finds wrong.
         _ => Level::Error,

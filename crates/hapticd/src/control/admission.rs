@@ -190,7 +190,7 @@ fn no_watchdog(device: &Device, rules: EngageRules) -> Option<Obstacle> {
         error: WireError::new(ErrorCode::NoWatchdog, what)
             .about("watchdog_ms")
             .within(value, 1.0, max.into(), "ms"),
-        remedy: "give its firmware a watchdog of 50 ms (docs/device-protocol.md; for SimpleFOC docs/adapters.md, and then `timeout_ms=50` in its address); or, where something else \
+        remedy: "give its firmware a watchdog of 50 ms (docs/device-protocol.md; for SimpleFOC docs/adapters.md, and then `host_timeout_ms=50` in its address); or, where something else \
                  cuts the motor's power, start hapticd with --allow-no-watchdog"
             .to_owned(),
     })

@@ -11,7 +11,7 @@ use crate::control::lease::Leases;
 use crate::control::presence::{self, Presence};
 use crate::control::pulse::Pulse;
 use crate::processor_share::ProcessorShare;
-use crate::rig_state::Command;
+use crate::rig_state::{Command, Fault};
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::{CompiledScene, Heard, Outcome, Shared, Stopped};
 use crate::telemetry::feed::Feed;
@@ -162,6 +162,38 @@ struct Ramp {
     way: Way,
 }
 
+/// What the rig does by itself, as the newest record shows it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Seen {
+    state: Option<RigState>,
+    fault: Option<Fault>,
+}
+
+impl Seen {
+    fn of(record: &TickRecord) -> Self {
+        Self {
+            state: Some(record.state),
+            fault: record.fault,
+        }
+    }
+
+    /// What is to be told of it that no client has asked for: the name of the entry, and its words.
+    fn news_since(self, before: Self) -> Option<(&'static str, String)> {
+        if let Some(fault) = self.fault.filter(|_| self.fault != before.fault) {
+            let op = if self.state == Some(RigState::Faulted) {
+                "fault"
+            } else {
+                "stop"
+            };
+            return Some((op, fault.to_string()));
+        }
+        // Nothing else leads from force to idle without a ramp.
+        let had_force = matches!(before.state, Some(RigState::Engaging | RigState::Engaged));
+        (had_force && self.state == Some(RigState::Idle))
+            .then(|| ("release", "the rig's enable button was let go".to_owned()))
+    }
+}
+
 /// How long an answer from the real-time thread may take.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
@@ -181,8 +213,8 @@ pub(crate) struct RigHandle {
     leases: Leases,
     commissioning: RefCell<Option<Commissioning>>,
     records: RefCell<Records>,
-    /// Whether the newest record was a fault's.
-    faulted: Cell<bool>,
+    /// The newest record, as far as the journal was told of it.
+    seen: Cell<Seen>,
     presence: RefCell<Presence>,
     /// Where the library is read and written.
     library: Aside,
@@ -207,7 +239,7 @@ impl RigHandle {
             leases: Leases::default(),
             commissioning: RefCell::new(None),
             records: RefCell::default(),
-            faulted: Cell::new(false),
+            seen: Cell::new(Seen::default()),
             presence: RefCell::default(),
             library: Aside::new("library"),
             devices: Aside::new("devices"),
@@ -233,13 +265,13 @@ impl RigHandle {
     fn keep_journal(&self, changes: &[TickRecord]) {
         let mut journal = self.journal.borrow_mut();
         for record in changes {
-            let was = self.faulted.replace(record.state == RigState::Faulted);
-            if record.state == RigState::Faulted && !was {
+            let before = self.seen.replace(Seen::of(record));
+            if let Some((op, message)) = Seen::of(record).news_since(before) {
                 let entry = JournalEntry {
                     tick: Some(record.tick),
                     revision: record.revision,
-                    message: record.fault.map(|fault| fault.to_string()),
-                    ..JournalEntry::of("fault")
+                    message: Some(message),
+                    ..JournalEntry::of(op)
                 };
                 journal.enter(Until::Done, entry);
             }
