@@ -53,8 +53,8 @@ struct Rig {
 }
 
 impl Rig {
-    /// With a demo's output as well, where output is what is looked at.
-    fn start(serial: bool, demo: bool) -> Self {
+    /// Where its outputs are to be blocked, they are once it is up.
+    fn start(serial: bool, blocked: bool) -> Self {
         let line = serial.then(|| FakeRig::start(&[]));
         let directory = tempfile::tempdir().expect("a directory");
         let full = directory.path().join("full");
@@ -67,11 +67,11 @@ impl Rig {
         )
         .expect("a named pipe");
         let mut command = Command::new("sh");
-        // Opened both ways it waits for no reader.
-        let run = if demo {
-            "full=$1; shift; exec \"$0\" --demo \"$@\" 1<>\"$full\""
-        } else {
-            "shift; exec \"$0\" \"$@\""
+        // Opened both ways it waits for no reader. A demo, which writes to it ten times a second, runs on the rig in the process alone.
+        let run = match (blocked, serial) {
+            (true, false) => "full=$1; shift; exec \"$0\" --demo \"$@\" 1<>\"$full\"",
+            (true, true) => "full=$1; shift; exec \"$0\" \"$@\" 1<>\"$full\"",
+            (false, _) => "shift; exec \"$0\" \"$@\"",
         };
         command
             .args(["-c", run])
@@ -82,7 +82,7 @@ impl Rig {
             .arg("--scene-dir")
             .arg(directory.path().join("scenes"));
         let daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));
-        if demo {
+        if blocked {
             fill(daemon.pid(), 1);
             fill(daemon.pid(), 2);
         }
