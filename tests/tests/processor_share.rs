@@ -40,8 +40,6 @@ fn two_daemons_on_one_processor_say_so_while_both_are_there() {
     wait_for(&mut client, "a processor of its own", |status| !is_told(status));
 
     let second = Daemon::start(&["--cpu", &cpu]);
-    let said = second.said().concat();
-    assert!(said.contains(&format!("on processor {cpu} as well")), "{said}");
     // The first learns it from its own status, though it began alone.
     wait_for(&mut client, "the second daemon", is_told);
     wait_for(&mut second.client(), "the first daemon", is_told);
@@ -59,7 +57,11 @@ fn two_daemons_on_one_processor_say_so_while_both_are_there() {
     );
 
     // However it ends, its share goes with it.
-    let (ended, _) = second.end(Signal::KILL);
+    let (ended, said) = second.end(Signal::KILL);
     assert!(!ended.success());
+    assert!(
+        said.contains(&format!("on processor {cpu} as well")),
+        "it says so as it starts: {said}"
+    );
     wait_for(&mut client, "a processor of its own again", |status| !is_told(status));
 }
