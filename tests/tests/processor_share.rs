@@ -57,7 +57,11 @@ fn two_daemons_on_one_processor_say_so_while_both_are_there() {
     );
 
     // However it ends, its share goes with it.
-    let (ended, _) = second.end(Signal::KILL);
+    let (ended, said) = second.end(Signal::KILL);
     assert!(!ended.success());
+    assert!(
+        said.contains(&format!("on processor {cpu} as well")),
+        "it says so as it starts: {said}"
+    );
     wait_for(&mut client, "a processor of its own again", |status| !is_told(status));
 }

@@ -278,7 +278,7 @@ impl ODriveConversation {
         match self.motor {
             Motor::On { .. } if bits != 0 => self.motor = Motor::Failed(DeviceError::Failed(report)),
             Motor::On { doubted_at_ns: Some(_) } if self.axis_is_well => {
-                self.motor = Motor::Failed(DeviceError::MotorOff { watchdog: false })
+                self.motor = Motor::Failed(DeviceError::MotorOff { watchdog: false });
             }
             Motor::On { doubted_at_ns: Some(_) } => {
                 self.next_question = Question::Error;
