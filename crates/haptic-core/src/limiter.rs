@@ -111,6 +111,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
+        // hazard: P1
         #[test]
         fn whatever_comes_in_stays_within_the_limits(
             steps in prop::collection::vec((any::<f64>(), any::<f64>(), -1e-3..0.1f64), 1..40),

@@ -282,11 +282,12 @@ mod tests {
         }
     }
 
-    // hazard: H3, P14
+    // hazard: H3
     #[test]
     fn a_lying_clock_is_an_error_and_no_wrong_time_is_believed_before() {
         let counts = 65_536_000;
-        let lies: [(&str, ClockError, u64, &dyn Fn(u64) -> u32); 9] = [
+        type Lie<'a> = (&'a str, ClockError, u64, &'a dyn Fn(u64) -> u32);
+        let lies: [Lie<'_>; 9] = [
             ("backwards", ClockError::Jumped, 2, &|ns| lie(ns, |lied| -lied)),
             ("a jump ahead", ClockError::Jumped, 1, &|ns| {
                 lie(ns, |lied| lied + 50_000_000)

@@ -138,6 +138,7 @@ impl DeviceClock {
 mod tests {
     use super::*;
 
+    // hazard: P14
     #[test]
     fn the_stamp_wraps_around_and_time_goes_on() {
         let mut clock = DeviceClock::new();

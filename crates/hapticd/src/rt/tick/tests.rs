@@ -363,7 +363,32 @@ fn a_lapsed_lease_lets_the_force_down_within_200_ms_whatever_the_ramp() {
     assert_eq!(bench.tick.rig.state(), RigState::Idle);
 }
 
-// hazard: H3, P6
+// hazard: P6
+#[test]
+fn the_jitter_of_our_own_clock_is_not_felt() {
+    let run = |jitter_ns: u64| {
+        let mut bench = bench(ramp());
+        bench.ticks(SETTLE);
+        bench.engage();
+        bench.ticks(300);
+        let records: Vec<TickRecord> = (0..200)
+            .map(|k| {
+                bench.tick_after(if k % 2 == 0 {
+                    1_000_000 - jitter_ns
+                } else {
+                    1_000_000 + jitter_ns
+                })
+            })
+            .collect();
+        records
+    };
+    for (even, uneven) in run(0).iter().zip(&run(700_000)) {
+        assert_eq!(even.device_velocity, uneven.device_velocity);
+        assert_eq!(even.command_force, uneven.command_force);
+    }
+}
+
+// hazard: H3
 #[test]
 fn no_lying_clock_makes_more_force_than_an_honest_one() {
     // A hand at 0.1 m/s that turns round every half second.
@@ -390,7 +415,8 @@ fn no_lying_clock_makes_more_force_than_an_honest_one() {
     };
     let (honest, none) = run(|_| 1_000_000);
     assert_eq!(none, None);
-    let lies: [(&str, fn(u64) -> u64); 8] = [
+    type Lie = (&'static str, fn(u64) -> u64);
+    let lies: [Lie; 8] = [
         ("stands still", |_| 0),
         ("half speed", |_| 500_000),
         ("double speed", |_| 2_000_000),
@@ -610,7 +636,7 @@ fn the_rigs_own_buttons_stop_it_and_let_it_go() {
     bench.engage();
 }
 
-// hazard: P3, P5
+// hazard: P3, P4, P5
 #[test]
 fn the_motor_is_enabled_while_force_may_flow_and_never_else() {
     let mut bench = bench(ramp());
@@ -642,7 +668,7 @@ fn the_motor_is_enabled_while_force_may_flow_and_never_else() {
     bench.tick.device.writing = Err(DeviceError::Disconnected);
     assert_eq!(bench.tick().state, RigState::Disconnected);
     bench.tick.device.writing = Ok(Written::Taken);
-    assert_eq!(last(&mut bench).1, false);
+    assert!(!last(&mut bench).1);
     assert!(bench.tick.zero_force().is_ok());
     assert_eq!(bench.tick.device.enabled.last(), Some(&false), "the last word");
 }
@@ -1094,6 +1120,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Whatever is measured, commanded and changed: the force is a number within the limits, and zero where none may flow.
+    // hazard: P2
     #[test]
     fn force_stays_within_its_limits_and_where_it_belongs(
         happenings in prop::collection::vec(happening(), 1..250),
