@@ -123,6 +123,7 @@ mod tests {
             for (force, gain, elapsed_s) in steps {
                 match limiter.limit(force, gain, elapsed_s) {
                     Ok(limited) => {
+                        prop_assert!((force * gain.clamp(0.0, 1.0)).is_finite(), "{limited} N of no number");
                         prop_assert!(limited.abs() <= force_n);
                         let allowed = slew_n_per_s * elapsed_s.max(0.0) * (1.0 + 1e-12) + 1e-12;
                         let more = if last * limited > 0.0 { limited.abs() - last.abs() } else { limited.abs() };
