@@ -2,8 +2,8 @@
 # Which faults in the parts that keep the hand safe would no test see? cargo-mutants plants each in a clone of the tree, runs the cheapest tests that should see it, and
 # this prints those that lived. It takes minutes (limiter, clock) to hours (rt), so it is run on demand; docs/safety.md has the last result, and why each that lived may.
 #
-#   tests/mutants.sh                       # limiter state session clock: an hour or two
-#   tests/mutants.sh limiter rt            # some parts: limiter, state, session, clock, rt
+#   tests/mutants.sh                       # limiter senses state session clock: an hour or two
+#   tests/mutants.sh limiter rt            # some parts: limiter, senses, state, session, clock, rt
 #   tests/mutants.sh session -- --shard 0/4   # what comes after -- goes to cargo mutants
 #
 # What is committed is tested, not what is being worked on. The clone and its build stay in $HAPTICD_MUTANTS_DIR (by default target/mutants), so a second run begins sooner.
@@ -22,7 +22,7 @@ while [ $# != 0 ] && [ "$1" != -- ]; do
     shift
 done
 [ "${1-}" = -- ] && shift
-[ ${#parts[@]} != 0 ] || parts=(limiter state session clock)
+[ ${#parts[@]} != 0 ] || parts=(limiter senses state session clock)
 
 # For each part: the files that are changed, the package, and the tests that should see it. What is not named here is not run: a whole test run for every mutant would take a week.
 describe() {
@@ -31,9 +31,11 @@ describe() {
     state) files=(crates/hapticd/src/rig_state.rs) package=hapticd tests=(--bins -- rig_state rt::tick::tests) ;;
     session) files=(crates/device-io/src/link/session.rs) package=device-io tests=(--lib link::) ;;
     clock) files=(crates/device-io/src/link/device_clock.rs) package=device-io tests=(--lib link::) ;;
-    rt) files=('crates/hapticd/src/rt/*.rs') package=hapticd tests=(--bins) ;;
+    senses) files=(crates/haptic-core/src/sample_clock.rs crates/haptic-core/src/position_guard.rs) package=haptic-core tests=(--lib -- sample_clock position_guard) ;;
+    # Without the minutes that the stall and purity tests take for each.
+    rt) files=('crates/hapticd/src/rt/*.rs') package=hapticd tests=(--bins -- rt:: --skip stall_tests --skip purity_tests) ;;
     *)
-        echo "no part $1: limiter, state, session, clock, rt" >&2
+        echo "no part $1: limiter, senses, state, session, clock, rt" >&2
         exit 2
         ;;
     esac
@@ -65,7 +67,7 @@ for part in "${parts[@]}"; do
     printf '\n## %s, commit %s, %s: cargo test --package %s %s\n\n' "$part" "$commit" "$(date --utc +%F)" "$package" "${tests[*]}"
     # In place is one at a time: two at once would make each other's timings fail, and a mutant caught by that alone is not caught.
     nice -n 10 cargo mutants --dir "$folder/tree" --in-place --output "$out" --timeout "${HAPTICD_MUTANTS_TIMEOUT_S:-120}" --build-timeout 900 \
-        --package "$package" "${filters[@]}" --colors never --no-shuffle "$@" -- "${tests[@]}" >"$out/log" 2>&1 || status=$?
+        --package "$package" "${filters[@]}" --exclude '**/*_tests.rs' --exclude '**/tests.rs' --exclude '**/model.rs' --colors never --no-shuffle "$@" -- "${tests[@]}" >"$out/log" 2>&1 || status=$?
     # 2: some lived; 3: some took too long. Anything else and nothing was learnt.
     case $status in 0 | 2 | 3) ;; *) tail -20 "$out/log" && exit "$status" ;; esac
     count() { wc -l <"$out/mutants.out/$1.txt"; }

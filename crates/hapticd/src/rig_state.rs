@@ -421,11 +421,62 @@ mod tests {
         let mut slow = engaged();
         slow.command(Command::Release).expect("it is engaged");
         assert!(ticks(&mut slow) > 9_990, "a person's release takes the whole ramp");
+        // Neither a client nor a lapsed lease slows down a release that is in a hurry, and the next one is not.
+        let mut hurried = engaged();
+        hurried.release_into(Fault::ControlLost, 0.04);
+        hurried.release_within(0.2);
+        hurried.command(Command::Release).expect("it is being released");
+        assert!((40..=41).contains(&ticks(&mut hurried)));
+        let mut again = engaged();
+        again.release_within(0.2);
+        assert!((200..=201).contains(&ticks(&mut again)));
+        again.command(Command::Engage).expect("it is idle");
+        while again.state() == RigState::Engaging {
+            again.advance(0.05);
+        }
+        again.command(Command::Release).expect("it is engaged");
+        assert!(ticks(&mut again) > 9_990);
         // Cut off by an unplugged device it is a fault all the same.
         let mut unplugged = engaged();
         unplugged.release_into(Fault::ControlLost, 0.04);
         unplugged.device_present(false);
         assert_eq!(unplugged.fault(), Some(Fault::ControlLost));
+    }
+
+    // hazard: H19
+    #[test]
+    fn the_rigs_own_button_stops_it_and_leaves_the_reason_of_what_was_before() {
+        let mut rig = Rig::new(0.2, 0.05);
+        rig.press_stop();
+        assert_eq!((rig.state(), rig.fault()), (RigState::Stopped, Some(Fault::StopButton)));
+        let mut stopped = Rig::new(0.2, 0.05);
+        stopped.stop();
+        stopped.press_stop();
+        assert_eq!((stopped.state(), stopped.fault()), (RigState::Stopped, None));
+        let mut faulted = Rig::new(0.2, 0.05);
+        faulted.fail(Fault::TooFast);
+        faulted.press_stop();
+        assert_eq!(
+            (faulted.state(), faulted.fault()),
+            (RigState::Faulted, Some(Fault::TooFast))
+        );
+    }
+
+    #[test]
+    fn every_fault_says_what_it_is() {
+        for (fault, words) in [
+            (Fault::ControlLost, "control_lost: "),
+            (Fault::Stalled, "stalled: "),
+            (Fault::StillEnabled, "still_enabled: "),
+            (Fault::StopButton, "stop_button: "),
+            (Fault::DeviceClock(ClockError::StoodStill), "device_clock: "),
+        ] {
+            assert!(fault.to_string().starts_with(words), "{fault}");
+        }
+        assert_eq!(
+            [Command::Engage, Command::Release, Command::Reset].map(Command::name),
+            ["engage", "release", "reset"]
+        );
     }
 
     // hazard: H9

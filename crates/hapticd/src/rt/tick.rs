@@ -408,6 +408,10 @@ impl<D: Device + ?Sized> Tick<D> {
                 // What was checked before an engagement was checked of one device.
                 || !self.shared.is_admitted(self.device.connection()));
         let refused = must_wait || word.overtaken_by(stops) || self.rig.command(word.command).is_err();
+        if word.command == Command::Reset && !refused {
+            // Its motor may have been switched off meanwhile: the next samples tell.
+            self.off_since_ns = None;
+        }
         Some((word, refused))
     }
 

@@ -594,7 +594,9 @@ fn a_motor_that_stays_enabled_is_an_alarm_in_every_state_without_force() {
         );
         // A reset does not make it well.
         bench.command(Command::Reset);
-        bench.ticks(101);
+        bench.ticks(90);
+        assert_eq!(bench.tick.rig.state(), RigState::Idle, "it has its time again");
+        bench.ticks(15);
         assert_eq!(bench.tick.rig.fault(), Some(Fault::StillEnabled));
     }
 }
