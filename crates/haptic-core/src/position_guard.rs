@@ -130,6 +130,8 @@ impl PositionGuard {
 mod tests {
     use super::*;
     use crate::limiter::Limits;
+    use alloc::vec;
+    use alloc::vec::Vec;
     use proptest::prelude::*;
 
     const TICK_S: f64 = 1e-3;

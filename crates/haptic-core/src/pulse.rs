@@ -238,6 +238,8 @@ impl Moving for Pulse {
 mod tests {
     use super::*;
     use crate::{Renderer, Scene, Scheme};
+    use alloc::string::ToString;
+    use alloc::vec::Vec;
     use proptest::prelude::*;
 
     const PERIOD_S: f64 = 1e-3;

@@ -223,6 +223,7 @@ impl Quickest {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use alloc::vec::Vec;
 
     const MS: u64 = 1_000_000;
 

@@ -3,7 +3,7 @@
 //! One thread connects, listens, and connects again for as long as the panel lives; another sends, so that a daemon that
 //! does not read cannot freeze the window; a third writes what is recorded. None of them holds a lock while it reads, writes or waits.
 //!
-//! Stops have a path of their own ([`crate::stop_path`]). They are sent here as well, ahead of whatever waits to be sent and behind what was written
+//! Stops have a path of their own (`stop_path`). They are sent here as well, ahead of whatever waits to be sent and behind what was written
 //! before them: what the daemon has yet to read of this connection cannot bring the force back after a stop. One that was not answered is the
 //! first thing said to the next daemon that answers.
 
