@@ -286,10 +286,7 @@ fn clients() {
 
 /// What the panel, open on a screen and drawing, does to the loop of the daemon that it watches.
 fn panel() {
-    let built = Command::new(env!("CARGO"))
-        .args(["build", "--quiet", "--release", "-p", "haptic-gui"])
-        .status();
-    assert!(built.is_ok_and(|status| status.success()), "the panel is built");
+    system_tests::screen::build_panel();
     let Some(screen) = Screen::open() else {
         return;
     };

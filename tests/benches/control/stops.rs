@@ -196,6 +196,7 @@ pub(crate) fn stops() {
         "| rig | meanwhile | confirmed | p50 | p99 | longest | p99, daemon's own | longest, daemon's own | not confirmed | not answered |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
+    system_tests::screen::build_panel();
     let screen = Screen::open();
     for (name, serial) in [("fake, in process", false), ("serial, a pseudo-terminal", true)] {
         let attacks = attack::ALL.into_iter().chain([attack::CROWD]).map(Meanwhile::Attack);
@@ -228,7 +229,7 @@ fn under(daemon: &Daemon, meanwhile: &Meanwhile, screen: Option<&Screen>) -> Tak
         }
         (Meanwhile::Panel, Some(screen)) => {
             let _panel = screen.panel(daemon.socket(), &[]);
-            wait_for(&mut daemon.client(), "the panel", |status| status.clients == 2);
+            wait_for(&mut daemon.client(), "the panel", |status| status.clients == 3);
             take(daemon)
         }
         _ => take(daemon),
