@@ -44,7 +44,7 @@ impl SafetyLimiter {
         }
     }
 
-    /// Another device is there, which gives so much force at most, N (>= 0; infinite where it names no limit). What is no number counts as none.
+    /// Another device is there, which gives so much force at most, N (>= 0; infinite where it names no limit). NaN counts as 0 N.
     pub fn set_device_force(&mut self, force_n: f64) {
         self.device_force_n = if force_n >= 0.0 { force_n } else { 0.0 };
     }
@@ -114,7 +114,7 @@ mod tests {
         // hazard: P1
         #[test]
         fn whatever_comes_in_stays_within_the_limits(
-            // What is no number comes as well.
+            // NaN and infinity come as well.
             steps in prop::collection::vec((prop::num::f64::ANY, prop::num::f64::ANY, -1e-3..0.1f64), 1..40),
             force_n in 0.1..100.0, slew_n_per_s in 1.0..1e6,
         ) {
@@ -123,7 +123,7 @@ mod tests {
             for (force, gain, elapsed_s) in steps {
                 match limiter.limit(force, gain, elapsed_s) {
                     Ok(limited) => {
-                        prop_assert!((force * gain.clamp(0.0, 1.0)).is_finite(), "{limited} N of no number");
+                        prop_assert!((force * gain.clamp(0.0, 1.0)).is_finite(), "{limited} N from NaN or infinity");
                         prop_assert!(limited.abs() <= force_n);
                         let allowed = slew_n_per_s * elapsed_s.max(0.0) * (1.0 + 1e-12) + 1e-12;
                         let more = if last * limited > 0.0 { limited.abs() - last.abs() } else { limited.abs() };

@@ -1,9 +1,9 @@
 //! The files that the panel reads and writes, each on a thread of its own: a disk that stalls, or an hour of samples, keeps nothing waiting.
 
-use crate::connection::News;
 use crate::export::{self, Rows};
 use crate::intent::Format;
 use crate::model::Model;
+use crate::news::News;
 use crate::recording::Loaded;
 use crate::update::Update;
 use egui::{ColorImage, Rect};

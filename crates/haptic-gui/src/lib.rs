@@ -20,6 +20,7 @@ mod files;
 mod histogram;
 mod intent;
 mod model;
+mod news;
 mod notice;
 mod plots;
 mod readouts;
@@ -39,8 +40,7 @@ pub use intent::{Format, Intent, Target};
 pub use model::Model;
 pub use recording::{Loaded, RecordingNews};
 pub use stop_button::is_stop_key;
-pub use stop_path::StopNews;
-pub use update::{Answer, Update};
+pub use update::{Answer, StopNews, Update};
 
 use egui::{CentralPanel, Panel, Ui};
 use std::time::Instant;

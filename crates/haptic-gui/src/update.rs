@@ -2,12 +2,12 @@
 
 use crate::intent::Intent;
 use crate::recording::{Loaded, RecordingNews};
-use crate::stop_path::StopNews;
 use haptic_ipc::{
     AdviceReply, ChangeReply, Description, Event, Hello, LogReply, SceneDiffReply, SceneListReply, SceneReply,
     SceneSaveReply, StateReply, Status, WireError,
 };
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// One piece of news.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,4 +85,23 @@ pub enum Answer {
     Saved(SceneSaveReply),
     /// To [`Intent::Compare`].
     Differs(SceneDiffReply),
+}
+
+/// What became of a stop.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StopNews {
+    /// The daemon's socket has it.
+    Sent,
+    /// It has not reached the daemon's socket. It is still tried.
+    NotSent {
+        /// Why.
+        reason: String,
+    },
+    /// The daemon answered.
+    Answered {
+        /// Time from the press to the answer.
+        after: Duration,
+        /// Its answer.
+        result: Result<StateReply, WireError>,
+    },
 }

@@ -31,13 +31,21 @@ pub fn open(path: &Path) -> io::Result<File> {
 /// # Errors
 /// As [`open`], or it is larger, or not UTF-8; the message does not name the path.
 pub fn read_text(path: &Path) -> io::Result<String> {
+    read_text_of(path, LARGEST_BYTES)
+}
+
+/// Reads a regular file of at most so many bytes as text.
+///
+/// # Errors
+/// As [`read_text`].
+pub fn read_text_of(path: &Path, largest_bytes: u64) -> io::Result<String> {
     let mut bytes = Vec::new();
     // What the system says of its size may be out of date, so it is counted as it is read.
-    open(path)?.take(LARGEST_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LARGEST_BYTES {
+    open(path)?.take(largest_bytes + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > largest_bytes {
         return Err(io::Error::new(
             ErrorKind::FileTooLarge,
-            format!("it has more than {LARGEST_BYTES} bytes, the most that are read"),
+            format!("it has more than {largest_bytes} bytes, the most that are read"),
         ));
     }
     String::from_utf8(bytes)

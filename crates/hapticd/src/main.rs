@@ -100,11 +100,9 @@ fn main() -> ExitCode {
 
 fn run(config: Config, demo: bool) -> Result<(), Failure> {
     rt::thread::keep_panics();
-    let runtime = Runtime(Some(
-        tokio::runtime::Builder::new_current_thread().enable_all().build()?,
-    ));
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let local = tokio::task::LocalSet::new();
-    local.block_on(runtime.get(), async move {
+    let ended = local.block_on(&runtime, async move {
         // Before anything moves: a second daemon must not touch the rig.
         let server = Server::bind(
             &config.socket,
@@ -149,7 +147,10 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
             log::show(format!("\nhapticd: {}\n", demo::status_line(&rig)));
         }
         judge(end)
-    })
+    });
+    // Its end waits for none of its threads: one may stand on a disk that does not answer.
+    runtime.shutdown_background();
+    ended
 }
 
 /// What there is to say of how the loop ended.
@@ -188,23 +189,6 @@ impl LastLines {
 impl Drop for LastLines {
     fn drop(&mut self) {
         log::flush(Self::TIME);
-    }
-}
-
-/// The runtime. Its end waits for none of its threads: one may stand on a disk that does not answer.
-struct Runtime(Option<tokio::runtime::Runtime>);
-
-impl Runtime {
-    fn get(&self) -> &tokio::runtime::Runtime {
-        self.0.as_ref().expect("it is there until it is dropped")
-    }
-}
-
-impl Drop for Runtime {
-    fn drop(&mut self) {
-        if let Some(runtime) = self.0.take() {
-            runtime.shutdown_background();
-        }
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::asker::Job;
 use super::follow::Follow;
-use super::news::{News, PanelGone};
 use super::{Asked, Patience, Shared};
 use crate::intent::Intent;
+use crate::news::{News, PanelGone};
 use crate::recording::Recordings;
 use crate::stop_path::{Guide, Stops};
 use crate::update::{Answer, Update};

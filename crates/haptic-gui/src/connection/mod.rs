@@ -10,9 +10,8 @@
 mod asker;
 mod follow;
 mod listener;
-mod news;
 
-pub(crate) use news::News;
+use crate::news::News;
 
 use crate::intent::Intent;
 use crate::recording::Recordings;

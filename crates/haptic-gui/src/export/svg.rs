@@ -5,7 +5,7 @@ use crate::plots::Shown;
 use crate::plots::axis::{USUAL_COUNT, number, steps};
 use crate::plots::contact_ribbon;
 use crate::plots::force_velocity::{Graph, LABELS, dot_name};
-use crate::plots::over_time::{column_s, stroke, time_label, traces, value_reach};
+use crate::plots::over_time::{stroke, time_label, traces, value_reach};
 use crate::scope::Scope;
 use crate::scope::signal::Quantity;
 use crate::scope::value_axes::Reach;
@@ -226,7 +226,7 @@ impl Drawing {
     fn ribbon(&mut self, scope: &Scope, frame: &Frame) {
         let palette = Palette::for_paper();
         let seen = scope.seen();
-        let column_s = column_s(&seen, OVER_TIME.0 * 2.0);
+        let column_s = seen.column_s(OVER_TIME.0 * 2.0);
         let contacts = scope.tape().contacts((seen.from_s, seen.to_s), column_s);
         let y = RIBBON / 2.0;
         for run in contact_ribbon::runs(contacts, seen.zero_s) {

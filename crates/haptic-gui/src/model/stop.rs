@@ -1,8 +1,8 @@
 //! What became of the user's last stop. Nothing is said of it that is not known.
 
 use super::{Model, is_halted};
-use crate::stop_path::StopNews;
 use crate::update::Answer;
+use crate::update::StopNews;
 use haptic_ipc::{ErrorCode, StateReply, WireError};
 use std::time::{Duration, Instant};
 

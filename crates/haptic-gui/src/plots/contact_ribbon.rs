@@ -1,6 +1,5 @@
 //! A ribbon over the plots that shows when the block stuck and when it slid.
 
-use super::over_time::column_s;
 use crate::scope::Scope;
 use crate::theme::Palette;
 use egui::{Painter, Rect, Ui};
@@ -13,9 +12,7 @@ pub(crate) fn paint(ui: &Ui, painter: &Painter, strip: Rect, transform: &PlotTra
     let painter = painter.with_clip_rect(strip.with_min_x(frame.left()).with_max_x(frame.right()));
     let seen = scope.seen();
     let columns = f64::from(frame.width() * ui.pixels_per_point());
-    let contacts = scope
-        .tape()
-        .contacts((seen.from_s, seen.to_s), column_s(&seen, columns));
+    let contacts = scope.tape().contacts((seen.from_s, seen.to_s), seen.column_s(columns));
     for run in runs(contacts, seen.zero_s) {
         let left = transform.position_from_point_x(run.from);
         let right = transform.position_from_point_x(run.to);

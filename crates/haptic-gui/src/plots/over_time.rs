@@ -36,7 +36,7 @@ pub(crate) struct Trace {
 pub(crate) fn traces(scope: &Scope, quantity: Quantity, seen: &While, columns: f64) -> [Trace; 2] {
     let signals = quantity.signals();
     let ends = (seen.from_s, seen.to_s);
-    let [first, second] = scope.tape().outlines(signals, ends, column_s(seen, columns));
+    let [first, second] = scope.tape().outlines(signals, ends, seen.column_s(columns));
     let trace = |signal, mut points: Vec<[f64; 2]>| {
         for [t_s, _] in &mut points {
             *t_s -= seen.zero_s;
@@ -44,11 +44,6 @@ pub(crate) fn traces(scope: &Scope, quantity: Quantity, seen: &While, columns: f
         Trace { signal, points }
     };
     [trace(signals[0], first), trace(signals[1], second)]
-}
-
-/// How long a while a column of pixels shows where there are so many of them, s.
-pub(crate) fn column_s(seen: &While, columns: f64) -> f64 {
-    ((seen.to_s - seen.from_s) / columns.max(1.0)).max(f64::MIN_POSITIVE)
 }
 
 /// How far the axis of a quantity reaches that has these lines.

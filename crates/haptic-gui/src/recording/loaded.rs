@@ -117,19 +117,8 @@ fn scene_of(first: &Scene, mark: &Mark) -> Option<Scene> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::fixture::metadata;
     use haptic_core::{Directional, Parameter};
-
-    fn metadata() -> Metadata {
-        Metadata {
-            server: "hapticd test".into(),
-            device: "fake rig".into(),
-            loop_rate_hz: 1000.0,
-            rate_hz: 1000.0,
-            started_unix_s: 0.0,
-            revision: 1,
-            scene: Scene::paper(),
-        }
-    }
 
     fn mark(tick: u64, scene: &Scene) -> Mark {
         Mark::Scene {

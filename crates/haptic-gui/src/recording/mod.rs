@@ -1,5 +1,8 @@
 //! Recordings: one that is being made of what the panel hears, and one that is looked at.
 
+#[cfg(test)]
+#[path = "../../tests/fixture/metadata.rs"]
+mod fixture;
 mod loaded;
 mod taking;
 

@@ -4,8 +4,8 @@
 //! recording; changes of state and scene wait for room.
 
 use super::RecordingNews;
-use crate::connection::News;
 use crate::export::open_new;
+use crate::news::News;
 use crate::update::Update;
 use haptic_ipc::{Event, SamplesEvent};
 use haptic_lab::recording::{Metadata, Recorder};
@@ -266,21 +266,9 @@ fn write(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::fixture::metadata;
     use crate::scope::tape::tests::at;
-    use haptic_core::Scene;
     use haptic_ipc::Sample;
-
-    fn metadata() -> Metadata {
-        Metadata {
-            server: "hapticd test".into(),
-            device: "fake rig".into(),
-            loop_rate_hz: 1000.0,
-            rate_hz: 1000.0,
-            started_unix_s: 0.0,
-            revision: 1,
-            scene: Scene::paper(),
-        }
-    }
 
     fn batch(rows: Vec<Sample>) -> Event {
         let (seq, dropped) = (0, 0);

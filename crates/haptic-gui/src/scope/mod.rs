@@ -64,6 +64,13 @@ pub(crate) struct While {
     pub(crate) to_s: f64,
 }
 
+impl While {
+    /// How long a while a column of pixels shows where there are so many of them, s.
+    pub(crate) fn column_s(&self, columns: f64) -> f64 {
+        ((self.to_s - self.from_s) / columns.max(1.0)).max(f64::MIN_POSITIVE)
+    }
+}
+
 impl Scope {
     /// Takes new samples of the live rig.
     pub(crate) fn extend(&mut self, rows: &[Sample]) {

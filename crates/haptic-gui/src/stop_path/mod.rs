@@ -9,9 +9,8 @@
 mod line;
 mod stopper;
 
-use crate::connection::News;
+use crate::news::News;
 use crate::update::Update;
-use haptic_ipc::{StateReply, WireError};
 use std::io::{self, Write as _};
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
@@ -21,25 +20,6 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 use stopper::Stopper;
-
-/// What became of a stop.
-#[derive(Clone, Debug, PartialEq)]
-pub enum StopNews {
-    /// The daemon's socket has it.
-    Sent,
-    /// It has not reached the daemon's socket. It is still tried.
-    NotSent {
-        /// Why.
-        reason: String,
-    },
-    /// The daemon answered.
-    Answered {
-        /// Time from the press to the answer.
-        after: Duration,
-        /// Its answer.
-        result: Result<StateReply, WireError>,
-    },
-}
 
 /// What the threads of the panel share of stops.
 #[derive(Debug)]

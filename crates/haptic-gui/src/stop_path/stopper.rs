@@ -1,7 +1,8 @@
 //! The thread that stops.
 
 use super::line::{Heard, Line, Stop, UNWRITTEN};
-use super::{Place, StopNews, Stops};
+use super::{Place, Stops};
+use crate::update::StopNews;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::Read as _;
 use std::os::unix::net::UnixStream;

@@ -5,8 +5,8 @@
 
 use crate::control::RigHandle;
 use crate::control::commission::record::{self, Known};
+use crate::control::connected::Device;
 use crate::rt::handoff::ANY_CONNECTION;
-use device_io::link::{LinkMonitor, LinkState, RigIdentity};
 use haptic_ipc::{ErrorCode, Problem, WireError};
 
 /// What the daemon was told to put up with.
@@ -23,60 +23,6 @@ pub(crate) const LONGEST_WATCHDOG_MS: u32 = 200;
 
 /// The firmware that `fake-rig` plays says so.
 const SIMULATED: &str = "fake-rig ";
-
-/// The device that is connected.
-#[derive(Clone, Debug)]
-pub(crate) struct Device {
-    pub(crate) firmware: String,
-    pub(crate) force_limit_n: f64,
-    pub(crate) resolution_m: f64,
-    pub(crate) watchdog_ms: Option<u32>,
-    pub(crate) rig: RigIdentity,
-    pub(crate) connection: u64,
-}
-
-impl Device {
-    fn of(monitor: &LinkMonitor) -> Option<Self> {
-        match monitor.state() {
-            LinkState::Connected {
-                firmware,
-                force_limit_n,
-                resolution_m,
-                watchdog_ms,
-                rig,
-                connection,
-                ..
-            } => Some(Self {
-                firmware,
-                force_limit_n,
-                resolution_m,
-                watchdog_ms,
-                rig,
-                connection,
-            }),
-            LinkState::Looking | LinkState::Waiting(_) => None,
-        }
-    }
-
-    /// The device at the other end of the link, or the rig in this process; nothing where none is connected.
-    pub(super) fn connected(rig: &RigHandle) -> Option<Self> {
-        match &rig.facts.link {
-            Some(monitor) => Self::of(monitor),
-            None => Some(Self {
-                firmware: rig.facts.device.clone(),
-                force_limit_n: rig.facts.limits.force_n,
-                resolution_m: rig.facts.rig.resolution,
-                watchdog_ms: None,
-                rig: RigIdentity {
-                    key: rig.facts.address.to_string(),
-                    has_serial_number: true,
-                    reversed: false,
-                },
-                connection: ANY_CONNECTION,
-            }),
-        }
-    }
-}
 
 /// What an engagement is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -210,6 +156,7 @@ fn not_commissioned(device: &Device, why: &str) -> Obstacle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use device_io::link::RigIdentity;
 
     fn device(force_limit_n: f64, watchdog_ms: Option<u32>) -> Device {
         Device {

@@ -7,9 +7,6 @@ use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::{Semaphore, oneshot};
 
-/// Threads at once.
-const MOST_THREADS: usize = 4;
-
 /// Stack of each, bytes; all of it is locked in memory.
 const STACK_BYTES: usize = 512 * 1024;
 
@@ -30,12 +27,17 @@ pub(crate) struct Aside {
 }
 
 impl Aside {
-    /// Threads with a name.
-    pub(super) fn new(name: &'static str) -> Self {
+    /// So many threads at once, with a name.
+    pub(super) fn new(name: &'static str, most_threads: usize) -> Self {
         Self {
             name,
-            places: Arc::new(Semaphore::new(MOST_THREADS)),
+            places: Arc::new(Semaphore::new(most_threads)),
         }
+    }
+
+    /// Whether all its threads are at work, so that more would have to wait.
+    pub(super) fn is_busy(&self) -> bool {
+        self.places.available_permits() == 0
     }
 
     /// Does some work, and waits so long for a thread and for the result. What was begun may still be done after that.
@@ -78,11 +80,12 @@ mod tests {
 
     const BRIEF: Duration = Duration::from_millis(20);
     const LONG: Duration = Duration::from_secs(30);
+    const MOST_THREADS: usize = 4;
 
     // hazard: H14
     #[tokio::test(flavor = "current_thread")]
     async fn work_that_hangs_is_not_waited_for_and_takes_only_so_many_threads() {
-        let aside = Aside::new("test");
+        let aside = Aside::new("test", MOST_THREADS);
         let (let_go, held) = mpsc::channel::<()>();
         let held = Arc::new(std::sync::Mutex::new(held));
         let began = Instant::now();
@@ -100,7 +103,7 @@ mod tests {
 
     #[tokio::test(flavor = "current_thread")]
     async fn work_that_panics_is_answered_and_gives_its_thread_back() {
-        let aside = Aside::new("test");
+        let aside = Aside::new("test", MOST_THREADS);
         for _ in 0..2 * MOST_THREADS {
             let panics: Result<(), AsideError> = aside.run(LONG, || panic!("planted")).await;
             assert!(matches!(panics, Err(AsideError::Failed(_))), "{panics:?}");

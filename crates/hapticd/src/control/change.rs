@@ -2,12 +2,11 @@
 
 use crate::control::history::{Dragged, Move};
 use crate::control::journal::bytes_of_changes;
+use crate::control::requester::Requester;
 use crate::control::{RigHandle, advise, commission, library};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::quantity::number;
-use haptic_ipc::{
-    ChangeReply, Changes, Difference, ErrorCode, JournalEntry, Peer, SceneRef, Value, WireError, differences,
-};
+use haptic_ipc::{ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences};
 use std::collections::BTreeMap;
 
 /// A name and its value in a map.
@@ -22,13 +21,6 @@ pub(super) struct How {
     pub(super) if_revision: Option<u64>,
     pub(super) ramp_ms: Option<f64>,
     pub(super) dry_run: bool,
-}
-
-/// A client, as the journal and the history know it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct By<'a> {
-    pub(super) session: u64,
-    pub(super) peer: &'a Peer,
 }
 
 /// A change that is on its way to the real-time thread, or was only tried.
@@ -75,7 +67,13 @@ impl Begun {
 ///
 /// # Errors
 /// It is refused, and nothing has changed.
-pub(super) fn set(rig: &RigHandle, by: By<'_>, params: &Changes, merge: bool, how: How) -> Result<Begun, WireError> {
+pub(super) fn set(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    params: &Changes,
+    merge: bool,
+    how: How,
+) -> Result<Begun, WireError> {
     let changes = params.resolve()?;
     let scene = rig.scene().with(&changes)?;
     let dragged = Dragged {
@@ -92,7 +90,7 @@ pub(super) fn set(rig: &RigHandle, by: By<'_>, params: &Changes, merge: bool, ho
 ///
 /// # Errors
 /// There is no such scene, or it is refused, and nothing has changed.
-pub(super) async fn load(rig: &RigHandle, by: By<'_>, scene: SceneRef, how: How) -> Result<Begun, WireError> {
+pub(super) async fn load(rig: &RigHandle, by: Requester<'_>, scene: SceneRef, how: How) -> Result<Begun, WireError> {
     let scene = library::find(rig, scene).await?;
     begin(rig, by, "scene.load", scene, how, Move::Forward)
 }
@@ -101,7 +99,7 @@ pub(super) async fn load(rig: &RigHandle, by: By<'_>, scene: SceneRef, how: How)
 ///
 /// # Errors
 /// There is none, or the scene cannot be rendered, and nothing has changed.
-pub(super) fn undo(rig: &RigHandle, by: By<'_>, how: How) -> Result<Begun, WireError> {
+pub(super) fn undo(rig: &RigHandle, by: Requester<'_>, how: How) -> Result<Begun, WireError> {
     let before = rig
         .history()
         .back()
@@ -114,7 +112,7 @@ pub(super) fn undo(rig: &RigHandle, by: By<'_>, how: How) -> Result<Begun, WireE
 ///
 /// # Errors
 /// There is nothing, or the scene cannot be rendered, and nothing has changed.
-pub(super) fn redo(rig: &RigHandle, by: By<'_>, how: How) -> Result<Begun, WireError> {
+pub(super) fn redo(rig: &RigHandle, by: Requester<'_>, how: How) -> Result<Begun, WireError> {
     let after = rig.history().forth().cloned().ok_or_else(|| {
         let message = "there is no change to bring back: nothing was undone, or something else was changed since";
         WireError::new(ErrorCode::NothingToRedo, message)
@@ -122,7 +120,7 @@ pub(super) fn redo(rig: &RigHandle, by: By<'_>, how: How) -> Result<Begun, WireE
     begin(rig, by, "redo", after, how, Move::Redo)
 }
 
-fn begin(rig: &RigHandle, by: By<'_>, op: &str, scene: Scene, how: How, step: Move) -> Result<Begun, WireError> {
+fn begin(rig: &RigHandle, by: Requester<'_>, op: &str, scene: Scene, how: How, step: Move) -> Result<Begun, WireError> {
     let newest = rig.revision();
     if let Some(wanted) = how.if_revision.filter(|wanted| *wanted != newest) {
         let message = format!(

@@ -2,8 +2,8 @@
 //! leases are kept, moved on and ended.
 
 use crate::control::RigHandle;
-use crate::control::change::By;
 use crate::control::journal::Until;
+use crate::control::requester::Requester;
 use crate::rig_state::Command;
 use crate::rt::clock::now_ns;
 use haptic_ipc::{ErrorCode, JournalEntry, LEASE_TIMEOUT_MS, LeaseReply, Peer, WireError};
@@ -61,7 +61,7 @@ impl Leases {
 ///
 /// # Errors
 /// The time is out of range.
-pub(super) fn lease(rig: &RigHandle, by: By<'_>, timeout_ms: u32) -> Result<LeaseReply, WireError> {
+pub(super) fn lease(rig: &RigHandle, by: Requester<'_>, timeout_ms: u32) -> Result<LeaseReply, WireError> {
     if timeout_ms != 0 && !LEASE_TIMEOUT_MS.contains(&timeout_ms) {
         let (min, max) = (*LEASE_TIMEOUT_MS.start(), *LEASE_TIMEOUT_MS.end());
         let message = format!(

@@ -4,14 +4,12 @@ use crate::control::RigHandle;
 use crate::control::aside::{Aside, AsideError};
 use crate::control::history::LONGEST_TITLE;
 use crate::control::journal::Until;
+use crate::control::whole_file;
 use haptic_core::Scene;
 use haptic_ipc::{
     ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
     meant_or_semicolon, regular_file,
 };
-use std::fs::Permissions;
-use std::io::Write;
-use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -190,7 +188,7 @@ pub(super) async fn save(
             );
             return Err(WireError::new(ErrorCode::SceneFile, message).about("name"));
         }
-        match write(&path, &text, replace) {
+        match whole_file::write(&path, &text, replace) {
             Ok(()) => Ok(SceneSaveReply {
                 name,
                 path: path.display().to_string(),
@@ -210,20 +208,6 @@ pub(super) async fn save(
     };
     rig.enter(Until::Done, entry);
     Ok(saved)
-}
-
-fn write(path: &Path, text: &str, replace: bool) -> std::io::Result<()> {
-    let mut file = tempfile::NamedTempFile::new_in(path.parent().unwrap_or(Path::new(".")))?;
-    file.write_all(text.as_bytes())?;
-    file.as_file().sync_all()?;
-    // Others may read what one of them has tuned.
-    file.as_file().set_permissions(Permissions::from_mode(0o644))?;
-    if replace {
-        file.persist(path)?;
-    } else {
-        file.persist_noclobber(path)?;
-    }
-    Ok(())
 }
 
 fn path_of(rig: &RigHandle, name: &str) -> Result<PathBuf, WireError> {

@@ -5,6 +5,7 @@ use crate::control::aside::Aside;
 use crate::control::commission::record::Records;
 use crate::control::commission::{self, Commissioning};
 use crate::control::compile::{Compiled, Way};
+use crate::control::connected::Device;
 use crate::control::history::{History, Move};
 use crate::control::journal::{Journal, Until};
 use crate::control::lease::Leases;
@@ -194,6 +195,9 @@ impl Seen {
     }
 }
 
+/// Threads that may wait for the library at once, and as many for devices.
+const MOST_ASIDE: usize = 4;
+
 /// How long an answer from the real-time thread may take.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
@@ -212,7 +216,7 @@ pub(crate) struct RigHandle {
     ramp: RefCell<Option<Ramp>>,
     leases: Leases,
     commissioning: RefCell<Option<Commissioning>>,
-    records: RefCell<Records>,
+    records: Records,
     /// The newest record, as far as the journal was told of it.
     seen: Cell<Seen>,
     presence: RefCell<Presence>,
@@ -238,11 +242,11 @@ impl RigHandle {
             ramp: RefCell::new(None),
             leases: Leases::default(),
             commissioning: RefCell::new(None),
-            records: RefCell::default(),
+            records: Records::default(),
             seen: Cell::new(Seen::default()),
             presence: RefCell::default(),
-            library: Aside::new("library"),
-            devices: Aside::new("devices"),
+            library: Aside::new("library", MOST_ASIDE),
+            devices: Aside::new("devices", MOST_ASIDE),
             clients: Cell::new(0),
             closing: Cell::new(false),
             serial: Cell::new(0),
@@ -382,7 +386,7 @@ impl RigHandle {
         &self.commissioning
     }
 
-    pub(super) fn records(&self) -> &RefCell<Records> {
+    pub(super) fn records(&self) -> &Records {
         &self.records
     }
 
@@ -590,7 +594,7 @@ impl RigHandle {
 
     /// The number of the connection to the device; any, where there is no link.
     fn connection(&self) -> u64 {
-        admission::Device::connected(self).map_or(0, |device| device.connection)
+        Device::connected(self).map_or(0, |device| device.connection)
     }
 
     /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows the stop.

@@ -1,6 +1,7 @@
 //! One client: reads its lines, answers each, and sends it its events.
 
-use crate::control::change::{self, Begun, By, How};
+use crate::control::change::{self, Begun, How};
+use crate::control::requester::Requester;
 use crate::control::{
     RigHandle, advise, commission, describe, devices, diff, drive, get, lease, library, log, status, subscribe, timing,
 };
@@ -381,8 +382,8 @@ impl Client {
         }
     }
 
-    fn by(&self) -> By<'_> {
-        By {
+    fn by(&self) -> Requester<'_> {
+        Requester {
             session: self.session,
             peer: &self.peer,
         }

@@ -62,7 +62,6 @@ pub(super) struct Sensing {
     guard: PositionGuard,
     velocity_of: Velocity,
     estimator: Estimator,
-    /// Time of the samples that were held back or came without force, which the next one takes up, s.
     position_m: f64,
     velocity_mps: f64,
     motor: Motor,
@@ -171,13 +170,12 @@ impl Sensing {
         if !sample.position_m.is_finite() {
             return Sensed::Faulty(Fault::NonFinitePosition);
         }
-        if self.newest.is_none() {
+        let first = self.newest.is_none();
+        if first {
             // It may be another device than the last one.
             self.clock.reset();
-            self.guard.rest();
             self.estimator = self.velocity_of.estimator(resolution_m);
         }
-        let first = self.newest.is_none();
         self.newest = Some(Newest {
             sequence: sample.sequence,
             read_ns: now_ns,
@@ -192,7 +190,6 @@ impl Sensing {
             Err(error) if live => return Sensed::Faulty(Fault::DeviceClock(error)),
             // Without force nothing is made of its time; with the next sample it begins anew.
             Err(_) => {
-                self.guard.rest();
                 self.estimator.reset();
                 0.0
             }

@@ -398,8 +398,7 @@ impl<D: Device + ?Sized> Tick<D> {
             return None;
         }
         self.last_command = word.serial;
-        // A stop that came after the command was sent wins over it; until the device has confirmed its zero force, no other may follow; and without the switch that
-        // force needs, or with a motor that gives none, there is none.
+        // A stop that came after the command was sent wins over it. Nobody engages before the device has confirmed the zero force of the last stop, without the enable button, or a motor without force.
         let must_wait = word.command == Command::Engage
             && (self.stop_pending.is_some()
                 || self.is_pressed(self.watches.stop_button)

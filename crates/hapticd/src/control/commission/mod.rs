@@ -7,9 +7,9 @@ mod pulse;
 pub(in crate::control) mod record;
 
 use crate::control::RigHandle;
-use crate::control::admission::Device;
-use crate::control::change::By;
+use crate::control::connected::Device;
 use crate::control::journal::Until;
+use crate::control::requester::Requester;
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
 use haptic_ipc::{
@@ -123,7 +123,7 @@ fn end_of(rig: &RigHandle, session: u64, why: &str) {
 ///
 /// # Errors
 /// Somebody else is at it, the rig is not idle, or the client has no lease that is short enough.
-pub(super) async fn begin(rig: &RigHandle, by: By<'_>) -> Result<CommissionReply, WireError> {
+pub(super) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     let stops = rig.stops();
     let (_turn, state) = rig.quiet_state().await;
     keep_out(rig, "commission the rig")?;
@@ -176,7 +176,7 @@ pub(super) async fn begin(rig: &RigHandle, by: By<'_>) -> Result<CommissionReply
 ///
 /// # Errors
 /// It is another's, or nobody's.
-pub(super) fn status(rig: &RigHandle, by: By<'_>) -> Result<CommissionReply, WireError> {
+pub(super) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     look(rig);
     let feed = rig.feed();
     let commissioning = rig.commissioning().borrow();
@@ -214,7 +214,7 @@ fn largest_force_n(rig: &RigHandle, device: &Device) -> f64 {
 }
 
 /// The commissioning of a client that goes on and has no pulse under way.
-fn at_rest(rig: &RigHandle, by: By<'_>) -> Result<Device, WireError> {
+fn at_rest(rig: &RigHandle, by: Requester<'_>) -> Result<Device, WireError> {
     let status = status(rig, by)?;
     if let Some(why) = status.ended {
         let code = match rig.state() {
@@ -239,7 +239,7 @@ fn at_rest(rig: &RigHandle, by: By<'_>) -> Result<Device, WireError> {
 /// It is not bounded as it must be, another one is under way, or the rig may not be moved.
 pub(super) async fn pulse(
     rig: &Rc<RigHandle>,
-    by: By<'_>,
+    by: Requester<'_>,
     force_n: f64,
     duration_ms: Option<f64>,
 ) -> Result<CommissionReply, WireError> {
@@ -312,7 +312,7 @@ fn pulse_ended(rig: &RigHandle, report: Option<PulseReport>, interrupted: Option
 /// The handle has not moved both ways yet, a number is none, or the file cannot be written.
 pub(super) async fn store(
     rig: &RigHandle,
-    by: By<'_>,
+    by: Requester<'_>,
     range_m: Option<f64>,
     friction_n: Option<f64>,
 ) -> Result<CommissionReply, WireError> {
@@ -376,7 +376,7 @@ pub(super) async fn store(
 ///
 /// # Errors
 /// It is another's, or nobody's.
-pub(super) fn end(rig: &RigHandle, by: By<'_>) -> Result<CommissionReply, WireError> {
+pub(super) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     status(rig, by)?;
     end_of(rig, by.session, "its client has ended it");
     status(rig, by)

@@ -1,18 +1,16 @@
 //! What is kept of a rig that was commissioned: a file for each, by its serial number, written whole or not at all.
 //!
-//! A disk may take its time and a mount may hang: both happen on a thread of their own, for which nothing waits longer than [`PATIENCE`].
+//! A disk may take its time and a mount may hang: both happen [aside](Aside), on one thread, for which nothing waits longer than [`PATIENCE`].
 
 use crate::control::RigHandle;
-use crate::control::admission::Device;
-use haptic_ipc::{ErrorCode, WireError};
-use rustix::fs::{Mode, OFlags};
+use crate::control::aside::Aside;
+use crate::control::connected::Device;
+use crate::control::whole_file;
+use haptic_ipc::{ErrorCode, WireError, regular_file};
 use serde::{Deserialize, Serialize};
-use std::fs::{File, Permissions};
-use std::io::{Read, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::cell::RefCell;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::time::{Duration, Instant};
 
 /// How long a disk may take.
@@ -21,7 +19,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// How old the knowledge that is only shown may be.
 const FRESH: Duration = Duration::from_secs(1);
 
-/// A larger file is none of ours, bytes.
+/// The largest file that is read, bytes.
 const LARGEST: u64 = 64 * 1024;
 
 /// Letters of a rig's key in the name of its file.
@@ -63,29 +61,51 @@ pub(in crate::control) enum Known {
 }
 
 /// Looks into the files.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(in crate::control) struct Records {
     /// What was known of the newest connection, and when.
-    shown: Option<(u64, Instant, Known)>,
-    /// Whether a file is being read or written: one that hangs must not gather threads.
-    busy: Arc<AtomicBool>,
+    shown: RefCell<Option<(u64, Instant, Known)>>,
+    /// One thread: a disk that hangs must not gather them.
+    disk: Aside,
+}
+
+impl Default for Records {
+    fn default() -> Self {
+        Self {
+            shown: RefCell::default(),
+            disk: Aside::new("record", 1),
+        }
+    }
 }
 
 impl Records {
+    /// Does something with a file, where a disk that hangs holds up nobody.
+    async fn run<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> Result<T, String> + Send + 'static,
+    ) -> Result<T, String> {
+        if self.disk.is_busy() {
+            return Err("the disk is still busy with the last time".to_owned());
+        }
+        self.disk.run(PATIENCE, work).await.map_err(|error| error.to_string())?
+    }
+
     fn fresh(&self, connection: u64) -> Option<Known> {
-        let (of, at, known) = self.shown.as_ref()?;
+        let shown = self.shown.borrow();
+        let (of, at, known) = shown.as_ref()?;
         (*of == connection && at.elapsed() < FRESH).then(|| known.clone())
     }
 }
 
 /// Whether a rig was commissioned, and is as it was then; as it may have been known a moment ago, for somebody who only looks.
 pub(in crate::control) async fn known(rig: &RigHandle, device: &Device, only_looks: bool) -> Known {
-    if only_looks && let Some(known) = rig.records().borrow().fresh(device.connection) {
+    let records = rig.records();
+    if only_looks && let Some(known) = records.fresh(device.connection) {
         return known;
     }
     let path = path_of(&rig.facts.state_dir, &device.rig.key);
     let asked = path.clone();
-    let known = match on_a_thread(rig, move || read(&asked)).await {
+    let known = match records.run(move || read(&asked)).await {
         Ok(None) => Known::Not("it was never commissioned".to_owned()),
         Ok(Some(record)) => difference(&record, device).map_or(Known::Commissioned, Known::Not),
         Err(why) => Known::Not(format!(
@@ -93,7 +113,7 @@ pub(in crate::control) async fn known(rig: &RigHandle, device: &Device, only_loo
             path.display()
         )),
     };
-    rig.records().borrow_mut().shown = Some((device.connection, Instant::now(), known.clone()));
+    *records.shown.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
     known
 }
 
@@ -128,8 +148,8 @@ fn difference(record: &Record, device: &Device) -> Option<String> {
 pub(super) async fn store(rig: &RigHandle, record: Record) -> Result<PathBuf, WireError> {
     let path = path_of(&rig.facts.state_dir, &record.rig);
     let to = path.clone();
-    let written = on_a_thread(rig, move || write(&to, &record)).await;
-    rig.records().borrow_mut().shown = None;
+    let written = rig.records().run(move || write(&to, &record)).await;
+    *rig.records().shown.borrow_mut() = None;
     match written {
         Ok(()) => Ok(path),
         Err(why) => Err(WireError::new(
@@ -139,53 +159,19 @@ pub(super) async fn store(rig: &RigHandle, record: Record) -> Result<PathBuf, Wi
     }
 }
 
-/// Does something with a file, where a disk that hangs holds up nobody.
-async fn on_a_thread<T: Send + 'static>(
-    rig: &RigHandle,
-    work: impl FnOnce() -> Result<T, String> + Send + 'static,
-) -> Result<T, String> {
-    let busy = Arc::clone(&rig.records().borrow().busy);
-    if busy.swap(true, SeqCst) {
-        return Err("the disk is still busy with the last time".to_owned());
-    }
-    let (tells, told) = tokio::sync::oneshot::channel();
-    // Not one of the runtime's, for whose end the daemon's would wait.
-    let started = std::thread::Builder::new().name("record".to_owned()).spawn({
-        let busy = Arc::clone(&busy);
-        move || {
-            let done = work();
-            busy.store(false, SeqCst);
-            // It may have been given up.
-            tells.send(done).unwrap_or_default();
-        }
-    });
-    if let Err(error) = started {
-        busy.store(false, SeqCst);
-        return Err(error.to_string());
-    }
-    match tokio::time::timeout(PATIENCE, told).await {
-        Ok(Ok(done)) => done,
-        Ok(Err(_)) => Err("the thread that does it has ended".to_owned()),
-        Err(_) => Err(format!("the disk does not answer within {} s", PATIENCE.as_secs())),
-    }
-}
-
 fn read(path: &Path) -> Result<Option<Record>, String> {
-    // What is no file is not waited for.
-    let flags = OFlags::RDONLY | OFlags::NONBLOCK | OFlags::CLOEXEC | OFlags::NOCTTY;
-    let file = match rustix::fs::open(path, flags, Mode::empty()) {
-        Ok(file) => File::from(file),
-        Err(rustix::io::Errno::NOENT) => return Ok(None),
-        Err(error) => return Err(error.to_string()),
+    let text = match regular_file::read_text_of(path, LARGEST) {
+        Ok(text) => text,
+        Err(error) => {
+            return match error.kind() {
+                ErrorKind::NotFound => Ok(None),
+                ErrorKind::InvalidInput | ErrorKind::FileTooLarge => {
+                    Err(format!("it is not a file of at most {LARGEST} bytes: {error}"))
+                }
+                _ => Err(error.to_string()),
+            };
+        }
     };
-    let found = file.metadata().map_err(|error| error.to_string())?;
-    if !found.is_file() || found.len() > LARGEST {
-        return Err(format!("it is not a file of at most {LARGEST} bytes"));
-    }
-    let mut text = String::new();
-    file.take(LARGEST)
-        .read_to_string(&mut text)
-        .map_err(|error| error.to_string())?;
     toml::from_str(&text).map(Some).map_err(|error| error.to_string())
 }
 
@@ -194,17 +180,9 @@ fn write(path: &Path, record: &Record) -> Result<(), String> {
     let text = format!(
         "# What `haptic-ctl commission` found. Without this file the rig counts as never commissioned.\n{text}"
     );
-    let directory = path.parent().unwrap_or(Path::new("."));
-    let written = || -> std::io::Result<()> {
-        std::fs::create_dir_all(directory)?;
-        let mut file = tempfile::NamedTempFile::new_in(directory)?;
-        file.write_all(text.as_bytes())?;
-        file.as_file().sync_all()?;
-        file.as_file().set_permissions(Permissions::from_mode(0o644))?;
-        file.persist(path)?;
-        Ok(())
-    };
-    written().map_err(|error| error.to_string())
+    std::fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))
+        .and_then(|()| whole_file::write(path, &text, true))
+        .map_err(|error| error.to_string())
 }
 
 /// The file of a rig. Its key may hold anything that a device says of itself: what is no plain letter is written as a number.
@@ -278,7 +256,7 @@ mod tests {
             rustix::fs::CWD,
             &fifo,
             rustix::fs::FileType::Fifo,
-            Mode::from_raw_mode(0o600),
+            rustix::fs::Mode::from_raw_mode(0o600),
             0,
         )
         .expect("a fifo");

@@ -1,0 +1,59 @@
+//! The device that is connected: what is known of it before its motor pulls a hand.
+
+use crate::control::RigHandle;
+use crate::rt::handoff::ANY_CONNECTION;
+use device_io::link::{LinkMonitor, LinkState, RigIdentity};
+
+/// The device that is connected.
+#[derive(Clone, Debug)]
+pub(crate) struct Device {
+    pub(crate) firmware: String,
+    pub(crate) force_limit_n: f64,
+    pub(crate) resolution_m: f64,
+    pub(crate) watchdog_ms: Option<u32>,
+    pub(crate) rig: RigIdentity,
+    pub(crate) connection: u64,
+}
+
+impl Device {
+    fn of(monitor: &LinkMonitor) -> Option<Self> {
+        match monitor.state() {
+            LinkState::Connected {
+                firmware,
+                force_limit_n,
+                resolution_m,
+                watchdog_ms,
+                rig,
+                connection,
+                ..
+            } => Some(Self {
+                firmware,
+                force_limit_n,
+                resolution_m,
+                watchdog_ms,
+                rig,
+                connection,
+            }),
+            LinkState::Looking | LinkState::Waiting(_) => None,
+        }
+    }
+
+    /// The device at the other end of the link, or the rig in this process; nothing where none is connected.
+    pub(super) fn connected(rig: &RigHandle) -> Option<Self> {
+        match &rig.facts.link {
+            Some(monitor) => Self::of(monitor),
+            None => Some(Self {
+                firmware: rig.facts.device.clone(),
+                force_limit_n: rig.facts.limits.force_n,
+                resolution_m: rig.facts.rig.resolution,
+                watchdog_ms: None,
+                rig: RigIdentity {
+                    key: rig.facts.address.to_string(),
+                    has_serial_number: true,
+                    reversed: false,
+                },
+                connection: ANY_CONNECTION,
+            }),
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Who asks for something.
+
+use haptic_ipc::Peer;
+
+/// A client, as the journal and the history know it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Requester<'a> {
+    pub(super) session: u64,
+    pub(super) peer: &'a Peer,
+}
