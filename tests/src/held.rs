@@ -36,9 +36,7 @@ impl HeldThread {
     fn thread(number: u32) -> Self {
         let thread = Pid::from_raw(i32::try_from(number).expect("a thread"));
         ptrace::seize(thread, ptrace::Options::empty()).expect("a thread that may be traced");
-        ptrace::interrupt(thread).expect("it is traced");
-        let stopped = waitpid(thread, Some(WaitPidFlag::__WALL)).expect("it is traced");
-        assert!(matches!(stopped, WaitStatus::PtraceEvent(..)), "{stopped:?}");
+        interrupt(thread);
         Self {
             thread,
             _here: PhantomData,
@@ -65,6 +63,13 @@ impl Drop for HeldThread {
             // It has been killed meanwhile.
         }
     }
+}
+
+/// Has a traced thread stand still.
+pub(crate) fn interrupt(thread: Pid) {
+    ptrace::interrupt(thread).expect("it is traced");
+    let stopped = waitpid(thread, Some(WaitPidFlag::__WALL)).expect("it is traced");
+    assert!(matches!(stopped, WaitStatus::PtraceEvent(..)), "{stopped:?}");
 }
 
 /// The real-time thread of a daemon.

@@ -1,8 +1,8 @@
 //! A thread that is made to hang, in the real program and without a back door in it: a tracer puts its registers where it wants them.
 
+use crate::held::interrupt;
 use nix::libc::{self, user_regs_struct};
 use nix::sys::ptrace;
-use nix::sys::wait::{WaitPidFlag, WaitStatus, waitpid};
 use nix::unistd::Pid;
 use std::marker::PhantomData;
 use std::os::fd::RawFd;
@@ -98,10 +98,4 @@ impl Drop for HungThread {
 
 fn address(of: u64) -> ptrace::AddressType {
     std::ptr::with_exposed_provenance_mut(usize::try_from(of).expect("64 bits"))
-}
-
-fn interrupt(thread: Pid) {
-    ptrace::interrupt(thread).expect("it is traced");
-    let stopped = waitpid(thread, Some(WaitPidFlag::__WALL)).expect("it is traced");
-    assert!(matches!(stopped, WaitStatus::PtraceEvent(..)), "{stopped:?}");
 }

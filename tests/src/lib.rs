@@ -139,7 +139,7 @@ impl Daemon {
     /// It does not come up.
     #[must_use]
     pub fn spawn(command: Command, socket: &Path) -> Self {
-        Self::spawn_writing_to(command, socket, None)
+        Self::spawn_writing_to(command, socket, Stdio::null())
     }
 
     /// The same, with something else than nothing as its standard output.
@@ -147,9 +147,8 @@ impl Daemon {
     /// # Panics
     /// It does not come up.
     #[must_use]
-    pub fn spawn_writing_to(mut command: Command, socket: &Path, stdout: Option<&std::os::fd::OwnedFd>) -> Self {
+    pub fn spawn_writing_to(mut command: Command, socket: &Path, stdout: Stdio) -> Self {
         be_patient(&mut command);
-        let stdout = stdout.map_or_else(Stdio::null, |stdout| stdout.try_clone().expect("a descriptor").into());
         let mut child = command
             .arg("--socket")
             .arg(socket)

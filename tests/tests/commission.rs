@@ -16,9 +16,6 @@ use system_tests::{Daemon, PATIENCE, binary, ctl, engage, status, wait_for, wait
 /// A firmware that nobody has commissioned, and a handle that nobody holds.
 const OWN: [&str; 4] = ["--firmware-name", "mine 1.0", "--hand", "free"];
 
-/// On a busy machine the kernel may pass a terminal's bytes on late, which is not what these are about.
-const PATIENT: [&str; 2] = ["--stale-ms", "500"];
-
 /// A ramp that does not take long.
 const SHORT_RAMP: [&str; 2] = ["--ramp-ms", "20"];
 
@@ -30,7 +27,7 @@ fn daemon(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
 }
 
 fn daemon_with(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
-    let daemon = Daemon::start_on(&rig.address(), &[&PATIENT, arguments].concat());
+    let daemon = Daemon::start_on(&rig.address(), arguments);
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     (daemon, client)
@@ -41,7 +38,6 @@ fn daemon_at(rig: &FakeRig, directory: &Path, arguments: &[&str]) -> (Daemon, Cl
     let mut command = Command::new(binary("hapticd"));
     command
         .args(["--device", &rig.address()])
-        .args(PATIENT)
         .args(SHORT_RAMP)
         .arg("--state-dir")
         .arg(directory.join("state"))
@@ -376,6 +372,35 @@ fn a_stop_in_a_pulse_acts_at_once_and_ends_the_commissioning_and_the_scene_comes
         assert!(began.elapsed() < PATIENCE, "no pulse was seen");
     }
     renders_the_scene(&daemon, &mut client);
+}
+
+// hazard: H13
+#[test]
+fn what_cannot_be_kept_is_told_and_the_rig_stays_uncommissioned() {
+    let directory = tempfile::tempdir().expect("a directory");
+    // A file stands where the directory should be: not even root can write there.
+    let state = directory.path().join("state");
+    std::fs::write(&state, "").expect("a file");
+    let state = state.to_str().expect("a plain path");
+    let arguments = ["--hand", "free", "--ramp-ms", "20", "--state-dir", state];
+    let daemon = Daemon::start_at(&directory.path().join("control.sock"), &arguments);
+    let mut client = begun(&daemon);
+    for force_n in [PUSH_N, -PUSH_N] {
+        let _: CommissionReply = client.request(pulse(force_n, 100.0)).expect("it is at rest");
+        after_the_pulse(&mut client);
+    }
+    let error = refused(
+        &mut client,
+        Request::CommissionStore {
+            range_m: None,
+            friction_n: None,
+        },
+    );
+    assert_eq!(error.code, ErrorCode::StateFile, "{error}");
+    assert!(
+        error.message.contains(state) && error.message.contains("--state-dir"),
+        "{error}"
+    );
 }
 
 // hazard: H13

@@ -1,11 +1,13 @@
 //! What must hold with a hand on the handle, whatever lies, hangs or is cut: the real daemon on a real pseudo-terminal, and a rig that misbehaves on demand.
 
-use haptic_ipc::{Client, ClientError, ErrorCode, Request, RigState, StateReply, Timing};
+use haptic_ipc::{Client, ClientError, ErrorCode, Request, RigState, StateReply, Status, Timing};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
+use system_tests::blocked::Blocked;
 use system_tests::fake_rig::FakeRig;
 #[cfg(target_arch = "x86_64")]
 use system_tests::hung::{Hang, HungThread};
-use system_tests::{Daemon, HeldThread, PATIENCE, engage, pull_until, status, wait_for, wait_for_state};
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, engage, pull_until, status, wait_for, wait_for_state};
 
 /// A rig with more arguments, and a daemon with more arguments that has connected to it.
 fn connected(rig: &[&str], daemon: &[&str]) -> (FakeRig, Daemon, Client) {
@@ -16,12 +18,20 @@ fn connected(rig: &[&str], daemon: &[&str]) -> (FakeRig, Daemon, Client) {
     (rig, daemon, client)
 }
 
-/// On a busy machine the kernel may pass a terminal's bytes on late, which is not what most of these are about.
-const PATIENT: [&str; 2] = ["--stale-ms", "200"];
-
 /// Waits until the motor pulls.
 fn pull(rig: &mut FakeRig, client: &mut Client) {
     pull_until(client, |_| rig.force().now_n.abs() > 2.0);
+}
+
+/// The largest force of a second in which nothing is wrong, N, and the rig after it.
+fn honest_second(rig: &mut FakeRig, client: &mut Client) -> (f64, Status) {
+    pull(rig, client);
+    let from = status(client);
+    rig.force();
+    let after = wait_for(client, "an honest second", |status| {
+        status.tick > from.tick + 1000 || status.state != RigState::Engaged
+    });
+    (rig.force().largest_n, after)
 }
 
 fn refused(client: &mut Client, request: Request) -> haptic_ipc::WireError {
@@ -32,21 +42,14 @@ fn refused(client: &mut Client, request: Request) -> haptic_ipc::WireError {
 }
 
 /// Has the control thread of an engaged daemon hang in some way, and sees the rig let go of.
-fn hang_it<T>(what: &str, stdout: Option<&std::os::fd::OwnedFd>, hang: impl FnOnce(u32) -> T) {
+fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl FnOnce(u32) -> T) {
     let mut rig = FakeRig::start(&[]);
     let directory = tempfile::tempdir().expect("a directory");
-    let mut command = std::process::Command::new(system_tests::binary("hapticd"));
+    let mut command = Command::new(binary("hapticd"));
     // Its own ramp is far too long for this.
-    command
-        .args([
-            "--device",
-            &rig.address(),
-            "--ramp-ms",
-            "1000",
-            "--control-timeout-ms",
-            "250",
-        ])
-        .args(PATIENT);
+    command.args(["--device", &rig.address()]);
+    command.args(["--ramp-ms", "1000", "--control-timeout-ms", "250"]);
+    let stdout = stdout.map_or_else(Stdio::null, Blocked::stdio);
     let daemon = Daemon::spawn_writing_to(command, &directory.path().join("control.sock"), stdout);
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
@@ -97,12 +100,8 @@ fn a_control_thread_that_goes_round_and_round_ends_in_a_released_rig() {
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn a_control_thread_that_stands_in_a_write_ends_in_a_released_rig() {
-    let (_reader, writer) = std::io::pipe().expect("a pipe");
-    let writer = std::os::fd::OwnedFd::from(writer);
-    rustix::io::ioctl_fionbio(&writer, true).expect("a pipe");
-    while rustix::io::write(&writer, &[0; 4096]).is_ok() {}
-    rustix::io::ioctl_fionbio(&writer, false).expect("a pipe");
-    hang_it("a write to a full pipe", Some(&writer), |daemon| {
+    let full = Blocked::pipe();
+    hang_it("a write to a full pipe", Some(&full), |daemon| {
         HungThread::control(daemon, Hang::Writing(1))
     });
 }
@@ -125,13 +124,7 @@ fn no_lying_clock_of_a_device_is_rendered() {
         let began = Instant::now();
         loop {
             assert!(began.elapsed() < 4 * PATIENCE, "{lie} is not seen");
-            pull(&mut rig, &mut client);
-            let from = status(&mut client);
-            rig.force();
-            let honest = wait_for(&mut client, "an honest second", |status| {
-                status.tick > from.tick + 1000 || status.state != RigState::Engaged
-            });
-            let honest_n = rig.force().largest_n;
+            let (honest_n, honest) = honest_second(&mut rig, &mut client);
             rig.fail(lie);
             let after = wait_for(&mut client, "a fault", |status| {
                 status.state != RigState::Engaged || status.tick > honest.tick + 3000
@@ -154,17 +147,12 @@ fn no_lying_clock_of_a_device_is_rendered() {
 // hazard: H6
 #[test]
 fn a_lone_wrong_sample_is_not_felt() {
-    let (mut rig, _daemon, mut client) = connected(&[], &PATIENT);
+    let (mut rig, _daemon, mut client) = connected(&[], &[]);
     for wrong in ["position-spike 0.5", "position-spike 1", "position-spike -5"] {
         let began = Instant::now();
         loop {
             assert!(began.elapsed() < 2 * PATIENCE, "{wrong} is felt");
-            pull(&mut rig, &mut client);
-            let from = status(&mut client);
-            rig.force();
-            wait_for(&mut client, "an honest second", |status| status.tick > from.tick + 1000);
-            let honest_n = rig.force().largest_n;
-            let before = status(&mut client);
+            let (honest_n, before) = honest_second(&mut rig, &mut client);
             rig.fail(wrong);
             let after = wait_for(&mut client, "200 ticks", |status| status.tick > before.tick + 200);
             let wrong_n = rig.force().largest_n;
@@ -184,7 +172,7 @@ fn a_lone_wrong_sample_is_not_felt() {
 // hazard: H9
 #[test]
 fn a_device_that_stays_enabled_after_a_stop_is_an_alarm() {
-    let (mut rig, daemon, mut client) = connected(&[], &PATIENT);
+    let (mut rig, daemon, mut client) = connected(&[], &[]);
     pull(&mut rig, &mut client);
     rig.fail("stay-enabled");
     assert_eq!(refused(&mut client, Request::Stop {}).code, ErrorCode::NotConfirmed);
@@ -209,7 +197,7 @@ fn a_device_that_stays_enabled_after_a_stop_is_an_alarm() {
 // hazard: H12
 #[test]
 fn a_stop_is_confirmed_by_the_device_and_timed() {
-    let (mut rig, _daemon, mut client) = connected(&[], &PATIENT);
+    let (mut rig, _daemon, mut client) = connected(&[], &[]);
     pull(&mut rig, &mut client);
     let stopped: StateReply = client.request(Request::Stop {}).expect("confirmed");
     assert_eq!(
@@ -240,10 +228,7 @@ fn a_stop_is_confirmed_by_the_device_and_timed() {
 // hazard: H19
 #[test]
 fn the_rigs_own_buttons_stop_it() {
-    let (mut rig, daemon, mut client) = connected(
-        &["--buttons", "2"],
-        &[&PATIENT[..], &["--stop-button", "1", "--enable-button", "2"]].concat(),
-    );
+    let (mut rig, daemon, mut client) = connected(&["--buttons", "2"], &["--stop-button", "1", "--enable-button", "2"]);
     assert_eq!(
         refused(&mut client, Request::Engage {}).code,
         ErrorCode::WrongState,
@@ -276,7 +261,7 @@ fn the_rigs_own_buttons_stop_it() {
 // hazard: H8
 #[test]
 fn the_devices_own_force_limit_is_the_limit_and_is_said() {
-    let (mut rig, _daemon, mut client) = connected(&["--force-limit-n", "1"], &PATIENT);
+    let (mut rig, _daemon, mut client) = connected(&["--force-limit-n", "1"], &[]);
     pull_until(&mut client, |_| rig.force().now_n.abs() > 0.9);
     let device = status(&mut client).device;
     assert_eq!(

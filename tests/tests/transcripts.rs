@@ -45,7 +45,7 @@ const ELSEWHERE: [(&str, &str); 8] = [
     ("not_commissioned", "commission.rs, with a rig of one's own"),
     (
         "state_file",
-        "commission/record.rs, where a file stands in the directory's place",
+        "commission.rs, where a file stands in the directory's place",
     ),
     ("no_device", "link.rs, with its device unplugged"),
     ("not_responding", "attacks.rs, with its real-time thread held"),

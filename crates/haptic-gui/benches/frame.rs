@@ -3,13 +3,19 @@
 //! Counted are the reading of what the daemon sends, the layout of the whole window and its triangles; not the drawing of those, which is
 //! the graphics card's work. Run with `cargo bench -p haptic-gui`.
 
+#[path = "../tests/fixture/metadata.rs"]
+mod metadata;
+#[path = "../tests/fixture/row.rs"]
+mod row;
+
 use egui::{Context, RawInput, Rect, vec2};
 use haptic_core::Scene;
 use haptic_gui::{Loaded, Model, Update, theme};
 use haptic_ipc::{
-    Description, Event, Hello, ParameterDescription, RigState, Sample, SamplesEvent, SceneReply, StateEvent, params_of,
+    Description, Event, Hello, ParameterDescription, RigState, SamplesEvent, SceneReply, StateEvent, params_of,
 };
-use haptic_lab::recording::{Ending, Metadata};
+use haptic_lab::recording::Ending;
+use row::row;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -19,28 +25,6 @@ const ROWS_A_FRAME: u32 = ROWS_A_SECOND / FRAMES_A_SECOND;
 
 /// Frames that are measured: ten seconds of them.
 const FRAMES: u32 = 10 * FRAMES_A_SECOND;
-
-fn row(tick: u32) -> Sample {
-    let t_s = f64::from(tick) * 1e-3;
-    let wave = (t_s * 6.0).sin();
-    let noise = f64::from(tick.wrapping_mul(2_654_435_761) >> 20) * 1e-4;
-    Sample {
-        tick: u64::from(tick),
-        t_s,
-        state: RigState::Engaged,
-        contact: i8::from(wave > 0.2),
-        device_position_m: 0.03 * wave,
-        device_velocity_mps: 0.18 * (t_s * 6.0).cos(),
-        block_position_m: 0.029 * wave,
-        block_velocity_mps: 0.17 * (t_s * 6.0).cos(),
-        coupling_force_n: 3.5 * wave + noise,
-        command_force_n: -3.5 * wave - noise,
-        revision: 1,
-        wake_latency_ns: 5000,
-        tick_ns: 2000,
-        device_round_trip_ns: 0,
-    }
-}
 
 fn batch(from: u32, rows: u32) -> Event {
     Event::Samples(SamplesEvent {
@@ -130,18 +114,9 @@ fn frame_of_an_hour() -> (Duration, Duration) {
     let ctx = Context::default();
     theme::install(&ctx);
     let path = std::path::PathBuf::from("hour.csv");
-    let metadata = Metadata {
-        server: "hapticd".into(),
-        device: "fake rig".into(),
-        loop_rate_hz: 1000.0,
-        rate_hz: 1000.0,
-        started_unix_s: 0.0,
-        revision: 1,
-        scene: Scene::paper(),
-    };
     let hour = Loaded::new(
         path.clone(),
-        metadata,
+        metadata::metadata(),
         (0..3600 * ROWS_A_SECOND).map(row),
         &[],
         Ending::Complete,

@@ -1,12 +1,15 @@
 //! The connection against a small daemon made of a socket and ready answers.
 
+#[path = "fixture/metadata.rs"]
+mod metadata;
+
 use haptic_core::Scene;
 use haptic_gui::connection::{Connection, Patience};
 use haptic_gui::{Answer, Intent, RecordingNews, StopNews, Update};
 use haptic_ipc::{
     AdviceReply, Envelope, ErrorCode, Event, Request, RigState, SceneReply, StateEvent, Topic, WireError, params_of,
 };
-use haptic_lab::recording::Metadata;
+use metadata::metadata;
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
@@ -439,15 +442,7 @@ fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
     let mut daemon = Daemon::accept(&listener);
     daemon.introduce();
     bench.until_connected();
-    let metadata = Metadata {
-        server: "hapticd test".into(),
-        device: "fake rig".into(),
-        loop_rate_hz: 1000.0,
-        rate_hz: 1000.0,
-        started_unix_s: 0.0,
-        revision: 1,
-        scene: Scene::paper(),
-    };
+    let metadata = metadata();
     bench.connection.send(Intent::Record {
         folder: bench.dir.path().to_path_buf(),
         metadata: Box::new(metadata),

@@ -1,9 +1,9 @@
 //! What a session puts on the wire, read from the bytes. A rig that cuts forces itself, as the fake one does, would hide a host that does not.
 
+use super::greeted::greeted_firmware;
 use super::health::LinkCounters;
 use super::session::Session;
-use crate::fake::{Firmware, FirmwareProperties, Hand, Motion, RigProperties};
-use crate::protocol::message::{DeviceHello, FromDevice, FromHost};
+use crate::protocol::message::DeviceHello;
 use crate::protocol::view::Kind;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -19,18 +19,7 @@ const ENABLED: u8 = 1;
 const FORCE: usize = 8;
 
 fn session() -> (Session, Arc<LinkCounters>) {
-    let motion = Motion::Sine {
-        amplitude_m: 0.03,
-        frequency_hz: 1.0,
-    };
-    let mut firmware = Firmware::new(
-        RigProperties::default(),
-        Hand::Prescribed(motion),
-        FirmwareProperties::default(),
-    );
-    let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 7 }, 0) else {
-        panic!("it answers");
-    };
+    let (_, hello) = greeted_firmware(0);
     let hello = DeviceHello {
         force_limit_mn: LIMIT_MN,
         ..hello

@@ -16,6 +16,8 @@ pub(crate) mod clock;
 mod device_clock;
 #[cfg(test)]
 mod frame_tests;
+#[cfg(test)]
+mod greeted;
 mod health;
 pub(crate) mod hid;
 mod identity;

@@ -1,10 +1,11 @@
 //! What a bad line does to the force, and what comes through one: the host's session and the fake firmware at the two ends of channels that fail on purpose, in a time of
 //! their own. The same numbers come out every time.
 
+use super::greeted::greeted_firmware;
 use super::health::LinkCounters;
 use super::serial::Reader;
 use super::session::Session;
-use crate::fake::{Channel, Firmware, FirmwareProperties, Hand, Motion, Quality, RigProperties};
+use crate::fake::{Channel, Firmware, Quality};
 use crate::protocol::frame::{Decoder, Frame};
 use crate::protocol::message::{FromDevice, FromHost};
 use crate::protocol::view::View;
@@ -41,19 +42,8 @@ struct Rendering {
 
 impl Rendering {
     fn new(quality: Quality) -> Self {
-        let motion = Motion::Sine {
-            amplitude_m: 0.03,
-            frequency_hz: 1.0,
-        };
-        let mut firmware = Firmware::new(
-            RigProperties::default(),
-            Hand::Prescribed(motion),
-            FirmwareProperties::default(),
-        );
         let now_ns = 1000 * MS;
-        let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 1 }, now_ns) else {
-            panic!("it answers");
-        };
+        let (firmware, hello) = greeted_firmware(now_ns);
         let counters = Arc::new(LinkCounters::default());
         let mut renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
         renderer.start_at(0.0, 0.0);

@@ -263,7 +263,8 @@ impl Session {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fake::{Firmware, FirmwareProperties, Hand, Motion, RigProperties};
+    use crate::fake::Firmware;
+    use crate::link::greeted::greeted_firmware;
 
     const MS: u64 = 1_000_000;
 
@@ -276,19 +277,8 @@ mod tests {
 
     impl Pair {
         fn new() -> Self {
-            let motion = Motion::Sine {
-                amplitude_m: 0.03,
-                frequency_hz: 1.0,
-            };
-            let mut firmware = Firmware::new(
-                RigProperties::default(),
-                Hand::Prescribed(motion),
-                FirmwareProperties::default(),
-            );
             let now_ns = 1000 * MS;
-            let Some(FromDevice::Hello(hello)) = firmware.receive(FromHost::Hello { nonce: 7 }, now_ns) else {
-                panic!("it answers");
-            };
+            let (firmware, hello) = greeted_firmware(now_ns);
             let session = Session::new(&hello, MS, now_ns, Arc::new(LinkCounters::default()));
             Self {
                 session,

@@ -1,5 +1,7 @@
 //! The panel without a window: what it shows of a daemon's news, and what it makes of keys and clicks.
 
+#[path = "../fixture/metadata.rs"]
+mod metadata;
 mod plots;
 mod scene;
 

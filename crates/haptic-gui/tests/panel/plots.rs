@@ -1,9 +1,10 @@
 //! What is done with the plots: freeze, move, trigger, measure, export, record, open.
 
 use super::*;
+use crate::metadata::metadata;
 use haptic_gui::{Format, Loaded, RecordingNews};
 use haptic_ipc::{Bucket, Percentiles, TimingHistogram};
-use haptic_lab::recording::{Ending, Metadata, Totals};
+use haptic_lab::recording::{Ending, Totals};
 
 fn rows(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Vec<Sample> {
     ms.map(|ms| Sample {
@@ -415,15 +416,7 @@ fn a_recording_is_looked_at_without_a_daemon() {
     press(&mut panel, "Open recording");
     let path = std::path::PathBuf::from("/home/ada/r.csv");
     assert_eq!(asked(&mut panel), [Intent::Open { path: path.clone() }]);
-    let metadata = Metadata {
-        server: "hapticd 0.1.0".into(),
-        device: "fake rig".into(),
-        loop_rate_hz: 1000.0,
-        rate_hz: 1000.0,
-        started_unix_s: 0.0,
-        revision: 1,
-        scene: Scene::paper(),
-    };
+    let metadata = metadata();
     let ending = Ending::BrokenOff { line: 90_005, bytes: 7 };
     let loaded = Loaded::new(path.clone(), metadata, rows(0..90_000, |_| 1.0), &[], ending);
     hear(

@@ -1,11 +1,12 @@
 //! A panel at a real daemon, with a thread that presses keys and one that listens to what the daemon does.
 
+use crate::metadata::metadata;
+use crate::row::row;
 use egui::{Context, Event, Key, Modifiers, RawInput, Rect, vec2};
-use haptic_core::Scene;
 use haptic_gui::connection::{Connection, Patience};
 use haptic_gui::{App, Files, Intent, Loaded, Update, theme};
 use haptic_ipc::{Client, Request, RigState, Sample, ServerLine, StateReply, Status, SubscribeReply, Topic};
-use haptic_lab::recording::{Ending, Metadata, Writer};
+use haptic_lab::recording::{Ending, Writer};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::{File, OpenOptions};
 use std::io::Read;
@@ -263,40 +264,6 @@ pub(crate) fn percentiles(times: &[Duration]) -> String {
     let ms = |time: Duration| format!("{:.1} ms", time.as_secs_f64() * 1e3);
     let at = |hundredths: usize| ms(times[(times.len() * hundredths / 100).min(times.len() - 1)]);
     format!("p50 {}, p99 {}, longest {}", at(50), at(99), at(100))
-}
-
-pub(crate) fn metadata() -> Metadata {
-    Metadata {
-        server: "hapticd test".into(),
-        device: "fake rig".into(),
-        loop_rate_hz: 1000.0,
-        rate_hz: 1000.0,
-        started_unix_s: 0.0,
-        revision: 1,
-        scene: Scene::paper(),
-    }
-}
-
-fn row(tick: u32) -> Sample {
-    let t_s = f64::from(tick) * 1e-3;
-    let wave = (t_s * 6.0).sin();
-    let noise = f64::from(tick.wrapping_mul(2_654_435_761) >> 20) * 1e-4;
-    Sample {
-        tick: u64::from(tick),
-        t_s,
-        state: RigState::Engaged,
-        contact: i8::from(wave > 0.2),
-        device_position_m: 0.03 * wave,
-        device_velocity_mps: 0.18 * (t_s * 6.0).cos(),
-        block_position_m: 0.029 * wave,
-        block_velocity_mps: 0.17 * (t_s * 6.0).cos(),
-        coupling_force_n: 3.5 * wave + noise,
-        command_force_n: -3.5 * wave - noise,
-        revision: 1,
-        wake_latency_ns: 5000,
-        tick_ns: 2000,
-        device_round_trip_ns: 0,
-    }
 }
 
 /// An hour at 1 kHz.

@@ -4,9 +4,14 @@
 //! `cargo test --release -p haptic-gui --test stop -- --ignored --nocapture` prints the table of docs/measured.md.
 
 mod desk;
+#[path = "../fixture/metadata.rs"]
+mod metadata;
+#[path = "../fixture/row.rs"]
+mod row;
 
-use desk::{Desk, Pipe, an_hour, metadata, percentiles};
+use desk::{Desk, Pipe, an_hour, percentiles};
 use haptic_gui::{Format, Intent};
+use metadata::metadata;
 use std::time::Duration;
 
 /// Stops of each row of the table.
