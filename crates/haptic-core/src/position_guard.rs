@@ -110,13 +110,10 @@ impl PositionGuard {
                 Verdict::Believed { elapsed_s: since_s }
             };
         }
-        // The hand goes on as before, or as the step said.
+        // The hand goes on as before, or as the held sample said: an infinite velocity is never
+        // allowed.
         let step = position - held.position;
-        let velocity = if held.elapsed_s > 0.0 {
-            (held.position - before.position) / held.elapsed_s
-        } else {
-            before.velocity
-        };
+        let velocity = (held.position - before.position) / held.elapsed_s;
         let agrees = allows(step, before.velocity, elapsed_s) || allows(step, velocity, elapsed_s);
         if agrees && !held.too_far {
             Verdict::Believed { elapsed_s: since_s }
@@ -213,6 +210,57 @@ mod tests {
             "faulted in the sample that confirms it, and never rendered"
         );
         assert!(seen.iter().all(|position| *position == 0.0));
+    }
+
+    // hazard: H6
+    #[test]
+    fn a_hand_that_is_pulled_is_believed_when_the_next_sample_confirms_its_speed() {
+        // From rest to 0.8 m/s within a sample, and on at that speed.
+        let pulled = [0.0, 0.0, 0.8e-3, 1.6e-3, 2.4e-3];
+        let (seen, jumped, guard) = rendered(0.0, &pulled);
+        assert_eq!((seen, jumped), (vec![0.0, 0.0, 1.6e-3, 2.4e-3], None));
+        assert_eq!(guard.forgotten(), 0);
+    }
+
+    #[test]
+    fn after_a_gap_a_hand_may_be_farther_away() {
+        // 5 mm in 10 ms from rest are 100 m/s^2.
+        let at_rest = Motion {
+            position: 0.0,
+            velocity: 0.0,
+            resolution: 1e-5,
+        };
+        let judged = |elapsed_s| PositionGuard::default().judge(at_rest, 5e-3, elapsed_s, &limits());
+        assert_eq!(judged(0.01), Verdict::Believed { elapsed_s: 0.01 });
+        assert_eq!(judged(TICK_S), Verdict::Held);
+    }
+
+    // hazard: H6
+    #[test]
+    fn the_sixth_wrong_sample_among_few_honest_ones_is_a_jump() {
+        let alternating: Vec<f64> = (0..20).map(|k| if k % 2 == 1 { 0.01 } else { 0.0 }).collect();
+        let (_, jumped, guard) = rendered(0.0, &alternating);
+        assert_eq!((jumped, guard.forgotten()), (Some(12), 6));
+    }
+
+    #[test]
+    fn a_guard_at_rest_has_forgotten_the_held_sample_and_the_score() {
+        let at_rest = Motion {
+            position: 0.0,
+            velocity: 0.0,
+            resolution: 1e-5,
+        };
+        let mut guard = PositionGuard::default();
+        assert_eq!(guard.forgotten(), 0);
+        for _ in 0..20 {
+            assert_eq!(guard.judge(at_rest, 0.01, TICK_S, &limits()), Verdict::Held);
+            guard.rest();
+            assert_eq!(
+                guard.judge(at_rest, 0.0, TICK_S, &limits()),
+                Verdict::Believed { elapsed_s: TICK_S }
+            );
+        }
+        assert_eq!(guard.forgotten(), 0);
     }
 
     #[test]

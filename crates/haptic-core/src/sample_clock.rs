@@ -356,6 +356,86 @@ mod tests {
         assert!(honest.iter().all(Result::is_ok), "{honest:?}");
     }
 
+    /// A sample of a device whose clock runs as ours does, which comes late by a time.
+    fn stamp(sequence: u64, period_ns: u64, late_ns: u64) -> Stamp {
+        Stamp {
+            sequence: u32::try_from(sequence).expect("a short run"),
+            device_ns: sequence * period_ns,
+            host_ns: 5_000 * MS + sequence * period_ns + late_ns,
+        }
+    }
+
+    // hazard: H3
+    #[test]
+    fn three_samples_may_have_one_stamp_and_a_fourth_may_not() {
+        let mut clock = SampleClock::new(20 * MS);
+        let mut at = |k: u32| {
+            clock.elapsed_s(Stamp {
+                sequence: k,
+                device_ns: 7 * MS,
+                host_ns: u64::from(k) * MS,
+            })
+        };
+        assert_eq!([at(0), at(1), at(2)], [Ok(0.0); 3]);
+        assert_eq!(at(3), Err(ClockError::StoodStill));
+    }
+
+    #[test]
+    fn the_period_is_known_after_a_tenth_of_a_second_and_eight_samples() {
+        // Period of the device and of reading, ns; the sample with which the period is known.
+        for (period_ns, every, known) in [
+            (MS, 1, 100_u64),
+            (20 * MS, 1, 8),
+            // A device at 20 kHz, read at 1 kHz.
+            (MS / 20, 20, 2000),
+        ] {
+            let mut clock = SampleClock::new(50 * MS);
+            for k in (0..=known).step_by(every) {
+                assert_eq!(clock.period_s(), 0.0, "{period_ns} ns, before sample {k}");
+                clock.elapsed_s(stamp(k, period_ns, 0)).expect("an honest clock");
+            }
+            let period_s = seconds(period_ns);
+            assert!((clock.period_s() / period_s - 1.0).abs() < 1e-9, "{period_ns} ns");
+            clock.reset();
+            assert_eq!(clock.period_s(), 0.0);
+            // Another device, with another time.
+            assert_eq!(clock.elapsed_s(stamp(7, 900 * MS, 0)), Ok(0.0));
+        }
+    }
+
+    #[test]
+    fn the_period_foretells_a_time_over_a_thousand_samples_and_no_more() {
+        for (steps, believed_s) in [(1000, 0.02), (1001, 0.005)] {
+            let mut clock = SampleClock::new(20 * MS);
+            for k in 0..=100 {
+                clock.elapsed_s(stamp(k, MS, 0)).expect("an honest clock");
+            }
+            let last = stamp(100, MS, 0);
+            // The stamp says 5 ms, our clock 20 ms, the sequence a second.
+            let elapsed = clock.elapsed_s(Stamp {
+                sequence: last.sequence + steps,
+                device_ns: last.device_ns + 5 * MS,
+                host_ns: last.host_ns + 20 * MS,
+            });
+            assert!(
+                elapsed.is_ok_and(|elapsed_s| (elapsed_s - believed_s).abs() < 1e-12),
+                "{elapsed:?}"
+            );
+        }
+    }
+
+    // hazard: H3
+    #[test]
+    fn a_burst_of_late_samples_is_not_a_drift() {
+        let mut clock = SampleClock::new(20 * MS);
+        for k in 0..1000 {
+            // 18 ms late where a window ends and the next begins, and those behind it.
+            let late_ms = if (200..218).contains(&k) { 218 - k } else { 0 };
+            let elapsed = clock.elapsed_s(stamp(k, MS, late_ms * MS));
+            assert!(elapsed.is_ok(), "{k}: {elapsed:?}");
+        }
+    }
+
     #[test]
     fn after_an_error_it_begins_anew() {
         let mut clock = SampleClock::new(20 * MS);
