@@ -3,7 +3,7 @@
 # this prints those that lived. It takes minutes (limiter, clock) to hours (rt), so it is run on demand; docs/safety.md has the last result, and why each that lived may.
 #
 #   tests/mutants.sh                       # limiter senses state session clock: an hour or two
-#   tests/mutants.sh limiter rt            # some parts: limiter, senses, state, session, clock, rt
+#   tests/mutants.sh limiter rt            # some parts: limiter, senses, state, servo, session, clock, rt
 #   tests/mutants.sh session -- --shard 0/4   # what comes after -- goes to cargo mutants
 #
 # What is committed is tested, not what is being worked on. The clone and its build stay in $HAPTICD_MUTANTS_DIR (by default target/mutants), so a second run begins sooner.
@@ -28,14 +28,16 @@ done
 describe() {
     case $1 in
     limiter) files=(crates/haptic-core/src/limiter.rs) package=haptic-core tests=(--lib limiter) ;;
-    state) files=(crates/hapticd/src/rig_state.rs) package=hapticd tests=(--bins -- rig_state rt::tick::tests) ;;
+    state) files=(crates/haptic-core/src/servo/rig.rs) package=haptic-core tests=(--lib -- servo) ;;
+    # What the tick's own tests see of the servo, with a device of which they decide every reading.
+    servo) files=('crates/haptic-core/src/servo/*.rs') package=hapticd tests=(--bins -- rt::tick) ;;
     session) files=(crates/device-io/src/link/session.rs) package=device-io tests=(--lib link::) ;;
     clock) files=(crates/device-io/src/link/device_clock.rs) package=device-io tests=(--lib link::) ;;
     senses) files=(crates/haptic-core/src/sample_clock.rs crates/haptic-core/src/position_guard.rs) package=haptic-core tests=(--lib -- sample_clock position_guard) ;;
     # Without the minutes that the stall and purity tests take for each.
     rt) files=('crates/hapticd/src/rt/*.rs') package=hapticd tests=(--bins -- rt:: --skip stall_tests --skip purity_tests) ;;
     *)
-        echo "no part $1: limiter, senses, state, session, clock, rt" >&2
+        echo "no part $1: limiter, senses, state, servo, session, clock, rt" >&2
         exit 2
         ;;
     esac

@@ -1,67 +1,6 @@
 //! What every rig can do.
 
-use crate::protocol::message::ErrorReport;
-use thiserror::Error;
-
-/// One sample of a rig.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measurement {
-    /// Counts the samples; the same number again is the same sample.
-    pub sequence: u32,
-    /// When it was taken, on the device's own clock, ns.
-    pub time_ns: u64,
-    /// Position of the handle, m.
-    pub position_m: f64,
-    /// What the motor does, as far as the device says so.
-    pub motor: Motor,
-    /// Buttons pressed, one bit each.
-    pub buttons: u8,
-}
-
-impl Measurement {
-    /// A sample of a device that has no buttons and says nothing of its motor.
-    #[must_use]
-    pub fn new(sequence: u32, time_ns: u64, position_m: f64) -> Self {
-        Self {
-            sequence,
-            time_ns,
-            position_m,
-            motor: Motor::Unreported,
-            buttons: 0,
-        }
-    }
-}
-
-/// The motor, as a device reports it in its samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motor {
-    /// The device says nothing of it: what was written to it counts as done.
-    Unreported,
-    /// It is enabled.
-    Enabled,
-    /// It is off, but the device has not yet confirmed that it heard the newest order to switch it off.
-    Unconfirmed,
-    /// It is off, and the device has confirmed the newest order to switch it off.
-    Off,
-}
-
-/// Why a rig could not be read or written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum DeviceError {
-    /// The rig is no longer there.
-    #[error("the device is disconnected")]
-    Disconnected,
-    /// The rig is there, and its motor is off though it was enabled.
-    #[error("the device has its motor off{}", if *.watchdog { ": its watchdog heard no command for too long" } else { "" })]
-    MotorOff {
-        /// Whether its own watchdog has done that.
-        watchdog: bool,
-    },
-    /// The rig is there and says that something is wrong with it.
-    #[error("{0}")]
-    Failed(ErrorReport),
-}
+pub use haptic_core::sample::{DeviceError, Measurement, Motor};
 
 /// What became of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -45,9 +45,11 @@ pub mod passivity;
 pub mod position_guard;
 pub mod pulse;
 mod renderer;
+pub mod sample;
 pub mod sample_clock;
 pub mod scene;
 mod scheme;
+pub mod servo;
 mod toward;
 pub mod velocity;
 

@@ -453,6 +453,7 @@ mod tests {
             wake_latency_ns: 0,
             tick_ns: 0,
             device_round_trip_ns: 0,
+            ..Sample::default()
         }
     }
 

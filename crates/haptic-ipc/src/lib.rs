@@ -162,7 +162,7 @@ pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use nearest::{meant_in, meant_or_semicolon, nearest};
 pub use request::{BATCH_MS, BadLine, Envelope, LEASE_TIMEOUT_MS, Request, Topic};
-pub use sample::{SAMPLE_COLUMNS, Sample};
+pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,
     differences, params_of,

@@ -7,9 +7,9 @@ use std::fmt;
 
 /// Writes the struct, its column names and its form as a row from one list.
 macro_rules! sample {
-    ($($(#[$doc:meta])* $field:ident $column:literal : $type:ty),* $(,)?) => {
+    ($($(#[$doc:meta])* $field:ident $column:literal : $type:ty $(= $default:expr)?),* $(,)?) => {
         /// One tick. On the wire it is a row: an array in the order of [`SAMPLE_COLUMNS`].
-        #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
         #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(from = "Row", into = "Row")]
         pub struct Sample {
@@ -18,6 +18,9 @@ macro_rules! sample {
 
         /// Names of a sample's columns, with units, in the order of a row.
         pub const SAMPLE_COLUMNS: &[&str] = &[$($column),*];
+
+        /// Columns that every server has: version 1 began with so many.
+        pub const FIRST_SAMPLE_COLUMNS: usize = 14;
 
         #[derive(Serialize)]
         struct Row($($type),*);
@@ -33,7 +36,11 @@ macro_rules! sample {
                     }
 
                     fn visit_seq<A: SeqAccess<'de>>(self, mut cells: A) -> Result<Row, A::Error> {
-                        $(let $field = cells.next_element()?.ok_or_else(|| A::Error::missing_field($column))?;)*
+                        $(let $field = cells
+                            .next_element()?
+                            // An earlier server has fewer columns.
+                            $(.or(Some($default)))?
+                            .ok_or_else(|| A::Error::missing_field($column))?;)*
                         // A later server may have more columns.
                         while cells.next_element::<IgnoredAny>()?.is_some() {}
                         Ok(Row($($field),*))
@@ -55,7 +62,7 @@ macro_rules! sample {
                     cell.insert("title".to_owned(), $column.into());
                     cell
                 }),*];
-                let least = cells.len();
+                let least = FIRST_SAMPLE_COLUMNS;
                 schemars::json_schema!({
                     "description": "One tick: a number or word for each column. A later server may have more columns.",
                     "type": "array",
@@ -124,6 +131,18 @@ sample! {
     tick_ns "tick_ns": u64,
     /// How long the device's read and write took, ns; 0 where the rig is in the daemon itself.
     device_round_trip_ns "device_round_trip_ns": u64,
+    /// Time since the tick before on the daemon's clock, ns. With the columns that follow it is what the servo was stepped with.
+    elapsed_ns "elapsed_ns": u64 = 0,
+    /// Number of the device's sample, which wraps around.
+    device_sequence "device_sequence": u32 = 0,
+    /// When the device took the sample, on its own clock, ns.
+    device_time_ns "device_time_ns": u64 = 0,
+    /// Position as the device reported it, m, before anything was made of it.
+    sample_position_m "sample_position_m": f64 = 0.0,
+    /// The other inputs, bit by bit ([`InputWord`](haptic_core::servo::InputWord)).
+    input_flags "input_flags": u32 = 0,
+    /// Detail of an error that the device reported.
+    error_detail "error_detail": u32 = 0,
 }
 
 #[cfg(test)]
@@ -147,6 +166,12 @@ mod tests {
             wake_latency_ns: 100,
             tick_ns: 200,
             device_round_trip_ns: 300,
+            elapsed_ns: 1_000_001,
+            device_sequence: 11,
+            device_time_ns: 12,
+            sample_position_m: 0.5,
+            input_flags: 13,
+            error_detail: 14,
         };
         let row = serde_json::to_value(sample).expect("writes");
         let object = sample.to_object();
@@ -160,8 +185,15 @@ mod tests {
             serde_json::from_value::<Sample>(longer).expect("a later server's row"),
             sample
         );
+        let mut earlier = row.clone();
+        earlier.as_array_mut().expect("a row").truncate(FIRST_SAMPLE_COLUMNS);
+        let earlier = serde_json::from_value::<Sample>(earlier).expect("an earlier server's row");
+        assert_eq!((earlier.device_round_trip_ns, earlier.elapsed_ns), (300, 0));
         let mut shorter = row;
-        shorter.as_array_mut().expect("a row").pop();
+        shorter
+            .as_array_mut()
+            .expect("a row")
+            .truncate(FIRST_SAMPLE_COLUMNS - 1);
         let error = serde_json::from_value::<Sample>(shorter).expect_err("a column is missing");
         assert!(error.to_string().contains("device_round_trip_ns"), "{error}");
     }

@@ -5,7 +5,6 @@ use crate::control::history::LONGEST_TITLE;
 use crate::control::socket::Group;
 use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, Policy, available_cpus, default_cpu};
-use crate::rt::tick::Watches;
 use clap::{Parser, ValueEnum};
 use device_io::Address;
 use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, MotionError, Recording, RigProperties};
@@ -368,6 +367,19 @@ fn default_state_dir() -> PathBuf {
     of("STATE_DIRECTORY")
         .or_else(|| state.map(|state| state.join("hapticd")))
         .unwrap_or_else(|| "/var/lib/hapticd".into())
+}
+
+/// What must go on for force to flow.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Watches {
+    /// Time for which a device may repeat its last sample, or the loop stand still while force flows, ns.
+    pub(crate) stale_ns: u64,
+    /// Time for which the control thread may give no sign of life, ns.
+    pub(crate) control_timeout_ns: u64,
+    /// Button of the rig that stops it, by its bit.
+    pub(crate) stop_button: Option<u8>,
+    /// Button of the rig that must be held down for force to flow, by its bit.
+    pub(crate) enable_button: Option<u8>,
 }
 
 /// How the daemon runs.

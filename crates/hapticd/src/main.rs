@@ -13,7 +13,6 @@ mod ending;
 mod late_log;
 mod log;
 mod processor_share;
-mod rig_state;
 mod rt;
 mod self_test;
 mod service;
@@ -28,18 +27,17 @@ use device_io::Device;
 use device_io::link::{Keeper, LinkMonitor};
 use ending::BlockedSignals;
 use haptic_core::adviser::RigFacts;
-use haptic_core::limiter::SafetyLimiter;
-use haptic_core::passivity::{PassivityObserver, RigLosses};
+use haptic_core::passivity::RigLosses;
+use haptic_core::servo::{Command, CompiledScene, Servo, Settings};
 use haptic_core::{Renderer, Scene, SceneError};
 use haptic_ipc::{Problem, RealTimeStatus};
 use log::{Level, say, say_at};
 use processor_share::ProcessorShare;
-use rig_state::{Command, Rig};
-use rt::handoff::{CompiledScene, Shared};
+use rt::handoff::Shared;
 use rt::lateness::Lateness;
 use rt::privileges::{self, Policy};
 use rt::thread::{End, LastWord, RunningLoop, Wishes};
-use rt::tick::{Parts, Tick, Velocity};
+use rt::tick::Tick;
 use service::ServiceManager;
 use std::io::Write;
 use std::process::ExitCode;
@@ -66,9 +64,6 @@ enum Failure {
 
 /// Revision of the scene that the daemon starts with.
 const FIRST_REVISION: u64 = 1;
-
-/// Periods that one step of a ramp counts for at most, however long a stall.
-const LONGEST_RAMP_STEP_PERIODS: f64 = 5.0;
 
 /// How often the control thread looks at the telemetry.
 const PUMP_PERIOD: Duration = Duration::from_millis(5);
@@ -198,7 +193,7 @@ struct Prepared {
     wishes: Wishes,
     status: RealTimeStatus,
     shared: Arc<Shared>,
-    records: telemetry::ring::Consumer,
+    records: rt::outbox::Consumer,
     facts: Facts,
     scene: Scene,
     cpus: Vec<usize>,
@@ -213,7 +208,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         .then(|| privileges::keep_cpus_awake(&mut status))
         .flatten();
     let shared = Arc::new(Shared::new());
-    let (producer, records) = telemetry::ring::ring();
+    let (producer, records) = rt::outbox::outbox();
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
     let renderer = Renderer::new(&config.scene, config.scheme, period_s)?;
@@ -222,21 +217,32 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
     let description = device.description();
     let resolution = device.resolution_m();
     let (monitor, keeper) = link.unzip();
-    let mut rig = Rig::new(config.ramp_s, LONGEST_RAMP_STEP_PERIODS * period_s);
-    // Before the first sample of a device that has yet to be found, nobody engages it.
-    rig.device_present(monitor.is_none());
-    let parts = Parts {
-        rig,
-        limiter: SafetyLimiter::new(config.limits),
-        passivity: PassivityObserver::new(losses, config.passivity_control_n),
-        lateness: Lateness::new(config.late_policy),
-        velocity: Velocity {
-            method: config.velocity,
-            period_s,
-        },
-        watches: config.watches,
+    let settings = Settings {
+        period_s,
+        ramp_s: config.ramp_s,
+        limits: config.limits,
+        losses,
+        passivity_control_n: config.passivity_control_n,
+        velocity: config.velocity,
+        stale_ns: config.watches.stale_ns,
+        stop_button: config.watches.stop_button,
+        enable_button: config.watches.enable_button,
     };
-    let tick = Tick::new(device, Arc::clone(&shared), producer, scene, parts);
+    let mut servo = Servo::new(settings, scene);
+    if monitor.is_some() {
+        // Before the first sample of a device that is yet to be found, nobody engages it.
+        servo.disconnect();
+    }
+    let lateness = Lateness::new(config.late_policy);
+    let control_timeout_ns = config.watches.control_timeout_ns;
+    let tick = Tick::new(
+        device,
+        Arc::clone(&shared),
+        producer,
+        servo,
+        lateness,
+        control_timeout_ns,
+    );
     let share = claim_processor(config.cpu.filter(|_| config.policy != Policy::Deadline), &mut status);
     let phase_ns = share.as_ref().map_or_else(
         || processor_share::usual_phase_ns(config.period_ns),

@@ -4,12 +4,13 @@
 use crate::PUMP_PERIOD;
 use crate::processor_share::usual_phase_ns;
 use crate::rt::clock::{Grid, Waiting, Wake, now_ns};
-use crate::rt::handoff::{CompiledScene, Shared};
+use crate::rt::handoff::Shared;
+use crate::rt::outbox::Consumer;
 use crate::rt::privileges;
 use crate::rt::tick::Tick;
-use crate::telemetry::ring::Consumer;
 use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};
 use device_io::{Device, DeviceError, Measurement, Written};
+use haptic_core::servo::CompiledScene;
 use hdrhistogram::Histogram;
 use std::fmt::Write;
 use std::sync::Arc;
@@ -98,7 +99,7 @@ impl ControlSide {
         loop {
             // Before the ring, so that what was left before it is taken.
             let last = over.load(Acquire);
-            self.shared.drop_retired();
+            self.records.drop_retired();
             while self.records.pop().is_some() {}
             if last {
                 return self;
@@ -222,7 +223,7 @@ fn back_to_back(
         if count.is_multiple_of(TICKS_A_SCENE) {
             let scene = CompiledScene::at_once(renderer.clone(), count);
             control.shared.scenes.post(scene);
-            control.shared.drop_retired();
+            control.records.drop_retired();
         }
         clock_ns += period_ns;
         let wake = Wake {
@@ -325,10 +326,10 @@ impl Comparison {
 #[cfg(all(test, not(miri)))]
 mod tests {
     use super::*;
-    use crate::rig_state::Command;
-    use crate::rt::tick::Parts;
-    use crate::telemetry::ring;
+    use crate::rt::lateness::{LatePolicy, Lateness};
+    use crate::rt::outbox;
     use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
+    use haptic_core::servo::Command;
     use haptic_core::{Renderer, Scene, Scheme};
 
     #[test]
@@ -341,13 +342,14 @@ mod tests {
         let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
         let shared = Arc::new(Shared::new());
         // Room for a second, where the turns take five.
-        let (producer, records) = ring::with_capacity(1000);
+        let (producer, records) = outbox::with_capacity(1000);
         let mut tick: Tick<dyn Device> = Tick::new(
             Box::new(rig),
             Arc::clone(&shared),
             producer,
-            Box::new(CompiledScene::at_once(renderer, 1)),
-            Parts::of_a_test(0.02),
+            crate::rt::tick::tests::servo(0.02, CompiledScene::at_once(renderer, 1)),
+            Lateness::new(LatePolicy::Warn),
+            u64::MAX,
         );
         shared.send(1, Command::Engage, shared.stops());
         let control = ControlSide { shared, records };

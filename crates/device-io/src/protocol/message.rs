@@ -1,6 +1,7 @@
 //! Messages as values, apart from their bytes.
 
 use super::view::{Bytes, Kind, View, ViewError};
+pub use haptic_core::sample::{ErrorCode, ErrorReport};
 use thiserror::Error;
 
 /// What a device can do, and how it counts.
@@ -86,66 +87,6 @@ pub struct WideChannels {
     pub force_mn: i32,
     /// Acceleration of the handle, mm/s^2.
     pub acceleration_mm_per_s2: i32,
-}
-
-/// What is wrong with a device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum ErrorCode {
-    /// A message whose kind, version or length it does not know.
-    BadMessage = 1,
-    /// The position sensor fails.
-    Sensor = 2,
-    /// The motor or its amplifier fails: too hot, too much current.
-    Motor = 3,
-    /// Anything else.
-    Other = 255,
-}
-
-impl ErrorCode {
-    pub(crate) fn from_byte(byte: u8) -> Self {
-        match byte {
-            1 => Self::BadMessage,
-            2 => Self::Sensor,
-            3 => Self::Motor,
-            _ => Self::Other,
-        }
-    }
-}
-
-impl std::fmt::Display for ErrorCode {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::BadMessage => "it was sent a message that it does not know",
-            Self::Sensor => "its position sensor fails",
-            Self::Motor => "its motor or amplifier fails",
-            Self::Other => "it reports an error of its own",
-        })
-    }
-}
-
-/// An error that a device reports. Packed, as each tick's record has room for one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C, packed)]
-pub struct ErrorReport {
-    /// What is wrong.
-    pub code: ErrorCode,
-    /// What the firmware's maker wants to know.
-    pub detail: u32,
-}
-
-impl From<ErrorCode> for ErrorReport {
-    /// Without a detail.
-    fn from(code: ErrorCode) -> Self {
-        Self { code, detail: 0 }
-    }
-}
-
-impl std::fmt::Display for ErrorReport {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { code, detail } = *self;
-        write!(f, "{code} (code {}, detail {detail} = {detail:#x})", code as u8)
-    }
 }
 
 /// What a device says.

@@ -804,6 +804,7 @@ fn sample(t_s: f64) -> Sample {
         wake_latency_ns: 0,
         tick_ns: 0,
         device_round_trip_ns: 0,
+        ..Sample::default()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{Mark, Metadata, TITLE, VERSION};
 use csv::StringRecord;
-use haptic_ipc::{SAMPLE_COLUMNS, Sample};
+use haptic_ipc::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
 use serde::Deserialize;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -139,6 +139,8 @@ pub enum Entry {
 /// A recording, read as it is needed: an iterator over its entries.
 #[derive(Debug)]
 pub struct Reader<R> {
+    /// Columns of its heading.
+    columns: usize,
     input: R,
     metadata: Metadata,
     line: u64,
@@ -198,7 +200,18 @@ impl<R: BufRead> Reader<R> {
             })?;
         let mut found = header.split(',');
         for (index, column) in SAMPLE_COLUMNS.iter().enumerate() {
-            let name = found.next().unwrap_or_default().trim();
+            let Some(name) = found.next().map(str::trim) else {
+                if index >= FIRST_SAMPLE_COLUMNS {
+                    // An earlier version wrote it.
+                    break;
+                }
+                return Err(RecordingError::Column {
+                    line: at,
+                    place: index + 1,
+                    column,
+                    found: String::new(),
+                });
+            };
             if name != *column {
                 return Err(RecordingError::Column {
                     line: at,
@@ -209,6 +222,7 @@ impl<R: BufRead> Reader<R> {
             }
         }
         Ok(Self {
+            columns: header.split(',').count(),
             input,
             metadata,
             line,
@@ -238,7 +252,7 @@ impl<R: BufRead> Reader<R> {
                     });
                 }
                 Line::Whole => {
-                    let entry = parse(self.line, trimmed(&self.text))?;
+                    let entry = parse(self.line, trimmed(&self.text), self.columns)?;
                     if matches!(entry, Some(Entry::Mark(Mark::End { .. }))) {
                         self.ending = Some(Ending::Complete);
                     }
@@ -335,7 +349,7 @@ fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> R
 }
 
 /// Nothing where the line is empty or a remark.
-fn parse(line: u64, text: &[u8]) -> Result<Option<Entry>, RecordingError> {
+fn parse(line: u64, text: &[u8], columns: usize) -> Result<Option<Entry>, RecordingError> {
     let row_error = |reason: String| RecordingError::Row {
         line,
         found: shown(text),
@@ -353,6 +367,9 @@ fn parse(line: u64, text: &[u8]) -> Result<Option<Entry>, RecordingError> {
     }
     let cells = std::str::from_utf8(text).map_err(|error| row_error(error.to_string()))?;
     let record = StringRecord::from(cells.split(',').map(str::trim).collect::<Vec<_>>());
+    if record.len() < columns {
+        return Err(row_error(format!("{} cells of {columns}", record.len())));
+    }
     record
         .deserialize(None)
         .map(|row| Some(Entry::Row(row)))

@@ -35,6 +35,7 @@ fn sample(tick: u64) -> Sample {
         wake_latency_ns: 100,
         tick_ns: 200,
         device_round_trip_ns: 0,
+        ..Sample::default()
     }
 }
 
@@ -85,7 +86,7 @@ fn a_recording_reads_as_its_description_shows_it() {
     assert_eq!(lines[2], SAMPLE_COLUMNS.join(","));
     assert_eq!(
         lines[3],
-        "1,0.001,engaged,-1,0.1,-0.2,0.3333333333333333,0.0,5.5,-5.5,7,100,200,0"
+        "1,0.001,engaged,-1,0.1,-0.2,0.3333333333333333,0.0,5.5,-5.5,7,100,200,0,0,0,0,0.0,0,0"
     );
     assert_eq!(lines[4], r##"# {"mark":"end","rows":1,"lost":0}"##);
 }
@@ -208,7 +209,10 @@ fn what_is_no_recording_is_refused_by_its_line() {
             whole.replace("2,0.002,engaged", "2,0.002,asleep"),
             vec!["line 5", "asleep"],
         ),
-        (whole.replace(",200,0\n2,", "\n2,"), vec!["line 4", "is no row"]),
+        (
+            whole.replacen(",0.0,0,0\n2,", "\n2,", 1),
+            vec!["line 4", "is no row", "17 cells of 20"],
+        ),
         (
             whole.replace("\"rows\":2", "\"rows\":two"),
             vec!["line 6", "is no mark"],
@@ -229,12 +233,10 @@ fn what_is_no_recording_is_refused_by_its_line() {
 #[test]
 fn remarks_and_what_a_later_version_adds_are_passed_over() {
     let whole = String::from_utf8(recording(&[sample(1)])).expect("text");
-    let later = whole
-        .replace("device_round_trip_ns\n", "device_round_trip_ns,mood\n")
-        .replace(
-            ",200,0\n",
-            ",200,0,good\n\n# a remark\n# {\"mark\":\"weather\",\"wind\":3}\n",
-        );
+    let later = whole.replace("error_detail\n", "error_detail,mood\n").replace(
+        ",0.0,0,0\n",
+        ",0.0,0,0,good\n\n# a remark\n# {\"mark\":\"weather\",\"wind\":3}\n",
+    );
     assert_ne!(later, whole);
     assert_eq!(
         read_bytes(later.as_bytes()).expect("reads"),
@@ -245,6 +247,19 @@ fn remarks_and_what_a_later_version_adds_are_passed_over() {
         read_bytes(windows.as_bytes()).expect("reads"),
         read_bytes(whole.as_bytes()).expect("reads")
     );
+}
+
+#[test]
+fn a_recording_of_an_earlier_version_reads_without_the_columns_that_it_lacks() {
+    let whole = String::from_utf8(recording(&[sample(1)])).expect("text");
+    let added = SAMPLE_COLUMNS[haptic_ipc::FIRST_SAMPLE_COLUMNS..].join(",");
+    let earlier = whole
+        .replace(&format!(",{added}"), "")
+        .replace(",0,0,0,0.0,0,0\n", "\n");
+    let lines: Vec<&str> = earlier.lines().collect();
+    assert!(lines[2].ends_with(",device_round_trip_ns"), "{}", lines[2]);
+    assert_eq!(lines[2].split(',').count(), lines[3].split(',').count(), "{}", lines[3]);
+    assert_eq!(read_bytes(earlier.as_bytes()).expect("reads").rows, [sample(1)]);
 }
 
 #[test]
@@ -264,9 +279,11 @@ fn any_number() -> impl Strategy<Value = f64> {
 
 fn any_sample() -> impl Strategy<Value = Sample> {
     let state = prop::sample::select(RigState::ALL.to_vec());
-    let counts = (any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>(), any::<u64>());
-    (state, -1_i8..=1, prop::collection::vec(any_number(), 7), counts).prop_map(|(state, contact, x, counts)| Sample {
-        tick: counts.0,
+    let numbers = prop::collection::vec(any_number(), 8);
+    let counts = prop::array::uniform7(any::<u64>());
+    let words = prop::array::uniform3(any::<u32>());
+    (state, -1_i8..=1, numbers, counts, words).prop_map(|(state, contact, x, counts, words)| Sample {
+        tick: counts[0],
         t_s: x[0],
         state,
         contact,
@@ -276,10 +293,16 @@ fn any_sample() -> impl Strategy<Value = Sample> {
         block_velocity_mps: x[4],
         coupling_force_n: x[5],
         command_force_n: x[6],
-        revision: counts.1,
-        wake_latency_ns: counts.2,
-        tick_ns: counts.3,
-        device_round_trip_ns: counts.4,
+        revision: counts[1],
+        wake_latency_ns: counts[2],
+        tick_ns: counts[3],
+        device_round_trip_ns: counts[4],
+        elapsed_ns: counts[5],
+        device_sequence: words[0],
+        device_time_ns: counts[6],
+        sample_position_m: x[7],
+        input_flags: words[1],
+        error_detail: words[2],
     })
 }
 

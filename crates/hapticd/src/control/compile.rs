@@ -1,7 +1,6 @@
 //! From a scene to what the real-time thread takes: one renderer, or a whole way of them.
 
-use crate::rt::handoff::CompiledScene;
-use crate::rt::transition::{Steps, Transition};
+use haptic_core::servo::{CompiledScene, Steps, Transition};
 use haptic_core::{Renderer, Scene, SceneError, Scheme};
 use haptic_ipc::WireError;
 

@@ -1,7 +1,7 @@
 //! `engage`, `release`, `reset` and `stop`: what moves the rig from state to state.
 
 use crate::control::RigHandle;
-use crate::rig_state::Command;
+use haptic_core::servo::Command;
 use haptic_ipc::{Peer, StateReply, WireError};
 
 pub(super) async fn command(

@@ -4,8 +4,8 @@
 use crate::control::RigHandle;
 use crate::control::journal::Until;
 use crate::control::requester::Requester;
-use crate::rig_state::Command;
 use crate::rt::clock::now_ns;
+use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, LEASE_TIMEOUT_MS, LeaseReply, Peer, WireError};
 use std::cell::RefCell;
 use std::time::Duration;

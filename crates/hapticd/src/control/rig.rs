@@ -12,16 +12,16 @@ use crate::control::lease::Leases;
 use crate::control::presence::{self, Presence};
 use crate::control::pulse::Pulse;
 use crate::processor_share::ProcessorShare;
-use crate::rig_state::{Command, Fault};
 use crate::rt::clock::now_ns;
-use crate::rt::handoff::{CompiledScene, Heard, Outcome, Shared, Stopped};
+use crate::rt::handoff::{Heard, Outcome, Shared, Stopped};
+use crate::rt::outbox::TickRecord;
 use crate::telemetry::feed::Feed;
 use crate::telemetry::link;
-use crate::telemetry::ring::TickRecord;
 use device_io::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
+use haptic_core::servo::{Command, CompiledScene, Fault};
 use haptic_core::velocity::Method;
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::{
@@ -256,7 +256,6 @@ impl RigHandle {
 
     /// Moves telemetry on, and frees what the real-time thread gave back.
     pub(crate) fn pump(&self) {
-        self.shared.drop_retired();
         let changes = {
             let mut feed = self.feed.borrow_mut();
             feed.stops_ended(&self.shared.answers);

@@ -5,8 +5,8 @@ use crate::control::requester::Requester;
 use crate::control::{
     RigHandle, advise, commission, describe, devices, diff, drive, get, lease, library, log, status, subscribe, timing,
 };
-use crate::rig_state::Command;
 use crate::telemetry::feed::{BACKLOG_BYTES, BACKLOG_LINES, Line};
+use haptic_core::servo::Command;
 use haptic_ipc::{
     BadLine, Envelope, ErrorCode, Hello, MAX_LINE_BYTES, PROTOCOL_VERSION, Peer, Request, Rights, WireError,
 };

@@ -1,54 +1,28 @@
-//! Between the control thread and the real-time thread: single words, one mailbox and one queue, so that neither side can make the
-//! real-time side wait.
+//! From the control thread to the real-time thread, and the answers: single words and one mailbox, so that
+//! neither side can make the real-time side wait. What leaves it in numbers goes through the [outbox](super::outbox).
 //!
 //! | what | how | why it is wait-free for the real-time side |
 //! |---|---|---|
 //! | new scene | an owned pointer in a [`SceneMailbox`] | one load while nothing is new, one swap when something is |
-//! | old scene | an [`Outbox`] with the real-time side as its only producer | it pushes only where it has checked for room, away from any slot in flight |
 //! | commands, stop, quit | atomic words | one load each |
 //! | answers | atomic words | plain stores |
-//!
-//! A queue from control to real time is *not* here on purpose: the consumer of crossbeam's `ArrayQueue` spins on a slot that a
-//! preempted producer has reserved and not yet written, and under SCHED_FIFO on the same core that producer never runs again.
 #![allow(
     unsafe_code,
     reason = "the mailbox owns what its pointer points to; see SceneMailbox"
 )]
 
-use super::outbox::Outbox;
-use super::primitives::{Atomic, AtomicBool, AtomicU64, Ordering, Owned, Pointer, unprotected};
-use crate::rig_state::Command;
-use crate::rt::transition::Transition;
-use haptic_core::Renderer;
+use super::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
+use haptic_core::servo::{Command, CompiledScene};
 use haptic_ipc::RigState;
-
-/// A scene, compiled, on its way to or from the real-time thread.
-#[derive(Debug)]
-pub(crate) struct CompiledScene {
-    /// What is rendered; while it comes in step by step, the step that it has come to.
-    pub(crate) renderer: Renderer,
-    pub(crate) revision: u64,
-    pub(crate) transition: Transition,
-}
-
-impl CompiledScene {
-    /// One that comes in at once.
-    pub(crate) fn at_once(renderer: Renderer, revision: u64) -> Self {
-        Self {
-            renderer,
-            revision,
-            transition: Transition::AtOnce,
-        }
-    }
-}
+use std::ptr;
 
 /// Holds the newest scene until the real-time thread takes it.
 ///
-/// The pointer in it is null or owned by the mailbox: whoever swaps it out owns what it got. Nothing is ever read through a pointer that
-/// is still in the mailbox, so no epoch needs to be pinned.
+/// The pointer in it is null or owned by the mailbox: whoever swaps it out owns the scene. Nothing is read through a pointer that
+/// is still in the mailbox.
 #[derive(Debug)]
 pub(crate) struct SceneMailbox {
-    slot: Atomic<CompiledScene>,
+    slot: AtomicPtr<CompiledScene>,
     /// Scenes posted so far: the cheap sign that something is new.
     posted: AtomicU64,
 }
@@ -56,38 +30,36 @@ pub(crate) struct SceneMailbox {
 impl SceneMailbox {
     pub(crate) fn new() -> Self {
         Self {
-            slot: Atomic::null(),
+            slot: AtomicPtr::new(ptr::null_mut()),
             posted: AtomicU64::new(0),
         }
     }
 
     /// Leaves a scene; one that was not taken yet is dropped, here, on the control thread.
     pub(crate) fn post(&self, scene: CompiledScene) {
-        drop(self.swap(Some(Owned::new(scene))));
+        drop(self.swap(Box::into_raw(Box::new(scene))));
         self.posted.fetch_add(1, Ordering::Release);
     }
 
-    /// How many scenes were posted so far.
-    pub(crate) fn posted(&self) -> u64 {
-        self.posted.load(Ordering::Acquire)
+    /// Takes the newest scene, if one was posted after the `seen` first ones.
+    pub(crate) fn take_new(&self, seen: &mut u64) -> Option<Box<CompiledScene>> {
+        let posted = self.posted.load(Ordering::Acquire);
+        if posted == *seen {
+            return None;
+        }
+        *seen = posted;
+        self.take()
     }
 
     /// Takes the newest scene, if there is one.
     pub(crate) fn take(&self) -> Option<Box<CompiledScene>> {
-        self.swap(None).map(Owned::into_box)
+        self.swap(ptr::null_mut())
     }
 
-    fn swap(&self, new: Option<Owned<CompiledScene>>) -> Option<Owned<CompiledScene>> {
-        // SAFETY: `unprotected` is sound because no thread ever dereferences a pointer that is in the slot; a swap hands over
-        // ownership as a whole, so what came out is this thread's alone.
-        unsafe {
-            let guard = unprotected();
-            let old = match new {
-                Some(new) => self.slot.swap(new, Ordering::AcqRel, guard),
-                None => self.slot.swap(Pointer::null(), Ordering::AcqRel, guard),
-            };
-            if old.is_null() { None } else { Some(old.into_owned()) }
-        }
+    fn swap(&self, new: *mut CompiledScene) -> Option<Box<CompiledScene>> {
+        let old = self.slot.swap(new, Ordering::AcqRel);
+        // SAFETY: a pointer in the slot is null or came from `Box::into_raw` in `post`; the swap took it out, so it is this thread's alone.
+        (!old.is_null()).then(|| unsafe { Box::from_raw(old) })
     }
 }
 
@@ -97,9 +69,6 @@ impl Drop for SceneMailbox {
     }
 }
 
-/// Old scenes on their way back; more than can be under way at once.
-const RETIRED_CAPACITY: usize = 16;
-
 /// Stands for every connection to a device.
 pub(crate) const ANY_CONNECTION: u64 = u64::MAX;
 
@@ -107,7 +76,6 @@ pub(crate) const ANY_CONNECTION: u64 = u64::MAX;
 #[derive(Debug)]
 pub(crate) struct Shared {
     pub(crate) scenes: SceneMailbox,
-    retired: Outbox<Box<CompiledScene>>,
     /// Stops asked for so far.
     stops: AtomicU64,
     quit: AtomicBool,
@@ -167,7 +135,6 @@ impl Shared {
     pub(crate) fn new() -> Self {
         Self {
             scenes: SceneMailbox::new(),
-            retired: Outbox::new(RETIRED_CAPACITY),
             stops: AtomicU64::new(0),
             quit: AtomicBool::new(false),
             command: AtomicU64::new(0),
@@ -249,35 +216,6 @@ impl Shared {
     /// The newest command.
     pub(crate) fn command(&self) -> Option<CommandWord> {
         CommandWord::unpack(self.command.load(Ordering::Acquire))
-    }
-
-    /// The newest scene, if one was posted after the `seen` first ones. Whoever takes it hands up to two back with [`retire`](Self::retire): the
-    /// one before, and one that was still fading out. Without room for that the new scene waits, as nothing is freed on the real-time thread.
-    pub(crate) fn new_scene(&self, seen: &mut u64) -> Option<Box<CompiledScene>> {
-        let posted = self.scenes.posted();
-        if posted == *seen || !self.retired.has_room_for(2) {
-            return None;
-        }
-        *seen = posted;
-        self.scenes.take()
-    }
-
-    /// Whether a scene can be handed back.
-    pub(crate) fn can_retire(&self) -> bool {
-        self.retired.has_room()
-    }
-
-    /// Hands back a scene that is rendered no more, where there was room for it.
-    pub(crate) fn retire(&self, scene: Box<CompiledScene>) {
-        if let Err(scene) = self.retired.push(scene) {
-            // Cannot happen with a single producer; if it did, a leak is better than freeing here.
-            std::mem::forget(scene);
-        }
-    }
-
-    /// Drops the scenes that came back.
-    pub(crate) fn drop_retired(&self) {
-        while self.retired.pop().is_some() {}
     }
 }
 
@@ -365,7 +303,7 @@ impl Answers {
         self.revision.store(revision, Ordering::Release);
     }
 
-    pub(crate) fn came_in(&self, steps: usize) {
+    pub(crate) fn set_ramp_step(&self, steps: usize) {
         self.steps.store(steps as u64, Ordering::Relaxed);
     }
 
@@ -431,7 +369,7 @@ impl Answers {
     }
 
     /// So many samples were not rendered, because no hand can have made them.
-    pub(crate) fn forgotten(&self, samples: u64) {
+    pub(crate) fn set_samples_forgotten(&self, samples: u64) {
         self.forgotten.store(samples, Ordering::Relaxed);
     }
 

@@ -1,7 +1,7 @@
 //! The hand-over with real threads. Miri runs these too, with many seeds.
 
-use crate::rig_state::Command;
-use crate::rt::handoff::{CommandWord, CompiledScene, Shared, state_from};
+use crate::rt::handoff::{CommandWord, Shared, state_from};
+use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::RigState;
 use std::sync::Arc;
@@ -22,19 +22,17 @@ fn the_newest_scene_arrives_and_none_is_lost_or_freed_twice() {
         std::thread::spawn(move || {
             for revision in 1..=last {
                 shared.scenes.post(compiled(revision));
-                shared.drop_retired();
             }
         })
     };
     let mut current = Box::new(compiled(0));
     let mut seen = 0;
     while current.revision < last {
-        if let Some(new) = shared.new_scene(&mut seen) {
+        if let Some(new) = shared.scenes.take_new(&mut seen) {
             assert!(new.revision > current.revision, "never an older scene");
-            shared.retire(std::mem::replace(&mut current, new));
+            current = new;
         }
         std::thread::yield_now();
-        shared.drop_retired();
     }
     poster.join().expect("it ends");
     assert!(shared.scenes.take().is_none());

@@ -5,6 +5,7 @@
 // clippy.toml lists what waits. Tests may: they wait for each other.
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
+mod atomic;
 pub(crate) mod clock;
 pub(crate) mod handoff;
 #[cfg(test)]
@@ -13,13 +14,10 @@ pub(crate) mod lateness;
 #[cfg(all(test, not(miri)))]
 mod model;
 pub(crate) mod outbox;
-pub(crate) mod primitives;
 pub(crate) mod privileges;
 #[cfg(all(test, target_os = "linux", not(miri)))]
 mod purity_tests;
-mod sensing;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
 mod stall_tests;
 pub(crate) mod thread;
 pub(crate) mod tick;
-pub(crate) mod transition;

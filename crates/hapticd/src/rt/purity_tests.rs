@@ -6,19 +6,20 @@
 #![allow(unsafe_code, reason = "a counting allocator, a seccomp filter and a signal handler")]
 
 use crate::control::compile::Compiled;
-use crate::rig_state::Command;
 use crate::rt::clock::now_ns;
-use crate::rt::handoff::{CompiledScene, Shared};
+use crate::rt::handoff::Shared;
+use crate::rt::lateness::{LatePolicy, Lateness};
+use crate::rt::outbox::{self, TickRecord};
 use crate::rt::privileges::Policy;
 use crate::rt::thread::{self, End, LastWord, RunningLoop, Wishes};
-use crate::rt::tick::{Parts, Tick};
-use crate::telemetry::ring;
+use crate::rt::tick::{Tick, tests::servo};
 use device_io::fake::{FakeRig, Firmware, FirmwareProperties, Hand, Motion, RigProperties, Terminal};
 use device_io::link::{Keeper, SerialConnector};
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{FromDevice, FromHost};
 use device_io::protocol::view::View;
 use device_io::{Device, DeviceError, Measurement, Written};
+use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Scene, Scheme};
 use haptic_ipc::{RealTimeStatus, RigState};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -235,13 +236,14 @@ fn scenes() -> Vec<Scene> {
 }
 
 /// Starts the loop as the daemon does, at an ordinary rate.
-fn start(device: Box<dyn Device>, shared: &Arc<Shared>, scene: &Scene, producer: ring::Producer) -> RunningLoop {
+fn start(device: Box<dyn Device>, shared: &Arc<Shared>, scene: &Scene, producer: outbox::Producer) -> RunningLoop {
     let tick = Tick::new(
         device,
         Arc::clone(shared),
         producer,
-        Box::new(compiled(scene, 1)),
-        Parts::of_a_test(0.02),
+        servo(0.02, compiled(scene, 1)),
+        Lateness::new(LatePolicy::Warn),
+        u64::MAX,
     );
     let wishes = Wishes {
         period_ns: PERIOD_NS,
@@ -351,7 +353,7 @@ impl Drop for UnpluggedNowAndThen {
 
 fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     let shared = Arc::new(Shared::new());
-    let (producer, mut records) = ring::ring();
+    let (producer, mut records) = outbox::outbox();
     let filtered = Arc::new(AtomicU64::new(0));
     let watch_until = WATCH_FROM + seconds * 1000;
     let device: Box<dyn Device> = Box::new(Failing {
@@ -377,7 +379,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     let (mut revision, mut serial, mut newest) = (1, 0, None);
     let (mut faults, mut lost, mut live, mut stopped, mut pushed) = (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
     let commands = [Command::Reset, Command::Engage, Command::Engage, Command::Release];
-    while newest.is_none_or(|record: ring::TickRecord| record.tick < watch_until + 10) {
+    while newest.is_none_or(|record: TickRecord| record.tick < watch_until + 10) {
         // Some come in over twenty ticks, and are given ten or thirty.
         let long = [10, 30][usize::from(revision % 4 == 0)] * u64::from(revision % 10 < 2);
         if shared
@@ -410,7 +412,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
             let command = commands[usize::try_from(serial).expect("few commands") % commands.len()];
             shared.send(serial, command, shared.stops());
         }
-        shared.drop_retired();
+        records.drop_retired();
         while let Some(record) = records.pop() {
             pushed += 1;
             faults += u64::from(record.state == RigState::Faulted);
@@ -513,7 +515,7 @@ fn panic_with_force(refusals: u64) -> (End, f64) {
     });
     shared.send(1, Command::Engage, 0);
     thread::keep_panics();
-    let mut running = start(device, &shared, &Scene::paper(), ring::ring().0);
+    let mut running = start(device, &shared, &Scene::paper(), outbox::outbox().0);
     let began = Instant::now();
     // What is written after the panic is the last word.
     while panicked_at.load(SeqCst) == 0 {

@@ -6,15 +6,16 @@
 //! slot in flight, or for a lock such as the allocator's), it would never end, and the count would tell. No privilege is needed.
 #![allow(unsafe_code, reason = "single-stepping, signals and fork")]
 
-use crate::rig_state::Command;
 use crate::rt::clock::Wake;
-use crate::rt::handoff::{CompiledScene, Shared};
-use crate::rt::tick::{Parts, Tick};
+use crate::rt::handoff::Shared;
+use crate::rt::lateness::{LatePolicy, Lateness};
+use crate::rt::outbox;
+use crate::rt::tick::{Tick, tests::servo};
 use crate::self_test::NoLink;
-use crate::telemetry::ring;
 use crossbeam::queue::ArrayQueue;
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
+use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Renderer, Scene, Scheme};
 use std::arch::asm;
 use std::sync::Arc;
@@ -198,7 +199,7 @@ fn compiled(renderer: &Renderer, revision: u64) -> CompiledScene {
 struct Bench {
     tick: Tick<dyn Device>,
     shared: Arc<Shared>,
-    records: ring::Consumer,
+    records: outbox::Consumer,
     clock_ns: u64,
     revision: u64,
 }
@@ -215,13 +216,14 @@ impl Bench {
 
     fn on(device: Box<dyn Device>, renderer: &Renderer) -> Self {
         let shared = Arc::new(Shared::new());
-        let (producer, records) = ring::with_capacity(8);
+        let (producer, records) = outbox::with_capacity(8);
         let tick = Tick::new(
             device,
             Arc::clone(&shared),
             producer,
-            Box::new(compiled(renderer, 1)),
-            Parts::of_a_test(0.001),
+            servo(0.001, compiled(renderer, 1)),
+            Lateness::new(LatePolicy::Warn),
+            u64::MAX,
         );
         let mut bench = Self {
             tick,
@@ -300,19 +302,17 @@ fn a_tick_ends_wherever_the_posting_of_a_scene_is_preempted() {
 #[test]
 fn a_tick_ends_wherever_the_dropping_of_old_scenes_is_preempted() {
     let renderer = renderer();
-    for waiting in [1, 15] {
+    // The tick that preempts the dropping hands back one more; after 16 scenes there is no room for it.
+    for scenes in [2, 16] {
         let report = at_every_step(|| {
             let mut bench = Bench::new(&renderer);
-            for _ in 0..waiting {
+            for _ in 0..scenes {
                 bench.post(&renderer);
                 bench.ticks(1);
             }
-            // The tick that preempts the dropping hands back one more. 15 are all for which there is room: there, this one waits.
             bench.post(&renderer);
-            bench.ticks(u32::from(waiting == 15));
-            bench.post(&renderer);
-            let shared = Arc::clone(&bench.shared);
-            bench.against(move || shared.drop_retired())
+            let mut records = std::mem::replace(&mut bench.records, outbox::outbox().1);
+            bench.against(move || records.drop_retired())
         });
         assert_never_stuck(report, 50);
     }
@@ -327,7 +327,7 @@ fn a_tick_ends_wherever_the_reading_of_its_records_is_preempted() {
             let mut bench = Bench::new(&renderer);
             while bench.records.pop().is_some() {}
             bench.ticks(ticks);
-            let mut records = std::mem::replace(&mut bench.records, ring::ring().1);
+            let mut records = std::mem::replace(&mut bench.records, outbox::outbox().1);
             bench.against(move || {
                 std::hint::black_box([records.pop(), records.pop()]);
             })

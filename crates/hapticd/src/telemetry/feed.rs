@@ -1,9 +1,9 @@
 //! Where the records go: the timing histograms, the newest state, and the subscribers.
 
 use crate::rt::handoff::Answers;
+use crate::rt::outbox::{Consumer, TickRecord};
 use crate::telemetry::link;
 use crate::telemetry::motion::Motion;
-use crate::telemetry::ring::{Consumer, TickRecord};
 use crate::telemetry::stop_times::StopTimes;
 use crate::telemetry::timing::TimingRecorder;
 use device_io::link::LinkMonitor;
@@ -188,6 +188,7 @@ impl Feed {
     /// Takes in what the loop left since the last call, and sends what is due. `scenes` has those that may be in force. Returns the first record of
     /// each state and revision.
     pub(crate) fn pump(&mut self, scenes: &VecDeque<KnownScene>) -> Vec<TickRecord> {
+        self.consumer.drop_retired();
         while let Some(record) = self.consumer.pop() {
             self.take_in(&record);
         }
@@ -242,6 +243,12 @@ impl Feed {
             wake_latency_ns: record.began_ns.saturating_sub(record.deadline_ns),
             tick_ns: record.ended_ns.saturating_sub(record.began_ns),
             device_round_trip_ns: record.device_round_trip_ns,
+            elapsed_ns: record.elapsed_ns,
+            device_sequence: record.device_sequence,
+            device_time_ns: record.device_time_ns,
+            sample_position_m: record.sample_position,
+            input_flags: record.input_word.flags,
+            error_detail: record.input_word.detail,
         };
         for subscriber in &mut self.subscribers {
             if subscriber.wants(Topic::Samples) {
@@ -349,7 +356,7 @@ fn line(event: &Event) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::telemetry::ring;
+    use crate::rt::outbox;
 
     fn known(revision: u64) -> KnownScene {
         KnownScene {
@@ -380,7 +387,7 @@ mod tests {
 
     #[test]
     fn the_state_comes_whole_at_first_and_then_at_every_change() {
-        let (mut producer, consumer) = ring::ring();
+        let (mut producer, consumer) = outbox::outbox();
         let mut feed = Feed::new(consumer, 1_000_000, None);
         let (subscription, mut received) = subscription(&[Topic::State], 1, 8);
         feed.subscribe(1, subscription);
@@ -390,7 +397,7 @@ mod tests {
             (2, RigState::Engaging, 1),
             (3, RigState::Engaging, 2),
         ] {
-            let mut record = ring::tests::record(tick);
+            let mut record = outbox::tests::record(tick);
             (record.state, record.revision) = (state, revision);
             producer.push(record);
             feed.pump(&VecDeque::from([known(1), known(2)]));
@@ -407,18 +414,18 @@ mod tests {
 
     #[test]
     fn what_a_slow_subscriber_misses_is_counted_and_told() {
-        let (mut producer, consumer) = ring::ring();
+        let (mut producer, consumer) = outbox::outbox();
         let mut feed = Feed::new(consumer, 1_000_000, None);
         let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
         feed.subscribe(1, subscription);
         let scenes = VecDeque::from([known(1)]);
         for tick in 0..10 {
-            producer.push(ring::tests::record(tick));
+            producer.push(outbox::tests::record(tick));
             feed.pump(&scenes);
         }
         // One event fitted; ticks 2, 4, 6 and 8 did not.
         let first = events(&mut received);
-        producer.push(ring::tests::record(10));
+        producer.push(outbox::tests::record(10));
         feed.pump(&scenes);
         let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
             panic!("two sample events");
@@ -430,7 +437,7 @@ mod tests {
     // hazard: H20
     #[test]
     fn what_waits_for_a_subscriber_that_does_not_read_is_bounded_in_bytes() {
-        let (mut producer, consumer) = ring::ring();
+        let (mut producer, consumer) = outbox::outbox();
         let mut feed = Feed::new(consumer, 1_000_000, None);
         // As many lines as a client has, in batches as long as they may be.
         let topics = [Topic::Samples, Topic::State, Topic::Log, Topic::Timing];
@@ -439,7 +446,7 @@ mod tests {
         feed.subscribe(1, subscription);
         let scenes = VecDeque::from([known(1)]);
         for tick in 0..40_000 {
-            producer.push(ring::tests::record(tick));
+            producer.push(outbox::tests::record(tick));
             if tick % 256 == 255 {
                 feed.pump(&scenes);
             }
@@ -453,7 +460,7 @@ mod tests {
         drop(held);
         assert_eq!(room.available_permits(), BACKLOG_BYTES);
         for tick in 40_000..40_256 {
-            producer.push(ring::tests::record(tick));
+            producer.push(outbox::tests::record(tick));
         }
         feed.pump(&scenes);
         let told = events(&mut received);

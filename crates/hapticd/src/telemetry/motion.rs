@@ -1,6 +1,6 @@
 //! How the handle moves while a rig is commissioned, from the records of all ticks.
 
-use crate::telemetry::ring::TickRecord;
+use crate::rt::outbox::TickRecord;
 use haptic_core::PulseShape;
 use haptic_ipc::{PulseEnd, PulseReport};
 
@@ -240,7 +240,7 @@ impl Watched {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::telemetry::ring::tests::record;
+    use crate::rt::outbox::tests::record;
 
     const SHAPE: PulseShape = PulseShape {
         force_n: 2.0,

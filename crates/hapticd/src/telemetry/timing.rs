@@ -2,7 +2,7 @@
 //!
 //! The real-time thread only stamps its ticks; the histograms are kept here, on the control thread.
 
-use crate::telemetry::ring::TickRecord;
+use crate::rt::outbox::TickRecord;
 use haptic_ipc::{Bucket, Percentiles, Timing, TimingHistogram, TimingWindow};
 use hdrhistogram::Histogram;
 use std::collections::VecDeque;
@@ -218,7 +218,7 @@ impl Span {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::telemetry::ring::tests::record;
+    use crate::rt::outbox::tests::record;
 
     #[test]
     fn counts_are_exact_and_the_window_forgets() {

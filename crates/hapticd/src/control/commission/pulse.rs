@@ -2,8 +2,8 @@
 
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
-use crate::rig_state::Command;
 use haptic_core::pulse::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
+use haptic_core::servo::Command;
 use haptic_core::{PulseShape, Renderer};
 use haptic_ipc::{Peer, RigState};
 use std::time::{Duration, Instant};

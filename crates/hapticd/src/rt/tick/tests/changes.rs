@@ -70,9 +70,12 @@ fn valid_scene() -> impl Strategy<Value = Scene> {
 impl Bench {
     /// Engaged on a scene, with a hand that has gone at a speed for so many ticks and then, if it is to, has come to rest.
     fn dragged(scene: &Scene, speed: f64, ticks: usize, at_rest: bool) -> (Self, f64) {
-        let mut bench = bench([]);
-        bench.tick.limiter = SafetyLimiter::new(SLEWED);
-        bench.tick.rig = Rig::new(1e-3, 0.005);
+        let settings = Settings {
+            ramp_s: 1e-3,
+            limits: SLEWED,
+            ..SETTINGS
+        };
+        let mut bench = bench_with(settings, []);
         bench.shared.scenes.post(compiled(scene, 2));
         let mut position = 0.0;
         let mut go = |bench: &mut Self, speed: f64| {
@@ -94,7 +97,7 @@ impl Bench {
         for _ in 0..if at_rest { 300 } else { 0 } {
             go(&mut bench, 0.0);
         }
-        bench.shared.drop_retired();
+        bench.records.drop_retired();
         (bench, position)
     }
 
@@ -159,7 +162,7 @@ proptest! {
                 prop_assert!(grown <= SLEWED.slew_n_per_s * PERIOD_S + STEP_N, "{grown} N in one tick");
                 before = record;
             }
-            bench.shared.drop_retired();
+            bench.records.drop_retired();
             before = {
                 let still = bench.tick_at_once(position);
                 // After no time there is nothing but what the ramp itself does.
@@ -235,12 +238,12 @@ fn a_lease_that_lapses_lets_the_force_out_by_the_loop_alone() {
     bench.ticks(100);
     bench.shared.lease_until(bench.clock_ns + 10_500_000);
     bench.ticks(10);
-    assert_eq!(bench.tick.rig.state(), RigState::Engaged);
+    assert_eq!(bench.tick.servo.state(), RigState::Engaged);
     assert_eq!(bench.tick().state, RigState::Releasing);
     bench.ticks(30);
-    assert_eq!((bench.tick.rig.state(), bench.last_written()), (RigState::Idle, 0.0));
+    assert_eq!((bench.tick.servo.state(), bench.last_written()), (RigState::Idle, 0.0));
     // A lease that has lapsed, and that nobody has ended, keeps the force out.
     bench.command(Command::Engage);
     bench.ticks(30);
-    assert_eq!(bench.tick.rig.state(), RigState::Idle);
+    assert_eq!(bench.tick.servo.state(), RigState::Idle);
 }

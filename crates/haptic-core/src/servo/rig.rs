@@ -7,100 +7,17 @@
 //! ```
 //!
 //! Force flows only while engaging, engaged or releasing, scaled by a gain that moves along a ramp.
-// The real-time thread comes through here: no locks (clippy.toml).
-#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-use device_io::protocol::message::ErrorReport;
-use haptic_core::sample_clock::ClockError;
-use haptic_ipc::RigState;
-
-/// What a person may ask of the rig. A stop is not among them: it goes its own way, ahead of everything.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Command {
-    Engage,
-    Release,
-    Reset,
-}
-
-impl Command {
-    /// Its name on the wire.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Engage => "engage",
-            Self::Release => "release",
-            Self::Reset => "reset",
-        }
-    }
-}
-
-/// Why a check took the force away.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fault {
-    /// The force computed was not a finite number.
-    NonFiniteForce,
-    /// The device reported a position that is not a finite number.
-    NonFinitePosition,
-    /// The device moved faster than the rig allows.
-    TooFast,
-    /// More periods were missed in a second than the policy allows.
-    TooLate,
-    /// The device sent no new sample for too long.
-    Stale,
-    /// The position changed as no rig can move.
-    Jump,
-    /// The device has its motor off, though it was enabled.
-    MotorOff {
-        /// Its own watchdog has done that.
-        watchdog: bool,
-    },
-    /// The device says that something is wrong with it.
-    Device(ErrorReport),
-    /// The device's clock cannot be one.
-    DeviceClock(ClockError),
-    /// The loop stood still for longer than a sample may be old, or the machine slept.
-    Stalled,
-    /// The control thread has given no sign of life for too long.
-    ControlLost,
-    /// Not a fault, but a stop, by the rig's own button.
-    StopButton,
-    /// The device has its motor on, or does not confirm that it is off, long after it was told to switch it off.
-    StillEnabled,
-}
-
-impl std::fmt::Display for Fault {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Jump => "the position jumped: it changed faster than the acceleration limit allows",
-            Self::Stale => "the device sent no new sample for too long",
-            Self::MotorOff { watchdog: false } => "the device has switched its motor off",
-            Self::MotorOff { watchdog: true } => {
-                "the device's watchdog has switched its motor off: it heard no command"
-            }
-            Self::Device(code) => return write!(f, "the device reports: {code}"),
-            Self::DeviceClock(error) => return write!(f, "device_clock: the device's time cannot be right: {error}"),
-            Self::StopButton => "stop_button: the rig's own stop button was pressed",
-            Self::Stalled => "stalled: the loop stood still for longer than stale-ms while force flowed",
-            Self::ControlLost => {
-                "control_lost: the control thread hung, so that no stop could be heard; the force was let down"
-            }
-            Self::StillEnabled => {
-                "still_enabled: the device has not switched its motor off 100 ms after it was told to: cut its power"
-            }
-            Self::NonFiniteForce => "the force computed was not a finite number",
-            Self::NonFinitePosition => "the device reported a position that is not a finite number",
-            Self::TooFast => "the device moved faster than its speed limit",
-            Self::TooLate => "more periods were missed in a second than the late policy allows",
-        })
-    }
-}
+use super::fault::Fault;
+use super::state::{Command, RigState};
 
 /// The command does not fit the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Refused;
+pub(super) struct Refused;
 
 /// State and gain of the rig. Lives on the real-time thread.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rig {
+pub(super) struct Rig {
     state: RigState,
     fault: Option<Fault>,
     /// Share of the rendered force that reaches the hand, 0 to 1.
@@ -117,7 +34,7 @@ pub(crate) struct Rig {
 impl Rig {
     /// A rig at rest whose ramps take `ramp_s` seconds. After a stall a ramp goes on from where it was: one step counts for
     /// `longest_step_s` seconds at most.
-    pub(crate) fn new(ramp_s: f64, longest_step_s: f64) -> Self {
+    pub(super) fn new(ramp_s: f64, longest_step_s: f64) -> Self {
         Self {
             state: RigState::Idle,
             fault: None,
@@ -129,22 +46,22 @@ impl Rig {
         }
     }
 
-    pub(crate) fn state(&self) -> RigState {
+    pub(super) fn state(&self) -> RigState {
         self.state
     }
 
     /// Why it is faulted, or stopped by its own button.
-    pub(crate) fn fault(&self) -> Option<Fault> {
+    pub(super) fn fault(&self) -> Option<Fault> {
         self.fault
     }
 
     /// Whether force may flow.
-    pub(crate) fn is_live(&self) -> bool {
+    pub(super) fn is_live(&self) -> bool {
         self.state.is_live()
     }
 
     /// A person wants zero force, now.
-    pub(crate) fn stop(&mut self) {
+    pub(super) fn stop(&mut self) {
         // A fault keeps its reason; either needs a reset.
         if self.state != RigState::Faulted {
             self.state = RigState::Stopped;
@@ -154,7 +71,7 @@ impl Rig {
     }
 
     /// A person has pressed the rig's own stop button.
-    pub(crate) fn press_stop(&mut self) {
+    pub(super) fn press_stop(&mut self) {
         if self.state != RigState::Faulted && self.state != RigState::Stopped {
             self.fault = Some(Fault::StopButton);
         }
@@ -162,7 +79,7 @@ impl Rig {
     }
 
     /// A check wants zero force, now.
-    pub(crate) fn fail(&mut self, fault: Fault) {
+    pub(super) fn fail(&mut self, fault: Fault) {
         if self.state != RigState::Stopped && self.state != RigState::Faulted {
             self.state = RigState::Faulted;
             self.fault = Some(fault);
@@ -171,8 +88,8 @@ impl Rig {
         self.fault_after_release = None;
     }
 
-    /// A check has found what even a stop did not end: it is said whatever the state.
-    pub(crate) fn alarm(&mut self, fault: Fault) {
+    /// A check has found what even a stop did not end: it faults in any state.
+    pub(super) fn alarm(&mut self, fault: Fault) {
         if self.state != RigState::Faulted {
             self.state = RigState::Faulted;
             self.fault = Some(fault);
@@ -182,7 +99,7 @@ impl Rig {
     }
 
     /// Lets the force out along a ramp of at most `longest_s` seconds, where any flows.
-    pub(crate) fn release_within(&mut self, longest_s: f64) {
+    pub(super) fn release_within(&mut self, longest_s: f64) {
         if self.is_live() {
             self.release_s = if self.state == RigState::Releasing {
                 self.release_s.min(longest_s)
@@ -194,15 +111,15 @@ impl Rig {
     }
 
     /// As [`release_within`](Self::release_within), into a fault: nobody engages meanwhile.
-    pub(crate) fn release_into(&mut self, fault: Fault, longest_s: f64) {
+    pub(super) fn release_into(&mut self, fault: Fault, longest_s: f64) {
         if self.is_live() {
             self.release_within(longest_s);
             self.fault_after_release.get_or_insert(fault);
         }
     }
 
-    /// A person has let go of the switch that force needs: zero force, now.
-    pub(crate) fn let_go(&mut self) {
+    /// The button that force needs is not held down: zero force, now.
+    pub(super) fn open_enable_button(&mut self) {
         if self.is_live() {
             self.gain = 0.0;
             self.state = RigState::Idle;
@@ -213,7 +130,7 @@ impl Rig {
     }
 
     /// The device could, or could not, be read. It comes back without force.
-    pub(crate) fn device_present(&mut self, present: bool) {
+    pub(super) fn device_present(&mut self, present: bool) {
         match (present, self.state) {
             (_, RigState::Stopped | RigState::Faulted) => {}
             (true, RigState::Disconnected) => self.state = RigState::Idle,
@@ -233,7 +150,7 @@ impl Rig {
     ///
     /// # Errors
     /// The command does not fit the state, which stays as it is.
-    pub(crate) fn command(&mut self, command: Command) -> Result<(), Refused> {
+    pub(super) fn command(&mut self, command: Command) -> Result<(), Refused> {
         use RigState::{Disconnected, Engaged, Engaging, Faulted, Idle, Releasing, Stopped};
         if self.state == Releasing && self.fault_after_release.is_some() && command == Command::Engage {
             return Err(Refused);
@@ -257,12 +174,12 @@ impl Rig {
     }
 
     /// What a time between two ticks counts for, s, where force may come with it: a stall is not made up for.
-    pub(crate) fn step_s(&self, elapsed_s: f64) -> f64 {
+    pub(super) fn step_s(&self, elapsed_s: f64) -> f64 {
         elapsed_s.clamp(0.0, self.longest_step_s)
     }
 
     /// Moves the gain along its ramp by `elapsed_s` seconds and returns it.
-    pub(crate) fn advance(&mut self, elapsed_s: f64) -> f64 {
+    pub(super) fn advance(&mut self, elapsed_s: f64) -> f64 {
         let ramp_s = if self.state == RigState::Releasing {
             self.release_s
         } else {
@@ -297,6 +214,10 @@ impl Rig {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sample_clock::ClockError;
+    use alloc::string::ToString;
+    use alloc::vec;
+    use alloc::vec::Vec;
     use proptest::prelude::*;
 
     #[derive(Clone, Copy, Debug)]
@@ -308,7 +229,7 @@ mod tests {
         Pass(f64),
         ReleaseWithin,
         LoseControl,
-        LetGo,
+        OpenEnableButton,
         Alarm,
     }
 
@@ -323,7 +244,7 @@ mod tests {
                 Self::Pass(elapsed) => drop(rig.advance(elapsed)),
                 Self::ReleaseWithin => rig.release_within(0.1),
                 Self::LoseControl => rig.release_into(Fault::ControlLost, 0.04),
-                Self::LetGo => rig.let_go(),
+                Self::OpenEnableButton => rig.open_enable_button(),
                 Self::Alarm => rig.alarm(Fault::StillEnabled),
             }
             false
@@ -341,7 +262,7 @@ mod tests {
             (0.0..0.3).prop_map(Happening::Pass),
             Just(Happening::ReleaseWithin),
             Just(Happening::LoseControl),
-            Just(Happening::LetGo),
+            Just(Happening::OpenEnableButton),
             Just(Happening::Alarm),
         ]
     }
@@ -507,7 +428,7 @@ mod tests {
             Device(true),
             Pass(0.15),
         ];
-        let mut seen = std::collections::BTreeSet::new();
+        let mut seen = alloc::collections::BTreeSet::new();
         let mut frontier = vec![Rig::new(0.2, 1.0)];
         for _ in 0..6 {
             let mut next = Vec::with_capacity(frontier.len() * all.len());

@@ -1,24 +1,11 @@
 //! From what a device reports to where the hand is: which samples are new, when they were taken, and whether a hand can have made them.
 
-use crate::rig_state::Fault;
-use device_io::{DeviceError, Measurement, Motor};
-use haptic_core::limiter::SafetyLimiter;
-use haptic_core::position_guard::{Motion, PositionGuard, Verdict};
-use haptic_core::sample_clock::{SampleClock, Stamp};
-use haptic_core::velocity::{Estimator, Method};
-
-/// How velocity is estimated: anew for each device, as one may count more finely than another.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Velocity {
-    pub(crate) method: Method,
-    pub(crate) period_s: f64,
-}
-
-impl Velocity {
-    fn estimator(self, resolution_m: f64) -> Estimator {
-        Estimator::new(self.method, self.period_s, resolution_m)
-    }
-}
+use super::fault::Fault;
+use crate::limiter::SafetyLimiter;
+use crate::position_guard::{Motion, PositionGuard, Verdict};
+use crate::sample::{DeviceError, Measurement, Motor};
+use crate::sample_clock::{SampleClock, Stamp};
+use crate::velocity::{Estimator, Method};
 
 /// Periods without a new sample after which the force decays.
 const SILENT_PERIODS: f64 = 3.0;
@@ -60,7 +47,9 @@ pub(super) struct Sensing {
     newest: Option<Newest>,
     clock: SampleClock,
     guard: PositionGuard,
-    velocity_of: Velocity,
+    method: Method,
+    /// Nominal time between two steps, s.
+    step_s: f64,
     estimator: Estimator,
     position_m: f64,
     velocity_mps: f64,
@@ -71,14 +60,16 @@ pub(super) struct Sensing {
 }
 
 impl Sensing {
-    pub(super) fn new(velocity: Velocity, resolution_m: f64, stale_ns: u64) -> Self {
+    pub(super) fn new(method: Method, step_s: f64, stale_ns: u64) -> Self {
         Self {
             stale_ns,
             newest: None,
             clock: SampleClock::new(stale_ns),
             guard: PositionGuard::default(),
-            velocity_of: velocity,
-            estimator: velocity.estimator(resolution_m),
+            method,
+            step_s,
+            // With its first sample every device gets an estimator of its own.
+            estimator: Estimator::new(method, step_s, 0.0),
             position_m: 0.0,
             velocity_mps: 0.0,
             motor: Motor::Unreported,
@@ -114,7 +105,7 @@ impl Sensing {
 
     /// Time between two samples, or two ticks, whichever is longer, s.
     pub(super) fn period_s(&self) -> f64 {
-        self.velocity_of.period_s.max(self.clock.period_s())
+        self.step_s.max(self.clock.period_s())
     }
 
     /// Whether the next sample is the first of its device.
@@ -150,7 +141,7 @@ impl Sensing {
                         Sensed::Faulty(Fault::MotorOff { watchdog })
                     }
                     DeviceError::Failed(code) => Sensed::Faulty(Fault::Device(code)),
-                    _ => {
+                    DeviceError::Disconnected => {
                         self.motor = Motor::Unreported;
                         self.buttons = 0;
                         Sensed::Gone
@@ -174,7 +165,7 @@ impl Sensing {
         if first {
             // It may be another device than the last one.
             self.clock.reset();
-            self.estimator = self.velocity_of.estimator(resolution_m);
+            self.estimator = Estimator::new(self.method, self.step_s, resolution_m);
         }
         self.newest = Some(Newest {
             sequence: sample.sequence,

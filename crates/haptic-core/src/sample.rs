@@ -1,0 +1,126 @@
+//! What a device says, sample by sample.
+
+use core::fmt;
+use thiserror::Error;
+
+/// One sample of a rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measurement {
+    /// Counts the samples; the same number again is the same sample. It wraps around.
+    pub sequence: u32,
+    /// When it was taken, on the device's own clock, ns.
+    pub time_ns: u64,
+    /// Position of the handle, m.
+    pub position_m: f64,
+    /// What the motor does, as far as the device reports it.
+    pub motor: Motor,
+    /// Buttons pressed, one bit each.
+    pub buttons: u8,
+}
+
+impl Measurement {
+    /// A sample of a device without buttons that does not report its motor.
+    #[must_use]
+    pub fn new(sequence: u32, time_ns: u64, position_m: f64) -> Self {
+        Self {
+            sequence,
+            time_ns,
+            position_m,
+            motor: Motor::Unreported,
+            buttons: 0,
+        }
+    }
+}
+
+/// The motor, as a device reports it in its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Motor {
+    /// The device does not report it: a command counts as carried out once it is written.
+    Unreported = 0,
+    /// It is enabled.
+    Enabled = 1,
+    /// It is off, but the device has not yet confirmed the newest order to switch it off.
+    Unconfirmed = 2,
+    /// It is off, and the device has confirmed the newest order to switch it off.
+    Off = 3,
+}
+
+/// Why a rig could not be read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum DeviceError {
+    /// The rig is no longer there.
+    #[error("the device is disconnected")]
+    Disconnected,
+    /// The rig is there, and its motor is off though it was enabled.
+    #[error("the device has its motor off{}", if *.watchdog { ": its watchdog heard no command for too long" } else { "" })]
+    MotorOff {
+        /// Whether its own watchdog switched it off.
+        watchdog: bool,
+    },
+    /// The rig is there and reports an error.
+    #[error("{0}")]
+    Failed(ErrorReport),
+}
+
+/// What is wrong with a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum ErrorCode {
+    /// A message whose kind, version or length it does not know.
+    BadMessage = 1,
+    /// The position sensor fails.
+    Sensor = 2,
+    /// The motor or its amplifier fails: too hot, too much current.
+    Motor = 3,
+    /// Anything else.
+    Other = 255,
+}
+
+impl ErrorCode {
+    /// The code with a number; an unknown number is [`Other`](Self::Other).
+    #[must_use]
+    pub fn from_byte(byte: u8) -> Self {
+        match byte {
+            1 => Self::BadMessage,
+            2 => Self::Sensor,
+            3 => Self::Motor,
+            _ => Self::Other,
+        }
+    }
+}
+
+impl fmt::Display for ErrorCode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::BadMessage => "it was sent a message that it does not know",
+            Self::Sensor => "its position sensor fails",
+            Self::Motor => "its motor or amplifier fails",
+            Self::Other => "it reports an error of its own",
+        })
+    }
+}
+
+/// An error that a device reports. Packed, as each tick's record has room for one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(C, packed)]
+pub struct ErrorReport {
+    /// What is wrong.
+    pub code: ErrorCode,
+    /// What the firmware's maker wants to know.
+    pub detail: u32,
+}
+
+impl From<ErrorCode> for ErrorReport {
+    /// Without a detail.
+    fn from(code: ErrorCode) -> Self {
+        Self { code, detail: 0 }
+    }
+}
+
+impl fmt::Display for ErrorReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { code, detail } = *self;
+        write!(f, "{code} (code {}, detail {detail} = {detail:#x})", code as u8)
+    }
+}

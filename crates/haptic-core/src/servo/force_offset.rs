@@ -1,0 +1,35 @@
+//! A step of force, taken back at once and let in slowly.
+
+/// Time in which the step comes in, s.
+const FADE_S: f64 = 0.05;
+
+/// A step of force that a new scene would have caused, taken back and then let in over 50 ms.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ForceOffset {
+    /// What was taken back when the fade began, N.
+    force: f64,
+    left_s: f64,
+}
+
+impl ForceOffset {
+    /// Takes back a step, N; what is left of the last one is taken back with it.
+    pub(super) fn add(&mut self, step: f64) {
+        if step != 0.0 {
+            self.force = self.now() + step;
+            self.left_s = FADE_S;
+        }
+    }
+
+    fn now(&self) -> f64 {
+        self.force * (self.left_s / FADE_S)
+    }
+
+    /// What is taken back after a time, N.
+    pub(super) fn fade(&mut self, elapsed_s: f64) -> f64 {
+        if self.left_s <= 0.0 {
+            return 0.0;
+        }
+        self.left_s = (self.left_s - elapsed_s).max(0.0);
+        self.now()
+    }
+}

@@ -1,0 +1,230 @@
+//! What a step is made from.
+
+use super::state::Command;
+use crate::sample::{DeviceError, ErrorCode, ErrorReport, Measurement, Motor};
+
+/// What a step is made from, beside a scene that arrives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inputs {
+    /// Time since the step before on our own clock, ns; zero in the first step.
+    pub elapsed_ns: u64,
+    /// What the device said.
+    pub sample: Result<Measurement, DeviceError>,
+    /// Distance between two positions that the device can tell apart, m. It changes only with the
+    /// device.
+    pub device_resolution_m: f64,
+    /// Largest force that the device gives, N; infinite where it names none. It changes only with
+    /// the device.
+    pub device_force_limit_n: f64,
+    /// What happened since the step before.
+    pub events: Events,
+    /// What a person asked for, if it may be carried out as far as the caller can tell.
+    pub command: Option<Command>,
+}
+
+/// What happened since the step before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Events {
+    /// A person wants zero force.
+    pub stop: bool,
+    /// The machine slept for longer than a sample may be old.
+    pub slept: bool,
+    /// More periods were missed than the late policy allows.
+    pub too_late: bool,
+    /// A lease has lapsed.
+    pub lease_lapsed: bool,
+    /// The control thread has given no sign of life for too long.
+    pub control_lost: bool,
+}
+
+/// The inputs of a step that are not measured numbers, as two words of a record.
+///
+/// | bits of the flags | what |
+/// |---|---|
+/// | 0 to 2 | reading: 0 a sample, 1 disconnected, 2 motor off, 3 motor off by the device's watchdog, 4 an error report |
+/// | 3 and 4 | motor: 0 unreported, 1 enabled, 2 off but unconfirmed, 3 off |
+/// | 5 to 12 | buttons |
+/// | 13 to 17 | stop, slept, too late, lease lapsed, control lost |
+/// | 18 and 19 | command: 0 none, 1 engage, 2 release, 3 reset |
+/// | 20 | the force of this step could not be written |
+/// | 21 | a scene arrived |
+/// | 24 to 31 | code of the error report |
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct InputWord {
+    /// As in the table.
+    pub flags: u32,
+    /// Detail of the error report.
+    pub detail: u32,
+}
+
+const MOTOR: u32 = 3;
+const BUTTONS: u32 = 5;
+const EVENTS: u32 = 13;
+const COMMAND: u32 = 18;
+const WRITE_FAILED: u32 = 20;
+const NEW_SCENE: u32 = 21;
+const ERROR_CODE: u32 = 24;
+
+impl InputWord {
+    /// The word of a step's inputs, and of whether a scene arrived with it.
+    #[must_use]
+    pub fn new(inputs: &Inputs, new_scene: bool) -> Self {
+        let (reading, detail) = match inputs.sample {
+            Ok(sample) => ((sample.motor as u32) << MOTOR | u32::from(sample.buttons) << BUTTONS, 0),
+            Err(DeviceError::Disconnected) => (1, 0),
+            Err(DeviceError::MotorOff { watchdog }) => (2 + u32::from(watchdog), 0),
+            Err(DeviceError::Failed(ErrorReport { code, detail })) => (4 | u32::from(code as u8) << ERROR_CODE, detail),
+        };
+        let Events {
+            stop,
+            slept,
+            too_late,
+            lease_lapsed,
+            control_lost,
+        } = inputs.events;
+        let events = [stop, slept, too_late, lease_lapsed, control_lost]
+            .iter()
+            .rev()
+            .fold(0, |word, event| word << 1 | u32::from(*event));
+        let command = inputs.command.map_or(0, |command| command as u32 + 1);
+        let flags = reading | events << EVENTS | command << COMMAND | u32::from(new_scene) << NEW_SCENE;
+        Self { flags, detail }
+    }
+
+    /// The same, of a step whose force could not be written.
+    #[must_use]
+    pub fn with_write_failed(mut self) -> Self {
+        self.flags |= 1 << WRITE_FAILED;
+        self
+    }
+
+    /// Whether the force of the step could not be written.
+    #[must_use]
+    pub fn write_failed(self) -> bool {
+        self.bit(WRITE_FAILED)
+    }
+
+    /// Whether a scene arrived with the step.
+    #[must_use]
+    pub fn new_scene(self) -> bool {
+        self.bit(NEW_SCENE)
+    }
+
+    /// What happened.
+    #[must_use]
+    pub fn events(self) -> Events {
+        Events {
+            stop: self.bit(EVENTS),
+            slept: self.bit(EVENTS + 1),
+            too_late: self.bit(EVENTS + 2),
+            lease_lapsed: self.bit(EVENTS + 3),
+            control_lost: self.bit(EVENTS + 4),
+        }
+    }
+
+    /// The command.
+    #[must_use]
+    pub fn command(self) -> Option<Command> {
+        match self.flags >> COMMAND & 3 {
+            1 => Some(Command::Engage),
+            2 => Some(Command::Release),
+            3 => Some(Command::Reset),
+            _ => None,
+        }
+    }
+
+    /// What the device said, with the numbers of its sample.
+    ///
+    /// # Errors
+    /// What the device said was an error.
+    pub fn sample(self, sequence: u32, time_ns: u64, position_m: f64) -> Result<Measurement, DeviceError> {
+        match self.flags & 7 {
+            0 => Ok(Measurement {
+                sequence,
+                time_ns,
+                position_m,
+                motor: match self.flags >> MOTOR & 3 {
+                    1 => Motor::Enabled,
+                    2 => Motor::Unconfirmed,
+                    3 => Motor::Off,
+                    _ => Motor::Unreported,
+                },
+                buttons: self.byte(BUTTONS),
+            }),
+            2 => Err(DeviceError::MotorOff { watchdog: false }),
+            3 => Err(DeviceError::MotorOff { watchdog: true }),
+            4 => Err(DeviceError::Failed(ErrorReport {
+                code: ErrorCode::from_byte(self.byte(ERROR_CODE)),
+                detail: self.detail,
+            })),
+            _ => Err(DeviceError::Disconnected),
+        }
+    }
+
+    fn bit(self, at: u32) -> bool {
+        self.flags >> at & 1 != 0
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "a byte of the word")]
+    fn byte(self, at: u32) -> u8 {
+        (self.flags >> at) as u8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn sample() -> impl Strategy<Value = Result<Measurement, DeviceError>> {
+        let motor = prop::sample::select(&[Motor::Unreported, Motor::Enabled, Motor::Unconfirmed, Motor::Off][..]);
+        let code = prop::sample::select(
+            &[
+                ErrorCode::BadMessage,
+                ErrorCode::Sensor,
+                ErrorCode::Motor,
+                ErrorCode::Other,
+            ][..],
+        );
+        prop_oneof![
+            (any::<u32>(), any::<u64>(), -1.0..1.0f64, motor, any::<u8>()).prop_map(
+                |(sequence, time_ns, position_m, motor, buttons)| Ok(Measurement {
+                    sequence,
+                    time_ns,
+                    position_m,
+                    motor,
+                    buttons,
+                })
+            ),
+            Just(Err(DeviceError::Disconnected)),
+            any::<bool>().prop_map(|watchdog| Err(DeviceError::MotorOff { watchdog })),
+            (code, any::<u32>()).prop_map(|(code, detail)| Err(DeviceError::Failed(ErrorReport { code, detail }))),
+        ]
+    }
+
+    proptest! {
+        /// A record holds exactly the inputs of its step.
+        #[test]
+        fn a_word_and_the_numbers_beside_it_are_the_inputs(
+            sample in sample(), flags in prop::array::uniform7(any::<bool>()), command in 0..4_usize,
+        ) {
+            let [stop, slept, too_late, lease_lapsed, control_lost, new_scene, write_failed] = flags;
+            let inputs = Inputs {
+                elapsed_ns: 7,
+                sample,
+                device_resolution_m: 1e-5,
+                device_force_limit_n: 20.0,
+                events: Events { stop, slept, too_late, lease_lapsed, control_lost },
+                command: [None, Some(Command::Engage), Some(Command::Release), Some(Command::Reset)][command],
+            };
+            let mut word = InputWord::new(&inputs, new_scene);
+            if write_failed {
+                word = word.with_write_failed();
+            }
+            let Measurement { sequence, time_ns, position_m, .. } = sample.unwrap_or(Measurement::new(0, 0, 0.0));
+            prop_assert_eq!(word.sample(sequence, time_ns, position_m), sample);
+            prop_assert_eq!((word.events(), word.command()), (inputs.events, inputs.command));
+            prop_assert_eq!((word.new_scene(), word.write_failed()), (new_scene, write_failed));
+        }
+    }
+}

@@ -1,0 +1,459 @@
+//! The servo: everything between a measurement and a force, as one value.
+//!
+//! ```text
+//! Inputs -> stop, stall, lease -> scene -> command -> sensing -> Renderer::tick -> SafetyLimiter -> Outputs
+//! ```
+//!
+//! A servo has no clock, no device and no shared memory. Two servos with the same [`Settings`] that
+//! are stepped through the same scenes and [`Inputs`] give the same [`Outputs`] to the last bit, on
+//! any machine and in any build: a recording of the inputs holds every force.
+
+mod fault;
+mod force_offset;
+mod inputs;
+mod rig;
+mod sensing;
+mod state;
+mod transition;
+
+pub use fault::Fault;
+pub use inputs::{Events, InputWord, Inputs};
+pub use state::{Command, RigState};
+pub use transition::{CompiledScene, Steps, Transition};
+
+use crate::limiter::{Limits, NonFiniteForce, SafetyLimiter};
+use crate::passivity::{PassivityObserver, RigLosses};
+use crate::sample::Motor;
+use crate::velocity;
+use alloc::boxed::Box;
+use force_offset::ForceOffset;
+use rig::{Refused, Rig};
+use sensing::{Sensed, Sensing};
+use transition::FadingScene;
+
+/// Longest release that nobody asked for at this moment, s: the client that held a lease is gone.
+const LAPSED_RELEASE_S: f64 = 0.2;
+
+/// Longest release after the control thread is lost, s.
+const LOST_RELEASE_S: f64 = 0.04;
+
+/// Time within which a device must report its motor off after it was told to, ns: twice the time
+/// that its own watchdog may take.
+pub const OFF_TIMEOUT_NS: u64 = 100_000_000;
+
+/// Samples that must have come within that time, at least.
+const OFF_TIMEOUT_SAMPLES: f64 = 3.0;
+
+/// Along a ramp a step counts for this many periods at most: a stall does not skip the ramp.
+const LONGEST_RAMP_STEP_PERIODS: f64 = 5.0;
+
+/// What stays the same from step to step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Nominal time between two steps, s (> 0).
+    pub period_s: f64,
+    /// Time in which force comes and goes, s (> 0).
+    pub ramp_s: f64,
+    /// Limits of force and motion.
+    pub limits: Limits,
+    /// What the rig itself takes up.
+    pub losses: RigLosses,
+    /// Largest force that the passivity controller may add, N (>= 0); zero only observes.
+    pub passivity_control_n: f64,
+    /// How velocity is estimated.
+    pub velocity: velocity::Method,
+    /// Time for which a device may repeat its last sample, or the loop stand still while force
+    /// flows, ns.
+    pub stale_ns: u64,
+    /// Button of the rig that stops it, by its bit.
+    pub stop_button: Option<u8>,
+    /// Button of the rig that must be held down for force to flow, by its bit.
+    pub enable_button: Option<u8>,
+}
+
+/// What a step leads to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outputs {
+    /// Force on the hand, N, to be commanded until the next step.
+    pub force_n: f64,
+    /// Whether the motor may be driven.
+    pub enabled: bool,
+    /// Force in the coupling, which drives the block, N.
+    pub coupling_force_n: f64,
+    /// Position of the hand, m.
+    pub device_position_m: f64,
+    /// Velocity of the hand, m/s.
+    pub device_velocity_mps: f64,
+    /// Position of the block, m.
+    pub block_position_m: f64,
+    /// Velocity of the block, m/s.
+    pub block_velocity_mps: f64,
+    /// 0 stuck or without force, +1 and -1 sliding.
+    pub contact: i8,
+    /// Energy that sampling made and the rig did not take up, J.
+    pub energy_excess_j: f64,
+    /// Whether the command of this step was refused.
+    pub refused: bool,
+}
+
+/// The whole state between a measurement and a force.
+#[derive(Debug)]
+pub struct Servo {
+    settings: Settings,
+    /// Our own clock, from the first step on, ns.
+    now_ns: u64,
+    scene: Box<CompiledScene>,
+    /// The scene before, while its force fades out.
+    fading: Option<FadingScene>,
+    /// Scenes that are no longer rendered. They are freed elsewhere: a step frees nothing.
+    retired: [Option<Box<CompiledScene>>; 2],
+    rig: Rig,
+    /// Whether force flowed in the step before.
+    was_live: bool,
+    sensing: Sensing,
+    limiter: SafetyLimiter,
+    passivity: PassivityObserver,
+    offset: ForceOffset,
+    /// Since when the device is told to have its motor off, ns.
+    off_since_ns: Option<u64>,
+}
+
+impl Servo {
+    /// A servo without force, of a device that is there.
+    #[must_use]
+    pub fn new(settings: Settings, scene: Box<CompiledScene>) -> Self {
+        Self {
+            settings,
+            now_ns: 0,
+            scene,
+            fading: None,
+            retired: [None, None],
+            rig: Rig::new(settings.ramp_s, LONGEST_RAMP_STEP_PERIODS * settings.period_s),
+            was_live: false,
+            sensing: Sensing::new(settings.velocity, settings.period_s, settings.stale_ns),
+            limiter: SafetyLimiter::new(settings.limits),
+            passivity: PassivityObserver::new(settings.losses, settings.passivity_control_n),
+            offset: ForceOffset::default(),
+            off_since_ns: None,
+        }
+    }
+
+    /// One step: what the device said leads to a force. A scene that arrives is rendered from this
+    /// step on; take what is [`retired`](Self::take_retired) before another one arrives.
+    pub fn step(&mut self, inputs: &Inputs, scene: Option<Box<CompiledScene>>) -> Outputs {
+        self.now_ns = self.now_ns.saturating_add(inputs.elapsed_ns);
+        self.check_events(inputs);
+        if let Some(scene) = scene {
+            self.change_scene(scene);
+        }
+        let refused = inputs.command.is_some_and(|command| self.command(command).is_err());
+        if self.sensing.is_new_device() && inputs.sample.is_ok() {
+            self.limiter.set_device_force(inputs.device_force_limit_n);
+        }
+        let elapsed_s = self.sense(inputs);
+        self.check_device();
+        // Ramps and the slew limit go by our own clock: they end even if the device's stands still.
+        #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two steps")]
+        let our_elapsed_s = self.rig.step_s(inputs.elapsed_ns as f64 * 1e-9);
+        let (coupling_force_n, force_n) = self.render(elapsed_s, our_elapsed_s);
+        let block = self.scene.renderer.state();
+        let enabled = self.rig.is_live();
+        Outputs {
+            force_n,
+            enabled,
+            coupling_force_n,
+            device_position_m: self.sensing.position_m(),
+            device_velocity_mps: self.sensing.velocity_mps(),
+            block_position_m: block.position,
+            block_velocity_mps: block.velocity,
+            // Without force there is no surface to touch.
+            contact: if enabled { block.contact.as_number() } else { 0 },
+            energy_excess_j: self.passivity.excess_j(),
+            refused,
+        }
+    }
+
+    /// The device cannot be written, or is yet to be found.
+    pub fn disconnect(&mut self) {
+        self.rig.device_present(false);
+    }
+
+    /// The next sample is the first of another device.
+    pub fn forget_device(&mut self) {
+        self.sensing.forget();
+    }
+
+    /// However long the loop stands still, that is not a fault from now on.
+    pub fn disregard_stalls(&mut self) {
+        self.settings.stale_ns = u64::MAX;
+    }
+
+    /// What stays the same from step to step.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// State of the rig.
+    #[must_use]
+    pub fn state(&self) -> RigState {
+        self.rig.state()
+    }
+
+    /// Why the rig is faulted, or stopped by its own button.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.rig.fault()
+    }
+
+    /// What the device says of its motor.
+    #[must_use]
+    pub fn motor(&self) -> Motor {
+        self.sensing.motor()
+    }
+
+    /// Samples so far that no hand can have made, and that were not rendered.
+    #[must_use]
+    pub fn samples_forgotten(&self) -> u64 {
+        self.sensing.forgotten()
+    }
+
+    /// The scene that is rendered.
+    #[must_use]
+    pub fn scene(&self) -> &CompiledScene {
+        &self.scene
+    }
+
+    /// A scene that is no longer rendered, for whoever may free it.
+    pub fn take_retired(&mut self) -> Option<Box<CompiledScene>> {
+        self.retired.iter_mut().find_map(Option::take)
+    }
+
+    fn retire(&mut self, scene: Box<CompiledScene>) {
+        match self.retired.iter_mut().find(|slot| slot.is_none()) {
+            Some(slot) => *slot = Some(scene),
+            // The caller did not take what was retired: a leak is better than freeing here.
+            None => core::mem::forget(scene),
+        }
+    }
+
+    /// Whether everything goes on that must for force to flow.
+    fn check_events(&mut self, inputs: &Inputs) {
+        let events = inputs.events;
+        if events.stop {
+            self.rig.stop();
+        }
+        if !self.rig.is_live() {
+            return;
+        }
+        if inputs.elapsed_ns > self.settings.stale_ns || events.slept {
+            self.rig.fail(Fault::Stalled);
+        } else if events.too_late {
+            self.rig.fail(Fault::TooLate);
+        }
+        if events.lease_lapsed {
+            self.rig.release_within(LAPSED_RELEASE_S);
+        }
+        if events.control_lost {
+            self.rig.release_into(Fault::ControlLost, LOST_RELEASE_S);
+        }
+    }
+
+    fn change_scene(&mut self, mut new: Box<CompiledScene>) {
+        let step = new.renderer.take_over(&self.scene.renderer);
+        let fade_s = match new.transition {
+            Transition::Fade { over_s } => over_s,
+            Transition::AtOnce | Transition::Steps(_) => 0.0,
+        };
+        let old = core::mem::replace(&mut self.scene, new);
+        if let Some(before) = self.fading.take() {
+            // The force of a scene that was still fading fades on as every step of force does.
+            self.offset.add(before.excess());
+            self.retire(before.into_scene());
+        }
+        if fade_s > 0.0 && self.rig.is_live() {
+            self.fading = Some(FadingScene::new(old, fade_s));
+        } else {
+            self.offset.add(step);
+            self.retire(old);
+        }
+    }
+
+    /// Carries on with a change of scene that takes its time; ends it at once while no force flows.
+    fn carry_on_change(&mut self, elapsed_s: f64) {
+        let CompiledScene {
+            renderer, transition, ..
+        } = &mut *self.scene;
+        if let Transition::Steps(steps) = transition {
+            if self.was_live {
+                if let Some(step) = steps.advance(elapsed_s, renderer) {
+                    self.offset.add(step);
+                }
+            } else {
+                steps.finish(renderer);
+            }
+        }
+        let elapsed_s = if self.was_live { elapsed_s } else { f64::INFINITY };
+        if let Some(faded) = self.fading.take_if(|fading| fading.is_over_after(elapsed_s)) {
+            self.retire(faded.into_scene());
+        }
+    }
+
+    fn command(&mut self, command: Command) -> Result<(), Refused> {
+        // Nobody engages without the enable button, against the stop button, or a motor without
+        // force.
+        if command == Command::Engage
+            && (self.is_pressed(self.settings.stop_button)
+                || self.is_enable_button_open()
+                || self.limiter.force_n() == 0.0)
+        {
+            return Err(Refused);
+        }
+        self.rig.command(command)?;
+        if command == Command::Reset {
+            // The motor may have been switched off meanwhile: the next samples tell.
+            self.off_since_ns = None;
+        }
+        Ok(())
+    }
+
+    fn is_pressed(&self, button: Option<u8>) -> bool {
+        button.is_some_and(|button| self.sensing.is_pressed(button))
+    }
+
+    fn is_enable_button_open(&self) -> bool {
+        let button = self.settings.enable_button;
+        button.is_some() && !self.is_pressed(button)
+    }
+
+    /// Takes in what the device said; returns the time since the last sample, s. A failed or stale
+    /// read is never rendered as a position.
+    fn sense(&mut self, inputs: &Inputs) -> f64 {
+        // Only with force on the hand does it matter whether a hand can move so.
+        let live = self.rig.is_live() && self.was_live;
+        let sensed = self.sensing.sense(
+            inputs.sample,
+            self.now_ns,
+            inputs.device_resolution_m,
+            live,
+            &self.limiter,
+        );
+        match sensed {
+            Sensed::Moved { elapsed_s } => {
+                self.rig.device_present(true);
+                return elapsed_s;
+            }
+            Sensed::Unchanged => {}
+            Sensed::Faulty(fault) => self.rig.fail(fault),
+            Sensed::Gone => self.rig.device_present(false),
+            Sensed::Stale => {
+                if self.rig.is_live() {
+                    self.rig.fail(Fault::Stale);
+                }
+                self.rig.device_present(false);
+            }
+        }
+        0.0
+    }
+
+    /// The rig's own buttons, and whether its motor is off after it was told to be.
+    fn check_device(&mut self) {
+        if self.is_pressed(self.settings.stop_button) {
+            self.rig.press_stop();
+        }
+        if self.is_enable_button_open() {
+            self.rig.open_enable_button();
+        }
+        if self.rig.is_live() || self.sensing.is_new_device() {
+            self.off_since_ns = None;
+            return;
+        }
+        let since_ns = *self.off_since_ns.get_or_insert(self.now_ns);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a few periods of at most a second, ns"
+        )]
+        let samples_ns = (OFF_TIMEOUT_SAMPLES * self.sensing.period_s() * 1e9) as u64;
+        let told_for_ns = self.now_ns.saturating_sub(since_ns);
+        if self.sensing.motor() == Motor::Enabled && told_for_ns > OFF_TIMEOUT_NS.max(samples_ns) {
+            self.rig.alarm(Fault::StillEnabled);
+        }
+    }
+
+    /// The force in the coupling and the force on the hand, N.
+    fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64) -> (f64, f64) {
+        self.carry_on_change(our_elapsed_s);
+        let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
+        if !self.was_live || !self.rig.is_live() {
+            // Without force the block goes with the hand. So force begins wherever the hand has
+            // come to meanwhile, and at the very bottom of the ramp.
+            self.scene.renderer.start_at(position, velocity);
+            self.offset = ForceOffset::default();
+            self.sensing.rest();
+            self.rest();
+            return (0.0, 0.0);
+        }
+        if !self.limiter.allows_speed(velocity) {
+            self.rig.fail(Fault::TooFast);
+            return (0.0, 0.0);
+        }
+        let elapsed_s = if elapsed_s > 0.0 && self.sensing.is_silent() {
+            // All force had decayed: the surface grips the hand anew where it is, without the force
+            // that the way there would have built up.
+            self.scene.renderer.start_at(position, velocity);
+            0.0
+        } else {
+            elapsed_s
+        };
+        let gain = self.rig.advance(our_elapsed_s) * self.sensing.share(self.now_ns, our_elapsed_s);
+        let mut coupling_force = self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force;
+        if let Some(fading) = &mut self.fading {
+            coupling_force += fading.tick(elapsed_s, position, velocity, coupling_force);
+        }
+        if !self.rig.is_live() {
+            // The ramp has come to its end in this step.
+            self.rest();
+            return (coupling_force, 0.0);
+        }
+        let on_hand = -(coupling_force + self.offset.fade(elapsed_s));
+        match self.apply_limits(on_hand, gain, elapsed_s, our_elapsed_s) {
+            Ok(force) => (coupling_force, force),
+            Err(_) => {
+                self.rig.fail(Fault::NonFiniteForce);
+                (0.0, 0.0)
+            }
+        }
+    }
+
+    /// No force flows from this step on, or none did.
+    fn rest(&mut self) {
+        self.limiter.zero();
+        self.passivity.rest();
+        self.was_live = self.rig.is_live();
+    }
+
+    /// The force that passes the limits, with what the passivity controller adds, N.
+    fn apply_limits(
+        &mut self,
+        on_hand: f64,
+        gain: f64,
+        elapsed_s: f64,
+        our_elapsed_s: f64,
+    ) -> Result<f64, NonFiniteForce> {
+        let before = self.limiter;
+        let surface = self.limiter.limit(on_hand, gain, our_elapsed_s)?;
+        let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
+        let wanted = self.passivity.observe(elapsed_s, position, velocity, surface);
+        if wanted == 0.0 {
+            return Ok(surface);
+        }
+        self.limiter = before;
+        let force = self.limiter.limit(on_hand + wanted, gain, our_elapsed_s)?;
+        self.passivity.applied(force);
+        Ok(force)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,82 @@
+//! The states of the rig, and the commands that change them.
+
+use core::fmt;
+
+/// State of the rig.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum RigState {
+    /// No device; zero force.
+    #[default]
+    Disconnected,
+    /// Zero force.
+    Idle,
+    /// The force ramps up.
+    Engaging,
+    /// The scene is rendered.
+    Engaged,
+    /// The force ramps down.
+    Releasing,
+    /// Zero force, by a person; needs a reset.
+    Stopped,
+    /// Zero force, by a check; needs a reset.
+    Faulted,
+}
+
+impl RigState {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Disconnected,
+        Self::Idle,
+        Self::Engaging,
+        Self::Engaged,
+        Self::Releasing,
+        Self::Stopped,
+        Self::Faulted,
+    ];
+
+    /// Whether force may flow: while engaging, engaged or releasing.
+    #[must_use]
+    pub const fn is_live(self) -> bool {
+        matches!(self, Self::Engaging | Self::Engaged | Self::Releasing)
+    }
+}
+
+impl fmt::Display for RigState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Disconnected => "disconnected",
+            Self::Idle => "idle",
+            Self::Engaging => "engaging",
+            Self::Engaged => "engaged",
+            Self::Releasing => "releasing",
+            Self::Stopped => "stopped",
+            Self::Faulted => "faulted",
+        })
+    }
+}
+
+/// What a person may ask of the rig. A stop is not a command: it overtakes every command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command {
+    /// Let the force in.
+    Engage,
+    /// Let the force out.
+    Release,
+    /// Leave the state that a stop or a fault brought.
+    Reset,
+}
+
+impl Command {
+    /// Its name on the wire.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Engage => "engage",
+            Self::Release => "release",
+            Self::Reset => "reset",
+        }
+    }
+}

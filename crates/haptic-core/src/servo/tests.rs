@@ -1,0 +1,292 @@
+//! The servo as a value: stepped twice through the same inputs it gives the same outputs, to the last bit.
+
+extern crate std;
+
+use super::*;
+use crate::friction::LAWS;
+use crate::sample::{DeviceError, Measurement};
+use crate::velocity::METHODS;
+use crate::{Renderer, Scene, Scheme};
+use alloc::vec::Vec;
+use proptest::prelude::*;
+
+const MS: u64 = 1_000_000;
+
+/// Numbers that depend on nothing but where they begin.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> u64 {
+        // Knuth's MMIX generator; its upper bits are the good ones.
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 >> 33
+    }
+
+    fn below(&mut self, end: u64) -> u64 {
+        self.roll() % end
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "31 bits")]
+    fn share(&mut self) -> f64 {
+        self.roll() as f64 / (1_u64 << 31) as f64
+    }
+}
+
+/// Every law behind a block and on the device, by both schemes.
+fn scene(dice: &mut Dice, revision: u64) -> Box<CompiledScene> {
+    let mut scene = Scene::paper();
+    if dice.below(3) == 0 {
+        (scene.block, scene.coupling) = (None, None);
+    }
+    let law = LAWS[usize::try_from(dice.below(8)).expect("small")];
+    let scene = scene.with_law(law).expect("a law").expect("a scene");
+    let scheme = if dice.below(4) == 0 {
+        Scheme::LITERAL
+    } else {
+        Scheme::Exact
+    };
+    let renderer = Renderer::new(&scene, scheme, 1e-3).expect("a valid scene");
+    let transition = match dice.below(4) {
+        0 => Transition::Fade { over_s: 0.02 },
+        1 => Transition::Steps(Steps::new(alloc::vec![renderer.clone(); 5], 0.02)),
+        _ => Transition::AtOnce,
+    };
+    Box::new(CompiledScene {
+        renderer,
+        revision,
+        transition,
+    })
+}
+
+/// Steps a servo through a motion and through everything that can happen, all of it decided by a seed; returns the bits of all outputs.
+fn run(seed: u64, steps: u32) -> Vec<u64> {
+    let mut dice = Dice(seed);
+    let settings = Settings {
+        period_s: 1e-3,
+        ramp_s: 0.02,
+        limits: Limits {
+            force_n: 20.0,
+            slew_n_per_s: 5000.0,
+            speed_mps: 5.0,
+            acceleration_mps2: 2000.0,
+        },
+        losses: RigLosses {
+            damping: 0.1,
+            friction: 0.2,
+        },
+        passivity_control_n: 2.0,
+        velocity: METHODS[usize::try_from(dice.below(5)).expect("small")],
+        stale_ns: 50 * MS,
+        stop_button: Some(0),
+        enable_button: None,
+    };
+    let mut servo = Servo::new(settings, scene(&mut dice, 1));
+    let (mut time_ns, mut phase, mut revision) = (0_u64, 0.0_f64, 1);
+    let mut bits = Vec::new();
+    for sequence in 0..steps {
+        let elapsed_ns = MS + dice.below(200_000) - 100_000;
+        time_ns += elapsed_ns;
+        phase += 1e-3 * core::f64::consts::TAU * (2.0 + 8.0 * dice.share());
+        // A hand that is counted by 10 um.
+        let position_m = 1e-5 * libm::round(3e-3 * libm::sin(phase) / 1e-5);
+        let happening = dice.below(400);
+        let sample = match happening {
+            0 => Err(DeviceError::Disconnected),
+            1 => Err(DeviceError::MotorOff { watchdog: true }),
+            _ => Ok(Measurement {
+                buttons: u8::from(happening == 2),
+                ..Measurement::new(sequence, time_ns, position_m)
+            }),
+        };
+        let inputs = Inputs {
+            elapsed_ns,
+            sample,
+            device_resolution_m: 1e-5,
+            device_force_limit_n: 15.0,
+            events: Events {
+                stop: happening == 3,
+                lease_lapsed: happening == 4,
+                control_lost: happening == 5,
+                too_late: happening == 6,
+                slept: happening == 7,
+            },
+            command: match happening {
+                8 => Some(Command::Release),
+                9..40 => Some(Command::Reset),
+                40..80 => Some(Command::Engage),
+                _ => None,
+            },
+        };
+        let new = (80..90).contains(&happening).then(|| {
+            revision += 1;
+            scene(&mut dice, revision)
+        });
+        let outputs = servo.step(&inputs, new);
+        while servo.take_retired().is_some() {}
+        if happening == 90 {
+            servo.disconnect();
+        }
+        bits.extend(
+            [
+                outputs.force_n,
+                outputs.coupling_force_n,
+                outputs.device_velocity_mps,
+                outputs.block_position_m,
+                outputs.block_velocity_mps,
+                outputs.energy_excess_j,
+            ]
+            .map(f64::to_bits),
+        );
+        bits.push(servo.state() as u64 | u64::from(outputs.refused) << 8);
+        bits.push(u64::from(outputs.contact.unsigned_abs()));
+    }
+    bits
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_same_inputs_give_the_same_force_to_the_last_bit_on_any_thread(seed in any::<u64>()) {
+        let elsewhere = std::thread::spawn(move || run(seed, 1500));
+        let here = run(seed, 1500);
+        prop_assert_eq!(here, elsewhere.join().expect("it ends"));
+    }
+}
+
+/// The number is the same in every build and on every machine: `.ci/run` has it computed with and without optimisation. It changes with the physics, and with
+/// nothing else.
+#[test]
+fn every_build_gives_the_same_force_to_the_last_bit() {
+    let (mut digest, mut live) = (0xcbf2_9ce4_8422_2325_u64, 0);
+    for seed in 0..20 {
+        let bits = run(seed, 3000);
+        live += bits.chunks(8).filter(|step| f64::from_bits(step[0]) != 0.0).count();
+        for word in bits {
+            // FNV-1a, a word at a time.
+            digest = (digest ^ word).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+    assert!(live > 20_000, "force flowed in {live} of 60,000 steps");
+    assert_eq!(digest, 0x982b_3661_40b1_d6aa, "{digest:#018x}");
+}
+
+/// A servo on the paper's scene, and a hand of which the test decides every position.
+struct Bench {
+    servo: Servo,
+    sequence: u32,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let mut dice = Dice(0);
+        let settings = Settings {
+            period_s: 1e-3,
+            ramp_s: 0.02,
+            limits: Limits {
+                force_n: 20.0,
+                slew_n_per_s: 5000.0,
+                speed_mps: 5.0,
+                acceleration_mps2: 2000.0,
+            },
+            losses: RigLosses {
+                damping: 0.0,
+                friction: 0.0,
+            },
+            passivity_control_n: 0.0,
+            velocity: velocity::Method::default(),
+            stale_ns: 50 * MS,
+            stop_button: None,
+            enable_button: None,
+        };
+        let mut first = scene(&mut dice, 1);
+        first.renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
+        first.transition = Transition::AtOnce;
+        Self {
+            servo: Servo::new(settings, first),
+            sequence: 0,
+        }
+    }
+
+    /// A step with the hand at 0.1 m/s.
+    fn step(&mut self, events: Events, command: Option<Command>, scene: Option<Box<CompiledScene>>) -> Outputs {
+        self.sequence += 1;
+        let inputs = Inputs {
+            elapsed_ns: MS,
+            sample: Ok(Measurement::new(
+                self.sequence,
+                u64::from(self.sequence) * MS,
+                1e-4 * f64::from(self.sequence),
+            )),
+            device_resolution_m: 0.0,
+            device_force_limit_n: f64::INFINITY,
+            events,
+            command,
+        };
+        self.servo.step(&inputs, scene)
+    }
+
+    fn steps(&mut self, count: usize) -> Outputs {
+        (0..count).fold(self.step(Events::default(), None, None), |_, _| {
+            self.step(Events::default(), None, None)
+        })
+    }
+}
+
+fn soft(revision: u64, transition: Transition) -> Box<CompiledScene> {
+    let mut scene = Scene::paper();
+    scene.coupling.as_mut().expect("a coupling").stiffness = 100.0;
+    Box::new(CompiledScene {
+        renderer: Renderer::new(&scene, Scheme::Exact, 1e-3).expect("a valid scene"),
+        revision,
+        transition,
+    })
+}
+
+// hazard: P9
+#[test]
+fn a_step_of_force_that_was_fading_is_gone_after_a_stop() {
+    let mut bench = Bench::new();
+    bench.steps(50);
+    bench.step(Events::default(), Some(Command::Engage), None);
+    bench.steps(200);
+    // Too soft to hold within 20 mm what the one before held.
+    bench.step(Events::default(), None, Some(soft(2, Transition::AtOnce)));
+    bench.steps(5);
+    assert!(bench.servo.offset.fade(0.0) != 0.0, "a step of force is fading");
+    let stop = Events {
+        stop: true,
+        ..Events::default()
+    };
+    assert_eq!(bench.step(stop, None, None).force_n, 0.0);
+    assert_eq!(bench.servo.offset.fade(0.0), 0.0);
+}
+
+#[test]
+fn every_scene_that_goes_is_handed_back_once() {
+    let mut bench = Bench::new();
+    bench.steps(50);
+    bench.step(Events::default(), Some(Command::Engage), None);
+    bench.steps(100);
+    let fade = || Transition::Fade { over_s: 0.01 };
+    let mut back = Vec::new();
+    bench.step(Events::default(), None, Some(soft(2, fade())));
+    assert!(bench.servo.take_retired().is_none(), "the first one still fades out");
+    bench.step(Events::default(), None, Some(soft(3, fade())));
+    back.extend(bench.servo.take_retired().map(|scene| scene.revision));
+    bench.step(Events::default(), None, Some(soft(4, Transition::AtOnce)));
+    while let Some(scene) = bench.servo.take_retired() {
+        back.push(scene.revision);
+    }
+    bench.step(Events::default(), None, Some(soft(5, fade())));
+    bench.steps(12);
+    back.extend(bench.servo.take_retired().map(|scene| scene.revision));
+    assert_eq!(back, [1, 2, 3, 4]);
+    assert_eq!(
+        (bench.servo.scene().revision, bench.servo.take_retired().is_none()),
+        (5, true)
+    );
+}
