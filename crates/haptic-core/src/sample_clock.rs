@@ -6,8 +6,8 @@
 
 use thiserror::Error;
 
-/// Over so long the two clocks are compared, s.
-const WINDOW_S: f64 = 0.1;
+/// Over so long the two clocks are compared, ns.
+const WINDOW_NS: u64 = 100_000_000;
 
 /// Fewest samples in such a window.
 const WINDOW_SAMPLES: u32 = 8;
@@ -84,7 +84,8 @@ pub struct SampleClock {
 
 #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two samples")]
 fn seconds(ns: u64) -> f64 {
-    ns as f64 * 1e-9
+    // From a signed number it is one instruction.
+    signed(ns) as f64 * 1e-9
 }
 
 fn signed(ns: u64) -> i64 {
@@ -153,12 +154,12 @@ impl SampleClock {
 
     /// The stamps' time, or the middle one of the three where both others contradict it.
     fn believed_s(&self, device_s: f64, host_s: f64, steps: u32) -> f64 {
-        if self.period_s <= 0.0 || steps > LONGEST_STEP {
+        let agrees = |other_s: f64| (device_s - other_s).abs() <= AGREEMENT * other_s;
+        if agrees(host_s) || self.period_s <= 0.0 || steps > LONGEST_STEP {
             return device_s;
         }
         let foretold_s = f64::from(steps) * self.period_s;
-        let agrees = |other_s: f64| (device_s - other_s).abs() <= AGREEMENT * other_s;
-        if agrees(foretold_s) || agrees(host_s) {
+        if agrees(foretold_s) {
             return device_s;
         }
         device_s.clamp(foretold_s.min(host_s), foretold_s.max(host_s))
@@ -171,13 +172,13 @@ impl SampleClock {
             return Ok(());
         };
         window.add(stamp);
-        let gone_s = seconds(stamp.host_ns.saturating_sub(window.first.host_ns));
-        if gone_s < WINDOW_S || window.samples < WINDOW_SAMPLES {
+        let elapsed_ns = stamp.host_ns.saturating_sub(window.first.host_ns);
+        if elapsed_ns < WINDOW_NS || window.samples < WINDOW_SAMPLES {
             return Ok(());
         }
         let steps = stamp.sequence.wrapping_sub(window.first.sequence);
         if (1..=LONGEST_STEP * WINDOW_SAMPLES).contains(&steps) {
-            self.period_s = gone_s / f64::from(steps);
+            self.period_s = seconds(elapsed_ns) / f64::from(steps);
         }
         let quickest = window.quickest;
         self.window = Some(Window::new(stamp));

@@ -207,10 +207,12 @@ impl Sensing {
 
     /// Share of the force that may flow at a time of ours, so long after the tick before, s: it decays while no new sample comes, and comes back more slowly.
     pub(super) fn share(&mut self, now_ns: u64, tick_s: f64) -> f64 {
+        let silent_ns = self.newest.map_or(0, |newest| now_ns.saturating_sub(newest.read_ns));
+        if silent_ns == 0 && self.share == 1.0 {
+            return 1.0;
+        }
         #[expect(clippy::cast_precision_loss, reason = "nanoseconds since the last sample")]
-        let silent_s = self
-            .newest
-            .map_or(0.0, |newest| now_ns.saturating_sub(newest.read_ns) as f64 * 1e-9);
+        let silent_s = silent_ns as f64 * 1e-9;
         let allowed = (1.0 - (silent_s - SILENT_PERIODS * self.period_s()) / DECAY_S).clamp(0.0, 1.0);
         self.share = allowed.min(self.share + tick_s / RETURN_S);
         self.share

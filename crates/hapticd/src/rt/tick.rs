@@ -102,17 +102,34 @@ impl<D: Device + ?Sized> Tick<D> {
             input_word = input_word.with_write_failed();
         }
         let ended_ns = now_ns();
-        let device_round_trip_ns = match (read_ns, computed_ns) {
-            (Some(read), Some(computed)) => read.saturating_sub(wake.began_ns) + ended_ns.saturating_sub(computed),
-            _ => 0,
-        };
+        let sample = inputs.sample.unwrap_or(Measurement::new(0, 0, 0.0));
         self.outbox.push(TickRecord {
+            tick: self.tick,
             deadline_ns: wake.deadline_ns,
             began_ns: wake.began_ns,
             ended_ns,
-            device_round_trip_ns,
+            device_round_trip_ns: match (read_ns, computed_ns) {
+                (Some(read), Some(computed)) => read.saturating_sub(wake.began_ns) + ended_ns.saturating_sub(computed),
+                _ => 0,
+            },
             missed_periods,
-            ..self.record(&inputs, input_word, &outputs)
+            dropped: 0,
+            revision: self.servo.scene().revision,
+            elapsed_ns: inputs.elapsed_ns,
+            device_time_ns: sample.time_ns,
+            sample_position: sample.position_m,
+            device_sequence: sample.sequence,
+            input_word,
+            device_position: outputs.device_position_m,
+            device_velocity: outputs.device_velocity_mps,
+            block_position: outputs.block_position_m,
+            block_velocity: outputs.block_velocity_mps,
+            coupling_force: outputs.coupling_force_n,
+            command_force: outputs.force_n,
+            energy_excess: outputs.energy_excess_j,
+            contact: outputs.contact,
+            state: self.servo.state(),
+            fault: self.servo.fault(),
         });
         // The answers come last, so that whoever has one also finds the tick's record.
         self.answer(new_scene, word, &inputs, &outputs);
@@ -210,35 +227,6 @@ impl<D: Device + ?Sized> Tick<D> {
         let must_wait = word.command == Command::Engage
             && (self.pending_stop.is_some() || !self.shared.is_admitted(self.device.connection()));
         (!must_wait && !word.overtaken_by(stops)).then_some(word.command)
-    }
-
-    fn record(&self, inputs: &Inputs, input_word: InputWord, outputs: &Outputs) -> TickRecord {
-        let sample = inputs.sample.unwrap_or(Measurement::new(0, 0, 0.0));
-        TickRecord {
-            tick: self.tick,
-            deadline_ns: 0,
-            began_ns: 0,
-            ended_ns: 0,
-            device_round_trip_ns: 0,
-            missed_periods: 0,
-            dropped: 0,
-            revision: self.servo.scene().revision,
-            elapsed_ns: inputs.elapsed_ns,
-            device_time_ns: sample.time_ns,
-            sample_position: sample.position_m,
-            device_sequence: sample.sequence,
-            input_word,
-            device_position: outputs.device_position_m,
-            device_velocity: outputs.device_velocity_mps,
-            block_position: outputs.block_position_m,
-            block_velocity: outputs.block_velocity_mps,
-            coupling_force: outputs.coupling_force_n,
-            command_force: outputs.force_n,
-            energy_excess: outputs.energy_excess_j,
-            contact: outputs.contact,
-            state: self.servo.state(),
-            fault: self.servo.fault(),
-        }
     }
 
     /// Confirms a stop once the device reports its motor off; one that does not report its motor,
