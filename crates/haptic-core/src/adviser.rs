@@ -20,8 +20,9 @@
 //! On the device itself, without a block, `K` is the stiffness of the contact and `B` its damping and drag. The first three are about the scheme, the others about the hand in the loop. Those are sufficient or necessary for worst cases: a rig whose hand damps
 //! well may do fine beyond them, which is why this advises and does not refuse.
 
-use crate::friction::{Directional, Friction};
-use crate::parameters::{Direction, Parameter};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::Parameter;
 use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::vec::Vec;
@@ -243,23 +244,33 @@ pub fn advise(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
         literal_scheme(scene, rig.period_s / f64::from(substeps.get()), &mut findings);
     }
     hand_in_the_loop(scene, rig, &mut findings);
-    if let Friction::Lugre(law) = &scene.friction {
-        for direction in Direction::BOTH {
-            let (held, sliding) = (law.static_force.get(direction), law.dynamic_force.get(direction));
-            let bound = law.contact_damping * (held / sliding - 1.0);
-            let about = About {
-                check: Check::FrictionPassivity,
-                parameter: Parameter::Viscous,
-                unit: "N s/m",
-                mended_by: bound.is_finite().then_some(bound),
-            };
-            findings.push(at_least(about, law.viscous.get(direction), bound.max(0.0)));
-            if law.static_force.is_symmetric() && law.dynamic_force.is_symmetric() && law.viscous.is_symmetric() {
-                break;
-            }
-        }
-    }
+    friction_passivity(scene, &mut findings);
     findings
+}
+
+fn friction_passivity(scene: &Scene, findings: &mut Vec<Finding>) {
+    let forces = [Parameter::StaticForce, Parameter::DynamicForce, Parameter::Viscous];
+    let symmetric = forces
+        .iter()
+        .all(|force| scene.value(*force).is_none_or(Directional::is_symmetric));
+    let drag = scene.value(Parameter::Viscous).unwrap_or_default();
+    let directions = if symmetric {
+        &Direction::BOTH[..1]
+    } else {
+        &Direction::BOTH
+    };
+    for &direction in directions {
+        let Some(bound) = scene.friction.as_law().passive_from(direction) else {
+            return;
+        };
+        let about = About {
+            check: Check::FrictionPassivity,
+            parameter: Parameter::Viscous,
+            unit: "N s/m",
+            mended_by: bound.is_finite().then_some(bound),
+        };
+        findings.push(at_least(about, drag.get(direction), bound.max(0.0)));
+    }
 }
 
 fn literal_scheme(scene: &Scene, t: f64, findings: &mut Vec<Finding>) {
@@ -281,11 +292,11 @@ fn literal_scheme(scene: &Scene, t: f64, findings: &mut Vec<Finding>) {
         block.mass,
         least_mass,
     ));
-    let Friction::Karnopp(law) = &scene.friction else {
+    let Some(rigid) = scene.friction.as_law().rigid_friction() else {
         // A contact that gives way comes to rest.
         return;
     };
-    let dynamic_force = law.dynamic_force.greatest();
+    let dynamic_force = rigid.greatest();
     let room = 4.0 * (block.mass - least_mass);
     let amplitude = if room > 0.0 {
         2.0 * dynamic_force * t / room

@@ -25,18 +25,21 @@
 //! SI units throughout. Positive position, velocity and force point the same way along the device
 //! axis. The coupling force `F` drives the block; the force on the hand is `-F`.
 //!
-//! Nothing here does I/O, reads a clock, or allocates once a [`Renderer`] is built. Without the default
-//! feature `std` the crate needs only `core`, `alloc` and `libm`.
-#![cfg_attr(not(feature = "std"), no_std)]
+//! Nothing here does I/O, reads a clock, or allocates once a [`Renderer`] is built. The crate needs only `core`, `alloc` and `libm`, and
+//! gives the same forces to the last bit in every build and on every machine.
+#![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 extern crate alloc;
+#[cfg(test)]
+extern crate std;
 
 pub mod adviser;
-mod another_law;
 pub mod block;
-mod device;
+mod contact;
+mod direction;
+mod directional;
 pub mod friction;
 pub mod limiter;
 mod math;
@@ -44,15 +47,16 @@ pub mod parameters;
 pub mod passivity;
 pub mod position_guard;
 pub mod pulse;
+mod render;
 mod renderer;
 pub mod sample_clock;
 pub mod scene;
 mod scheme;
-mod toward;
 pub mod velocity;
 
-pub use friction::Directional;
-pub use parameters::{Direction, Parameter, ParameterKey};
+pub use direction::Direction;
+pub use directional::Directional;
+pub use parameters::{Parameter, ParameterKey};
 pub use pulse::{PulseError, PulseShape};
 pub use renderer::{FARTHEST_RESEAT_M, Renderer};
 pub use scene::{Scene, SceneError};

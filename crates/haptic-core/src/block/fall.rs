@@ -22,6 +22,13 @@ pub(crate) struct FallLevel {
     pub(super) threshold: f64,
 }
 
+impl FallLevel {
+    /// m/s.
+    pub(super) fn speed(self) -> f64 {
+        if self.armed { self.threshold } else { 0.0 }
+    }
+}
+
 /// Whether it is sure, without a search, that a forward slide does not fall to its re-stick level in a time whose response is `r`: displacement and speed
 /// at its end are then returned.
 pub(super) fn passes(
@@ -36,7 +43,7 @@ pub(super) fn passes(
     let (a0, beta) = oscillator.acceleration(motion);
     let a = a0 * r.dh + beta * r.h;
     let dips = a0 < 0.0 && a > 0.0;
-    let falls_at = if armed { threshold } else { 0.0 };
+    let falls_at = level.speed();
     // A peak inside could arm the slide and be fallen from.
     let may_arm_unseen = threshold > 0.0 && !armed && a0 > 0.0 && a < 0.0;
     // At exactly zero velocity and acceleration the direction is for the full search to decide.

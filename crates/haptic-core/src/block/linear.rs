@@ -1,11 +1,13 @@
 //! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly, without an event to look for.
 
+use super::body::Coupling;
 use super::load::Load;
+use super::moving::{EventSink, Moving, Rendered};
 use super::oscillator::{Motion, Oscillator};
-use super::slide::Propagator;
-use super::{BlockState, Contact, EventSink, Moving, Rendered};
-use crate::parameters::Direction;
-use crate::scene::Coupling;
+use super::propagator::Propagator;
+use super::state::BlockState;
+use crate::contact::Contact;
+use crate::direction::Direction;
 
 /// The block of a viscous scene.
 #[derive(Clone, Copy, Debug)]

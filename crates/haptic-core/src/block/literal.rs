@@ -10,13 +10,12 @@
 //! `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, diverges below `M = K T^2/4 + (B + b) T/2`, and creates energy in
 //! friction; the [exact](super::exact) scheme has none of these.
 
-use super::{BlockState, Contact, EventSink, Moving, Rendered};
-use crate::friction::contact::{Stroke, YieldingContact};
-use crate::friction::level::Level;
-use crate::friction::static_limit::StaticLimit;
-use crate::friction::{Directional, Karnopp};
-use crate::parameters::Direction;
-use crate::scene::Coupling;
+use super::body::Coupling;
+use super::moving::{EventSink, Moving, Rendered};
+use super::state::BlockState;
+use crate::contact::{Contact, Level, StaticLimit, Stroke, YieldingContact};
+use crate::direction::Direction;
+use crate::directional::Directional;
 use core::fmt::Debug;
 use core::num::NonZeroU32;
 
@@ -62,13 +61,20 @@ pub(crate) struct Rigid<L, R> {
 }
 
 impl<L: Level, R: StaticLimit> Rigid<L, R> {
-    pub(crate) fn new(law: &Karnopp, level: L, static_limit: R) -> Self {
+    /// `static_force` is what the contact holds after a long rest, N; `viscous` is `b`, N s/m; `velocity_threshold` is `DV`, m/s.
+    pub(crate) fn new(
+        static_force: Directional,
+        static_limit: R,
+        level: L,
+        viscous: Directional,
+        velocity_threshold: f64,
+    ) -> Self {
         Self {
-            static_force: law.breakaway_force(),
+            static_force,
             static_limit,
             level,
-            viscous: law.viscous,
-            velocity_threshold: law.velocity_threshold,
+            viscous,
+            velocity_threshold,
             stuck: true,
         }
     }

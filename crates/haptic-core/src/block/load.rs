@@ -1,7 +1,7 @@
 //! What the device pulls with between two samples.
 
-use super::BlockState;
-use crate::scene::Coupling;
+use super::body::Coupling;
+use super::state::BlockState;
 
 /// `K p + B v` between two samples, less `K` times the block's position at the start of the tick: the coupling force if the block stood still there.
 #[derive(Clone, Copy, Debug)]

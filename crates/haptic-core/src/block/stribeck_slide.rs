@@ -6,9 +6,9 @@
 
 use super::fall::{FallLevel, SlideEnd, first_fall};
 use super::oscillator::{Motion, Oscillator};
+use super::piece_length::{LONGEST, next_length};
 use super::slide::{PieceEnd, Slide};
-use super::yielding::{LONGEST, next_length};
-use crate::friction::level::stribeck;
+use crate::contact::stribeck;
 
 /// One direction of sliding under Stribeck's curve.
 #[derive(Clone, Copy, Debug)]
@@ -33,18 +33,18 @@ pub(crate) struct StribeckSlide {
 const TOLERANCE: f64 = 1e-6;
 
 /// What a slide of a scene is made of.
-pub(super) struct StribeckParts {
-    pub(super) mass: f64,
-    pub(super) stiffness: f64,
-    pub(super) coupling_damping: f64,
-    pub(super) viscous: f64,
-    pub(super) static_force: f64,
-    pub(super) dynamic_force: f64,
-    pub(super) velocity: f64,
+pub(crate) struct StribeckParts {
+    pub(crate) mass: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) coupling_damping: f64,
+    pub(crate) viscous: f64,
+    pub(crate) static_force: f64,
+    pub(crate) dynamic_force: f64,
+    pub(crate) velocity: f64,
 }
 
 impl StribeckSlide {
-    pub(super) fn new(parts: &StribeckParts) -> Self {
+    pub(crate) fn new(parts: &StribeckParts) -> Self {
         Self {
             mass: parts.mass,
             stiffness: parts.stiffness,

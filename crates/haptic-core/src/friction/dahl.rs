@@ -11,11 +11,15 @@
 //!
 //! It has no stiction, and a load that shakes below the limit makes it creep: see [`ElastoPlastic`](super::ElastoPlastic) for one that does not.
 
-use super::contact::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
-use super::{Directional, Slot};
-use crate::block::Contact;
+use super::law::{Law, Named};
+use super::usual;
+use crate::contact::{Advanced, Contact, Stroke, Tangent, YieldingContact, by_elastic_share};
+use crate::direction::Direction;
+use crate::directional::Directional;
 use crate::math::{exp, ln_1p, powf};
-use crate::parameters::{Direction, Parameter};
+use crate::parameters::{Parameter, Slot};
+use crate::render::{BehindBlock, Surface, YieldingSurface};
+use alloc::boxed::Box;
 
 /// Dahl friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +47,26 @@ fn exponential() -> f64 {
 }
 
 impl Dahl {
-    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
+    fn contact(&self) -> DahlContact {
+        DahlContact { law: *self, force: 0.0 }
+    }
+}
+
+impl Named for Dahl {
+    const NAME: &'static str = "dahl";
+
+    fn usual() -> Self {
+        Self {
+            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
+            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
+            exponent: 1.0,
+            viscous: Directional::both(0.0),
+        }
+    }
+}
+
+impl Law for Dahl {
+    fn slot(&mut self, parameter: Parameter, _on_device: bool) -> Option<Slot<'_>> {
         match parameter {
             Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
             Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
@@ -53,8 +76,28 @@ impl Dahl {
         }
     }
 
-    pub(crate) fn contact(&self) -> DahlContact {
-        DahlContact { law: *self, force: 0.0 }
+    fn holding_force(&self) -> Directional {
+        self.dynamic_force
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        self.dynamic_force.get(direction) + self.viscous.get(direction) * speed
+    }
+
+    fn contact_stiffness(&self, _on_device: bool) -> f64 {
+        self.contact_stiffness
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        block.yielding(
+            self.contact(),
+            self.contact_stiffness(false),
+            self.holding_force().greatest(),
+        )
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        Box::new(YieldingSurface::new(self.contact()))
     }
 }
 

@@ -125,9 +125,6 @@ impl Estimator {
 
 #[cfg(test)]
 mod tests {
-    // The tests print what they measure, also where the crate itself goes without `std`.
-    extern crate std;
-
     use super::*;
     use core::f64::consts::TAU;
     use proptest::prelude::*;

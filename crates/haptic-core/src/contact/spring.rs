@@ -1,11 +1,26 @@
 //! A contact that holds by a spring up to its static limit, then slides, and holds anew when it has come to rest.
 
-use super::contact::{Advanced, Stroke, Tangent, YieldingContact};
 use super::level::Level;
+use super::state::Contact;
 use super::static_limit::StaticLimit;
-use super::{Directional, Reseat};
-use crate::block::Contact;
-use crate::parameters::Direction;
+use super::yielding::{Advanced, Stroke, Tangent, YieldingContact};
+use crate::direction::Direction;
+use crate::directional::Directional;
+
+/// What a stuck spring is anchored to when a slide ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum Reseat {
+    /// Where the spring has the force that there was: the force is continuous.
+    #[default]
+    Continuous,
+    /// Where the spring has the whole static force, as the paper's slides print it and as Haessig and Friedland's model has it. The
+    /// force jumps by `Fs - Fd` at each re-stick, and energy of `(Fs^2 - Fd^2)/2 Kp` comes from nowhere: for reproduction only.
+    #[cfg_attr(feature = "serde", serde(alias = "published"))]
+    Slides,
+}
 
 /// A stuck spring, and what it slides against.
 #[derive(Clone, Copy, Debug)]

@@ -1,12 +1,12 @@
 //! A bristle: a deflection `z` that follows the motion by its elastic share, `dz/dx = 1 - alpha(z) z/zss`, and gives `sigma z`. The laws
 //! that are made of one differ in `alpha` and in where `zss` comes from.
 
-use super::Directional;
-use super::contact::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
 use super::level::Level;
-use crate::block::Contact;
+use super::state::Contact;
+use super::yielding::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
+use crate::direction::Direction;
+use crate::directional::Directional;
 use crate::math::{exp, exp_m1};
-use crate::parameters::Direction;
 use core::fmt::Debug;
 
 /// How much of a motion is lost to plastic flow, as a function of the deflection along the motion and of the deflection in steady motion (> 0).

@@ -1,8 +1,9 @@
 //! The way from one scene to another of the same make.
 
-use crate::friction::Slot;
-use crate::parameters::{Direction, Parameter, Scale, TABLE};
-use crate::scene::Scene;
+use super::value::Scene;
+use crate::direction::Direction;
+use crate::math::powf;
+use crate::parameters::{Parameter, Scale, Slot, TABLE};
 
 impl Scene {
     /// The scene at a share of the way to another, from 0 (this one) to 1 (the other): every parameter moves evenly, one with a logarithmic scale by equal
@@ -29,7 +30,7 @@ impl Scene {
                 let (here, there) = (here.get(direction), there.get(direction));
                 let even = here + (there - here) * share;
                 if row.scale == Scale::Logarithmic && here > 0.0 && there > 0.0 {
-                    here * crate::math::powf(there / here, share)
+                    here * powf(there / here, share)
                 } else {
                     even
                 }

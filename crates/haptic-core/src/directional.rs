@@ -1,6 +1,6 @@
 //! A limit that may differ by the direction of motion.
 
-use crate::parameters::Direction;
+use crate::direction::Direction;
 
 /// One value for motion along the positive axis and one for motion along the negative axis.
 ///

@@ -3,8 +3,8 @@
 //! Such a contact is moved on by a displacement, and answers with its friction, and with how that will change: with that a block is
 //! solved in closed form from one piece to the next, see [`block::yielding`](crate::block).
 
-use crate::block::Contact;
-use crate::parameters::Direction;
+use super::state::Contact;
+use crate::direction::Direction;
 use core::fmt::Debug;
 
 /// Friction near the present state, for motion on in one direction: `force + stiffness d + damping w` after a small displacement `d` with speed `w`, all
