@@ -40,6 +40,7 @@ pub mod block;
 mod contact;
 mod direction;
 mod directional;
+mod flush;
 pub mod friction;
 pub mod limiter;
 mod math;

@@ -2,6 +2,7 @@
 
 use crate::block::{BlockState, Coupling, EventSink, Rendered};
 use crate::contact::Contact;
+use crate::flush::flush;
 use crate::math::sqrt;
 use crate::parameters::SceneError;
 use crate::pulse::{Pulse, PulseError, PulseShape};
@@ -100,7 +101,7 @@ impl Renderer {
 
     /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity` (m/s).
     pub fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
-        self.surface.tick(elapsed_s, position, velocity)
+        self.surface.tick(elapsed_s, flush(position), flush(velocity))
     }
 
     /// Like [`tick`](Self::tick), and tells `sink` of each change of contact.
@@ -111,7 +112,8 @@ impl Renderer {
         velocity: f64,
         sink: &mut dyn EventSink,
     ) -> Rendered {
-        self.surface.tick_with_events(elapsed_s, position, velocity, sink)
+        self.surface
+            .tick_with_events(elapsed_s, flush(position), flush(velocity), sink)
     }
 
     /// Takes over the motion of the renderer that this one replaces, so that the hand feels no jerk.

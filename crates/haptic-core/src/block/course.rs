@@ -193,12 +193,9 @@ fn tick<B: InPieces>(
     if elapsed_s > 0.0 {
         let &Gripped { coupling, state, .. } = block.gripped();
         rendered = motion(block, Load::new(&coupling, &state, elapsed_s, position, velocity));
-        let &BlockState {
-            position: x,
-            velocity: w,
-            ..
-        } = &block.gripped().state;
-        if !(x.is_finite() && w.is_finite() && block.has_finite_contact()) {
+        let state = &mut block.gripped_mut().state;
+        *state = state.flushed();
+        if !(state.is_finite() && block.has_finite_contact()) {
             // Forces beyond the range of numbers.
             block.gripped_mut().state = BlockState::new(position, 0.0, position, velocity);
             block.restarted();

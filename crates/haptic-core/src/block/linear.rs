@@ -44,8 +44,9 @@ impl LinearBlock {
         motion: Option<&Motion>,
         sink: &mut (impl EventSink + ?Sized),
     ) -> Rendered {
+        self.state = self.state.flushed();
         (self.state.device_position, self.state.device_velocity) = sample;
-        if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
+        if !self.state.is_finite() {
             self.set_state(BlockState::new(sample.0, 0.0, sample.0, sample.1));
         }
         let from = self.state.contact;

@@ -266,9 +266,10 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
                 }
             }
         }
+        self.state = self.state.flushed();
         self.state.device_position = position;
         self.state.device_velocity = velocity;
-        if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
+        if !self.state.is_finite() {
             self.set_state(BlockState::new(position, 0.0, position, velocity));
         }
         Rendered {

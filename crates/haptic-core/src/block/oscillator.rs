@@ -11,6 +11,7 @@
 //!
 //! The acceleration is homogeneous in `h` and `h'`, so the times at which it vanishes are closed-form.
 
+use crate::flush::flush;
 use crate::math::{atan2, exp, exp_m1, ln_1p, sin_cos, sqrt};
 use core::f64::consts::PI;
 
@@ -239,7 +240,7 @@ impl Oscillator {
         if phase < NEAR_CRITICAL_LIMIT {
             return self.near_critical(t, omega_d * omega_d);
         }
-        let decay = exp(-self.sigma * t);
+        let decay = flush(exp(-self.sigma * t));
         let (sin, cos) = sin_cos(phase);
         let h = decay * sin / omega_d;
         let dh = decay * cos - self.sigma * h;
@@ -259,7 +260,7 @@ impl Oscillator {
             cosine += c_term;
             sine += s_term;
         }
-        let decay = exp(-self.sigma * t);
+        let decay = flush(exp(-self.sigma * t));
         let h = decay * t * sine;
         let dh = decay * cosine - self.sigma * h;
         self.integrate(t, h, dh)
@@ -351,7 +352,7 @@ impl Oscillator {
 fn overdamped(t: f64, slow: f64, fast: f64, half_gap: f64) -> Response {
     let gap = 2.0 * half_gap;
     let (slow_t, fast_t) = (slow * t, fast * t);
-    let (e_slow, e_fast) = (exp(slow_t), exp(fast_t));
+    let (e_slow, e_fast) = (flush(exp(slow_t)), flush(exp(fast_t)));
     let (p_slow, p_fast) = (phi1(slow_t), phi1(fast_t));
     Response {
         h: (e_slow - e_fast) / gap,

@@ -2,6 +2,7 @@
 
 use crate::contact::Contact;
 use crate::direction::Direction;
+use crate::flush::flush;
 
 /// The block and the last device sample that moved it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,8 +44,22 @@ impl BlockState {
         }
     }
 
+    /// The same state without motion that is next to nothing.
+    pub(super) fn flushed(self) -> Self {
+        Self {
+            position: flush(self.position),
+            velocity: flush(self.velocity),
+            ..self
+        }
+    }
+
+    /// Whether the block is somewhere.
+    pub(super) fn is_finite(&self) -> bool {
+        self.position.is_finite() && self.velocity.is_finite()
+    }
+
     /// The same state with a contact that fits the velocity: what moves slides, and slides the way it moves.
-    pub(crate) fn consistent(mut self) -> Self {
+    pub(super) fn consistent(mut self) -> Self {
         if self.velocity != 0.0 {
             self.contact = Contact::Sliding(Direction::of(self.velocity));
         }

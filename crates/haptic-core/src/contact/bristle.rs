@@ -6,6 +6,7 @@ use super::state::Contact;
 use super::yielding::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
 use crate::direction::Direction;
 use crate::directional::Directional;
+use crate::flush::flush;
 use crate::math::{exp, exp_m1};
 use core::fmt::Debug;
 
@@ -51,7 +52,7 @@ impl Plasticity for AlwaysPlastic {
     }
 
     fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32) {
-        (steady + (deflection - steady) * exp(-distance / steady), 1)
+        (steady + (deflection - steady) * flush(exp(-distance / steady)), 1)
     }
 }
 
@@ -182,7 +183,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         let along = sign * self.deflection;
         let (at_once, once) = flow(along, stroke.distance, middle);
         if P::EXACT && !L::VARIES {
-            self.deflection = sign * at_once;
+            self.deflection = flush(sign * at_once);
             return Advanced::EXACTLY;
         }
         // In two halves of the time, the speed growing evenly, and extrapolated from both: what the two differ by is the measure of the error.
@@ -194,7 +195,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         let (halfway, one_half) = flow(along, first, 0.25 * (3.0 * from + to));
         let (in_halves, other_half) = flow(halfway, stroke.distance - first, 0.25 * (from + 3.0 * to));
         let missed = (in_halves - at_once) / 3.0;
-        self.deflection = sign * (in_halves + missed);
+        self.deflection = flush(sign * (in_halves + missed));
         Advanced {
             uncertain: self.stiffness * missed.abs(),
             work: 1 + (once + one_half + other_half) / PIECES_A_WORK,
@@ -208,7 +209,8 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
     fn seat(&mut self, force: f64) {
         let force = if force.is_finite() { force } else { 0.0 };
         let limit = |direction| self.level.at(direction, 0.0);
-        self.deflection = force.clamp(-limit(Direction::Negative), limit(Direction::Positive)) / self.stiffness;
+        let held = force.clamp(-limit(Direction::Negative), limit(Direction::Positive));
+        self.deflection = flush(held / self.stiffness);
     }
 
     fn stored_energy(&self) -> f64 {

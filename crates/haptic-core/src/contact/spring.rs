@@ -6,6 +6,7 @@ use super::static_limit::StaticLimit;
 use super::yielding::{Advanced, Stroke, Tangent, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
+use crate::flush::flush;
 
 /// What a stuck spring is anchored to when a slide ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -95,7 +96,7 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
             Reseat::Slides => self.static_force.get(direction),
         };
         self.state = SpringState::Stuck {
-            force: direction.sign() * force,
+            force: flush(direction.sign() * force),
         };
     }
 }
@@ -150,7 +151,7 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
                     distance -= by;
                 }
                 along += self.stiffness.get(direction) * distance;
-                *force = sign * along;
+                *force = flush(sign * along);
                 let force = *force;
                 if stroke.distance > 0.0 && self.reached(direction, force) {
                     self.level.set_off(direction, self.limit(direction));
@@ -185,7 +186,7 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         let force = if force.is_finite() { force } else { 0.0 };
         self.static_limit.begin(f64::INFINITY);
         self.state = SpringState::Stuck {
-            force: force.clamp(-self.limit(Direction::Negative), self.limit(Direction::Positive)),
+            force: flush(force.clamp(-self.limit(Direction::Negative), self.limit(Direction::Positive))),
         };
     }
 

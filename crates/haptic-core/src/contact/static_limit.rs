@@ -1,5 +1,6 @@
 //! How the limit of a resting contact goes with the time that it rests.
 
+use crate::flush::flush;
 use crate::math::{exp, exp_m1, ln_1p};
 use core::fmt::Debug;
 
@@ -84,7 +85,7 @@ impl StaticLimit for Rising {
             return wait;
         }
         for _ in 0..64 {
-            let left = (rested - fresh) * exp(-self.rate * (self.dwell_s + wait));
+            let left = (rested - fresh) * flush(exp(-self.rate * (self.dwell_s + wait)));
             let beyond = force + slope * wait - (rested - left);
             let next = wait - beyond / (slope - self.rate * left);
             if next < wait {

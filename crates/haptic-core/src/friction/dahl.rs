@@ -16,6 +16,7 @@ use super::usual;
 use crate::contact::{Advanced, Contact, Stroke, Tangent, YieldingContact, by_elastic_share};
 use crate::direction::Direction;
 use crate::directional::Directional;
+use crate::flush::flush;
 use crate::math::{exp, ln_1p, powf};
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BehindBlock, Surface, YieldingSurface};
@@ -182,7 +183,7 @@ impl YieldingContact for DahlContact {
         if self.law.exponent == 0.0 {
             let along = stroke.direction.sign() * self.force;
             let after = along + self.law.contact_stiffness * stroke.distance;
-            self.force = stroke.direction.sign() * after.min(limit.max(along));
+            self.force = flush(stroke.direction.sign() * after.min(limit.max(along)));
             return Advanced::EXACTLY;
         }
         let rest = self.rest(stroke.direction);
@@ -192,18 +193,18 @@ impl YieldingContact for DahlContact {
             let a = self.law.contact_stiffness * stroke.distance / limit;
             let i = self.law.exponent;
             if i == 1.0 {
-                rest * exp(-a)
+                rest * flush(exp(-a))
             } else {
                 let grown = (i - 1.0) * a * powf(rest, i - 1.0);
                 if grown > -1.0 {
                     // The logarithm keeps its digits where i is near 1.
-                    rest * exp(ln_1p(grown) / (1.0 - i))
+                    rest * flush(exp(ln_1p(grown) / (1.0 - i)))
                 } else {
                     0.0
                 }
             }
         };
-        self.force = stroke.direction.sign() * limit * (1.0 - left);
+        self.force = flush(stroke.direction.sign() * limit * (1.0 - left));
         Advanced::EXACTLY
     }
 
@@ -213,7 +214,7 @@ impl YieldingContact for DahlContact {
 
     fn seat(&mut self, force: f64) {
         let force = if force.is_finite() { force } else { 0.0 };
-        self.force = force.clamp(-self.law.dynamic_force.negative, self.law.dynamic_force.positive);
+        self.force = flush(force.clamp(-self.law.dynamic_force.negative, self.law.dynamic_force.positive));
     }
 
     fn stored_energy(&self) -> f64 {

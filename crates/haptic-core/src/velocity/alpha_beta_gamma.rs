@@ -4,6 +4,7 @@
 //! Filtering Made Easy", 1998, the critically damped filter): `alpha = 1 - r^3`, `beta = 1.5 (1 - r)^2 (1 + r)`,
 //! `gamma = (1 - r)^3`. It follows a constant acceleration without lag, and tames the steps of an encoder.
 
+use crate::flush::flush;
 use crate::math::powf;
 
 /// Estimates velocity from positions at irregular times.
@@ -48,7 +49,7 @@ const ON_TIME: f64 = 0.05;
 /// Where less than this share of the past is left, there is no past: after 45 periods without a sample, with the default memory.
 const FORGOTTEN: f64 = 1e-10;
 
-/// Below this speed, m/s, a filter at rest is at rest: its tail must not decay through the denormals.
+/// Below this speed, m/s, a filter at rest is at rest: counting is far coarser.
 const AT_REST_MPS: f64 = 1e-15;
 
 impl AlphaBetaGamma {
@@ -106,7 +107,7 @@ impl AlphaBetaGamma {
         };
         let predicted = self.position + elapsed_s * (self.velocity + 0.5 * elapsed_s * self.acceleration);
         let residual = position - predicted;
-        self.position = predicted + alpha * residual;
+        self.position = flush(predicted + alpha * residual);
         self.velocity += elapsed_s * self.acceleration + beta / elapsed_s * residual;
         self.acceleration += gamma / (elapsed_s * elapsed_s) * residual;
         if self.velocity.abs() < AT_REST_MPS && residual.abs() < AT_REST_MPS * elapsed_s {

@@ -1,6 +1,7 @@
 //! The finite difference behind a first-order low-pass: less noise, and a lag of `1 / (2 pi cutoff)` seconds.
 
-use super::FiniteDifference;
+use super::finite_difference::FiniteDifference;
+use crate::flush::flush;
 use crate::math::exp_m1;
 use core::f64::consts::TAU;
 
@@ -36,7 +37,8 @@ impl LowPass {
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         let raw = self.difference.update(elapsed_s, position);
         // The exact response to a velocity held since the last sample, so that an early sample counts for less.
-        self.velocity -= exp_m1(-self.rate * elapsed_s.max(0.0)) * (raw - self.velocity);
+        let nearer = -exp_m1(-self.rate * elapsed_s.max(0.0)) * (raw - self.velocity);
+        self.velocity = flush(self.velocity + nearer);
         self.velocity
     }
 }
