@@ -1,5 +1,5 @@
-//! What a scene will do to a rig before anybody feels it: the known bounds on stability, passivity and chatter, each with its margin and with the
-//! value that would mend it.
+//! What a scene will do to a rig before anybody feels it: the known bounds on stability, passivity
+//! and chatter, each with its margin and with the value that would mend it.
 //!
 //! | check | bound | source |
 //! |---|---|---|
@@ -12,13 +12,19 @@
 //! | encoder | `K <= 2 f / Delta`: the same for what counting creates | Abbott and Okamura 2005 |
 //! | friction passivity | `b >= sigma1 (Fs/Fd - 1)`, LuGre only: else the law itself can give out energy | Barabanov and Ortega 2000 |
 //!
-//! `T` is the time between two forces that differ: the longer of the loop's period and of the device's, since a force from an old sample is the old force again. `tau` is the time from
-//! a sample to the motor that knows it. Behind a link it is measured: the round trip, from a command's sending to the arrival of the first sample that knows it, is at most a period longer than the way
-//! there and back, so it bounds `tau` from above; what the newest sample's age exceeds a period of each side by comes on top, because then samples come late or are lost. A force that holds for `T` acts
-//! `T/2` late in the mean, and so the two add up to `T/2 + tau`. In the first three, `T` is the step of the scheme, which the device does not change.
+//! `T` is the time between two forces that differ: the longer of the loop's period and of the
+//! device's, since a force from an old sample is the old force again. `tau` is the time from a
+//! sample to the motor that knows it. Behind a link it is measured: the round trip, from a
+//! command's sending to the arrival of the first sample that knows it, is at most a period longer
+//! than the way there and back, so it bounds `tau` from above; what the newest sample's age exceeds
+//! a period of each side by comes on top, because then samples come late or are lost. A force that
+//! holds for `T` acts `T/2` late in the mean, and so the two add up to `T/2 + tau`. In the first
+//! three, `T` is the step of the scheme, which the device does not change.
 //!
-//! On the device itself, without a block, `K` is the stiffness of the contact and `B` its damping and drag. The first three are about the scheme, the others about the hand in the loop. Those are sufficient or necessary for worst cases: a rig whose hand damps
-//! well may do fine beyond them, which is why this advises and does not refuse.
+//! On the device itself, without a block, `K` is the stiffness of the contact and `B` its damping
+//! and drag. The first three are about the scheme, the others about the hand in the loop. Those are
+//! sufficient or necessary for worst cases: a rig whose hand damps well may do fine beyond them,
+//! which is why this advises and does not refuse.
 
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -65,18 +71,21 @@ pub struct LinkTimes {
 }
 
 impl LinkTimes {
-    /// From a sample to the motor that gives the force for it, s, for a loop with such a period. Before anything is measured it is a period of the slower side.
+    /// From a sample to the motor that gives the force for it, s, for a loop with such a period.
+    /// Before anything is measured it is a period of the slower side.
     #[must_use]
     pub fn delay_s(&self, period_s: f64) -> f64 {
         if self.round_trip_s <= 0.0 {
             return period_s.max(self.sample_period_s);
         }
-        // Until the next sample comes a sample grows as old as a period of the device's, and is read up to one of ours later: that is `T`, not delay.
+        // Until the next sample comes a sample grows as old as a period of the device's, and is
+        // read up to one of ours later: that is `T`, not delay.
         self.round_trip_s + (self.age_s - self.sample_period_s - period_s).max(0.0)
     }
 }
 
-/// Speed, m/s, at which the rig's own friction is held against what sampling creates: the fastest that a hand usually goes when it explores.
+/// Speed, m/s, at which the rig's own friction is held against what sampling creates: the fastest
+/// that a hand usually goes when it explores.
 pub const EXPLORING_SPEED_MPS: f64 = 0.1;
 
 /// Ripple, N, that a hand does not feel in this band.
@@ -147,7 +156,8 @@ pub struct Finding {
     pub bound: f64,
     /// Unit of both.
     pub unit: &'static str,
-    /// How far inside the bound the scene is, as a ratio: 2 is twice as far as needed, below 1 it is broken.
+    /// How far inside the bound the scene is, as a ratio: 2 is twice as far as needed, below 1 it
+    /// is broken.
     pub margin: f64,
     /// The value that would mend a broken bound, where one parameter can.
     pub mending: Option<Mending>,
@@ -236,7 +246,8 @@ fn finding(about: About, value: f64, bound: f64, passes: bool, margin: f64) -> F
     }
 }
 
-/// Holds a valid scene against every bound that concerns it. Pure: the same scene on the same rig gives the same advice.
+/// Holds a valid scene against every bound that concerns it. Pure: the same scene on the same rig
+/// gives the same advice.
 #[must_use]
 pub fn advise(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
     let mut findings = Vec::with_capacity(8);
@@ -388,7 +399,8 @@ mod tests {
         assert!(find(&findings, Check::LeastMass).passes);
         // V (K T/2 + B) = 4.0921 mm/s x 22.5 N s/m.
         assert!((find(&findings, Check::Ripple).value - 0.092_07).abs() < 1e-5);
-        // 2 (0 + 10) / 1 ms: the paper's stiffness is beyond it on a rig without damping, and further with a tick of delay.
+        // 2 (0 + 10) / 1 ms: the paper's stiffness is beyond it on a rig without damping, and
+        // further with a tick of delay.
         let linear = find(&findings, Check::LinearStability);
         assert_eq!((linear.passes, linear.bound), (false, 20_000.0));
         let late = RigFacts { delay_s: 1e-3, ..RIG };

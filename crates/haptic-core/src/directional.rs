@@ -4,7 +4,8 @@ use crate::direction::Direction;
 
 /// One value for motion along the positive axis and one for motion along the negative axis.
 ///
-/// In TOML and JSON it is a number when both are equal and `{ positive = 5.0, negative = 3.0 }` when not.
+/// In TOML and JSON it is a number when both are equal and `{ positive = 5.0, negative = 3.0 }`
+/// when not.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Directional {
     /// While the block moves, or is pushed, along the positive axis.

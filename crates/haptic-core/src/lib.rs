@@ -1,8 +1,9 @@
 //! The physics of hapticd: a block that slides on a surface, felt through a virtual coupling.
 //!
 //! The model is the one of Richard and Cutkosky's friction rendering: the measured device position
-//! `p` and velocity `v` drag a block of mass `M` through a spring `K` and a damper `B`, and the block
-//! rubs on a surface under Karnopp's friction law (Karnopp 1985). The hand feels the coupling.
+//! `p` and velocity `v` drag a block of mass `M` through a spring `K` and a damper `B`, and the
+//! block rubs on a surface under Karnopp's friction law (Karnopp 1985). The hand feels the
+//! coupling.
 //!
 //! ```text
 //!            K (p - x) + B (v - w) = F
@@ -11,22 +12,25 @@
 //!                          surface: stuck while -Fs- <= F <= Fs+, else Fd and b w against the motion
 //! ```
 //!
-//! * [`scene`] says what the user asked for; [`parameters`] is the one table of names, symbols, units
-//!   and ranges behind the wire, the command line and the panel.
-//! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others, each behind a block or on the device itself.
+//! * [`scene`] says what the user asked for; [`parameters`] is the one table of names, symbols,
+//!   units and ranges behind the wire, the command line and the panel.
+//! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others,
+//!   each behind a block or on the device itself.
 //! * [`Renderer`] is what a scene compiles to: one [`tick`](Renderer::tick) per measurement, by the
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
-//! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions against what a hand can do, before anything is made of them.
+//! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions
+//!   against what a hand can do, before anything is made of them.
 //! * [`pulse`] is what is rendered in the place of a scene while a rig is commissioned.
-//! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before the motor,
-//!   and [`passivity`] watches the energy that sampling makes.
+//! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before
+//!   the motor, and [`passivity`] watches the energy that sampling makes.
 //!
 //! # Units and signs
 //! SI units throughout. Positive position, velocity and force point the same way along the device
 //! axis. The coupling force `F` drives the block; the force on the hand is `-F`.
 //!
-//! Nothing here does I/O, reads a clock, or allocates once a [`Renderer`] is built. The crate needs only `core`, `alloc` and `libm`, and
-//! gives the same forces to the last bit in every build and on every machine.
+//! Nothing here does I/O, reads a clock, or allocates once a [`Renderer`] is built. The crate needs
+//! only `core`, `alloc` and `libm`, and gives the same forces to the last bit in every build and on
+//! every machine.
 #![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]

@@ -1,7 +1,8 @@
 //! Elementary functions, from `libm` alone.
 //!
-//! The platform's own differ from one C library and one processor to the next in their last digit, and a friction law carries that digit on. These give
-//! the same result in every build on every machine; so a recorded run can be computed again, to the last bit. The crate is `no_std`, where
+//! The platform's own differ from one C library and one processor to the next in their last digit,
+//! and a friction law carries that digit on. These give the same result in every build on every
+//! machine; so a recorded run can be computed again, to the last bit. The crate is `no_std`, where
 //! the platform's are out of reach. Nothing here may fuse a multiplication with an addition.
 
 pub(crate) use libm::{atan2, copysign, exp, expm1 as exp_m1, log1p as ln_1p, pow as powf, sincos as sin_cos, sqrt};

@@ -11,7 +11,8 @@ use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::boxed::Box;
 
-/// How far from the hand a block is put at most when its coupling changes, m: farther, a soft coupling would pull steadily wherever the hand went.
+/// How far from the hand a block is put at most when its coupling changes, m: farther, a soft
+/// coupling would pull steadily wherever the hand went.
 pub const FARTHEST_RESEAT_M: f64 = 0.02;
 
 /// A scene, ready to be rendered.
@@ -32,8 +33,8 @@ impl Clone for Renderer {
 }
 
 impl Renderer {
-    /// Compiles a scene for ticks of about `period_s` seconds. The block starts at rest at the origin; see
-    /// [`start_at`](Self::start_at).
+    /// Compiles a scene for ticks of about `period_s` seconds. The block starts at rest at the
+    /// origin; see [`start_at`](Self::start_at).
     ///
     /// # Errors
     /// What [`Scene::validate`] and [`Scene::validate_rate`] refuse.
@@ -54,8 +55,9 @@ impl Renderer {
         Ok(Self { surface, held })
     }
 
-    /// A single pulse of force instead of a scene, for ticks of about `period_s` seconds. It begins with the tick after it has [taken over](Self::take_over), and at no
-    /// other time: set to another state before its end, it gives no force any more.
+    /// A single pulse of force instead of a scene, for ticks of about `period_s` seconds. It begins
+    /// with the tick after it has [taken over](Self::take_over), and at no other time: set to
+    /// another state before its end, it gives no force any more.
     ///
     /// # Errors
     /// The pulse is not bounded as it must be.
@@ -99,7 +101,8 @@ impl Renderer {
         size_of_val(&*self.surface)
     }
 
-    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity` (m/s).
+    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity`
+    /// (m/s).
     pub fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
         self.surface.tick(elapsed_s, flush(position), flush(velocity))
     }
@@ -116,11 +119,15 @@ impl Renderer {
             .tick_with_events(elapsed_s, flush(position), flush(velocity), sink)
     }
 
-    /// Takes over the motion of the renderer that this one replaces, so that the hand feels no jerk.
+    /// Takes over the motion of the renderer that this one replaces, so that the hand feels no
+    /// jerk.
     ///
-    /// The block keeps its position, velocity and contact, but for what a stiffer grip would make a kick of. Where the coupling itself changed, the block is re-seated so
-    /// that the force in the coupling, which is what the hand feels, stays as it was. A contact that gives way is deflected so that its friction stays as it was. What the new
-    /// scene cannot hold, as a coupling too soft for the force within [`FARTHEST_RESEAT_M`], is a step of force, whose value is returned, N (the old force less the new).
+    /// The block keeps its position, velocity and contact, but for what a stiffer grip would make a
+    /// kick of. Where the coupling itself changed, the block is re-seated so that the force in the
+    /// coupling, which is what the hand feels, stays as it was. A contact that gives way is
+    /// deflected so that its friction stays as it was. What the new scene cannot hold, as a
+    /// coupling too soft for the force within [`FARTHEST_RESEAT_M`], is a step of force, whose
+    /// value is returned, N (the old force less the new).
     pub fn take_over(&mut self, old: &Self) -> f64 {
         let state = old.state();
         match (self.held, old.held) {
@@ -139,8 +146,9 @@ impl Renderer {
         let mut state = old;
         let ((mass, now), (old_mass, was)) = (now, was);
         let mut step = 0.0;
-        // In a stiffer grip, or with more mass, the same motion against the hand would swing to a larger force, |v - w| sqrt(K M): it is slowed to
-        // what it would have come to. A stuck block does not move, and is pulled as the new grip pulls.
+        // In a stiffer grip, or with more mass, the same motion against the hand would swing to a
+        // larger force, |v - w| sqrt(K M): it is slowed to what it would have come to. A stuck
+        // block does not move, and is pulled as the new grip pulls.
         let swing = (was.stiffness * old_mass) / (now.stiffness * mass);
         if matches!(state.contact, Contact::Sliding(_)) && swing < 1.0 {
             state.velocity = state.device_velocity + (state.velocity - state.device_velocity) * sqrt(swing);
@@ -155,7 +163,8 @@ impl Renderer {
         step
     }
 
-    /// A block comes in where there was none: at rest on a surface that stuck, and moving with the hand on one that slid.
+    /// A block comes in where there was none: at rest on a surface that stuck, and moving with the
+    /// hand on one that slid.
     fn take_up_block(&mut self, old: BlockState, force: f64, (_, now): (f64, Coupling)) -> f64 {
         let mut state = BlockState {
             velocity: match old.contact {
@@ -173,7 +182,8 @@ impl Renderer {
     }
 }
 
-/// Where a block is put so that its coupling gives `force`, of which `damped` comes from the damper, and the force that is missing then.
+/// Where a block is put so that its coupling gives `force`, of which `damped` comes from the
+/// damper, and the force that is missing then.
 fn seat_block(state: &BlockState, now: Coupling, force: f64, damped: f64) -> (f64, f64) {
     let deflection = if now.stiffness > 0.0 {
         ((force - damped) / now.stiffness).clamp(-FARTHEST_RESEAT_M, FARTHEST_RESEAT_M)

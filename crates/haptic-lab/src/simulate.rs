@@ -1,4 +1,5 @@
-//! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to the last bit.
+//! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to
+//! the last bit.
 
 use crate::motion::{DeviceSample, usual_period_s};
 use haptic_core::block::{BlockState, Contact, EventSink};

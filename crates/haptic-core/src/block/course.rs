@@ -1,7 +1,9 @@
-//! The course of a tick through its pieces: what every block that is solved piece by piece has in common.
+//! The course of a tick through its pieces: what every block that is solved piece by piece has in
+//! common.
 //!
-//! A tick that is steady throughout is one piece. Any other is a sequence of pieces, each to the next event or to where a tangent no longer holds. The work of a tick
-//! is bounded; when the bound is reached, one backward-Euler step does the rest.
+//! A tick that is steady throughout is one piece. Any other is a sequence of pieces, each to the
+//! next event or to where a tangent no longer holds. The work of a tick is bounded; when the bound
+//! is reached, one backward-Euler step does the rest.
 
 use super::body::Coupling;
 use super::load::{Load, rounding};
@@ -108,7 +110,8 @@ pub(super) trait InPieces {
     /// Work that a tick may do.
     fn budget(&self, elapsed_s: f64) -> u32;
 
-    /// The common tick without any event in it. Returns false, with nothing changed, where an event may lie in it.
+    /// The common tick without any event in it. Returns false, with nothing changed, where an event
+    /// may lie in it.
     fn steady(&mut self, _elapsed_s: f64, _load: &Load, _sink: &mut (impl EventSink + ?Sized)) -> bool {
         false
     }
@@ -128,7 +131,8 @@ pub(super) trait InPieces {
     fn restarted(&mut self) {}
 }
 
-/// Moves a block on by `elapsed_s` seconds, piece by piece. With `elapsed_s` of zero or less the block stands still and only the force is new.
+/// Moves a block on by `elapsed_s` seconds, piece by piece. With `elapsed_s` of zero or less the
+/// block stands still and only the force is new.
 pub(super) fn advance<B: InPieces>(
     block: &mut B,
     elapsed_s: f64,
@@ -182,7 +186,8 @@ pub(super) fn advance_implicitly<B: InPieces>(
     })
 }
 
-/// A tick to a sample of position and velocity, moved on by `motion`, with what holds for every tick around it.
+/// A tick to a sample of position and velocity, moved on by `motion`, with what holds for every
+/// tick around it.
 fn tick<B: InPieces>(
     block: &mut B,
     elapsed_s: f64,

@@ -1,22 +1,28 @@
 //! The exact tick: the block between two device samples, solved in closed form.
 //!
 //! At tick k both ends of the interval from `t_(k-1)` to `t_k` have been measured, so nothing is
-//! extrapolated: `K p + B v` is taken linear between the two samples, and the block's motion on that interval,
-//! with every stop and breakaway in it, is solved to rounding error. `T` is the time that really elapsed, so jitter and
-//! missed ticks are integrated and not ignored. The force `F_k = K (p_k - x_k) + B (v_k - w_k)` goes out in the
-//! same tick.
+//! extrapolated: `K p + B v` is taken linear between the two samples, and the block's motion on
+//! that interval, with every stop and breakaway in it, is solved to rounding error. `T` is the time
+//! that really elapsed, so jitter and missed ticks are integrated and not ignored. The force `F_k =
+//! K (p_k - x_k) + B (v_k - w_k)` goes out in the same tick.
 //!
 //! * Stuck: the force on the block is linear in time, so the breakaway time is a quotient.
-//! * Sliding: the velocity's extrema are closed-form (see the oscillator); between them it is monotone, so the
-//!   first one at or below the re-stick level brackets the stop, and a safeguarded Newton iteration finds it.
-//! * Rising static friction: the limit is a concave function of the time at rest, so the breakaway is found by Newton's method from the right.
-//! * Stribeck's curve is no oscillator: its slides are cut into pieces that nearly are. Only they are not exact, but to a tolerance.
-//! * The velocity threshold DV: a slide is *armed* once it has been faster than DV. An armed slide that falls back to DV
-//!   re-sticks if the force on the block at rest is within the static limit, and otherwise goes on, disarmed. An unarmed
-//!   slide re-sticks at zero velocity. DV = 0 is the ideal law, and the breakaway force stays at Fs for every DV.
+//! * Sliding: the velocity's extrema are closed-form (see the oscillator); between them it is
+//!   monotone, so the first one at or below the re-stick level brackets the stop, and a safeguarded
+//!   Newton iteration finds it.
+//! * Rising static friction: the limit is a concave function of the time at rest, so the breakaway
+//!   is found by Newton's method from the right.
+//! * Stribeck's curve is no oscillator: its slides are cut into pieces that nearly are. Only they
+//!   are not exact, but to a tolerance.
+//! * The velocity threshold DV: a slide is *armed* once it has been faster than DV. An armed slide
+//!   that falls back to DV re-sticks if the force on the block at rest is within the static limit,
+//!   and otherwise goes on, disarmed. An unarmed slide re-sticks at zero velocity. DV = 0 is the
+//!   ideal law, and the breakaway force stays at Fs for every DV.
 //!
-//! A slide goes forwards by construction (a displacement that rounding makes negative is none), so friction only ever opposes the motion,
-//! and a stuck block does not move at all: friction creates no energy and the block does not creep. Work per tick is bounded; what is left when the bound is reached is done in one implicit step.
+//! A slide goes forwards by construction (a displacement that rounding makes negative is none), so
+//! friction only ever opposes the motion, and a stuck block does not move at all: friction creates
+//! no energy and the block does not creep. Work per tick is bounded; what is left when the bound is
+//! reached is done in one implicit step.
 
 use super::body::Coupling;
 use super::budget::work_budget;
@@ -30,7 +36,8 @@ use super::state::BlockState;
 use crate::contact::{Contact, StaticLimit};
 use crate::direction::Direction;
 
-/// The exact scheme for one scene: `S` is how its slides differ by direction, `R` how its static limit goes with the time at rest.
+/// The exact scheme for one scene: `S` is how its slides differ by direction, `R` how its static
+/// limit goes with the time at rest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExactBlock<S, R> {
     gripped: Gripped,
@@ -85,7 +92,8 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
             return Then::End;
         };
         let limit = self.limit_after(direction, delay);
-        // At the limit the pull is the limit; beyond it already, as after a change of parameters, it is what it is.
+        // At the limit the pull is the limit; beyond it already, as after a change of parameters,
+        // it is what it is.
         let pull = if delay > 0.0 {
             limit
         } else {
@@ -180,7 +188,8 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         let (rounding, slope) = (course.rounding, course.load.slope);
         let at_rest = course.at_rest(&self.gripped.coupling);
         let slide = self.slides.get(direction);
-        // It comes to rest with the friction that it has then, which is more than a fresh contact's where a curve rises towards rest.
+        // It comes to rest with the friction that it has then, which is more than a fresh contact's
+        // where a curve rises towards rest.
         self.static_limit
             .begin_at(slide.static_force(), slide.dynamic_force(), slide.friction_at(0.0));
         let limit = self.limit(Direction::of(at_rest));
@@ -201,7 +210,8 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         slide.set_off(limit);
         let friction = slide.friction_at(0.0);
         self.change_contact(Contact::Sliding(towards), course, sink);
-        // Within rounding the slope decides the direction, and the force may point the other way by as much.
+        // Within rounding the slope decides the direction, and the force may point the other way by
+        // as much.
         Some((towards.sign() * at_rest - friction).max(0.0))
     }
 

@@ -1,4 +1,5 @@
-//! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly, without an event to look for.
+//! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly,
+//! without an event to look for.
 
 use super::body::Coupling;
 use super::load::Load;

@@ -1,5 +1,6 @@
-//! The paper's own tick: one semi-implicit Euler step of Karnopp's model, kept as the baseline, and the same step for the other laws. With more than one step a tick
-//! the device is taken linear between its samples.
+//! The paper's own tick: one semi-implicit Euler step of Karnopp's model, kept as the baseline, and
+//! the same step for the other laws. With more than one step a tick the device is taken linear
+//! between its samples.
 //!
 //! ```text
 //! stuck while |w| < DV and -Fs- <= F <= Fs+:  w = 0
@@ -7,8 +8,8 @@
 //! ```
 //!
 //! It is what the slides print, and what most rigs run. It has a limit cycle of velocity amplitude
-//! `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, diverges below `M = K T^2/4 + (B + b) T/2`, and creates energy in
-//! friction; the [exact](super::exact) scheme has none of these.
+//! `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, diverges below `M = K T^2/4 + (B + b) T/2`, and
+//! creates energy in friction; the [exact](super::exact) scheme has none of these.
 
 use super::body::Coupling;
 use super::moving::{EventSink, Moving, Rendered};
@@ -31,7 +32,8 @@ pub(crate) struct LiteralBlock<L> {
 
 /// Friction as one Euler step sees it.
 pub(crate) trait SteppedLaw: Clone + Debug + Send + Sync + 'static {
-    /// The velocity from which the step sets off; `None` where the block is held still. `pull` is the coupling force on a block at rest.
+    /// The velocity from which the step sets off; `None` where the block is held still. `pull` is
+    /// the coupling force on a block at rest.
     fn set_off(&mut self, velocity: f64, pull: f64, step_s: f64) -> Option<f64>;
     /// Friction in motion, N, signed; from rest in the direction of `pull`.
     fn friction(&self, velocity: f64, pull: f64) -> f64;
@@ -61,7 +63,8 @@ pub(crate) struct Rigid<L, R> {
 }
 
 impl<L: Level, R: StaticLimit> Rigid<L, R> {
-    /// `static_force` is what the contact holds after a long rest, N; `viscous` is `b`, N s/m; `velocity_threshold` is `DV`, m/s.
+    /// `static_force` is what the contact holds after a long rest, N; `viscous` is `b`, N s/m;
+    /// `velocity_threshold` is `DV`, m/s.
     pub(crate) fn new(
         static_force: Directional,
         static_limit: R,
@@ -240,7 +243,8 @@ impl<L: SteppedLaw> LiteralBlock<L> {
 }
 
 impl<L: SteppedLaw> Moving for LiteralBlock<L> {
-    /// Takes the Euler steps over the `elapsed_s` seconds that ended with the device at `position` and `velocity`.
+    /// Takes the Euler steps over the `elapsed_s` seconds that ended with the device at `position`
+    /// and `velocity`.
     fn advance(
         &mut self,
         elapsed_s: f64,
@@ -254,7 +258,8 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
             let count = f64::from(self.substeps.get());
             let step_s = elapsed_s / count;
             for k in 0..self.substeps.get() {
-                // Euler's step looks forward from its start, so it knows the device as it was there.
+                // Euler's step looks forward from its start, so it knows the device as it was
+                // there.
                 let share = f64::from(k) / count;
                 self.state.device_position = from.device_position + share * (position - from.device_position);
                 self.state.device_velocity = from.device_velocity + share * (velocity - from.device_velocity);

@@ -1,8 +1,10 @@
 //! The block behind the virtual coupling: its state, and the schemes that move it on by one tick.
 //!
-//! [`exact`] solves Karnopp's law in closed form between two samples, [`yielding`] the laws whose contact gives way, piece by piece; [`linear`] is for a
-//! block that nothing holds. [`literal`] is the paper's Euler step, for every law. One backward-Euler step a tick, the implicit scheme, is
-//! part of the first two, which fall back on it when a tick has more in it than may be worked through.
+//! [`exact`] solves Karnopp's law in closed form between two samples, [`yielding`] the laws whose
+//! contact gives way, piece by piece; [`linear`] is for a block that nothing holds. [`literal`] is
+//! the paper's Euler step, for every law. One backward-Euler step a tick, the implicit scheme, is
+//! part of the first two, which fall back on it when a tick has more in it than may be worked
+//! through.
 
 mod body;
 mod budget;
@@ -17,6 +19,7 @@ mod moving;
 mod oscillator;
 mod piece_length;
 mod propagator;
+mod response;
 mod slide;
 mod state;
 mod stribeck_slide;

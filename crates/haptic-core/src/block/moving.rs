@@ -7,7 +7,8 @@ use core::fmt::Debug;
 /// What one tick gave.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rendered {
-    /// Coupling force `F` on the block, N, or the friction itself where there is no block; the hand feels `-F`.
+    /// Coupling force `F` on the block, N, or the friction itself where there is no block; the hand
+    /// feels `-F`.
     pub coupling_force: f64,
     /// Changes of contact within the tick.
     pub events: u32,
@@ -20,8 +21,9 @@ pub trait EventSink {
     /// The contact changed `at_s` seconds after the start of the tick.
     fn contact_changed(&mut self, at_s: f64, from: Contact, to: Contact);
 
-    /// Friction took an energy (J) out of the motion, beyond what the deflection of the contact holds and gives back; the viscous
-    /// part may be left out, as it never helps. Where it is negative, friction has created energy.
+    /// Friction took an energy (J) out of the motion, beyond what the deflection of the contact
+    /// holds and gives back; the viscous part may be left out, as it never helps. Where it is
+    /// negative, friction has created energy.
     fn dissipated(&mut self, _energy_j: f64) {}
 
     /// Whether anybody listens: what is only to be heard need not be computed otherwise.
@@ -46,7 +48,8 @@ impl<F: FnMut(f64, Contact, Contact)> EventSink for F {
 
 /// What is moved on by the samples of a device: a block, or a surface on the device itself.
 pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
-    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity` (m/s).
+    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity`
+    /// (m/s).
     fn advance(
         &mut self,
         elapsed_s: f64,

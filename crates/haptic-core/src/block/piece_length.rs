@@ -2,7 +2,8 @@
 
 use crate::math::powf;
 
-/// Share of the shortest time of the linearised motion that a piece may take where damping is negative: the closed forms lose digits beyond.
+/// Share of the shortest time of the linearised motion that a piece may take where damping is
+/// negative: the closed forms lose digits beyond.
 pub(super) const LONGEST: f64 = 0.9;
 
 /// Shortest piece that is tried, s: there every error is that of rounding.

@@ -1,6 +1,7 @@
 //! The response of an oscillator over a tick, kept from tick to tick.
 
-use super::oscillator::{Oscillator, Response};
+use super::oscillator::Oscillator;
+use super::response::Response;
 
 /// The response for the tick length met last: a steady tick finds it here.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +18,8 @@ impl Propagator {
         }
     }
 
-    /// The response at `t`: the one kept where the tick is as long as the last, one derived from it where it nearly is.
+    /// The response at `t`: the one kept where the tick is as long as the last, one derived from it
+    /// where it nearly is.
     pub(super) fn at(&mut self, oscillator: &Oscillator, t: f64) -> Response {
         #[expect(clippy::float_cmp, reason = "a cache key: the same number or not")]
         if t == self.cached_for {

@@ -7,7 +7,8 @@ use core::fmt::Debug;
 
 /// What becomes of a slide within an interval, in the coordinate in which it goes forwards.
 pub(crate) enum PieceEnd {
-    /// It went on for a time; whether it is armed at the end, and the friction that it met on the way, N.
+    /// It went on for a time; whether it is armed at the end, and the friction that it met on the
+    /// way, N.
     Lasts {
         lasted_s: f64,
         moved: f64,
@@ -44,7 +45,8 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     /// The contact lets go at a limit, N.
     fn set_off(&mut self, limit: f64);
 
-    /// A whole tick of sliding, where it is sure that nothing happens in it: displacement and speed at its end.
+    /// A whole tick of sliding, where it is sure that nothing happens in it: displacement and speed
+    /// at its end.
     ///
     /// `motion.f0` is the force on the block at rest, less the friction at no speed.
     fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)>;

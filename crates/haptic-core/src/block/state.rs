@@ -19,12 +19,14 @@ pub struct BlockState {
     pub device_position: f64,
     /// Device velocity at the last tick, m/s.
     pub device_velocity: f64,
-    /// For how long the contact has rested, s, where the static limit depends on it; infinite where it does not.
+    /// For how long the contact has rested, s, where the static limit depends on it; infinite where
+    /// it does not.
     pub dwell_s: f64,
 }
 
 impl BlockState {
-    /// A block at `position` with `velocity`, held by a device at `device_position` with `device_velocity`.
+    /// A block at `position` with `velocity`, held by a device at `device_position` with
+    /// `device_velocity`.
     ///
     /// A block that moves slides; one at rest is stuck.
     #[must_use]
@@ -58,7 +60,8 @@ impl BlockState {
         self.position.is_finite() && self.velocity.is_finite()
     }
 
-    /// The same state with a contact that fits the velocity: what moves slides, and slides the way it moves.
+    /// The same state with a contact that fits the velocity: what moves slides, and slides the way
+    /// it moves.
     pub(super) fn consistent(mut self) -> Self {
         if self.velocity != 0.0 {
             self.contact = Contact::Sliding(Direction::of(self.velocity));

@@ -1,8 +1,11 @@
-//! A slide against friction that falls with speed (Stribeck's curve): no oscillator, but near one for a while.
+//! A slide against friction that falls with speed (Stribeck's curve): no oscillator, but near one
+//! for a while.
 //!
-//! Each piece takes the curve's tangent at its start into the oscillator's damping, which makes the piece an exact solution of the linearised equation; what the
-//! curve really did at the end of it is then put in as a force that grows with the square of time (the exponential Rosenbrock method of third order of Hochbruck,
-//! Ostermann and Schweitzer 2009). That correction is also the measure of the error: a piece with too large a one is halved.
+//! Each piece takes the curve's tangent at its start into the oscillator's damping, which makes the
+//! piece an exact solution of the linearised equation; what the curve really did at the end of it
+//! is then put in as a force that grows with the square of time (the exponential Rosenbrock method
+//! of third order of Hochbruck, Ostermann and Schweitzer 2009). That correction is also the measure
+//! of the error: a piece with too large a one is halved.
 
 use super::fall::{FallLevel, SlideEnd, first_fall};
 use super::oscillator::{Motion, Oscillator};

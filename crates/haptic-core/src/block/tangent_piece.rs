@@ -1,8 +1,10 @@
 //! One piece of a motion on a contact that gives way, by the tangent of its law.
 //!
-//! The tangent at the start of the piece makes the block an oscillator, which is solved exactly; what the law really gave at the end is put in as a
-//! force that grows with the square of time (the exponential Rosenbrock method of third order of Hochbruck, Ostermann and Schweitzer 2009). That correction measures the error: a piece
-//! with too large an error is cut. A piece ends early where the block turns round and where the law has a kink; both are found as roots.
+//! The tangent at the start of the piece makes the block an oscillator, which is solved exactly;
+//! what the law really gave at the end is put in as a force that grows with the square of time (the
+//! exponential Rosenbrock method of third order of Hochbruck, Ostermann and Schweitzer 2009). That
+//! correction measures the error: a piece with too large an error is cut. A piece ends early where
+//! the block turns round and where the law has a kink; both are found as roots.
 
 use super::body::Coupling;
 use super::fall::{FallLevel, SlideEnd, first_fall, passes};
@@ -200,7 +202,8 @@ impl<C: YieldingContact> Linearised<'_, C> {
         }
     }
 
-    /// What the friction of a piece took: the work of the coupling, less what the block and the contact now hold more of. By Simpson's rule.
+    /// What the friction of a piece took: the work of the coupling, less what the block and the
+    /// contact now hold more of. By Simpson's rule.
     fn dissipated(&self, contact: &C, lasted_s: f64, (dy, dw): (f64, f64), speed: f64) -> f64 {
         let Self {
             start,
@@ -213,7 +216,8 @@ impl<C: YieldingContact> Linearised<'_, C> {
         let power = |share: f64| {
             let t = share * lasted_s;
             let (y, w) = oscillator.advance(motion, &oscillator.response(t));
-            // The correction grew with the fourth power of time in displacement, and with the third in velocity.
+            // The correction grew with the fourth power of time in displacement, and with the third
+            // in velocity.
             let cube = share * share * share;
             let (y, w) = (y + dy * cube * share, w + dw * cube);
             pull(t, y, w) * w

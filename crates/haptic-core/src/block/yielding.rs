@@ -1,8 +1,11 @@
-//! A block on a contact that gives way before it slides: Dahl, LuGre and the others with a memory of their own.
+//! A block on a contact that gives way before it slides: Dahl, LuGre and the others with a memory
+//! of their own.
 //!
-//! Near its present state such a contact is a spring and a damper beside those of the coupling, so the block is the same oscillator as
-//! in the [exact](super::exact) scheme, with other numbers. A tick is cut into pieces, each under the tangent of the law at its start. Where the law is linear,
-//! as a stuck spring or a steady slide is, one piece is the exact solution, however stiff the contact.
+//! Near its present state such a contact is a spring and a damper beside those of the coupling, so
+//! the block is the same oscillator as in the [exact](super::exact) scheme, with other numbers. A
+//! tick is cut into pieces, each under the tangent of the law at its start. Where the law is
+//! linear, as a stuck spring or a steady slide is, one piece is the exact solution, however stiff
+//! the contact.
 
 use super::body::Coupling;
 use super::budget::work_budget;
@@ -35,7 +38,8 @@ pub(crate) struct YieldingBlock<C> {
 }
 
 impl<C: YieldingContact> YieldingBlock<C> {
-    /// `contact_stiffness` (N/m) is the greatest that the contact has, `holds` (N) the most that it holds.
+    /// `contact_stiffness` (N/m) is the greatest that the contact has, `holds` (N) the most that it
+    /// holds.
     pub(crate) fn new(mass: f64, coupling: Coupling, contact: C, contact_stiffness: f64, holds: f64) -> Self {
         let mut block = Self {
             gripped: Gripped::new(mass, coupling),
@@ -48,7 +52,8 @@ impl<C: YieldingContact> YieldingBlock<C> {
         block
     }
 
-    /// Correction of the coupling force, N, up to which a piece is accepted: relaxed in a tick that takes much work, before it falls back on one implicit step.
+    /// Correction of the coupling force, N, up to which a piece is accepted: relaxed in a tick that
+    /// takes much work, before it falls back on one implicit step.
     fn tolerance(&self, work: u32, budget: u32) -> f64 {
         let strict = TOLERANCE * self.holds;
         match 4 * work / budget {
@@ -64,7 +69,8 @@ impl<C: YieldingContact> YieldingBlock<C> {
             return Some(Direction::of(self.gripped.state.velocity));
         }
         let net = at_rest - self.contact.force_at_rest();
-        // A sliding contact that has come to rest holds until the load exceeds it; one that yields has no such band.
+        // A sliding contact that has come to rest holds until the load exceeds it; one that yields
+        // has no such band.
         let net = if net.abs() <= rounding { slope } else { net };
         (net != 0.0).then(|| Direction::of(net))
     }
@@ -79,7 +85,8 @@ impl<C: YieldingContact> YieldingBlock<C> {
         }
     }
 
-    /// One backward-Euler step to a time at which the load is `at_rest` if the block stands still; returns the displacement.
+    /// One backward-Euler step to a time at which the load is `at_rest` if the block stands still;
+    /// returns the displacement.
     ///
     /// The residual grows with the displacement, so its root is bracketed, and found by secants.
     fn step_implicitly(&mut self, step_s: f64, at_rest: f64, sink: &mut (impl EventSink + ?Sized)) -> f64 {

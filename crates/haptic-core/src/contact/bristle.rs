@@ -1,5 +1,6 @@
-//! A bristle: a deflection `z` that follows the motion by its elastic share, `dz/dx = 1 - alpha(z) z/zss`, and gives `sigma z`. The laws
-//! that are made of one differ in `alpha` and in where `zss` comes from.
+//! A bristle: a deflection `z` that follows the motion by its elastic share, `dz/dx = 1 - alpha(z)
+//! z/zss`, and gives `sigma z`. The laws that are made of one differ in `alpha` and in where `zss`
+//! comes from.
 
 use super::level::Level;
 use super::state::Contact;
@@ -10,7 +11,8 @@ use crate::flush::flush;
 use crate::math::{exp, exp_m1};
 use core::fmt::Debug;
 
-/// How much of a motion is lost to plastic flow, as a function of the deflection along the motion and of the deflection in steady motion (> 0).
+/// How much of a motion is lost to plastic flow, as a function of the deflection along the motion
+/// and of the deflection in steady motion (> 0).
 pub(crate) trait Plasticity: Clone + Copy + Debug + Send + Sync + 'static {
     /// Whether the flow is closed-form.
     const EXACT: bool;
@@ -24,7 +26,8 @@ pub(crate) trait Plasticity: Clone + Copy + Debug + Send + Sync + 'static {
     /// Slope of the elastic share `1 - alpha(z) z/zss` over `z/zss`.
     fn share_slope(&self, ratio: f64) -> f64;
 
-    /// Up to this deflection along the motion there is no plastic flow at all; `None` where there always is.
+    /// Up to this deflection along the motion there is no plastic flow at all; `None` where there
+    /// always is.
     fn elastic_up_to(&self, steady: f64) -> Option<f64>;
 
     /// Moves a deflection on by a distance; also returns the pieces that it took.
@@ -65,7 +68,8 @@ const NEARLY_STEADY: f64 = 0.02;
 /// A piece's share of the steady deflection.
 const PIECE: f64 = 1.0 / 16.0;
 
-/// The flow for an `alpha` that varies: by the exponential midpoint rule, which is stable whatever the displacement.
+/// The flow for an `alpha` that varies: by the exponential midpoint rule, which is stable whatever
+/// the displacement.
 pub(crate) fn flow_in_pieces(
     mut deflection: f64,
     distance: f64,
@@ -97,7 +101,8 @@ pub(crate) fn flow_in_pieces(
     (deflection, pieces)
 }
 
-/// A deflection that is this near the end of its elastic part, as a share of it, is there: displacements are found to rounding only.
+/// A deflection that is this near the end of its elastic part, as a share of it, is there:
+/// displacements are found to rounding only.
 const AT_THE_END: f64 = 1e-9;
 
 /// The contact of such a law.
@@ -186,7 +191,8 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
             self.deflection = flush(sign * at_once);
             return Advanced::EXACTLY;
         }
-        // In two halves of the time, the speed growing evenly, and extrapolated from both: what the two differ by is the measure of the error.
+        // In two halves of the time, the speed growing evenly, and extrapolated from both: what the
+        // two differ by is the measure of the error.
         let first = if middle > 0.0 {
             stroke.distance * (0.25 * (3.0 * from + to) / (2.0 * middle))
         } else {

@@ -1,4 +1,5 @@
-//! A contact that holds by a spring up to its static limit, then slides, and holds anew when it has come to rest.
+//! A contact that holds by a spring up to its static limit, then slides, and holds anew when it has
+//! come to rest.
 
 use super::level::Level;
 use super::state::Contact;
@@ -17,8 +18,9 @@ pub enum Reseat {
     /// Where the spring has the force that there was: the force is continuous.
     #[default]
     Continuous,
-    /// Where the spring has the whole static force, as the paper's slides print it and as Haessig and Friedland's model has it. The
-    /// force jumps by `Fs - Fd` at each re-stick, and energy of `(Fs^2 - Fd^2)/2 Kp` comes from nowhere: for reproduction only.
+    /// Where the spring has the whole static force, as the paper's slides print it and as Haessig
+    /// and Friedland's model has it. The force jumps by `Fs - Fd` at each re-stick, and energy of
+    /// `(Fs^2 - Fd^2)/2 Kp` comes from nowhere: for reproduction only.
     #[cfg_attr(feature = "serde", serde(alias = "published"))]
     Slides,
 }
@@ -54,7 +56,8 @@ impl SpringState {
     pub(crate) const AT_REST: Self = Self::Stuck { force: 0.0 };
 }
 
-/// A spring that is this near its limit, as a share of it, has reached it: displacements are found to rounding only.
+/// A spring that is this near its limit, as a share of it, has reached it: displacements are found
+/// to rounding only.
 const AT_THE_LIMIT: f64 = 1e-12;
 
 impl<L: Level, R: StaticLimit> SpringContact<L, R> {
@@ -62,7 +65,8 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
         let limit = self
             .static_limit
             .now(self.static_force.get(direction), self.level.kinetic(direction));
-        // A static limit below the kinetic force is that force: what broke loose between them would be stopped at once.
+        // A static limit below the kinetic force is that force: what broke loose between them would
+        // be stopped at once.
         limit.max(self.level.at(direction, 0.0).min(self.level.kinetic(direction)))
     }
 
@@ -135,7 +139,8 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         if let SpringState::Sliding { direction: slid, .. } = self.state
             && slid != direction
         {
-            // It turned round within the stroke: the slide ends, and what follows unloads the spring.
+            // It turned round within the stroke: the slide ends, and what follows unloads the
+            // spring.
             self.stick(self.friction(0.0));
         }
         match &mut self.state {
@@ -191,7 +196,8 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
     }
 
     fn stored_energy(&self) -> f64 {
-        // A sliding spring stays deflected by the kinetic force: that much is there again when it sticks.
+        // A sliding spring stays deflected by the kinetic force: that much is there again when it
+        // sticks.
         let force = self.force_at_rest();
         0.5 * force * force / self.stiffness.get(Direction::of(force))
     }
@@ -229,7 +235,8 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
             return;
         };
         if velocity.abs() < self.velocity_threshold {
-            // The friction of the slide that ends, also where the velocity has turned round already.
+            // The friction of the slide that ends, also where the velocity has turned round
+            // already.
             let speed = (direction.sign() * velocity).max(0.0);
             self.stick(self.friction(direction.sign() * speed));
         }

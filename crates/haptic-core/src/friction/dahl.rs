@@ -1,15 +1,17 @@
-//! Dahl's friction (Dahl 1968, "A solid friction model"): a spring that yields from the first displacement on, with limits that may differ by
-//! direction.
+//! Dahl's friction (Dahl 1968, "A solid friction model"): a spring that yields from the first
+//! displacement on, with limits that may differ by direction.
 //!
 //! ```text
 //! dF/dx = sigma |1 - u|^i sgn(1 - u),   u = s F/Fc,   s = direction of motion
 //! ```
 //!
-//! Along one direction this is a function of the displacement alone, in closed form: with `r = 1 - u` and `a = sigma |dx|/Fc`,
-//! `r+ = r e^-a` for `i = 1`, and otherwise `r+ = r (1 + (i - 1) a r^(i-1))^(1/(1-i))`, the bracket kept from falling below zero. Whatever the
-//! displacement it is stable, where the explicit step blows up for `|v| > 2 Fc/(sigma T)`.
+//! Along one direction this is a function of the displacement alone, in closed form: with `r = 1 -
+//! u` and `a = sigma |dx|/Fc`, `r+ = r e^-a` for `i = 1`, and otherwise `r+ = r (1 + (i - 1) a
+//! r^(i-1))^(1/(1-i))`, the bracket kept from falling below zero. Whatever the displacement it is
+//! stable, where the explicit step blows up for `|v| > 2 Fc/(sigma T)`.
 //!
-//! It has no stiction, and a load that shakes below the limit makes it creep: see [`ElastoPlastic`](super::ElastoPlastic) for one that does not.
+//! It has no stiction, and a load that shakes below the limit makes it creep: see
+//! [`ElastoPlastic`](super::ElastoPlastic) for one that does not.
 
 use super::law::{Law, Named};
 use super::usual;
@@ -251,7 +253,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// The closed form against Euler's method in very small steps, through a reversal, whatever the exponent.
+        /// The closed form against Euler's method in very small steps, through a reversal, whatever
+        /// the exponent.
         #[test]
         fn the_closed_form_is_the_solution(
             exponent in prop_oneof![Just(0.0), Just(1.0), Just(0.5), 0.0..4.0f64, 0.9999..1.0001f64],

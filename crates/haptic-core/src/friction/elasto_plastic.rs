@@ -1,5 +1,7 @@
-//! Elasto-plastic friction (Dupont, Hayward, Armstrong and Altpeter 2002, "Single state elastoplastic friction models"): LuGre's bristle, but truly elastic up to a
-//! breakaway deflection, and elastic whenever it is unloaded. A load that shakes below the limit does not make it creep.
+//! Elasto-plastic friction (Dupont, Hayward, Armstrong and Altpeter 2002, "Single state
+//! elastoplastic friction models"): LuGre's bristle, but truly elastic up to a breakaway
+//! deflection, and elastic whenever it is unloaded. A load that shakes below the limit does not
+//! make it creep.
 //!
 //! ```text
 //! z' = v (1 - alpha(z, v) sigma0 z sgn(v)/g(v)),   F = sigma0 z + sigma1 z' + b v
@@ -39,7 +41,8 @@ pub struct ElastoPlastic {
     /// `sigma1`, N s/m.
     #[cfg_attr(feature = "serde", serde(alias = "sigma1", alias = "beta", default))]
     pub contact_damping: f64,
-    /// `zba` over the steady deflection `g(v)/sigma0` of the moment: the share up to which nothing flows.
+    /// `zba` over the steady deflection `g(v)/sigma0` of the moment: the share up to which nothing
+    /// flows.
     #[cfg_attr(
         feature = "serde",
         serde(alias = "zba", alias = "zs", default = "crate::friction::usual::elastic_fraction")

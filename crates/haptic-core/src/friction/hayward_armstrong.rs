@@ -1,13 +1,16 @@
-//! Hayward and Armstrong's position-based friction (Hayward and Armstrong 2000, "A new computational model of friction applied to haptic
-//! rendering"): an adhesion point `w` that is dragged along by the displacement and not by time, so that the noise of a velocity cannot make it drift.
+//! Hayward and Armstrong's position-based friction (Hayward and Armstrong 2000, "A new
+//! computational model of friction applied to haptic rendering"): an adhesion point `w` that is
+//! dragged along by the displacement and not by time, so that the noise of a velocity cannot make
+//! it drift.
 //!
 //! ```text
 //! z = x - w,   dw = |dx| alpha(z) z,   F = sigma z,   alpha(z) ~ z^8/(zs^8 + z^8) / zmax
 //! ```
 //!
-//! Here `alpha` is scaled so that `alpha(zmax) zmax = 1`: the force of a long slide is then `Fd` itself, and not a few percent above. The authors
-//! take one explicit step a sample and put `w` at `x -+ zmax` where that would overshoot; here the same equation is followed
-//! within the sample, and ends there by itself.
+//! Here `alpha` is scaled so that `alpha(zmax) zmax = 1`: the force of a long slide is then `Fd`
+//! itself, and not a few percent above. The authors take one explicit step a sample and put `w` at
+//! `x -+ zmax` where that would overshoot; here the same equation is followed within the sample,
+//! and ends there by itself.
 
 use super::law::{Law, Named};
 use super::usual;

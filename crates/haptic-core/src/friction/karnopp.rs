@@ -10,10 +10,12 @@
 //! -------+--------------- w
 //! ```
 //!
-//! Behind a block the stuck state is rigid. On the device itself, where there is no mass to hold still, it is a spring `Kp` that is anchored where the slide ended.
+//! Behind a block the stuck state is rigid. On the device itself, where there is no mass to hold
+//! still, it is a spring `Kp` that is anchored where the slide ended.
 //!
-//! Two options: with a [`stribeck_velocity`](Karnopp::stribeck_velocity) friction falls gently from `Fs` to `Fd` as the slide picks up speed, and with a
-//! [`rising_rate`](Karnopp::rising_rate) the static limit is `Fd` just after a slide and grows to `Fs` while the block rests.
+//! Two options: with a [`stribeck_velocity`](Karnopp::stribeck_velocity) friction falls gently from
+//! `Fs` to `Fd` as the slide picks up speed, and with a [`rising_rate`](Karnopp::rising_rate) the
+//! static limit is `Fd` just after a slide and grows to `Fs` while the block rests.
 
 use super::law::{Law, Named};
 use super::usual::{self, DEFAULT_CONTACT_STIFFNESS};
@@ -31,10 +33,10 @@ use alloc::vec::Vec;
 /// Karnopp friction: limits in newtons, all positive numbers for either direction.
 ///
 /// A block at rest stays at rest while the force on it is within the larger of the static and the
-/// dynamic limit. With `static_force >= dynamic_force`, the common case, that is the static limit. With a
-/// static limit below the dynamic one a block set loose between the two would be stopped at once by
-/// the kinetic friction, so the law's own solution in the sense of Filippov is to stay at rest up to the dynamic
-/// limit: see [`Karnopp::breakaway_force`].
+/// dynamic limit. With `static_force >= dynamic_force`, the common case, that is the static limit.
+/// With a static limit below the dynamic one a block set loose between the two would be stopped at
+/// once by the kinetic friction, so the law's own solution in the sense of Filippov is to stay at
+/// rest up to the dynamic limit: see [`Karnopp::breakaway_force`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -52,16 +54,19 @@ pub struct Karnopp {
     /// `DV`, m/s: a slide that has been faster than this re-sticks when it falls back to it.
     #[cfg_attr(feature = "serde", serde(alias = "DV", default))]
     pub velocity_threshold: f64,
-    /// `ws`, m/s: the velocity over which friction falls from `Fs` to `Fd` (Stribeck's curve). 0, or less than a micrometer a second: it falls at once.
+    /// `ws`, m/s: the velocity over which friction falls from `Fs` to `Fd` (Stribeck's curve). 0,
+    /// or less than a micrometer a second: it falls at once.
     #[cfg_attr(
         feature = "serde",
         serde(alias = "ws", alias = "vs", default, skip_serializing_if = "is_zero")
     )]
     pub stribeck_velocity: f64,
-    /// `gamma`, 1/s: the rate at which the static limit grows from `Fd` to `Fs` while the block rests. 0: it is there at once.
+    /// `gamma`, 1/s: the rate at which the static limit grows from `Fd` to `Fs` while the block
+    /// rests. 0: it is there at once.
     #[cfg_attr(feature = "serde", serde(alias = "gamma", default, skip_serializing_if = "is_zero"))]
     pub rising_rate: f64,
-    /// `Kp`, N/m: the stuck spring, on the device itself only, where it is [`DEFAULT_CONTACT_STIFFNESS`] unless it is given.
+    /// `Kp`, N/m: the stuck spring, on the device itself only, where it is
+    /// [`DEFAULT_CONTACT_STIFFNESS`] unless it is given.
     #[cfg_attr(
         feature = "serde",
         serde(

@@ -1,4 +1,5 @@
-//! What a friction law is: all that the rest of the crate asks of one. A law's file answers it, and nothing else knows the law.
+//! What a friction law is: all that the rest of the crate asks of one. A law's file answers it, and
+//! nothing else knows the law.
 
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -10,7 +11,8 @@ use core::fmt::Debug;
 
 /// A friction law with the values of its parameters.
 pub(crate) trait Law: Debug {
-    /// The place of a parameter's value; `None` where the law lacks the parameter. `on_device` where the scene has no block.
+    /// The place of a parameter's value; `None` where the law lacks the parameter. `on_device`
+    /// where the scene has no block.
     fn slot(&mut self, parameter: Parameter, on_device: bool) -> Option<Slot<'_>>;
 
     /// Why the law lacks a parameter; `None` where no setting has it.
@@ -31,7 +33,8 @@ pub(crate) trait Law: Debug {
         Ok(())
     }
 
-    /// Changes what [`validate`](Self::validate) would refuse, as little as possible: after the values of another law were adopted.
+    /// Changes what [`validate`](Self::validate) would refuse, as little as possible: after the
+    /// values of another law were adopted.
     fn comply(&mut self) {}
 
     /// Whether to adopt the value that a scene had under another law.
@@ -50,15 +53,18 @@ pub(crate) trait Law: Debug {
     /// Friction of a steady slide against its direction, N, at a speed in m/s (>= 0).
     fn steady_friction(&self, direction: Direction, speed: f64) -> f64;
 
-    /// Greatest stiffness with which the contact gives way, N/m; 0 for a contact that is rigid or holds nothing.
+    /// Greatest stiffness with which the contact gives way, N/m; 0 for a contact that is rigid or
+    /// holds nothing.
     fn contact_stiffness(&self, on_device: bool) -> f64;
 
-    /// Kinetic friction of a contact that is rigid behind a block, N: the literal scheme makes it tremble about rest.
+    /// Kinetic friction of a contact that is rigid behind a block, N: the literal scheme makes it
+    /// tremble about rest.
     fn rigid_friction(&self) -> Option<Directional> {
         None
     }
 
-    /// Viscous friction, N s/m, below which the law can give out energy; `None` for a law that never does.
+    /// Viscous friction, N s/m, below which the law can give out energy; `None` for a law that
+    /// never does.
     fn passive_from(&self, _direction: Direction) -> Option<f64> {
         None
     }

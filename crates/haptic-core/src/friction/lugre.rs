@@ -1,11 +1,14 @@
-//! LuGre friction (Canudas de Wit, Olsson, Astrom and Lischinsky 1995, "A new model for control of systems with friction").
+//! LuGre friction (Canudas de Wit, Olsson, Astrom and Lischinsky 1995, "A new model for control of
+//! systems with friction").
 //!
 //! ```text
 //! z' = v - sigma0 |v| z/g(v),   F = sigma0 z + sigma1 z' + b v,   g(v) = Fd + (Fs - Fd) e^-(v/ws)^2
 //! ```
 //!
-//! Within a sample the bristle is moved on exactly for the mean speed, `z+ = zss + (z - zss) e^(-|dx|/|zss|)`, so that no speed makes it unstable. The law itself can give
-//! out energy where `b < sigma1 (Fs/Fd - 1)` (Barabanov and Ortega 2000), which the [adviser](crate::adviser) checks.
+//! Within a sample the bristle is moved on exactly for the mean speed, `z+ = zss + (z - zss)
+//! e^(-|dx|/|zss|)`, so that no speed makes it unstable. The law itself can give out energy where
+//! `b < sigma1 (Fs/Fd - 1)` (Barabanov and Ortega 2000), which the [adviser](crate::adviser)
+//! checks.
 
 use super::forces::Falling;
 use super::law::{Law, Named};

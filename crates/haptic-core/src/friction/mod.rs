@@ -1,4 +1,5 @@
-//! Friction laws, one file each: what the law is made of, where it comes from, and how its contact moves on.
+//! Friction laws, one file each: what the law is made of, where it comes from, and how its contact
+//! moves on.
 //!
 //! | law | rest | sliding | memory |
 //! |---|---|---|---|
@@ -11,7 +12,8 @@
 //! | [`SalcudeanVlaar`] | a stuck spring | `b w` | whether it is stuck, and the spring's force |
 //! | [`Viscous`] | none | `b w` | none |
 //!
-//! To add a law, write its file, which implements the traits of `law.rs`, and add its two lines below: the module and the entry in the list.
+//! To add a law, write its file, which implements the traits of `law.rs`, and add its two lines
+//! below: the module and the entry in the list.
 
 mod dahl;
 mod elasto_plastic;
@@ -49,6 +51,7 @@ macro_rules! laws {
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[cfg_attr(feature = "serde", serde(tag = "law", rename_all = "kebab-case"))]
+        #[non_exhaustive]
         pub enum Friction {
             $($(#[$about])* $law($law),)+
         }
@@ -122,12 +125,14 @@ pub struct Coordinate {
 }
 
 impl Friction {
-    /// The place of a parameter's value; `None` where the law lacks the parameter. `on_device` where the scene has no block.
+    /// The place of a parameter's value; `None` where the law lacks the parameter. `on_device`
+    /// where the scene has no block.
     pub(crate) fn slot(&mut self, parameter: Parameter, on_device: bool) -> Option<Slot<'_>> {
         self.as_law_mut().slot(parameter, on_device)
     }
 
-    /// The law's parameter vector, in the order of the table, directions apart and positive first. `on_device` where the scene has no block.
+    /// The law's parameter vector, in the order of the table, directions apart and positive first.
+    /// `on_device` where the scene has no block.
     #[must_use]
     pub fn vector(&self, on_device: bool) -> Vec<Coordinate> {
         let mut law = *self;
@@ -160,15 +165,17 @@ impl Friction {
         self.as_law().holding_force()
     }
 
-    /// The force that keeps a slide at a steady velocity (m/s) going, N, positive for a positive velocity: a plot of force against velocity
-    /// shows it once nothing accelerates. Nothing slides at rest, so 0 m/s counts as the slowest slide in the positive direction.
+    /// The force that keeps a slide at a steady velocity (m/s) going, N, positive for a positive
+    /// velocity: a plot of force against velocity shows it once nothing accelerates. Nothing slides
+    /// at rest, so 0 m/s counts as the slowest slide in the positive direction.
     #[must_use]
     pub fn steady_force(&self, velocity_mps: f64) -> f64 {
         let direction = Direction::of(velocity_mps);
         direction.sign() * self.as_law().steady_friction(direction, velocity_mps.abs())
     }
 
-    /// Greatest stiffness with which the contact gives way, N/m: 0 for a contact that is rigid behind a block, or holds nothing.
+    /// Greatest stiffness with which the contact gives way, N/m: 0 for a contact that is rigid
+    /// behind a block, or holds nothing.
     #[must_use]
     pub fn contact_stiffness(&self, on_device: bool) -> f64 {
         self.as_law().contact_stiffness(on_device)

@@ -1,13 +1,15 @@
-//! The reset integrator (Haessig and Friedland 1991, "On the modeling and simulation of friction"): a bristle that is deflected up to its length `z0`, and then slides at
-//! that deflection.
+//! The reset integrator (Haessig and Friedland 1991, "On the modeling and simulation of friction"):
+//! a bristle that is deflected up to its length `z0`, and then slides at that deflection.
 //!
 //! ```text
 //! z' = 0 where |z| >= z0 and the motion is outward, else v
 //! F  = (1 + a) sigma z + beta z' while it holds,  sigma z while it slides
 //! ```
 //!
-//! Its parameters here are the forces that it gives: `Fd = sigma z0` and `Fs = (1 + a) sigma z0`. As published, the force jumps from `Fd` back to `Fs` when a slide ends, which
-//! creates energy; `reseat = "continuous"`, the default, keeps the force instead, and `reseat = "slides"` (or `"published"`) is the model as it was printed.
+//! Its parameters here are the forces that it gives: `Fd = sigma z0` and `Fs = (1 + a) sigma z0`.
+//! As published, the force jumps from `Fd` back to `Fs` when a slide ends, which creates energy;
+//! `reseat = "continuous"`, the default, keeps the force instead, and `reseat = "slides"` (or
+//! `"published"`) is the model as it was printed.
 
 use super::forces::{check_static_not_below, raise};
 use super::law::{Law, Named};
@@ -25,7 +27,8 @@ use alloc::boxed::Box;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ResetIntegrator {
-    /// `Fs = (1 + a) sigma z0`, N: what it holds; not below `Fd`, and at most [`MOST_STICTION`] times it.
+    /// `Fs = (1 + a) sigma z0`, N: what it holds; not below `Fd`, and at most [`MOST_STICTION`]
+    /// times it.
     #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
     pub static_force: Directional,
     /// `Fd = sigma z0`, N: the force of a slide.

@@ -1,5 +1,6 @@
-//! Salcudean and Vlaar's stick-slip (Salcudean and Vlaar 1994, "On the emulation of stiff walls and static friction with a magnetically levitated input/output device"):
-//! a spring that holds up to the static limit, and only drag while it slides.
+//! Salcudean and Vlaar's stick-slip (Salcudean and Vlaar 1994, "On the emulation of stiff walls and
+//! static friction with a magnetically levitated input/output device"): a spring that holds up to
+//! the static limit, and only drag while it slides.
 //!
 //! ```text
 //! stuck:    F = Kp (x - xs),  until |F| > Fs

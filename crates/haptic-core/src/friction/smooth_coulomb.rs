@@ -1,4 +1,5 @@
-//! Smooth Coulomb friction, `F = Fd tanh(w/ws)`: a law for tests alone. It shows that a law is its file and its line in the list.
+//! Smooth Coulomb friction, `F = Fd tanh(w/ws)`: a law for tests alone. It shows that a law is its
+//! file and its line in the list.
 
 use super::law::{Law, Named};
 use crate::contact::{Advanced, Contact, Stroke, Tangent, YieldingContact};

@@ -6,10 +6,12 @@ pub(super) const STATIC_FORCE: f64 = 4.0;
 /// `Fd`, N.
 pub(super) const DYNAMIC_FORCE: f64 = 3.5;
 
-/// `Kp`, N/m: as stiff as small rigs render without buzzing. On the device Karnopp's law has it unless a scene says otherwise.
+/// `Kp`, N/m: as stiff as small rigs render without buzzing. On the device Karnopp's law has it
+/// unless a scene says otherwise.
 pub const DEFAULT_CONTACT_STIFFNESS: f64 = 5000.0;
 
-/// `sigma1`, N s/m: as much as keeps a bristle of this stiffness from ringing under half a kilogram.
+/// `sigma1`, N s/m: as much as keeps a bristle of this stiffness from ringing under half a
+/// kilogram.
 pub(super) const CONTACT_DAMPING: f64 = 10.0;
 
 /// `ws`, m/s: that of the ready scene with LuGre friction.

@@ -193,7 +193,8 @@ fn suggestion(nearest: Option<&'static str>) -> String {
 /// Whether a value lies in its parameter's range.
 ///
 /// # Errors
-/// [`SceneError::NotFinite`] or [`SceneError::OutOfRange`], about the parameter as `param` names it.
+/// [`SceneError::NotFinite`] or [`SceneError::OutOfRange`], about the parameter as `param` names
+/// it.
 pub(crate) fn check_range(param: ParameterKey, value: f64) -> Result<(), SceneError> {
     let info = param.parameter.info();
     let (min, max, unit) = (info.min, info.max, info.unit);

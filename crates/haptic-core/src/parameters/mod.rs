@@ -1,7 +1,7 @@
 //! The one table of parameters, and how a parameter is named, addressed, stored and refused.
 //!
-//! Validation, the wire, the command line's help and the panel's sliders all read [`TABLE`], so that a parameter is described in one
-//! place and cannot be described differently in another.
+//! Validation, the wire, the command line's help and the panel's sliders all read [`TABLE`], so
+//! that a parameter is described in one place and cannot be described differently in another.
 
 mod error;
 mod key;

@@ -44,7 +44,8 @@ const LONGEST_NAME: usize = 64;
 
 /// The name or symbol that `text` was most likely meant to be, when one is near enough to say so.
 fn nearest_name(text: &str) -> Option<&'static str> {
-    // No name is near to a longer one; and looking takes time that grows with it, while anybody may send one of any length.
+    // No name is near to a longer one; and looking takes time that grows with it, while anybody may
+    // send one of any length.
     if text.len() > LONGEST_NAME {
         return None;
     }

@@ -30,7 +30,8 @@ impl BehindBlock {
         }
     }
 
-    /// A block on a contact that gives way: at most with `contact_stiffness` (N/m), and holding at most `holds` (N).
+    /// A block on a contact that gives way: at most with `contact_stiffness` (N/m), and holding at
+    /// most `holds` (N).
     pub(crate) fn yielding(
         &self,
         contact: impl YieldingContact,

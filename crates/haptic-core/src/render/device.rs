@@ -1,4 +1,5 @@
-//! Friction on the device itself, without a block: the hand's own motion moves the contact, and the force is its friction.
+//! Friction on the device itself, without a block: the hand's own motion moves the contact, and the
+//! force is its friction.
 
 use crate::block::{BlockState, EventSink, Moving, Rendered};
 use crate::contact::{Contact, Stroke, YieldingContact};

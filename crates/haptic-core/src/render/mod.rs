@@ -1,4 +1,5 @@
-//! What a friction law compiles to: a surface behind one virtual call, behind a block or on the device itself.
+//! What a friction law compiles to: a surface behind one virtual call, behind a block or on the
+//! device itself.
 
 mod behind_block;
 mod device;

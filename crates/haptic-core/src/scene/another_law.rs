@@ -1,4 +1,5 @@
-//! The same surface under another law: the parameters that both laws have stay, and the new law chooses the others.
+//! The same surface under another law: the parameters that both laws have stay, and the new law
+//! chooses the others.
 
 use super::value::Scene;
 use crate::direction::Direction;
@@ -7,11 +8,13 @@ use crate::friction::Friction;
 use crate::parameters::{Parameter, SceneError, TABLE};
 
 impl Scene {
-    /// The scene with another friction law. Block, coupling and every parameter that both laws have stay as they are; what the
-    /// new law forbids beside them is changed as little as it allows. `None` where there is no such law.
+    /// The scene with another friction law. Block, coupling and every parameter that both laws have
+    /// stay as they are; what the new law forbids beside them is changed as little as it allows.
+    /// `None` where there is no such law.
     ///
     /// # Errors
-    /// What the new law refuses all the same, as for a scene that could not be rendered before either.
+    /// What the new law refuses all the same, as for a scene that could not be rendered before
+    /// either.
     pub fn with_law(&self, law: &str) -> Option<Result<Self, SceneError>> {
         if law == self.friction.law() {
             return Some(self.validate().map(|()| self.clone()));

@@ -6,11 +6,12 @@ use crate::math::powf;
 use crate::parameters::{Parameter, Scale, Slot, TABLE};
 
 impl Scene {
-    /// The scene at a share of the way to another, from 0 (this one) to 1 (the other): every parameter moves evenly, one with a logarithmic scale by equal
-    /// ratios. What is no number is the other's.
+    /// The scene at a share of the way to another, from 0 (this one) to 1 (the other): every
+    /// parameter moves evenly, one with a logarithmic scale by equal ratios. What is no number is
+    /// the other's.
     ///
-    /// Nothing where there is no way: the laws differ, or the parts. What lies in between may break a bound that both ends keep;
-    /// [`validate`](Scene::validate) tells.
+    /// Nothing where there is no way: the laws differ, or the parts. What lies in between may break
+    /// a bound that both ends keep; [`validate`](Scene::validate) tells.
     #[must_use]
     pub fn toward(&self, other: &Self, share: f64) -> Option<Self> {
         let same_parts =

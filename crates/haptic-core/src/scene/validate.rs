@@ -43,7 +43,8 @@ impl Scene {
     /// Whether the scene can be rendered with ticks of `period_s` seconds.
     ///
     /// # Errors
-    /// [`SceneError::TooFast`] where the block oscillates more than [`MAX_PHASE_PER_TICK_RAD`] in a tick.
+    /// [`SceneError::TooFast`] where the block oscillates more than [`MAX_PHASE_PER_TICK_RAD`] in a
+    /// tick.
     pub fn validate_rate(&self, period_s: f64) -> Result<(), SceneError> {
         let (Some(block), Some(held)) = (&self.block, &self.coupling) else {
             return Ok(());

@@ -10,8 +10,8 @@ use alloc::vec::Vec;
 
 /// A scene: what the rig shall feel like. Its fields have the names of the TOML file.
 ///
-/// A scene is plain data and may hold anything; [`Scene::validate`] says whether it can be rendered, and
-/// [`Renderer::new`](crate::Renderer::new) takes no scene that cannot.
+/// A scene is plain data and may hold anything; [`Scene::validate`] says whether it can be
+/// rendered, and [`Renderer::new`](crate::Renderer::new) takes no scene that cannot.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -62,7 +62,8 @@ impl Scene {
         }
     }
 
-    /// The value of a parameter; `None` where the scene lacks it. A parameter without directions holds the same number in both.
+    /// The value of a parameter; `None` where the scene lacks it. A parameter without directions
+    /// holds the same number in both.
     #[must_use]
     pub fn value(&self, parameter: Parameter) -> Option<Directional> {
         let (mut friction, mut block, mut coupling) = (self.friction, self.block, self.coupling);

@@ -1,4 +1,5 @@
-//! The finite difference behind a first-order low-pass: less noise, and a lag of `1 / (2 pi cutoff)` seconds.
+//! The finite difference behind a first-order low-pass: less noise, and a lag of `1 / (2 pi
+//! cutoff)` seconds.
 
 use super::finite_difference::FiniteDifference;
 use crate::flush::flush;
@@ -33,10 +34,12 @@ impl LowPass {
         self.velocity = 0.0;
     }
 
-    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the velocity, m/s.
+    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
+    /// velocity, m/s.
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         let raw = self.difference.update(elapsed_s, position);
-        // The exact response to a velocity held since the last sample, so that an early sample counts for less.
+        // The exact response to a velocity held since the last sample, so that an early sample
+        // counts for less.
         let nearer = -exp_m1(-self.rate * elapsed_s.max(0.0)) * (raw - self.velocity);
         self.velocity = flush(self.velocity + nearer);
         self.velocity

@@ -41,7 +41,8 @@ pub fn schemes() -> Vec<Scheme> {
 /// A block that far from the truth, m, has blown up.
 const BLOWN_UP_M: f64 = 1.0;
 
-/// Runs every scheme through a case. `instructions` are the totals of a [probe](crate::cost::Probe) for the case, scheme by scheme, or none.
+/// Runs every scheme through a case. `instructions` are the totals of a [probe](crate::cost::Probe)
+/// for the case, scheme by scheme, or none.
 ///
 /// # Errors
 /// The case's scene cannot be rendered at the rate of its motion.
@@ -68,7 +69,8 @@ pub fn measure(case: &Case, instructions: Option<&[u64]>) -> Result<Vec<Measurem
         .collect()
 }
 
-/// Writes measurements as CSV. An event time is empty where the scheme has other changes of contact than the truth.
+/// Writes measurements as CSV. An event time is empty where the scheme has other changes of contact
+/// than the truth.
 ///
 /// # Errors
 /// The output cannot be written.

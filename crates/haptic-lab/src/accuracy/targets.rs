@@ -173,7 +173,8 @@ fn speed(targets: &mut Vec<Target>) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// The cost of the dearest tick of a run, ns: each tick that counts is done over and over from its own state, and its median taken.
+/// The cost of the dearest tick of a run, ns: each tick that counts is done over and over from its
+/// own state, and its median taken.
 fn slowest_tick(scene: &Scene, motion: &[DeviceSample], counts: impl Fn(u32) -> bool) -> Result<f64, SceneError> {
     const REPEATS: usize = 51;
     const BATCH: u32 = 20;
@@ -265,7 +266,8 @@ fn stillness(targets: &mut Vec<Target>) -> Result<(), SceneError> {
 
 /// Creep, um/s, of a contact that holds 4 N with 1e5 N/m, under 1.5 N + 1.0 N sin(25 Hz) for 60 s.
 ///
-/// A block of 1 g takes the load through a soft coupling whose end goes with the block, so that the load is what it is told to be.
+/// A block of 1 g takes the load through a soft coupling whose end goes with the block, so that the
+/// load is what it is told to be.
 fn creep(law: &str) -> Result<f64, SceneError> {
     const COUPLING: Coupling = Coupling {
         stiffness: 100.0,
@@ -376,7 +378,8 @@ fn blow_ups(targets: &mut Vec<Target>) {
                     0.0
                 };
             let rendered = block.tick(elapsed, position, velocity);
-            // The hand goes no farther than this in these runs, and a block that is dragged no farther from it.
+            // The hand goes no farther than this in these runs, and a block that is dragged no
+            // farther from it.
             let lost = !rendered.coupling_force.is_finite() || (block.state().position - position).abs() > 100.0;
             blown_up += u32::from(lost);
             exhausted += u32::from(rendered.work_exhausted);

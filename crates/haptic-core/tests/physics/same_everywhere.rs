@@ -1,11 +1,11 @@
-//! The same inputs give the same forces to the last bit, on every machine and in every build: each law's run is pinned by a checksum.
+//! The same inputs give the same forces to the last bit, on every machine and in every build: each
+//! law's run is pinned by a checksum.
 //!
-//! A change of the physics changes a checksum; the failing test prints the new table. A difference between two machines, or between debug and
-//! release, is a fault: something uses the platform's elementary functions or fuses a multiplication with an addition.
+//! A change of the physics changes a checksum; the failing test prints the new table. A difference
+//! between two machines, or between debug and release, is a fault: something uses the platform's
+//! elementary functions or fuses a multiplication with an addition.
 
-mod common;
-
-use common::{Hand, scenes};
+use crate::explore::{Hand, scenes};
 use haptic_core::block::Contact;
 use haptic_core::velocity::{Estimator, METHODS};
 use haptic_core::{Renderer, Scene, Scheme};

@@ -1,9 +1,41 @@
 //! Scenes of every law, and a hand that explores them.
 
-use haptic_core::friction::LAWS;
-use haptic_core::{ParameterKey, Scene};
+use haptic_core::friction::{Friction, LAWS};
+use haptic_core::scene::{Block, Coupling};
+use haptic_core::{ParameterKey, Renderer, Scene, Scheme};
 
-/// A hand that explores, at irregular times: time passed (s), position (m) and velocity (m/s). Made of sums and products alone.
+/// Duration of a tick, s.
+pub(crate) const T: f64 = 1e-3;
+
+/// A law on the device itself.
+pub(crate) fn on_device(friction: Friction) -> Scene {
+    Scene {
+        name: String::new(),
+        block: None,
+        coupling: None,
+        friction,
+    }
+}
+
+/// A law under a block of a mass, kg, in the paper's grip.
+pub(crate) fn behind_block(friction: Friction, mass: f64) -> Scene {
+    Scene {
+        block: Some(Block { mass }),
+        coupling: Some(Coupling {
+            stiffness: 25_000.0,
+            damping: 10.0,
+        }),
+        ..on_device(friction)
+    }
+}
+
+/// The exact scheme.
+pub(crate) fn renderer(scene: &Scene) -> Renderer {
+    Renderer::new(scene, Scheme::Exact, T).expect("a valid scene")
+}
+
+/// A hand that explores, at irregular times: time passed (s), position (m) and velocity (m/s). Made
+/// of sums and products alone.
 pub(crate) struct Hand {
     random: u64,
     wanted: f64,

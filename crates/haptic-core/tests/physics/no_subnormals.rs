@@ -1,8 +1,7 @@
-//! No number below the normal range stays in what a tick keeps: an operation on such a number can cost a hundred times the usual, tick after tick.
+//! No number below the normal range stays in what a tick keeps: an operation on such a number can
+//! cost a hundred times the usual, tick after tick.
 
-mod common;
-
-use common::{Hand, scenes};
+use crate::explore::{Hand, scenes};
 use haptic_core::velocity::{Estimator, METHODS};
 use haptic_core::{ParameterKey, Renderer, Scheme};
 
