@@ -1,5 +1,5 @@
 //! What a scene will do to a rig before anybody feels it: the known bounds on stability, passivity
-//! and chatter, each with its margin and with the value that would mend it.
+//! and chatter, each with its margin and with the value that would fix it.
 //!
 //! | check | bound | source |
 //! |---|---|---|
@@ -34,7 +34,7 @@ use crate::scheme::Scheme;
 use alloc::vec::Vec;
 use core::fmt;
 
-/// What the adviser needs to know of a rig.
+/// Facts of a rig that the adviser needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigFacts {
     /// Time between ticks, s.
@@ -59,7 +59,7 @@ impl RigFacts {
     }
 }
 
-/// What is measured of the link to a rig, s.
+/// Measured times of the link to a rig, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinkTimes {
     /// Time between two samples of the device.
@@ -94,7 +94,7 @@ pub const UNFELT_RIPPLE_N: f64 = 0.05;
 /// Limit cycle, m/s, below which a block counts as at rest.
 pub const UNSEEN_LIMIT_CYCLE_MPS: f64 = 1e-4;
 
-/// What is checked.
+/// A check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
     /// Velocity amplitude of the literal scheme's limit cycle.
@@ -132,16 +132,16 @@ impl Check {
     }
 }
 
-/// A value that would mend what a check found.
+/// A value that would fix a broken bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mending {
-    /// What to change.
+pub struct Fix {
+    /// The parameter to change.
     pub parameter: Parameter,
     /// To this, in its unit.
     pub value: f64,
 }
 
-/// What a check found.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
     /// The check.
@@ -150,7 +150,7 @@ pub struct Finding {
     pub parameter: Parameter,
     /// Whether the scene keeps the bound.
     pub passes: bool,
-    /// What the scene has.
+    /// The scene's value.
     pub value: f64,
     /// The bound on it.
     pub bound: f64,
@@ -159,8 +159,8 @@ pub struct Finding {
     /// How far inside the bound the scene is, as a ratio: 2 is twice as far as needed, below 1 it
     /// is broken.
     pub margin: f64,
-    /// The value that would mend a broken bound, where one parameter can.
-    pub mending: Option<Mending>,
+    /// The value that would fix a broken bound, where one parameter can.
+    pub fix: Option<Fix>,
 }
 
 impl fmt::Display for Finding {
@@ -183,7 +183,7 @@ impl fmt::Display for Finding {
             Rounded(self.bound),
             self.unit
         )?;
-        if let Some(Mending { parameter, value }) = self.mending {
+        if let Some(Fix { parameter, value }) = self.fix {
             let info = parameter.info();
             write!(f, "; {} = {} {} would mend it", info.name, Rounded(value), info.unit)?;
         }
@@ -207,13 +207,13 @@ impl fmt::Display for Rounded {
     }
 }
 
-/// What a check is about, and what would mend it where one parameter can.
+/// Subject of a check, and the value that would fix it where one parameter can.
 #[derive(Clone, Copy)]
 struct About {
     check: Check,
     parameter: Parameter,
     unit: &'static str,
-    mended_by: Option<f64>,
+    fixed_by: Option<f64>,
 }
 
 /// A bound that a value must not exceed.
@@ -231,7 +231,7 @@ fn finding(about: About, value: f64, bound: f64, passes: bool, margin: f64) -> F
         check,
         parameter,
         unit,
-        mended_by,
+        fixed_by,
     } = about;
     Finding {
         check,
@@ -242,7 +242,7 @@ fn finding(about: About, value: f64, bound: f64, passes: bool, margin: f64) -> F
         unit,
         // Nothing against nothing is neither kept well nor badly.
         margin: if margin.is_nan() { 1.0 } else { margin },
-        mending: mended_by.filter(|_| !passes).map(|value| Mending { parameter, value }),
+        fix: fixed_by.filter(|_| !passes).map(|value| Fix { parameter, value }),
     }
 }
 
@@ -278,7 +278,7 @@ fn friction_passivity(scene: &Scene, findings: &mut Vec<Finding>) {
             check: Check::FrictionPassivity,
             parameter: Parameter::Viscous,
             unit: "N s/m",
-            mended_by: bound.is_finite().then_some(bound),
+            fixed_by: bound.is_finite().then_some(bound),
         };
         findings.push(at_least(about, drag.get(direction), bound.max(0.0)));
     }
@@ -296,7 +296,7 @@ fn literal_scheme(scene: &Scene, t: f64, findings: &mut Vec<Finding>) {
         check,
         parameter: Parameter::Mass,
         unit,
-        mended_by: Some(mass),
+        fixed_by: Some(mass),
     };
     findings.push(at_least(
         heavier(Check::LeastMass, "kg", least_mass),
@@ -348,7 +348,7 @@ fn hand_in_the_loop(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) 
         check,
         parameter: if stiffness > 0.0 { parameter } else { Parameter::Viscous },
         unit,
-        mended_by: (to > 0.0 && stiffness > 0.0).then_some(to),
+        fixed_by: (to > 0.0 && stiffness > 0.0).then_some(to),
     };
     findings.push(at_least(
         softer(Check::Passivity, "N s/m", 2.0 * (rig.damping - damping) / t),
@@ -450,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn advice_names_the_values_and_the_mending() {
+    fn advice_names_the_values_and_the_fix() {
         let message = find(&advise(&Scene::paper(), Scheme::Exact, &RIG), Check::LinearStability).to_string();
         for part in ["25000 N/m", "20000 N/m", "stiffness = 20000 N/m would mend it"] {
             assert!(message.contains(part), "{message} lacks {part}");
@@ -470,7 +470,7 @@ mod tests {
             let scheme = Scheme::Literal { substeps: core::num::NonZeroU32::new(substeps).expect("not zero") };
             for finding in advise(&scene, scheme, &rig) {
                 prop_assert_eq!(finding.passes, finding.margin >= 1.0, "{:?}", finding);
-                if let Some(Mending { parameter, value }) = finding.mending {
+                if let Some(Fix { parameter, value }) = finding.fix {
                     // A hair beyond, for rounding.
                     let value = if parameter == Parameter::Mass { value * (1.0 + 1e-9) } else { value * (1.0 - 1e-9) };
                     if let Ok(mended) = scene.with(&[(parameter.into(), value)]) {

@@ -12,15 +12,15 @@
 //!                          surface: stuck while -Fs- <= F <= Fs+, else Fd and b w against the motion
 //! ```
 //!
-//! * [`scene`] says what the user asked for; [`parameters`] is the one table of names, symbols,
+//! * [`scene`] is the user's description; [`parameters`] is the one table of names, symbols,
 //!   units and ranges behind the wire, the command line and the panel.
 //! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others,
 //!   each behind a block or on the device itself.
-//! * [`Renderer`] is what a scene compiles to: one [`tick`](Renderer::tick) per measurement, by the
+//! * A scene compiles to a [`Renderer`]: one [`tick`](Renderer::tick) per measurement, by the
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
 //! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions
 //!   against what a hand can do, before anything is made of them.
-//! * [`pulse`] is what is rendered in the place of a scene while a rig is commissioned.
+//! * [`pulse`] takes the place of a scene while a rig is commissioned.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before
 //!   the motor, and [`passivity`] watches the energy that sampling makes.
 //!

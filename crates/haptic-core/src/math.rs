@@ -5,4 +5,6 @@
 //! machine; so a recorded run can be computed again, to the last bit. The crate is `no_std`, where
 //! the platform's are out of reach. Nothing here may fuse a multiplication with an addition.
 
-pub(crate) use libm::{atan2, copysign, exp, expm1 as exp_m1, log1p as ln_1p, pow as powf, sincos as sin_cos, sqrt};
+pub(crate) use libm::{
+    atan2, copysign, cos, exp, expm1 as exp_m1, log1p as ln_1p, pow as powf, sincos as sin_cos, sqrt,
+};

@@ -1,8 +1,7 @@
-//! What a scene compiles to: its own parts and no others, behind one interface.
+//! The compiled form of a scene: its own parts and no others, behind one interface.
 
 use crate::block::{BlockState, Coupling, EventSink, Rendered};
 use crate::contact::Contact;
-use crate::flush::flush;
 use crate::math::sqrt;
 use crate::parameters::SceneError;
 use crate::pulse::{Pulse, PulseError, PulseShape};
@@ -11,8 +10,8 @@ use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::boxed::Box;
 
-/// How far from the hand a block is put at most when its coupling changes, m: farther, a soft
-/// coupling would pull steadily wherever the hand went.
+/// Greatest distance from the hand at which a block is re-seated when its coupling changes, m:
+/// farther, a soft coupling would pull steadily wherever the hand went.
 pub const FARTHEST_RESEAT_M: f64 = 0.02;
 
 /// A scene, ready to be rendered.
@@ -37,7 +36,7 @@ impl Renderer {
     /// origin; see [`start_at`](Self::start_at).
     ///
     /// # Errors
-    /// What [`Scene::validate`] and [`Scene::validate_rate`] refuse.
+    /// Those of [`Scene::validate`] and [`Scene::validate_rate`].
     pub fn new(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
         scene.validate()?;
         scene.validate_rate(period_s)?;
@@ -104,7 +103,7 @@ impl Renderer {
     /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity`
     /// (m/s).
     pub fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
-        self.surface.tick(elapsed_s, flush(position), flush(velocity))
+        self.surface.tick(elapsed_s, position, velocity)
     }
 
     /// Like [`tick`](Self::tick), and tells `sink` of each change of contact.
@@ -115,8 +114,7 @@ impl Renderer {
         velocity: f64,
         sink: &mut dyn EventSink,
     ) -> Rendered {
-        self.surface
-            .tick_with_events(elapsed_s, flush(position), flush(velocity), sink)
+        self.surface.tick_with_events(elapsed_s, position, velocity, sink)
     }
 
     /// Takes over the motion of the renderer that this one replaces, so that the hand feels no

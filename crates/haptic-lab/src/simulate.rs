@@ -42,7 +42,7 @@ pub struct ContactChange {
     pub to: Contact,
 }
 
-/// What a run gave.
+/// Result of a run.
 #[derive(Clone, Debug)]
 pub struct Simulation {
     /// One row for each sample.
@@ -147,7 +147,7 @@ fn median(values: &mut [f64]) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// What a tick costs on this machine.
+/// Cost of a tick on this machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// Median over batches of ticks, ns.

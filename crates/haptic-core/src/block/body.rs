@@ -1,4 +1,4 @@
-//! The block and its grip: what a scene says of the body that the hand drags.
+//! The block and its coupling, as a scene describes them.
 
 use super::state::BlockState;
 

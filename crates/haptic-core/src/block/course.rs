@@ -1,5 +1,4 @@
-//! The course of a tick through its pieces: what every block that is solved piece by piece has in
-//! common.
+//! The course of a tick through its pieces, common to all blocks that are solved piece by piece.
 //!
 //! A tick that is steady throughout is one piece. Any other is a sequence of pieces, each to the
 //! next event or to where a tangent no longer holds. The work of a tick is bounded; when the bound
@@ -46,7 +45,7 @@ pub(super) struct Course {
     pub(super) rounding: f64,
     /// Time since the start of the tick, s.
     pub(super) time: f64,
-    /// Displacement since the start of the tick, m: small, so that it keeps its digits.
+    /// Displacement since the start of the tick, m: a small number keeps its digits.
     pub(super) moved: f64,
     /// Net force of the coming slide, N, after an event that fixes it better than subtraction can.
     pub(super) net_force: Option<f64>,
@@ -91,7 +90,7 @@ impl Course {
     }
 }
 
-/// What follows a piece.
+/// Continuation after a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Then {
     /// The next piece.

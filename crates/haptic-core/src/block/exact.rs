@@ -60,7 +60,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         block
     }
 
-    /// What the contact holds now, N.
+    /// The static limit now, N.
     fn limit(&self, direction: Direction) -> f64 {
         self.limit_after(direction, 0.0)
     }
@@ -188,7 +188,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         let (rounding, slope) = (course.rounding, course.load.slope);
         let at_rest = course.at_rest(&self.gripped.coupling);
         let slide = self.slides.get(direction);
-        // It comes to rest with the friction that it has then, which is more than a fresh contact's
+        // It comes to rest with the friction of its end, which is more than a fresh contact's
         // where a curve rises towards rest.
         self.static_limit
             .begin_at(slide.static_force(), slide.dynamic_force(), slide.friction_at(0.0));

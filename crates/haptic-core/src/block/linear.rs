@@ -67,7 +67,7 @@ impl LinearBlock {
         }
     }
 
-    /// When the velocity passed zero, by halving: only asked for by somebody who listens.
+    /// When the velocity passed zero, by halving; only a listener asks for it.
     fn turning_time(&self, motion: &Motion, elapsed_s: f64) -> f64 {
         let (mut before, mut after) = (0.0, elapsed_s);
         let ends = Direction::of(self.state.velocity);

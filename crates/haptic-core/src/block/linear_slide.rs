@@ -16,7 +16,7 @@ pub(crate) struct LinearSlide {
 }
 
 impl LinearSlide {
-    /// `static_force` is what the contact holds; `damping` is `B + b`.
+    /// `static_force` is the static limit, N; `damping` is `B + b`, N s/m.
     pub(crate) fn new(mass: f64, damping: f64, stiffness: f64, static_force: f64, dynamic_force: f64) -> Self {
         let oscillator = Oscillator::new(mass, damping, stiffness);
         Self {

@@ -7,7 +7,7 @@
 //! otherwise:  w += T (F - friction)/M;  x += T w
 //! ```
 //!
-//! It is what the slides print, and what most rigs run. It has a limit cycle of velocity amplitude
+//! The slides print it, and most rigs run it. It has a limit cycle of velocity amplitude
 //! `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, diverges below `M = K T^2/4 + (B + b) T/2`, and
 //! creates energy in friction; the [exact](super::exact) scheme has none of these.
 
@@ -63,7 +63,7 @@ pub(crate) struct Rigid<L, R> {
 }
 
 impl<L: Level, R: StaticLimit> Rigid<L, R> {
-    /// `static_force` is what the contact holds after a long rest, N; `viscous` is `b`, N s/m;
+    /// `static_force` is the static limit after a long rest, N; `viscous` is `b`, N s/m;
     /// `velocity_threshold` is `DV`, m/s.
     pub(crate) fn new(
         static_force: Directional,

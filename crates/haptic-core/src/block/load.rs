@@ -1,4 +1,4 @@
-//! What the device pulls with between two samples.
+//! The pull of the device between two samples.
 
 use super::body::Coupling;
 use super::state::BlockState;

@@ -1,10 +1,10 @@
-//! What moves from one device sample to the next, and who hears of it.
+//! The interface of everything that moves from one device sample to the next, and of its listeners.
 
 use super::state::BlockState;
 use crate::contact::Contact;
 use core::fmt::Debug;
 
-/// What one tick gave.
+/// Result of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rendered {
     /// Coupling force `F` on the block, N, or the friction itself where there is no block; the hand
@@ -16,7 +16,7 @@ pub struct Rendered {
     pub work_exhausted: bool,
 }
 
-/// Hears what happens within a tick. `()` hears nothing, and costs nothing.
+/// Listener to the events within a tick. `()` ignores them, and costs nothing.
 pub trait EventSink {
     /// The contact changed `at_s` seconds after the start of the tick.
     fn contact_changed(&mut self, at_s: f64, from: Contact, to: Contact);
@@ -26,7 +26,7 @@ pub trait EventSink {
     /// negative, friction has created energy.
     fn dissipated(&mut self, _energy_j: f64) {}
 
-    /// Whether anybody listens: what is only to be heard need not be computed otherwise.
+    /// Whether the listener uses what it hears: if not, times and energies need not be computed.
     fn listens(&self) -> bool {
         true
     }
@@ -46,7 +46,7 @@ impl<F: FnMut(f64, Contact, Contact)> EventSink for F {
     }
 }
 
-/// What is moved on by the samples of a device: a block, or a surface on the device itself.
+/// Anything that the samples of a device move: a block, or a surface on the device itself.
 pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
     /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity`
     /// (m/s).
@@ -78,7 +78,7 @@ pub(crate) trait Moving: Clone + Debug + Send + Sync + 'static {
     /// The contact of something at rest: sliding where no friction can hold it.
     fn at_rest(&self) -> Contact;
 
-    /// The force of the last sample, N: what [`Rendered::coupling_force`] was.
+    /// The force of the last sample, N, as [`Rendered::coupling_force`] had it.
     fn felt(&self) -> f64;
 
     /// Friction at the last sample, N, signed.

@@ -269,8 +269,8 @@ impl Oscillator {
         )
     }
 
-    /// What a force that grows with the square of time, to `force` (N) at `t`, adds to displacement
-    /// and velocity there; `r` is the response at `t`.
+    /// Contribution of a force that grows with the square of time, to `force` (N) at `t`, to
+    /// displacement and velocity there; `r` is the response at `t`.
     pub(super) fn late_force(&self, force: f64, t: f64, r: &Response) -> (f64, f64) {
         if t <= 0.0 {
             return (0.0, 0.0);

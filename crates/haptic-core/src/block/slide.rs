@@ -5,7 +5,7 @@ use super::oscillator::Motion;
 use crate::direction::Direction;
 use core::fmt::Debug;
 
-/// What becomes of a slide within an interval, in the coordinate in which it goes forwards.
+/// End of a piece of a slide, in the coordinate in which it goes forwards.
 pub(crate) enum PieceEnd {
     /// It went on for a time; whether it is armed at the end, and the friction that it met on the
     /// way, N.
@@ -32,7 +32,7 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     /// Work that a tick may do for it beside that of its events.
     const EXTRA_WORK: u32;
 
-    /// What a contact that has rested holds, N.
+    /// Static limit after a long rest, N.
     fn static_force(&self) -> f64;
     /// Friction of a fast slide without its viscous part, N.
     fn dynamic_force(&self) -> f64;

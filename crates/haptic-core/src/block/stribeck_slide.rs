@@ -35,7 +35,7 @@ pub(crate) struct StribeckSlide {
 /// Corrections up to this share of the limit are accepted.
 const TOLERANCE: f64 = 1e-6;
 
-/// What a slide of a scene is made of.
+/// Parameters of a slide in one direction.
 pub(crate) struct StribeckParts {
     pub(crate) mass: f64,
     pub(crate) stiffness: f64,

@@ -33,11 +33,11 @@ pub(super) struct Start<'a, C> {
     pub(super) slope: f64,
     /// Undamped angular frequency while stuck, rad/s.
     pub(super) fastest: f64,
-    /// Whether somebody hears of the energy.
+    /// Whether a listener wants the energy.
     pub(super) listens: bool,
 }
 
-/// What bounds a piece.
+/// Limits of a piece.
 pub(super) struct Bounds {
     /// Time to the end of the tick, s.
     pub(super) remaining_s: f64,
@@ -202,8 +202,8 @@ impl<C: YieldingContact> Linearised<'_, C> {
         }
     }
 
-    /// What the friction of a piece took: the work of the coupling, less what the block and the
-    /// contact now hold more of. By Simpson's rule.
+    /// Energy that friction dissipated in a piece, J: the work of the coupling, less the gain of
+    /// the block and of the contact. By Simpson's rule.
     fn dissipated(&self, contact: &C, lasted_s: f64, (dy, dw): (f64, f64), speed: f64) -> f64 {
         let Self {
             start,

@@ -17,7 +17,7 @@ use crate::contact::{Contact, Stroke, YieldingContact};
 use crate::direction::Direction;
 use crate::math::sqrt;
 
-/// Corrections of the coupling force up to this share of what the contact holds are accepted.
+/// A correction of the coupling force is accepted up to this share of [`YieldingBlock::holds`].
 const TOLERANCE: f64 = 1e-6;
 /// Pieces that every tick may be cut into, beside those of its half-turns.
 const PIECES: u32 = 160;
@@ -29,7 +29,7 @@ const MOST_SECANTS: usize = 24;
 pub(crate) struct YieldingBlock<C> {
     gripped: Gripped,
     contact: C,
-    /// What the contact holds at most, N.
+    /// The most that the contact holds, N.
     holds: f64,
     /// Undamped angular frequency while stuck, rad/s.
     fastest: f64,

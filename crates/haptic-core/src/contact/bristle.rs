@@ -129,7 +129,8 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
     fn share(&self, direction: Direction, steady: f64) -> f64 {
         let along = direction.sign() * self.deflection;
         if steady <= 0.0 {
-            // Nothing holds this way. What is held the other way goes at once, or as a spring does.
+            // Nothing holds this way. A deflection the other way vanishes at once, or as a spring's
+            // does.
             return if P::UNLOADS_ELASTICALLY && along < 0.0 {
                 1.0
             } else {

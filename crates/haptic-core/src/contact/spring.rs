@@ -25,14 +25,14 @@ pub enum Reseat {
     Slides,
 }
 
-/// A stuck spring, and what it slides against.
+/// A stuck spring, and its sliding friction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpringContact<L, R> {
     /// The spring's stiffness by the direction that it is loaded in, N/m.
     pub(crate) stiffness: Directional,
     /// Damping while stuck, N s/m.
     pub(crate) damping: f64,
-    /// What it comes to hold, N.
+    /// Static limit after a long rest, N.
     pub(crate) static_force: Directional,
     pub(crate) static_limit: R,
     /// Friction while sliding.

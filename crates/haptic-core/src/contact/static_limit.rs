@@ -1,4 +1,4 @@
-//! How the limit of a resting contact goes with the time that it rests.
+//! The static limit of a contact as a function of the time at rest.
 
 use crate::flush::flush;
 use crate::math::{exp, exp_m1, ln_1p};

@@ -1,5 +1,4 @@
-//! A contact that gives way before it slides: what the laws with a memory of their own have in
-//! common.
+//! A contact that gives way before it slides, as the laws with a memory of their own have it.
 //!
 //! Such a contact is moved on by a displacement, and answers with its friction, and with how that
 //! will change: with that a block is solved in closed form from one piece to the next, see
@@ -46,7 +45,7 @@ pub(crate) struct Stroke {
     pub(crate) elapsed_s: f64,
 }
 
-/// What moving on took.
+/// Cost of an advance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Advanced {
     /// How much the force of the contact may be off by now, N: 0 where the law is closed-form.
@@ -81,7 +80,7 @@ pub(crate) trait YieldingContact: Clone + Debug + Send + Sync + 'static {
         direction.sign() * self.tangent(direction, speed).friction(speed)
     }
 
-    /// Deflects the contact so that it holds `force`, N, or as much of it as it can.
+    /// Deflects the contact until it holds `force`, N, or as much of it as it can.
     fn seat(&mut self, force: f64);
 
     /// Energy that the deflection holds, J.

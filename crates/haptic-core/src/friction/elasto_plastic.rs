@@ -14,7 +14,7 @@ use super::usual;
 use crate::contact::{Bristle, Level, Plasticity, flow_in_pieces};
 use crate::direction::Direction;
 use crate::directional::Directional;
-use crate::math::sin_cos;
+use crate::math::{cos, sin_cos};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BehindBlock, Surface, YieldingSurface};
 use alloc::boxed::Box;
@@ -163,7 +163,7 @@ impl Plasticity for ElasticAtFirst {
             1.0
         } else {
             let share = (ratio - self.fraction) / (1.0 - self.fraction);
-            0.5 * (1.0 - sin_cos(PI * share).1)
+            0.5 * (1.0 - cos(PI * share))
         }
     }
 

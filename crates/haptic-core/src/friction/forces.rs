@@ -80,7 +80,7 @@ impl Falling {
         Ok(())
     }
 
-    /// What [`check`](Self::check) accepts, as near as possible.
+    /// The nearest forces that [`check`](Self::check) accepts.
     pub(super) fn complied(mut self) -> Self {
         raise(&mut self.static_force, self.dynamic_force);
         if self.velocity < SUDDEN_FALL_MPS {

@@ -166,7 +166,7 @@ impl Karnopp {
         })
     }
 
-    /// The law under a block: its slides are compiled for what they have, and for no more.
+    /// The law under a block. Its slides are compiled for the options that they have.
     fn rigid<R: StaticLimit>(&self, block: &BehindBlock, level: impl Level, limit: R) -> Box<dyn Surface> {
         let &BehindBlock { mass, coupling, .. } = block;
         let threshold = self.velocity_threshold;

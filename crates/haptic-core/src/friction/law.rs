@@ -1,5 +1,5 @@
-//! What a friction law is: all that the rest of the crate asks of one. A law's file answers it, and
-//! nothing else knows the law.
+//! The interface of a friction law: all that the rest of the crate asks of one. Only the law's own
+//! file knows more.
 
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -25,7 +25,7 @@ pub(crate) trait Law: Debug {
         None
     }
 
-    /// What the law demands of its values beyond their ranges.
+    /// Checks the law's demands on its values beyond their ranges.
     ///
     /// # Errors
     /// The first demand that is not met.
@@ -42,7 +42,7 @@ pub(crate) trait Law: Debug {
         true
     }
 
-    /// What a user may not expect of these values.
+    /// Consequences of these values that a user may not expect.
     fn notes(&self) -> Vec<Note> {
         Vec::new()
     }
@@ -76,11 +76,11 @@ pub(crate) trait Law: Debug {
     fn on_device(&self) -> Box<dyn Surface>;
 }
 
-/// What is known of a law without values.
+/// The part of a law that needs no values.
 pub(crate) trait Named: Law + Sized {
     /// Its name in scene files and on the wire: the type's name in kebab case.
     const NAME: &'static str;
 
-    /// The law with the paper's forces, and the usual values of what the paper does not have.
+    /// The law with the paper's forces, and usual values for its other parameters.
     fn usual() -> Self;
 }

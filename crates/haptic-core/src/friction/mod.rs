@@ -1,5 +1,4 @@
-//! Friction laws, one file each: what the law is made of, where it comes from, and how its contact
-//! moves on.
+//! Friction laws, one file each: the law's parameters, its source, and its contact.
 //!
 //! | law | rest | sliding | memory |
 //! |---|---|---|---|

@@ -52,7 +52,7 @@ pub enum SceneError {
     NotDirectional {
         /// The parameter.
         param: Parameter,
-        /// What was given.
+        /// The text given.
         given: String,
     },
     /// One request gives the same value twice.

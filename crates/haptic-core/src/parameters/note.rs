@@ -1,4 +1,4 @@
-//! What a user may not expect of a valid scene.
+//! Consequences of a valid scene that its user may not expect.
 
 use super::key::ParameterKey;
 
@@ -7,11 +7,11 @@ use super::key::ParameterKey;
 pub struct Note {
     /// The parameter concerned, with its direction where only one is.
     pub param: ParameterKey,
-    /// What happens, and from which value on.
+    /// The consequence, and the value at which it begins.
     pub kind: NoteKind,
 }
 
-/// What a [`Note`] says.
+/// Content of a [`Note`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NoteKind {
     /// The static limit lies below the dynamic one, which then decides when the block lets go.

@@ -1,4 +1,4 @@
-//! What a parameter is: its identity, and the form of its row in the table.
+//! A parameter's identity, and the form of its row in the table.
 
 /// A parameter of a scene that can be changed while the rig renders it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -40,7 +40,7 @@ pub enum Scale {
     Logarithmic,
 }
 
-/// Everything there is to say about a parameter.
+/// Description of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParameterInfo {
     /// Which parameter this row describes.
@@ -69,7 +69,7 @@ pub struct ParameterInfo {
     pub scale: Scale,
     /// Whether it may differ by direction (`Fs+`, `Fs-`).
     pub directional: bool,
-    /// What a larger value makes the hand feel.
+    /// Feel of a larger value.
     pub feel: &'static str,
 }
 

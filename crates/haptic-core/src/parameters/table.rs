@@ -1,4 +1,4 @@
-//! The table of parameters: name, paper symbol, unit, range, and what each makes the hand feel.
+//! The table of parameters: name, paper symbol, unit, range, and feel.
 
 use super::parameter::{Parameter, ParameterInfo, Scale};
 use alloc::string::String;

@@ -1,4 +1,4 @@
-//! What a friction law compiles to: a surface behind one virtual call, behind a block or on the
+//! The compiled form of a friction law: a surface behind one virtual call, under a block or on the
 //! device itself.
 
 mod behind_block;

@@ -13,8 +13,8 @@ impl Scene {
     /// `None` where there is no such law.
     ///
     /// # Errors
-    /// What the new law refuses all the same, as for a scene that could not be rendered before
-    /// either.
+    /// Refusals of the new law that no small change resolves, as for a scene that could not
+    /// be rendered before either.
     pub fn with_law(&self, law: &str) -> Option<Result<Self, SceneError>> {
         if law == self.friction.law() {
             return Some(self.validate().map(|()| self.clone()));
@@ -45,7 +45,7 @@ impl Scene {
             } else {
                 parameter.into()
             };
-            // The new law may not have it, which is why it is a change of law.
+            // The new law may lack it.
             self.put(key, value.get(direction)).unwrap_or(());
         }
     }

@@ -1,4 +1,4 @@
-//! What the user asked for: a block, its coupling to the hand, and the surface below it.
+//! The user's description: a block, its coupling to the hand, and the surface below it.
 
 mod another_law;
 mod change;

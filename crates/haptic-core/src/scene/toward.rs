@@ -1,4 +1,4 @@
-//! The way from one scene to another of the same make.
+//! The way from one scene to another with the same law and the same parts.
 
 use super::value::Scene;
 use crate::direction::Direction;
@@ -7,11 +7,11 @@ use crate::parameters::{Parameter, Scale, Slot, TABLE};
 
 impl Scene {
     /// The scene at a share of the way to another, from 0 (this one) to 1 (the other): every
-    /// parameter moves evenly, one with a logarithmic scale by equal ratios. What is no number is
-    /// the other's.
+    /// parameter moves evenly, one with a logarithmic scale by equal ratios. Everything else is the
+    /// other's.
     ///
-    /// Nothing where there is no way: the laws differ, or the parts. What lies in between may break
-    /// a bound that both ends keep; [`validate`](Scene::validate) tells.
+    /// `None` between different laws, and between a scene with a block and one without. A scene
+    /// between two valid ones need not be valid itself; [`validate`](Scene::validate) tells.
     #[must_use]
     pub fn toward(&self, other: &Self, share: f64) -> Option<Self> {
         let same_parts =

@@ -1,4 +1,4 @@
-//! Whether a scene can be rendered, and what its user may not expect of it.
+//! Validation of a scene, and notes for its user.
 
 use super::value::Scene;
 use crate::block::MAX_PHASE_PER_TICK_RAD;
@@ -75,7 +75,7 @@ impl Scene {
         })
     }
 
-    /// What the user of this scene may not expect of it.
+    /// Consequences of this scene that its user may not expect.
     #[must_use]
     pub fn notes(&self) -> Vec<Note> {
         self.friction.as_law().notes()

@@ -1,4 +1,4 @@
-//! What a scene is, and access to its parameters by name.
+//! The scene's data, and access to its parameters by name.
 
 use crate::block::{Block, Coupling};
 use crate::direction::Direction;

@@ -1,4 +1,4 @@
-//! What no law may do, whatever its parameters and the hand.
+//! Invariants of every law, for all parameters and all hands.
 
 use crate::explore::{T, on_device, renderer};
 use haptic_core::block::BlockState;

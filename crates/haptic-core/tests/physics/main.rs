@@ -1,4 +1,4 @@
-//! What the core promises, seen from outside: the reference data, the schemes, every law, and the
+//! The core's promises, seen from outside: the reference data, the schemes, every law, and the
 //! same forces on every machine.
 
 mod explore;

@@ -1,4 +1,4 @@
-//! What the two schemes are known to do: the literal one's limit cycle and divergence, and the
+//! Known behaviour of the two schemes: the literal one's limit cycle and divergence, and the
 //! exact one's lack of both.
 
 use haptic_core::block::{BlockState, Contact};

@@ -11,7 +11,7 @@ use haptic_core::{Directional, ParameterKey, Scene};
 /// A scene with the hand that moves it.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What it is, for people and tables.
+    /// Name, for people and tables.
     pub name: String,
     /// The scene.
     pub scene: Scene,

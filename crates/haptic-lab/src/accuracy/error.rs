@@ -12,7 +12,7 @@ pub struct RunError {
     /// The same over `max(K |p|, 1 N)`, the size of the numbers that the force is the difference
     /// of.
     pub relative_force: f64,
-    /// Time of a change of contact, s; nothing where the lists of changes differ.
+    /// Time of a change of contact, s; `None` where the lists of changes differ.
     pub event_time_s: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! The work-precision measurement: what each scheme costs in each case, and what it gets for it.
+//! The work-precision measurement: cost and error of each scheme in each case.
 
 use super::cases::Case;
 use super::error::{RunError, compare};
@@ -15,9 +15,9 @@ pub struct Measurement {
     pub case: String,
     /// The scheme.
     pub scheme: Scheme,
-    /// What a tick costs.
+    /// Cost of a tick.
     pub cost: Cost,
-    /// Instructions a tick; nothing where they could not be counted.
+    /// Instructions a tick; `None` where they could not be counted.
     pub instructions: Option<f64>,
     /// How far it is from the truth.
     pub error: RunError,

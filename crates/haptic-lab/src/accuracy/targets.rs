@@ -10,14 +10,14 @@ use haptic_core::scene::{Block, Coupling};
 use haptic_core::{Directional, ParameterKey, Renderer, Scene, SceneError, Scheme};
 use std::time::Instant;
 
-/// A figure and what it is to be.
+/// A figure and its target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-    /// What is measured.
+    /// The quantity.
     pub what: &'static str,
     /// The figure, with its unit.
     pub measured: String,
-    /// What it is to be.
+    /// The target.
     pub target: &'static str,
     /// Whether it is.
     pub met: bool,
@@ -267,7 +267,7 @@ fn stillness(targets: &mut Vec<Target>) -> Result<(), SceneError> {
 /// Creep, um/s, of a contact that holds 4 N with 1e5 N/m, under 1.5 N + 1.0 N sin(25 Hz) for 60 s.
 ///
 /// A block of 1 g takes the load through a soft coupling whose end goes with the block, so that the
-/// load is what it is told to be.
+/// load is the prescribed one.
 fn creep(law: &str) -> Result<f64, SceneError> {
     const COUPLING: Coupling = Coupling {
         stiffness: 100.0,

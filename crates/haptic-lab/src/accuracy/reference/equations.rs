@@ -12,7 +12,7 @@ const STEP: f64 = 5e-3;
 /// time at rest (s), as the law has it.
 pub(super) type State = [f64; 3];
 
-/// What kind of motion there is between two events.
+/// Kind of motion between two events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Mode {
     /// Held still by a rigid contact.
@@ -140,7 +140,7 @@ impl Problem<'_> {
         }
     }
 
-    /// What the contact holds in a direction after a rest, N.
+    /// The static limit in a direction after a rest, N.
     pub(super) fn limit(&self, direction: Direction, rest_s: f64) -> f64 {
         match self.law {
             Friction::Karnopp(law) => {
