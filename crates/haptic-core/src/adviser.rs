@@ -1,5 +1,5 @@
-//! What a scene will do to a rig before anybody feels it: the known bounds on stability, passivity and chatter, each with its margin and with the
-//! value that would mend it.
+//! What a scene will do to a rig before anybody feels it: the known bounds on stability, passivity
+//! and chatter, each with its margin and with the value that would fix it.
 //!
 //! | check | bound | source |
 //! |---|---|---|
@@ -12,22 +12,29 @@
 //! | encoder | `K <= 2 f / Delta`: the same for what counting creates | Abbott and Okamura 2005 |
 //! | friction passivity | `b >= sigma1 (Fs/Fd - 1)`, LuGre only: else the law itself can give out energy | Barabanov and Ortega 2000 |
 //!
-//! `T` is the time between two forces that differ: the longer of the loop's period and of the device's, since a force from an old sample is the old force again. `tau` is the time from
-//! a sample to the motor that knows it. Behind a link it is measured: the round trip, from a command's sending to the arrival of the first sample that knows it, is at most a period longer than the way
-//! there and back, so it bounds `tau` from above; what the newest sample's age exceeds a period of each side by comes on top, because then samples come late or are lost. A force that holds for `T` acts
-//! `T/2` late in the mean, and so the two add up to `T/2 + tau`. In the first three, `T` is the step of the scheme, which the device does not change.
+//! `T` is the time between two forces that differ: the longer of the loop's period and of the
+//! device's, since a force from an old sample is the old force again. `tau` is the time from a
+//! sample to the motor that knows it. Behind a link it is measured: the round trip, from a
+//! command's sending to the arrival of the first sample that knows it, is at most a period longer
+//! than the way there and back, so it bounds `tau` from above; what the newest sample's age exceeds
+//! a period of each side by comes on top, because then samples come late or are lost. A force that
+//! holds for `T` acts `T/2` late in the mean, and so the two add up to `T/2 + tau`. In the first
+//! three, `T` is the step of the scheme, which the device does not change.
 //!
-//! On the device itself, without a block, `K` is the stiffness of the contact and `B` its damping and drag. The first three are about the scheme, the others about the hand in the loop. Those are sufficient or necessary for worst cases: a rig whose hand damps
-//! well may do fine beyond them, which is why this advises and does not refuse.
+//! On the device itself, without a block, `K` is the stiffness of the contact and `B` its damping
+//! and drag. The first three are about the scheme, the others about the hand in the loop. Those are
+//! sufficient or necessary for worst cases: a rig whose hand damps well may do fine beyond them,
+//! which is why this advises and does not refuse.
 
-use crate::friction::{Directional, Friction};
-use crate::parameters::{Direction, Parameter};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::Parameter;
 use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::vec::Vec;
 use core::fmt;
 
-/// What the adviser needs to know of a rig.
+/// Facts of a rig that the adviser needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigFacts {
     /// Time between ticks, s.
@@ -52,7 +59,7 @@ impl RigFacts {
     }
 }
 
-/// What is measured of the link to a rig, s.
+/// Measured times of the link to a rig, s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LinkTimes {
     /// Time between two samples of the device.
@@ -64,18 +71,21 @@ pub struct LinkTimes {
 }
 
 impl LinkTimes {
-    /// From a sample to the motor that gives the force for it, s, for a loop with such a period. Before anything is measured it is a period of the slower side.
+    /// From a sample to the motor that gives the force for it, s, for a loop with such a period.
+    /// Before anything is measured it is a period of the slower side.
     #[must_use]
     pub fn delay_s(&self, period_s: f64) -> f64 {
         if self.round_trip_s <= 0.0 {
             return period_s.max(self.sample_period_s);
         }
-        // Until the next sample comes a sample grows as old as a period of the device's, and is read up to one of ours later: that is `T`, not delay.
+        // Until the next sample comes a sample grows as old as a period of the device's, and is
+        // read up to one of ours later: that is `T`, not delay.
         self.round_trip_s + (self.age_s - self.sample_period_s - period_s).max(0.0)
     }
 }
 
-/// Speed, m/s, at which the rig's own friction is held against what sampling creates: the fastest that a hand usually goes when it explores.
+/// Speed, m/s, at which the rig's own friction is held against what sampling creates: the fastest
+/// that a hand usually goes when it explores.
 pub const EXPLORING_SPEED_MPS: f64 = 0.1;
 
 /// Ripple, N, that a hand does not feel in this band.
@@ -84,7 +94,7 @@ pub const UNFELT_RIPPLE_N: f64 = 0.05;
 /// Limit cycle, m/s, below which a block counts as at rest.
 pub const UNSEEN_LIMIT_CYCLE_MPS: f64 = 1e-4;
 
-/// What is checked.
+/// A check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
     /// Velocity amplitude of the literal scheme's limit cycle.
@@ -122,16 +132,16 @@ impl Check {
     }
 }
 
-/// A value that would mend what a check found.
+/// A value that would fix a broken bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mending {
-    /// What to change.
+pub struct Fix {
+    /// The parameter to change.
     pub parameter: Parameter,
     /// To this, in its unit.
     pub value: f64,
 }
 
-/// What a check found.
+/// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
     /// The check.
@@ -140,16 +150,17 @@ pub struct Finding {
     pub parameter: Parameter,
     /// Whether the scene keeps the bound.
     pub passes: bool,
-    /// What the scene has.
+    /// The scene's value.
     pub value: f64,
     /// The bound on it.
     pub bound: f64,
     /// Unit of both.
     pub unit: &'static str,
-    /// How far inside the bound the scene is, as a ratio: 2 is twice as far as needed, below 1 it is broken.
+    /// How far inside the bound the scene is, as a ratio: 2 is twice as far as needed, below 1 it
+    /// is broken.
     pub margin: f64,
-    /// The value that would mend a broken bound, where one parameter can.
-    pub mending: Option<Mending>,
+    /// The value that would fix a broken bound, where one parameter can.
+    pub fix: Option<Fix>,
 }
 
 impl fmt::Display for Finding {
@@ -172,7 +183,7 @@ impl fmt::Display for Finding {
             Rounded(self.bound),
             self.unit
         )?;
-        if let Some(Mending { parameter, value }) = self.mending {
+        if let Some(Fix { parameter, value }) = self.fix {
             let info = parameter.info();
             write!(f, "; {} = {} {} would mend it", info.name, Rounded(value), info.unit)?;
         }
@@ -196,13 +207,13 @@ impl fmt::Display for Rounded {
     }
 }
 
-/// What a check is about, and what would mend it where one parameter can.
+/// Subject of a check, and the value that would fix it where one parameter can.
 #[derive(Clone, Copy)]
 struct About {
     check: Check,
     parameter: Parameter,
     unit: &'static str,
-    mended_by: Option<f64>,
+    fixed_by: Option<f64>,
 }
 
 /// A bound that a value must not exceed.
@@ -220,7 +231,7 @@ fn finding(about: About, value: f64, bound: f64, passes: bool, margin: f64) -> F
         check,
         parameter,
         unit,
-        mended_by,
+        fixed_by,
     } = about;
     Finding {
         check,
@@ -231,11 +242,12 @@ fn finding(about: About, value: f64, bound: f64, passes: bool, margin: f64) -> F
         unit,
         // Nothing against nothing is neither kept well nor badly.
         margin: if margin.is_nan() { 1.0 } else { margin },
-        mending: mended_by.filter(|_| !passes).map(|value| Mending { parameter, value }),
+        fix: fixed_by.filter(|_| !passes).map(|value| Fix { parameter, value }),
     }
 }
 
-/// Holds a valid scene against every bound that concerns it. Pure: the same scene on the same rig gives the same advice.
+/// Holds a valid scene against every bound that concerns it. Pure: the same scene on the same rig
+/// gives the same advice.
 #[must_use]
 pub fn advise(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
     let mut findings = Vec::with_capacity(8);
@@ -243,23 +255,33 @@ pub fn advise(scene: &Scene, scheme: Scheme, rig: &RigFacts) -> Vec<Finding> {
         literal_scheme(scene, rig.period_s / f64::from(substeps.get()), &mut findings);
     }
     hand_in_the_loop(scene, rig, &mut findings);
-    if let Friction::Lugre(law) = &scene.friction {
-        for direction in Direction::BOTH {
-            let (held, sliding) = (law.static_force.get(direction), law.dynamic_force.get(direction));
-            let bound = law.contact_damping * (held / sliding - 1.0);
-            let about = About {
-                check: Check::FrictionPassivity,
-                parameter: Parameter::Viscous,
-                unit: "N s/m",
-                mended_by: bound.is_finite().then_some(bound),
-            };
-            findings.push(at_least(about, law.viscous.get(direction), bound.max(0.0)));
-            if law.static_force.is_symmetric() && law.dynamic_force.is_symmetric() && law.viscous.is_symmetric() {
-                break;
-            }
-        }
-    }
+    friction_passivity(scene, &mut findings);
     findings
+}
+
+fn friction_passivity(scene: &Scene, findings: &mut Vec<Finding>) {
+    let forces = [Parameter::StaticForce, Parameter::DynamicForce, Parameter::Viscous];
+    let symmetric = forces
+        .iter()
+        .all(|force| scene.value(*force).is_none_or(Directional::is_symmetric));
+    let drag = scene.value(Parameter::Viscous).unwrap_or_default();
+    let directions = if symmetric {
+        &Direction::BOTH[..1]
+    } else {
+        &Direction::BOTH
+    };
+    for &direction in directions {
+        let Some(bound) = scene.friction.as_law().passive_from(direction) else {
+            return;
+        };
+        let about = About {
+            check: Check::FrictionPassivity,
+            parameter: Parameter::Viscous,
+            unit: "N s/m",
+            fixed_by: bound.is_finite().then_some(bound),
+        };
+        findings.push(at_least(about, drag.get(direction), bound.max(0.0)));
+    }
 }
 
 fn literal_scheme(scene: &Scene, t: f64, findings: &mut Vec<Finding>) {
@@ -274,18 +296,18 @@ fn literal_scheme(scene: &Scene, t: f64, findings: &mut Vec<Finding>) {
         check,
         parameter: Parameter::Mass,
         unit,
-        mended_by: Some(mass),
+        fixed_by: Some(mass),
     };
     findings.push(at_least(
         heavier(Check::LeastMass, "kg", least_mass),
         block.mass,
         least_mass,
     ));
-    let Friction::Karnopp(law) = &scene.friction else {
+    let Some(rigid) = scene.friction.as_law().rigid_friction() else {
         // A contact that gives way comes to rest.
         return;
     };
-    let dynamic_force = law.dynamic_force.greatest();
+    let dynamic_force = rigid.greatest();
     let room = 4.0 * (block.mass - least_mass);
     let amplitude = if room > 0.0 {
         2.0 * dynamic_force * t / room
@@ -326,7 +348,7 @@ fn hand_in_the_loop(scene: &Scene, rig: &RigFacts, findings: &mut Vec<Finding>) 
         check,
         parameter: if stiffness > 0.0 { parameter } else { Parameter::Viscous },
         unit,
-        mended_by: (to > 0.0 && stiffness > 0.0).then_some(to),
+        fixed_by: (to > 0.0 && stiffness > 0.0).then_some(to),
     };
     findings.push(at_least(
         softer(Check::Passivity, "N s/m", 2.0 * (rig.damping - damping) / t),
@@ -377,7 +399,8 @@ mod tests {
         assert!(find(&findings, Check::LeastMass).passes);
         // V (K T/2 + B) = 4.0921 mm/s x 22.5 N s/m.
         assert!((find(&findings, Check::Ripple).value - 0.092_07).abs() < 1e-5);
-        // 2 (0 + 10) / 1 ms: the paper's stiffness is beyond it on a rig without damping, and further with a tick of delay.
+        // 2 (0 + 10) / 1 ms: the paper's stiffness is beyond it on a rig without damping, and
+        // further with a tick of delay.
         let linear = find(&findings, Check::LinearStability);
         assert_eq!((linear.passes, linear.bound), (false, 20_000.0));
         let late = RigFacts { delay_s: 1e-3, ..RIG };
@@ -427,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn advice_names_the_values_and_the_mending() {
+    fn advice_names_the_values_and_the_fix() {
         let message = find(&advise(&Scene::paper(), Scheme::Exact, &RIG), Check::LinearStability).to_string();
         for part in ["25000 N/m", "20000 N/m", "stiffness = 20000 N/m would mend it"] {
             assert!(message.contains(part), "{message} lacks {part}");
@@ -447,7 +470,7 @@ mod tests {
             let scheme = Scheme::Literal { substeps: core::num::NonZeroU32::new(substeps).expect("not zero") };
             for finding in advise(&scene, scheme, &rig) {
                 prop_assert_eq!(finding.passes, finding.margin >= 1.0, "{:?}", finding);
-                if let Some(Mending { parameter, value }) = finding.mending {
+                if let Some(Fix { parameter, value }) = finding.fix {
                     // A hair beyond, for rounding.
                     let value = if parameter == Parameter::Mass { value * (1.0 + 1e-9) } else { value * (1.0 - 1e-9) };
                     if let Ok(mended) = scene.with(&[(parameter.into(), value)]) {

@@ -1,8 +1,9 @@
 //! The physics of hapticd: a block that slides on a surface, felt through a virtual coupling.
 //!
 //! The model is the one of Richard and Cutkosky's friction rendering: the measured device position
-//! `p` and velocity `v` drag a block of mass `M` through a spring `K` and a damper `B`, and the block
-//! rubs on a surface under Karnopp's friction law (Karnopp 1985). The hand feels the coupling.
+//! `p` and velocity `v` drag a block of mass `M` through a spring `K` and a damper `B`, and the
+//! block rubs on a surface under Karnopp's friction law (Karnopp 1985). The hand feels the
+//! coupling.
 //!
 //! ```text
 //!            K (p - x) + B (v - w) = F
@@ -11,32 +12,39 @@
 //!                          surface: stuck while -Fs- <= F <= Fs+, else Fd and b w against the motion
 //! ```
 //!
-//! * [`scene`] says what the user asked for; [`parameters`] is the one table of names, symbols, units
-//!   and ranges behind the wire, the command line and the panel.
-//! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others, each behind a block or on the device itself.
-//! * [`Renderer`] is what a scene compiles to: one [`tick`](Renderer::tick) per measurement, by the
+//! * [`scene`] is the user's description; [`parameters`] is the one table of names, symbols,
+//!   units and ranges behind the wire, the command line and the panel.
+//! * [`friction`] has the laws: Karnopp's, which the block above slides under, and seven others,
+//!   each behind a block or on the device itself.
+//! * A scene compiles to a [`Renderer`]: one [`tick`](Renderer::tick) per measurement, by the
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
-//! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions against what a hand can do, before anything is made of them.
-//! * [`pulse`] is what is rendered in the place of a scene while a rig is commissioned.
-//! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before the motor,
-//!   and [`passivity`] watches the energy that sampling makes.
+//! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions
+//!   against what a hand can do, before anything is made of them.
+//! * [`pulse`] takes the place of a scene while a rig is commissioned.
+//! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before
+//!   the motor, and [`passivity`] watches the energy that sampling makes.
 //!
 //! # Units and signs
 //! SI units throughout. Positive position, velocity and force point the same way along the device
 //! axis. The coupling force `F` drives the block; the force on the hand is `-F`.
 //!
-//! Nothing here does I/O, reads a clock, or allocates once a [`Renderer`] is built. Without the default
-//! feature `std` the crate needs only `core`, `alloc` and `libm`.
-#![cfg_attr(not(feature = "std"), no_std)]
+//! Nothing here does I/O, reads a clock, or allocates once a [`Renderer`] is built. The crate needs
+//! only `core`, `alloc` and `libm`, and gives the same forces to the last bit in every build and on
+//! every machine.
+#![no_std]
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 extern crate alloc;
+#[cfg(test)]
+extern crate std;
 
 pub mod adviser;
-mod another_law;
 pub mod block;
-mod device;
+mod contact;
+mod direction;
+mod directional;
+mod flush;
 pub mod friction;
 pub mod limiter;
 mod math;
@@ -44,17 +52,18 @@ pub mod parameters;
 pub mod passivity;
 pub mod position_guard;
 pub mod pulse;
+mod render;
 mod renderer;
 pub mod sample;
 pub mod sample_clock;
 pub mod scene;
 mod scheme;
 pub mod servo;
-mod toward;
 pub mod velocity;
 
-pub use friction::Directional;
-pub use parameters::{Direction, Parameter, ParameterKey};
+pub use direction::Direction;
+pub use directional::Directional;
+pub use parameters::{Parameter, ParameterKey};
 pub use pulse::{PulseError, PulseShape};
 pub use renderer::{FARTHEST_RESEAT_M, Renderer};
 pub use scene::{Scene, SceneError};

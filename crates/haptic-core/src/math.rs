@@ -1,59 +1,10 @@
-//! Elementary functions, from `std` where it is there and from `libm` where it is not.
+//! Elementary functions, from `libm` alone.
+//!
+//! The platform's own differ from one C library and one processor to the next in their last digit,
+//! and a friction law carries that digit on. These give the same result in every build on every
+//! machine; so a recorded run can be computed again, to the last bit. The crate is `no_std`, where
+//! the platform's are out of reach. Nothing here may fuse a multiplication with an addition.
 
-#[cfg(feature = "std")]
-mod imp {
-    pub(crate) fn sqrt(x: f64) -> f64 {
-        x.sqrt()
-    }
-    pub(crate) fn exp(x: f64) -> f64 {
-        x.exp()
-    }
-    pub(crate) fn exp_m1(x: f64) -> f64 {
-        x.exp_m1()
-    }
-    pub(crate) fn ln_1p(x: f64) -> f64 {
-        x.ln_1p()
-    }
-    pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
-        x.sin_cos()
-    }
-    pub(crate) fn atan2(y: f64, x: f64) -> f64 {
-        y.atan2(x)
-    }
-    pub(crate) fn powf(x: f64, y: f64) -> f64 {
-        x.powf(y)
-    }
-    pub(crate) fn copysign(x: f64, y: f64) -> f64 {
-        x.copysign(y)
-    }
-}
-
-#[cfg(not(feature = "std"))]
-mod imp {
-    pub(crate) fn sqrt(x: f64) -> f64 {
-        libm::sqrt(x)
-    }
-    pub(crate) fn exp(x: f64) -> f64 {
-        libm::exp(x)
-    }
-    pub(crate) fn exp_m1(x: f64) -> f64 {
-        libm::expm1(x)
-    }
-    pub(crate) fn ln_1p(x: f64) -> f64 {
-        libm::log1p(x)
-    }
-    pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
-        libm::sincos(x)
-    }
-    pub(crate) fn atan2(y: f64, x: f64) -> f64 {
-        libm::atan2(y, x)
-    }
-    pub(crate) fn powf(x: f64, y: f64) -> f64 {
-        libm::pow(x, y)
-    }
-    pub(crate) fn copysign(x: f64, y: f64) -> f64 {
-        libm::copysign(x, y)
-    }
-}
-
-pub(crate) use imp::{atan2, copysign, exp, exp_m1, ln_1p, powf, sin_cos, sqrt};
+pub(crate) use libm::{
+    atan2, copysign, cos, exp, expm1 as exp_m1, log1p as ln_1p, pow as powf, sincos as sin_cos, sqrt,
+};

@@ -4,7 +4,7 @@
 //! interrupted, or gone the wrong way. The limits of the rig hold behind it as behind every scene.
 
 use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
-use crate::parameters::Direction;
+use crate::direction::Direction;
 use core::fmt;
 
 /// Longest pulse with its edges, s.

@@ -1,116 +1,18 @@
-//! What a scene compiles to: its own parts and no others, behind one interface.
+//! The compiled form of a scene: its own parts and no others, behind one interface.
 
-use crate::block::exact::ExactBlock;
-use crate::block::linear::LinearBlock;
-use crate::block::literal::{LiteralBlock, Rigid, SteppedLaw, Yielding};
-use crate::block::slide::{Each, Same};
-use crate::block::yielding::YieldingBlock;
-use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
-use crate::device::{ViscousSurface, YieldingSurface};
-use crate::friction::contact::YieldingContact;
-use crate::friction::level::Level;
-use crate::friction::static_limit::{AtOnce, Rising, StaticLimit};
-use crate::friction::{Friction, Karnopp, Viscous};
+use crate::block::{BlockState, Coupling, EventSink, Rendered};
+use crate::contact::Contact;
 use crate::math::sqrt;
+use crate::parameters::SceneError;
 use crate::pulse::{Pulse, PulseError, PulseShape};
-use crate::scene::{Coupling, Scene, SceneError};
+use crate::render::{BehindBlock, Surface};
+use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::boxed::Box;
-use core::fmt::Debug;
 
-/// How far from the hand a block is put at most when its coupling changes, m: farther, a soft coupling would pull steadily wherever the hand went.
+/// Greatest distance from the hand at which a block is re-seated when its coupling changes, m:
+/// farther, a soft coupling would pull steadily wherever the hand went.
 pub const FARTHEST_RESEAT_M: f64 = 0.02;
-
-/// A compiled scene, whichever it is.
-trait Surface: Debug + Send + Sync {
-    fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered;
-    fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered;
-    fn state(&self) -> BlockState;
-    fn set_state(&mut self, state: BlockState);
-    fn at_rest(&self) -> Contact;
-    fn felt(&self) -> f64;
-    fn friction(&self) -> f64;
-    fn seat(&mut self, force: f64);
-    fn boxed(&self) -> Box<dyn Surface>;
-}
-
-impl<M: Moving> Surface for M {
-    fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
-        self.advance(elapsed_s, position, velocity, &mut ())
-    }
-
-    fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered {
-        self.advance(elapsed_s, position, velocity, sink)
-    }
-
-    fn state(&self) -> BlockState {
-        Moving::state(self)
-    }
-
-    fn set_state(&mut self, state: BlockState) {
-        Moving::set_state(self, state);
-    }
-
-    fn at_rest(&self) -> Contact {
-        Moving::at_rest(self)
-    }
-
-    fn felt(&self) -> f64 {
-        Moving::felt(self)
-    }
-
-    fn friction(&self) -> f64 {
-        Moving::friction(self)
-    }
-
-    fn seat(&mut self, force: f64) {
-        Moving::seat(self, force);
-    }
-
-    fn boxed(&self) -> Box<dyn Surface> {
-        Box::new(self.clone())
-    }
-}
-
-/// Takes its steps implicitly.
-#[derive(Clone, Copy, Debug)]
-struct Implicit<M>(M);
-
-impl<M: Moving> Moving for Implicit<M> {
-    fn advance(
-        &mut self,
-        elapsed_s: f64,
-        position: f64,
-        velocity: f64,
-        sink: &mut (impl EventSink + ?Sized),
-    ) -> Rendered {
-        self.0.advance_implicitly(elapsed_s, position, velocity, sink)
-    }
-
-    fn state(&self) -> BlockState {
-        self.0.state()
-    }
-
-    fn set_state(&mut self, state: BlockState) {
-        self.0.set_state(state);
-    }
-
-    fn at_rest(&self) -> Contact {
-        self.0.at_rest()
-    }
-
-    fn felt(&self) -> f64 {
-        self.0.felt()
-    }
-
-    fn friction(&self) -> f64 {
-        self.0.friction()
-    }
-
-    fn seat(&mut self, force: f64) {
-        self.0.seat(force);
-    }
-}
 
 /// A scene, ready to be rendered.
 #[derive(Debug)]
@@ -130,11 +32,11 @@ impl Clone for Renderer {
 }
 
 impl Renderer {
-    /// Compiles a scene for ticks of about `period_s` seconds. The block starts at rest at the origin; see
-    /// [`start_at`](Self::start_at).
+    /// Compiles a scene for ticks of about `period_s` seconds. The block starts at rest at the
+    /// origin; see [`start_at`](Self::start_at).
     ///
     /// # Errors
-    /// What [`Scene::validate`] and [`Scene::validate_rate`] refuse.
+    /// Those of [`Scene::validate`] and [`Scene::validate_rate`].
     pub fn new(scene: &Scene, scheme: Scheme, period_s: f64) -> Result<Self, SceneError> {
         scene.validate()?;
         scene.validate_rate(period_s)?;
@@ -143,20 +45,18 @@ impl Renderer {
             _ => None,
         };
         let surface = match held {
-            None => on_device(&scene.friction),
-            Some((mass, coupling)) => BehindBlock {
-                mass,
-                coupling,
-                scheme,
-                friction: &scene.friction,
-            }
-            .compile(),
+            None => scene.friction.as_law().on_device(),
+            Some((mass, coupling)) => scene
+                .friction
+                .as_law()
+                .behind_block(&BehindBlock { mass, coupling, scheme }),
         };
         Ok(Self { surface, held })
     }
 
-    /// A single pulse of force instead of a scene, for ticks of about `period_s` seconds. It begins with the tick after it has [taken over](Self::take_over), and at no
-    /// other time: set to another state before its end, it gives no force any more.
+    /// A single pulse of force instead of a scene, for ticks of about `period_s` seconds. It begins
+    /// with the tick after it has [taken over](Self::take_over), and at no other time: set to
+    /// another state before its end, it gives no force any more.
     ///
     /// # Errors
     /// The pulse is not bounded as it must be.
@@ -200,7 +100,8 @@ impl Renderer {
         size_of_val(&*self.surface)
     }
 
-    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity` (m/s).
+    /// Moves on by `elapsed_s` seconds, in which the device went to `position` (m) and `velocity`
+    /// (m/s).
     pub fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
         self.surface.tick(elapsed_s, position, velocity)
     }
@@ -216,11 +117,15 @@ impl Renderer {
         self.surface.tick_with_events(elapsed_s, position, velocity, sink)
     }
 
-    /// Takes over the motion of the renderer that this one replaces, so that the hand feels no jerk.
+    /// Takes over the motion of the renderer that this one replaces, so that the hand feels no
+    /// jerk.
     ///
-    /// The block keeps its position, velocity and contact, but for what a stiffer grip would make a kick of. Where the coupling itself changed, the block is re-seated so
-    /// that the force in the coupling, which is what the hand feels, stays as it was. A contact that gives way is deflected so that its friction stays as it was. What the new
-    /// scene cannot hold, as a coupling too soft for the force within [`FARTHEST_RESEAT_M`], is a step of force, whose value is returned, N (the old force less the new).
+    /// The block keeps its position, velocity and contact, but for what a stiffer grip would make a
+    /// kick of. Where the coupling itself changed, the block is re-seated so that the force in the
+    /// coupling, which is what the hand feels, stays as it was. A contact that gives way is
+    /// deflected so that its friction stays as it was. What the new scene cannot hold, as a
+    /// coupling too soft for the force within [`FARTHEST_RESEAT_M`], is a step of force, whose
+    /// value is returned, N (the old force less the new).
     pub fn take_over(&mut self, old: &Self) -> f64 {
         let state = old.state();
         match (self.held, old.held) {
@@ -239,8 +144,9 @@ impl Renderer {
         let mut state = old;
         let ((mass, now), (old_mass, was)) = (now, was);
         let mut step = 0.0;
-        // In a stiffer grip, or with more mass, the same motion against the hand would swing to a larger force, |v - w| sqrt(K M): it is slowed to
-        // what it would have come to. A stuck block does not move, and is pulled as the new grip pulls.
+        // In a stiffer grip, or with more mass, the same motion against the hand would swing to a
+        // larger force, |v - w| sqrt(K M): it is slowed to what it would have come to. A stuck
+        // block does not move, and is pulled as the new grip pulls.
         let swing = (was.stiffness * old_mass) / (now.stiffness * mass);
         if matches!(state.contact, Contact::Sliding(_)) && swing < 1.0 {
             state.velocity = state.device_velocity + (state.velocity - state.device_velocity) * sqrt(swing);
@@ -255,7 +161,8 @@ impl Renderer {
         step
     }
 
-    /// A block comes in where there was none: at rest on a surface that stuck, and moving with the hand on one that slid.
+    /// A block comes in where there was none: at rest on a surface that stuck, and moving with the
+    /// hand on one that slid.
     fn take_up_block(&mut self, old: BlockState, force: f64, (_, now): (f64, Coupling)) -> f64 {
         let mut state = BlockState {
             velocity: match old.contact {
@@ -273,7 +180,8 @@ impl Renderer {
     }
 }
 
-/// Where a block is put so that its coupling gives `force`, of which `damped` comes from the damper, and the force that is missing then.
+/// Where a block is put so that its coupling gives `force`, of which `damped` comes from the
+/// damper, and the force that is missing then.
 fn seat_block(state: &BlockState, now: Coupling, force: f64, damped: f64) -> (f64, f64) {
     let deflection = if now.stiffness > 0.0 {
         ((force - damped) / now.stiffness).clamp(-FARTHEST_RESEAT_M, FARTHEST_RESEAT_M)
@@ -287,116 +195,4 @@ fn seat_block(state: &BlockState, now: Coupling, force: f64, damped: f64) -> (f6
         force - damped - now.stiffness * deflection
     };
     (state.device_position - deflection, step)
-}
-
-/// Friction on the device itself.
-fn on_device(friction: &Friction) -> Box<dyn Surface> {
-    fn surface(contact: impl YieldingContact) -> Box<dyn Surface> {
-        Box::new(YieldingSurface::new(contact))
-    }
-    match friction {
-        Friction::Viscous(law) => Box::new(ViscousSurface::new(law.viscous)),
-        Friction::Karnopp(law) => match (law.curve(), law.rises()) {
-            (None, false) => surface(law.contact(law.dynamic_force, AtOnce)),
-            (None, true) => surface(law.contact(law.dynamic_force, Rising::new(law.rising_rate))),
-            (Some(curve), false) => surface(law.contact(curve, AtOnce)),
-            (Some(curve), true) => surface(law.contact(curve, Rising::new(law.rising_rate))),
-        },
-        Friction::Dahl(law) => surface(law.contact()),
-        Friction::HaywardArmstrong(law) => surface(law.contact()),
-        Friction::ResetIntegrator(law) => surface(law.contact()),
-        Friction::Lugre(law) => match law.curve() {
-            None => surface(law.contact(law.dynamic_force)),
-            Some(curve) => surface(law.contact(curve)),
-        },
-        Friction::ElastoPlastic(law) => match law.curve() {
-            None => surface(law.contact(law.dynamic_force)),
-            Some(curve) => surface(law.contact(curve)),
-        },
-        Friction::SalcudeanVlaar(law) => surface(law.contact()),
-    }
-}
-
-/// A scene with a block.
-struct BehindBlock<'a> {
-    mass: f64,
-    coupling: Coupling,
-    scheme: Scheme,
-    friction: &'a Friction,
-}
-
-impl BehindBlock<'_> {
-    fn compile(&self) -> Box<dyn Surface> {
-        match self.friction {
-            Friction::Viscous(law) => self.viscous(law),
-            Friction::Karnopp(law) => match (law.curve(), law.rises()) {
-                (None, false) => self.karnopp(law, law.dynamic_force, AtOnce),
-                (None, true) => self.karnopp(law, law.dynamic_force, Rising::new(law.rising_rate)),
-                (Some(curve), false) => self.karnopp(law, curve, AtOnce),
-                (Some(curve), true) => self.karnopp(law, curve, Rising::new(law.rising_rate)),
-            },
-            Friction::Dahl(law) => self.yielding(law.contact()),
-            Friction::HaywardArmstrong(law) => self.yielding(law.contact()),
-            Friction::ResetIntegrator(law) => self.yielding(law.contact()),
-            Friction::Lugre(law) => match law.curve() {
-                None => self.yielding(law.contact(law.dynamic_force)),
-                Some(curve) => self.yielding(law.contact(curve)),
-            },
-            Friction::ElastoPlastic(law) => match law.curve() {
-                None => self.yielding(law.contact(law.dynamic_force)),
-                Some(curve) => self.yielding(law.contact(curve)),
-            },
-            Friction::SalcudeanVlaar(law) => self.yielding(law.contact()),
-        }
-    }
-
-    /// By the scheme's own way, or the literal one.
-    fn by_scheme(&self, block: impl Moving, literal: impl SteppedLaw) -> Box<dyn Surface> {
-        match self.scheme {
-            Scheme::Exact => Box::new(block),
-            Scheme::Implicit => Box::new(Implicit(block)),
-            Scheme::Literal { substeps } => Box::new(LiteralBlock::new(self.mass, self.coupling, literal, substeps)),
-        }
-    }
-
-    fn viscous(&self, law: &Viscous) -> Box<dyn Surface> {
-        let drag = Karnopp {
-            viscous: law.viscous,
-            ..Karnopp::new(0.0, 0.0)
-        };
-        if law.viscous.is_symmetric() {
-            let block = LinearBlock::new(self.mass, self.coupling, law.viscous.positive);
-            self.by_scheme(block, Rigid::new(&drag, drag.dynamic_force, AtOnce))
-        } else {
-            self.karnopp(&drag, drag.dynamic_force, AtOnce)
-        }
-    }
-
-    fn karnopp<R: StaticLimit>(&self, law: &Karnopp, level: impl Level, limit: R) -> Box<dyn Surface> {
-        let literal = Rigid::new(law, level, limit);
-        let symmetric =
-            law.static_force.is_symmetric() && law.dynamic_force.is_symmetric() && law.viscous.is_symmetric();
-        let (mass, coupling) = (self.mass, &self.coupling);
-        if law.curve().is_some() {
-            let slides = Each::stribeck(mass, coupling, law);
-            self.by_scheme(ExactBlock::new(mass, *coupling, law, slides, limit), literal)
-        } else if symmetric {
-            let slides = Same::linear(mass, coupling, law);
-            self.by_scheme(ExactBlock::new(mass, *coupling, law, slides, limit), literal)
-        } else {
-            let slides = Each::linear(mass, coupling, law);
-            self.by_scheme(ExactBlock::new(mass, *coupling, law, slides, limit), literal)
-        }
-    }
-
-    fn yielding(&self, contact: impl YieldingContact) -> Box<dyn Surface> {
-        let block = YieldingBlock::new(
-            self.mass,
-            self.coupling,
-            contact.clone(),
-            self.friction.contact_stiffness(false),
-            self.friction.holding_force().greatest(),
-        );
-        self.by_scheme(block, Yielding(contact))
-    }
 }

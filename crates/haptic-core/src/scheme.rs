@@ -17,7 +17,8 @@ pub enum Scheme {
         /// Steps a tick; the paper has one.
         substeps: NonZeroU32,
     },
-    /// One backward-Euler step a tick, as time-stepping engines have it (Moreau 1988): for comparison.
+    /// One backward-Euler step a tick, as time-stepping engines have it (Moreau 1988): for
+    /// comparison.
     Implicit,
 }
 

@@ -42,7 +42,7 @@ impl From<adviser::Finding> for Advice {
     fn from(finding: adviser::Finding) -> Self {
         // JSON has no infinity.
         let number = |value: f64| value.is_finite().then_some(value);
-        let concerned = finding.mending.map_or(finding.parameter, |mending| mending.parameter);
+        let concerned = finding.fix.map_or(finding.parameter, |fix| fix.parameter);
         Self {
             param: concerned.info().name.to_owned(),
             message: finding.to_string(),
@@ -53,7 +53,7 @@ impl From<adviser::Finding> for Advice {
                 bound: number(finding.bound),
                 unit: finding.unit.to_owned(),
                 margin: number(finding.margin),
-                mending: finding.mending.map(|mending| mending.value),
+                mending: finding.fix.map(|fix| fix.value),
             }),
         }
     }

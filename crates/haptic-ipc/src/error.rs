@@ -214,6 +214,7 @@ impl From<SceneError> for WireError {
                 static_force,
                 dynamic_force,
                 max,
+                ..
             } => Self::new(ErrorCode::LawForbids, message)
                 .about(param.to_string())
                 .within(static_force, dynamic_force, max, param.parameter.info().unit),

@@ -1,4 +1,5 @@
-//! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to the last bit.
+//! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to
+//! the last bit.
 
 use crate::motion::{DeviceSample, usual_period_s};
 use haptic_core::block::{BlockState, Contact, EventSink};
@@ -41,7 +42,7 @@ pub struct ContactChange {
     pub to: Contact,
 }
 
-/// What a run gave.
+/// Result of a run.
 #[derive(Clone, Debug)]
 pub struct Simulation {
     /// One row for each sample.
@@ -146,7 +147,7 @@ fn median(values: &mut [f64]) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// What a tick costs on this machine.
+/// Cost of a tick on this machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// Median over batches of ticks, ns.

@@ -1,9 +1,10 @@
 //! When a slide falls to the velocity at which it ends.
 //!
-//! The velocity's extrema are closed-form; between them it is monotone, so the first one at or below the level brackets the fall, and a safeguarded
-//! Newton iteration finds it.
+//! The velocity's extrema are closed-form; between them it is monotone, so the first one at or
+//! below the level brackets the fall, and a safeguarded Newton iteration finds it.
 
-use super::oscillator::{Motion, Oscillator, Response};
+use super::oscillator::{Motion, Oscillator};
+use super::response::Response;
 
 /// How a slide ends, or that it does not.
 pub(super) enum SlideEnd {
@@ -22,8 +23,15 @@ pub(crate) struct FallLevel {
     pub(super) threshold: f64,
 }
 
-/// Whether it is sure, without a search, that a forward slide does not fall to its re-stick level in a time whose response is `r`: displacement and speed
-/// at its end are then returned.
+impl FallLevel {
+    /// m/s.
+    pub(super) fn speed(self) -> f64 {
+        if self.armed { self.threshold } else { 0.0 }
+    }
+}
+
+/// Whether it is sure, without a search, that a forward slide does not fall to its re-stick level
+/// in a time whose response is `r`: displacement and speed at its end are then returned.
 pub(super) fn passes(
     oscillator: &Oscillator,
     motion: &Motion,
@@ -36,7 +44,7 @@ pub(super) fn passes(
     let (a0, beta) = oscillator.acceleration(motion);
     let a = a0 * r.dh + beta * r.h;
     let dips = a0 < 0.0 && a > 0.0;
-    let falls_at = if armed { threshold } else { 0.0 };
+    let falls_at = level.speed();
     // A peak inside could arm the slide and be fallen from.
     let may_arm_unseen = threshold > 0.0 && !armed && a0 > 0.0 && a < 0.0;
     // At exactly zero velocity and acceleration the direction is for the full search to decide.
@@ -48,8 +56,8 @@ pub(super) fn passes(
     sure.then_some((y, w))
 }
 
-/// The first time in `(0, remaining]` at which a forward slide falls to its re-stick level, and the number of
-/// velocity extrema looked at to find it.
+/// The first time in `(0, remaining]` at which a forward slide falls to its re-stick level, and the
+/// number of velocity extrema looked at to find it.
 pub(super) fn first_fall(
     oscillator: &Oscillator,
     motion: &Motion,
@@ -96,7 +104,8 @@ pub(super) fn first_fall(
 fn find_fall(oscillator: &Oscillator, motion: &Motion, level: f64, from: f64, to: f64, scale: f64) -> f64 {
     let (mut above, mut below) = (from, to);
     let mut at = 0.5 * (from + to);
-    // Newton from the middle; each step that leaves the bracket is replaced by a bisection, so that 64 always suffice.
+    // Newton from the middle; each step that leaves the bracket is replaced by a bisection, so that
+    // 64 always suffice.
     for _ in 0..64 {
         let (w, a) = oscillator.velocity(motion, at);
         if w > level {

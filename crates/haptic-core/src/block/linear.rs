@@ -1,11 +1,14 @@
-//! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly, without an event to look for.
+//! A block that nothing holds: drag alone, the same either way. One oscillator, solved exactly,
+//! without an event to look for.
 
+use super::body::Coupling;
 use super::load::Load;
+use super::moving::{EventSink, Moving, Rendered};
 use super::oscillator::{Motion, Oscillator};
-use super::slide::Propagator;
-use super::{BlockState, Contact, EventSink, Moving, Rendered};
-use crate::parameters::Direction;
-use crate::scene::Coupling;
+use super::propagator::Propagator;
+use super::state::BlockState;
+use crate::contact::Contact;
+use crate::direction::Direction;
 
 /// The block of a viscous scene.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +45,9 @@ impl LinearBlock {
         motion: Option<&Motion>,
         sink: &mut (impl EventSink + ?Sized),
     ) -> Rendered {
+        self.state = self.state.flushed();
         (self.state.device_position, self.state.device_velocity) = sample;
-        if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
+        if !self.state.is_finite() {
             self.set_state(BlockState::new(sample.0, 0.0, sample.0, sample.1));
         }
         let from = self.state.contact;
@@ -63,7 +67,7 @@ impl LinearBlock {
         }
     }
 
-    /// When the velocity passed zero, by halving: only asked for by somebody who listens.
+    /// When the velocity passed zero, by halving; only a listener asks for it.
     fn turning_time(&self, motion: &Motion, elapsed_s: f64) -> f64 {
         let (mut before, mut after) = (0.0, elapsed_s);
         let ends = Direction::of(self.state.velocity);

@@ -1,22 +1,22 @@
-//! The paper's own tick: one semi-implicit Euler step of Karnopp's model, kept as the baseline, and the same step for the other laws. With more than one step a tick
-//! the device is taken linear between its samples.
+//! The paper's own tick: one semi-implicit Euler step of Karnopp's model, kept as the baseline, and
+//! the same step for the other laws. With more than one step a tick the device is taken linear
+//! between its samples.
 //!
 //! ```text
 //! stuck while |w| < DV and -Fs- <= F <= Fs+:  w = 0
 //! otherwise:  w += T (F - friction)/M;  x += T w
 //! ```
 //!
-//! It is what the slides print, and what most rigs run. It has a limit cycle of velocity amplitude
-//! `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, diverges below `M = K T^2/4 + (B + b) T/2`, and creates energy in
-//! friction; the [exact](super::exact) scheme has none of these.
+//! The slides print it, and most rigs run it. It has a limit cycle of velocity amplitude
+//! `V = 2 Fd T / (4 M - K T^2 - 2 (B + b) T)`, diverges below `M = K T^2/4 + (B + b) T/2`, and
+//! creates energy in friction; the [exact](super::exact) scheme has none of these.
 
-use super::{BlockState, Contact, EventSink, Moving, Rendered};
-use crate::friction::contact::{Stroke, YieldingContact};
-use crate::friction::level::Level;
-use crate::friction::static_limit::StaticLimit;
-use crate::friction::{Directional, Karnopp};
-use crate::parameters::Direction;
-use crate::scene::Coupling;
+use super::body::Coupling;
+use super::moving::{EventSink, Moving, Rendered};
+use super::state::BlockState;
+use crate::contact::{Contact, Level, StaticLimit, Stroke, YieldingContact};
+use crate::direction::Direction;
+use crate::directional::Directional;
 use core::fmt::Debug;
 use core::num::NonZeroU32;
 
@@ -32,7 +32,8 @@ pub(crate) struct LiteralBlock<L> {
 
 /// Friction as one Euler step sees it.
 pub(crate) trait SteppedLaw: Clone + Debug + Send + Sync + 'static {
-    /// The velocity from which the step sets off; `None` where the block is held still. `pull` is the coupling force on a block at rest.
+    /// The velocity from which the step sets off; `None` where the block is held still. `pull` is
+    /// the coupling force on a block at rest.
     fn set_off(&mut self, velocity: f64, pull: f64, step_s: f64) -> Option<f64>;
     /// Friction in motion, N, signed; from rest in the direction of `pull`.
     fn friction(&self, velocity: f64, pull: f64) -> f64;
@@ -62,13 +63,21 @@ pub(crate) struct Rigid<L, R> {
 }
 
 impl<L: Level, R: StaticLimit> Rigid<L, R> {
-    pub(crate) fn new(law: &Karnopp, level: L, static_limit: R) -> Self {
+    /// `static_force` is the static limit after a long rest, N; `viscous` is `b`, N s/m;
+    /// `velocity_threshold` is `DV`, m/s.
+    pub(crate) fn new(
+        static_force: Directional,
+        static_limit: R,
+        level: L,
+        viscous: Directional,
+        velocity_threshold: f64,
+    ) -> Self {
         Self {
-            static_force: law.breakaway_force(),
+            static_force,
             static_limit,
             level,
-            viscous: law.viscous,
-            velocity_threshold: law.velocity_threshold,
+            viscous,
+            velocity_threshold,
             stuck: true,
         }
     }
@@ -234,7 +243,8 @@ impl<L: SteppedLaw> LiteralBlock<L> {
 }
 
 impl<L: SteppedLaw> Moving for LiteralBlock<L> {
-    /// Takes the Euler steps over the `elapsed_s` seconds that ended with the device at `position` and `velocity`.
+    /// Takes the Euler steps over the `elapsed_s` seconds that ended with the device at `position`
+    /// and `velocity`.
     fn advance(
         &mut self,
         elapsed_s: f64,
@@ -248,7 +258,8 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
             let count = f64::from(self.substeps.get());
             let step_s = elapsed_s / count;
             for k in 0..self.substeps.get() {
-                // Euler's step looks forward from its start, so it knows the device as it was there.
+                // Euler's step looks forward from its start, so it knows the device as it was
+                // there.
                 let share = f64::from(k) / count;
                 self.state.device_position = from.device_position + share * (position - from.device_position);
                 self.state.device_velocity = from.device_velocity + share * (velocity - from.device_velocity);
@@ -260,9 +271,10 @@ impl<L: SteppedLaw> Moving for LiteralBlock<L> {
                 }
             }
         }
+        self.state = self.state.flushed();
         self.state.device_position = position;
         self.state.device_velocity = velocity;
-        if !(self.state.position.is_finite() && self.state.velocity.is_finite()) {
+        if !self.state.is_finite() {
             self.set_state(BlockState::new(position, 0.0, position, velocity));
         }
         Rendered {

@@ -1,9 +1,10 @@
-//! What the device pulls with between two samples.
+//! The pull of the device between two samples.
 
-use super::BlockState;
-use crate::scene::Coupling;
+use super::body::Coupling;
+use super::state::BlockState;
 
-/// `K p + B v` between two samples, less `K` times the block's position at the start of the tick: the coupling force if the block stood still there.
+/// `K p + B v` between two samples, less `K` times the block's position at the start of the tick:
+/// the coupling force if the block stood still there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Load {
     /// At the start of the tick, N.
@@ -13,7 +14,8 @@ pub(super) struct Load {
 }
 
 impl Load {
-    /// From the last sample, which `state` holds, to one of `position` (m) and `velocity` (m/s), `elapsed_s` later.
+    /// From the last sample, which `state` holds, to one of `position` (m) and `velocity` (m/s),
+    /// `elapsed_s` later.
     pub(super) fn new(coupling: &Coupling, state: &BlockState, elapsed_s: f64, position: f64, velocity: f64) -> Self {
         let Coupling { stiffness, damping } = *coupling;
         // Differences, not K p: at a large offset the products would drown the deflection.
@@ -29,7 +31,8 @@ impl Load {
     }
 }
 
-/// Within this, N, a force on the block equals another: the rounding of `K p + B v` at the start of a tick.
+/// Within this, N, a force on the block equals another: the rounding of `K p + B v` at the start of
+/// a tick.
 pub(super) fn rounding(coupling: &Coupling, state: &BlockState) -> f64 {
     4.0 * f64::EPSILON
         * (2.0 * coupling.stiffness * state.position.abs() + (coupling.damping * state.device_velocity).abs())

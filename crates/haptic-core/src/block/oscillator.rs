@@ -1,7 +1,7 @@
 //! The linear oscillator between two contact events: `M y'' + C y' + K y = f0 + g1 t`.
 //!
-//! Everything follows from its impulse response `h`, which solves `h'' + 2 sigma h' + omega^2 h = 0`,
-//! `h(0) = 0`, `h'(0) = 1`, and from the integrals `H1` of `h` and `H2` of `H1`:
+//! Everything follows from its impulse response `h`, which solves `h'' + 2 sigma h' + omega^2 h =
+//! 0`, `h(0) = 0`, `h'(0) = 1`, and from the integrals `H1` of `h` and `H2` of `H1`:
 //!
 //! ```text
 //! y(t)  = w0 h  + (f0 H1 + g1 H2) / M
@@ -9,19 +9,13 @@
 //! y''(t) = a0 h' + beta h      with a0 = f0/M - 2 sigma w0,  beta = g1/M - omega^2 w0
 //! ```
 //!
-//! The acceleration is homogeneous in `h` and `h'`, so the times at which it vanishes are closed-form.
+//! The acceleration is homogeneous in `h` and `h'`, so the times at which it vanishes are
+//! closed-form.
 
-use crate::math::{atan2, exp, exp_m1, ln_1p, sin_cos, sqrt};
+use super::response::{RECIPROCAL, Response, overdamped};
+use crate::flush::flush;
+use crate::math::{atan2, exp, ln_1p, sin_cos, sqrt};
 use core::f64::consts::PI;
-
-/// `h`, `h'` and the two integrals of `h` at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Response {
-    pub(super) h: f64,
-    pub(super) dh: f64,
-    pub(super) h1: f64,
-    pub(super) h2: f64,
-}
 
 /// Initial state and load of a motion, in the coordinate in which the block slides forwards.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +33,8 @@ enum Damping {
     Under {
         omega_d: f64,
     },
-    /// Overdamped or critical: the two real roots `slow >= fast`, both <= 0 unless the damping is negative, and half their distance.
+    /// Overdamped or critical: the two real roots `slow >= fast`, both <= 0 unless the damping is
+    /// negative, and half their distance.
     Over {
         slow: f64,
         fast: f64,
@@ -60,39 +55,32 @@ pub(super) struct Oscillator {
     damping: Damping,
 }
 
-/// The Taylor series is used up to this value of `fastest * t`; above it the closed forms lose at most three
-/// digits to cancellation.
+/// The Taylor series is used up to this value of `fastest * t`; above it the closed forms lose at
+/// most three digits to cancellation.
 const TAYLOR_LIMIT: f64 = 1.0;
 
-/// Two roots count as nearly equal up to this value of half their distance times `t`. It is small against
-/// `TAYLOR_LIMIT / 2`, so that omega is never small where the near-critical form divides by its square.
+/// Two roots count as nearly equal up to this value of half their distance times `t`. It is small
+/// against `TAYLOR_LIMIT / 2`, so that omega is never small where the near-critical form divides by
+/// its square.
 const NEAR_CRITICAL_LIMIT: f64 = 0.25;
 
-/// Up to this value of `fastest * delta` five terms of the series are exact to 1e-16: the sixth is `z^5 8/720`.
+/// Up to this value of `fastest * delta` five terms of the series are exact to 1e-16: the sixth is
+/// `z^5 8/720`.
 const NEAR_LIMIT: f64 = 2e-3;
 
 /// Up to this value of `fastest * delta` the first order is exact to 1e-16.
 const FIRST_ORDER_LIMIT: f64 = 1e-8;
 
-/// `1/n`, so that the series divides nothing.
-const RECIPROCAL: [f64; 25] = {
-    let mut table = [0.0; 25];
-    let mut n = 1;
-    while n < 25 {
-        table[n] = 1.0 / n as f64;
-        n += 1;
-    }
-    table
-};
-
 impl Oscillator {
     /// Mass kg (> 0), total damping `B + b` N s/m, stiffness N/m (>= 0).
     ///
-    /// The damping may be negative, as where friction falls with speed, for times of up to one of `1/fastest` at once.
+    /// The damping may be negative, as where friction falls with speed, for times of up to one of
+    /// `1/fastest` at once.
     pub(super) fn new(mass: f64, damping: f64, stiffness: f64) -> Self {
         let sigma = damping / (2.0 * mass);
         let omega_squared = stiffness / mass;
-        // (omega - sigma)(omega + sigma) keeps the digits that omega^2 - sigma^2 would lose near critical damping.
+        // (omega - sigma)(omega + sigma) keeps the digits that omega^2 - sigma^2 would lose near
+        // critical damping.
         let omega = sqrt(omega_squared);
         let gap_squared = (omega - sigma) * (omega + sigma);
         let damping = if gap_squared > 0.0 {
@@ -129,7 +117,8 @@ impl Oscillator {
         1.0 / self.fastest
     }
 
-    /// Half-turns of the free oscillation in `t` seconds: as many extrema of the velocity can lie there.
+    /// Half-turns of the free oscillation in `t` seconds: as many extrema of the velocity can lie
+    /// there.
     pub(super) fn half_turns(&self, t: f64) -> f64 {
         t / self.half_turn_s
     }
@@ -163,8 +152,8 @@ impl Oscillator {
         }
     }
 
-    /// The response `delta` seconds after the time of `known`, where that is so little that five terms of a series reach it: the
-    /// jitter of a timer, not a missed tick.
+    /// The response `delta` seconds after the time of `known`, where that is so little that five
+    /// terms of a series reach it: the jitter of a timer, not a missed tick.
     pub(super) fn response_near(&self, known: &Response, delta: f64) -> Option<Response> {
         if self.fastest * delta.abs() > NEAR_LIMIT {
             return None;
@@ -180,8 +169,8 @@ impl Oscillator {
                 h2: h2 + delta * h1,
             });
         }
-        // From h(T), h'(T) the free motion goes on with c and s, which solve the same equation with c(0) = 1, c'(0) = 0 and
-        // s(0) = 0, s'(0) = 1: s is h itself and c = h' + 2 sigma h.
+        // From h(T), h'(T) the free motion goes on with c and s, which solve the same equation with
+        // c(0) = 1, c'(0) = 0 and s(0) = 0, s'(0) = 1: s is h itself and c = h' + 2 sigma h.
         let (a, b) = (-2.0 * self.sigma * delta, -self.omega_squared * delta * delta);
         let t2 = a / 2.0;
         let t3 = (a * t2 + b / 2.0) / 3.0;
@@ -239,15 +228,15 @@ impl Oscillator {
         if phase < NEAR_CRITICAL_LIMIT {
             return self.near_critical(t, omega_d * omega_d);
         }
-        let decay = exp(-self.sigma * t);
+        let decay = flush(exp(-self.sigma * t));
         let (sin, cos) = sin_cos(phase);
         let h = decay * sin / omega_d;
         let dh = decay * cos - self.sigma * h;
         self.integrate(t, h, dh)
     }
 
-    /// h = e^(-sigma t) S, h' = e^(-sigma t) (c - sigma S), with c = cos and S = sin/omega_d as series in
-    /// `gap = omega^2 - sigma^2`, of either sign.
+    /// h = e^(-sigma t) S, h' = e^(-sigma t) (c - sigma S), with c = cos and S = sin/omega_d as
+    /// series in `gap = omega^2 - sigma^2`, of either sign.
     fn near_critical(&self, t: f64, gap: f64) -> Response {
         let q = -gap * t * t;
         let (mut cosine, mut sine) = (1.0, 1.0);
@@ -259,7 +248,7 @@ impl Oscillator {
             cosine += c_term;
             sine += s_term;
         }
-        let decay = exp(-self.sigma * t);
+        let decay = flush(exp(-self.sigma * t));
         let h = decay * t * sine;
         let dh = decay * cosine - self.sigma * h;
         self.integrate(t, h, dh)
@@ -280,7 +269,8 @@ impl Oscillator {
         )
     }
 
-    /// What a force that grows with the square of time, to `force` (N) at `t`, adds to displacement and velocity there; `r` is the response at `t`.
+    /// Contribution of a force that grows with the square of time, to `force` (N) at `t`, to
+    /// displacement and velocity there; `r` is the response at `t`.
     pub(super) fn late_force(&self, force: f64, t: f64, r: &Response) -> (f64, f64) {
         if t <= 0.0 {
             return (0.0, 0.0);
@@ -311,14 +301,15 @@ impl Oscillator {
         )
     }
 
-    /// The first `t > 0` at which the acceleration vanishes, infinity if there is none, and the distance
-    /// from one such time to the next.
+    /// The first `t > 0` at which the acceleration vanishes, infinity if there is none, and the
+    /// distance from one such time to the next.
     pub(super) fn extrema(&self, motion: &Motion) -> (f64, f64) {
         let (a0, beta) = self.acceleration(motion);
         match self.damping {
             Damping::Under { omega_d } => {
                 let half_turn = self.half_turn_s;
-                // An acceleration that starts at zero starts at an extremum: the next is half a turn on.
+                // An acceleration that starts at zero starts at an extremum: the next is half a
+                // turn on.
                 if a0 == 0.0 {
                     return (half_turn, half_turn);
                 }
@@ -347,44 +338,12 @@ impl Oscillator {
     }
 }
 
-/// Two real roots, far apart: divided differences of phi_n, where phi_1(z) = (e^z - 1)/z and so on.
-fn overdamped(t: f64, slow: f64, fast: f64, half_gap: f64) -> Response {
-    let gap = 2.0 * half_gap;
-    let (slow_t, fast_t) = (slow * t, fast * t);
-    let (e_slow, e_fast) = (exp(slow_t), exp(fast_t));
-    let (p_slow, p_fast) = (phi1(slow_t), phi1(fast_t));
-    Response {
-        h: (e_slow - e_fast) / gap,
-        dh: (slow * e_slow - fast * e_fast) / gap,
-        h1: t * (p_slow - p_fast) / gap,
-        h2: t * t * (phi2(slow_t, p_slow) - phi2(fast_t, p_fast)) / gap,
-    }
-}
-
-/// (e^z - 1) / z.
-fn phi1(z: f64) -> f64 {
-    if z == 0.0 { 1.0 } else { exp_m1(z) / z }
-}
-
-/// (e^z - 1 - z) / z^2.
-fn phi2(z: f64, phi1: f64) -> f64 {
-    if z.abs() > 0.5 {
-        return (phi1 - 1.0) / z;
-    }
-    // 1/2 + z/6 + z^2/24 + ...: sixteen terms reach 1e-18 at |z| = 0.5.
-    let (mut sum, mut term) = (0.5, 0.5);
-    for reciprocal in &RECIPROCAL[3..19] {
-        term *= z * reciprocal;
-        sum += term;
-    }
-    sum
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Classical Runge-Kutta on h, h', H1, H2 with many steps: slow, and independent of every closed form.
+    /// Classical Runge-Kutta on h, h', H1, H2 with many steps: slow, and independent of every
+    /// closed form.
     fn by_integration(sigma: f64, omega_squared: f64, t: f64) -> Response {
         let rate = |y: [f64; 4]| [y[1], -2.0 * sigma * y[1] - omega_squared * y[0], y[0], y[2]];
         let steps = 20_000;

@@ -1,14 +1,17 @@
-//! A slide against friction that falls with speed (Stribeck's curve): no oscillator, but near one for a while.
+//! A slide against friction that falls with speed (Stribeck's curve): no oscillator, but near one
+//! for a while.
 //!
-//! Each piece takes the curve's tangent at its start into the oscillator's damping, which makes the piece an exact solution of the linearised equation; what the
-//! curve really did at the end of it is then put in as a force that grows with the square of time (the exponential Rosenbrock method of third order of Hochbruck,
-//! Ostermann and Schweitzer 2009). That correction is also the measure of the error: a piece with too large a one is halved.
+//! Each piece takes the curve's tangent at its start into the oscillator's damping, which makes the
+//! piece an exact solution of the linearised equation; what the curve really did at the end of it
+//! is then put in as a force that grows with the square of time (the exponential Rosenbrock method
+//! of third order of Hochbruck, Ostermann and Schweitzer 2009). That correction is also the measure
+//! of the error: a piece with too large a one is halved.
 
 use super::fall::{FallLevel, SlideEnd, first_fall};
 use super::oscillator::{Motion, Oscillator};
+use super::piece_length::{LONGEST, next_length};
 use super::slide::{PieceEnd, Slide};
-use super::yielding::{LONGEST, next_length};
-use crate::friction::level::stribeck;
+use crate::contact::stribeck;
 
 /// One direction of sliding under Stribeck's curve.
 #[derive(Clone, Copy, Debug)]
@@ -32,19 +35,19 @@ pub(crate) struct StribeckSlide {
 /// Corrections up to this share of the limit are accepted.
 const TOLERANCE: f64 = 1e-6;
 
-/// What a slide of a scene is made of.
-pub(super) struct StribeckParts {
-    pub(super) mass: f64,
-    pub(super) stiffness: f64,
-    pub(super) coupling_damping: f64,
-    pub(super) viscous: f64,
-    pub(super) static_force: f64,
-    pub(super) dynamic_force: f64,
-    pub(super) velocity: f64,
+/// Parameters of a slide in one direction.
+pub(crate) struct StribeckParts {
+    pub(crate) mass: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) coupling_damping: f64,
+    pub(crate) viscous: f64,
+    pub(crate) static_force: f64,
+    pub(crate) dynamic_force: f64,
+    pub(crate) velocity: f64,
 }
 
 impl StribeckSlide {
-    pub(super) fn new(parts: &StribeckParts) -> Self {
+    pub(crate) fn new(parts: &StribeckParts) -> Self {
         Self {
             mass: parts.mass,
             stiffness: parts.stiffness,

@@ -1,21 +1,28 @@
-//! Dahl's friction (Dahl 1968, "A solid friction model"): a spring that yields from the first displacement on, with limits that may differ by
-//! direction.
+//! Dahl's friction (Dahl 1968, "A solid friction model"): a spring that yields from the first
+//! displacement on, with limits that may differ by direction.
 //!
 //! ```text
 //! dF/dx = sigma |1 - u|^i sgn(1 - u),   u = s F/Fc,   s = direction of motion
 //! ```
 //!
-//! Along one direction this is a function of the displacement alone, in closed form: with `r = 1 - u` and `a = sigma |dx|/Fc`,
-//! `r+ = r e^-a` for `i = 1`, and otherwise `r+ = r (1 + (i - 1) a r^(i-1))^(1/(1-i))`, the bracket kept from falling below zero. Whatever the
-//! displacement it is stable, where the explicit step blows up for `|v| > 2 Fc/(sigma T)`.
+//! Along one direction this is a function of the displacement alone, in closed form: with `r = 1 -
+//! u` and `a = sigma |dx|/Fc`, `r+ = r e^-a` for `i = 1`, and otherwise `r+ = r (1 + (i - 1) a
+//! r^(i-1))^(1/(1-i))`, the bracket kept from falling below zero. Whatever the displacement it is
+//! stable, where the explicit step blows up for `|v| > 2 Fc/(sigma T)`.
 //!
-//! It has no stiction, and a load that shakes below the limit makes it creep: see [`ElastoPlastic`](super::ElastoPlastic) for one that does not.
+//! It has no stiction, and a load that shakes below the limit makes it creep: see
+//! [`ElastoPlastic`](super::ElastoPlastic) for one that does not.
 
-use super::contact::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
-use super::{Directional, Slot};
-use crate::block::Contact;
+use super::law::{Law, Named};
+use super::usual;
+use crate::contact::{Advanced, Contact, Stroke, Tangent, YieldingContact, by_elastic_share};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::flush::flush;
 use crate::math::{exp, ln_1p, powf};
-use crate::parameters::{Direction, Parameter};
+use crate::parameters::{Parameter, Slot};
+use crate::render::{BehindBlock, Surface, YieldingSurface};
+use alloc::boxed::Box;
 
 /// Dahl friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +50,26 @@ fn exponential() -> f64 {
 }
 
 impl Dahl {
-    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
+    fn contact(&self) -> DahlContact {
+        DahlContact { law: *self, force: 0.0 }
+    }
+}
+
+impl Named for Dahl {
+    const NAME: &'static str = "dahl";
+
+    fn usual() -> Self {
+        Self {
+            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
+            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
+            exponent: 1.0,
+            viscous: Directional::both(0.0),
+        }
+    }
+}
+
+impl Law for Dahl {
+    fn slot(&mut self, parameter: Parameter, _on_device: bool) -> Option<Slot<'_>> {
         match parameter {
             Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
             Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
@@ -53,8 +79,28 @@ impl Dahl {
         }
     }
 
-    pub(crate) fn contact(&self) -> DahlContact {
-        DahlContact { law: *self, force: 0.0 }
+    fn holding_force(&self) -> Directional {
+        self.dynamic_force
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        self.dynamic_force.get(direction) + self.viscous.get(direction) * speed
+    }
+
+    fn contact_stiffness(&self, _on_device: bool) -> f64 {
+        self.contact_stiffness
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        block.yielding(
+            self.contact(),
+            self.contact_stiffness(false),
+            self.holding_force().greatest(),
+        )
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        Box::new(YieldingSurface::new(self.contact()))
     }
 }
 
@@ -139,7 +185,7 @@ impl YieldingContact for DahlContact {
         if self.law.exponent == 0.0 {
             let along = stroke.direction.sign() * self.force;
             let after = along + self.law.contact_stiffness * stroke.distance;
-            self.force = stroke.direction.sign() * after.min(limit.max(along));
+            self.force = flush(stroke.direction.sign() * after.min(limit.max(along)));
             return Advanced::EXACTLY;
         }
         let rest = self.rest(stroke.direction);
@@ -149,18 +195,18 @@ impl YieldingContact for DahlContact {
             let a = self.law.contact_stiffness * stroke.distance / limit;
             let i = self.law.exponent;
             if i == 1.0 {
-                rest * exp(-a)
+                rest * flush(exp(-a))
             } else {
                 let grown = (i - 1.0) * a * powf(rest, i - 1.0);
                 if grown > -1.0 {
                     // The logarithm keeps its digits where i is near 1.
-                    rest * exp(ln_1p(grown) / (1.0 - i))
+                    rest * flush(exp(ln_1p(grown) / (1.0 - i)))
                 } else {
                     0.0
                 }
             }
         };
-        self.force = stroke.direction.sign() * limit * (1.0 - left);
+        self.force = flush(stroke.direction.sign() * limit * (1.0 - left));
         Advanced::EXACTLY
     }
 
@@ -170,7 +216,7 @@ impl YieldingContact for DahlContact {
 
     fn seat(&mut self, force: f64) {
         let force = if force.is_finite() { force } else { 0.0 };
-        self.force = force.clamp(-self.law.dynamic_force.negative, self.law.dynamic_force.positive);
+        self.force = flush(force.clamp(-self.law.dynamic_force.negative, self.law.dynamic_force.positive));
     }
 
     fn stored_energy(&self) -> f64 {
@@ -207,7 +253,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// The closed form against Euler's method in very small steps, through a reversal, whatever the exponent.
+        /// The closed form against Euler's method in very small steps, through a reversal, whatever
+        /// the exponent.
         #[test]
         fn the_closed_form_is_the_solution(
             exponent in prop_oneof![Just(0.0), Just(1.0), Just(0.5), 0.0..4.0f64, 0.9999..1.0001f64],

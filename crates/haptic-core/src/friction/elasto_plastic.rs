@@ -1,16 +1,23 @@
-//! Elasto-plastic friction (Dupont, Hayward, Armstrong and Altpeter 2002, "Single state elastoplastic friction models"): LuGre's bristle, but truly elastic up to a
-//! breakaway deflection, and elastic whenever it is unloaded. A load that shakes below the limit does not make it creep.
+//! Elasto-plastic friction (Dupont, Hayward, Armstrong and Altpeter 2002, "Single state
+//! elastoplastic friction models"): LuGre's bristle, but truly elastic up to a breakaway
+//! deflection, and elastic whenever it is unloaded. A load that shakes below the limit does not
+//! make it creep.
 //!
 //! ```text
 //! z' = v (1 - alpha(z, v) sigma0 z sgn(v)/g(v)),   F = sigma0 z + sigma1 z' + b v
 //! alpha = 0 up to zba and wherever z and v are opposed, 1 from zmax on, and half a sine wave in between
 //! ```
 
-use super::bristle::{Bristle, Plasticity, flow_in_pieces};
-use super::level::{Level, Stribeck};
-use super::{Directional, Slot};
-use crate::math::sin_cos;
-use crate::parameters::Parameter;
+use super::forces::Falling;
+use super::law::{Law, Named};
+use super::usual;
+use crate::contact::{Bristle, Level, Plasticity, flow_in_pieces};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::math::{cos, sin_cos};
+use crate::parameters::{Parameter, SceneError, Slot};
+use crate::render::{BehindBlock, Surface, YieldingSurface};
+use alloc::boxed::Box;
 use core::f64::consts::PI;
 
 /// Elasto-plastic friction.
@@ -34,10 +41,11 @@ pub struct ElastoPlastic {
     /// `sigma1`, N s/m.
     #[cfg_attr(feature = "serde", serde(alias = "sigma1", alias = "beta", default))]
     pub contact_damping: f64,
-    /// `zba` over the steady deflection `g(v)/sigma0` of the moment: the share up to which nothing flows.
+    /// `zba` over the steady deflection `g(v)/sigma0` of the moment: the share up to which nothing
+    /// flows.
     #[cfg_attr(
         feature = "serde",
-        serde(alias = "zba", alias = "zs", default = "usual_elastic_fraction")
+        serde(alias = "zba", alias = "zs", default = "crate::friction::usual::elastic_fraction")
     )]
     pub elastic_fraction: f64,
     /// `b` (`sigma2`), N s/m.
@@ -45,13 +53,47 @@ pub struct ElastoPlastic {
     pub viscous: Directional,
 }
 
-#[cfg(feature = "serde")]
-pub(super) fn usual_elastic_fraction() -> f64 {
-    0.7
+impl ElastoPlastic {
+    fn falling(&self) -> Falling {
+        Falling {
+            static_force: self.static_force,
+            dynamic_force: self.dynamic_force,
+            velocity: self.stribeck_velocity,
+        }
+    }
+
+    fn contact<L: Level>(&self, level: L) -> Bristle<L, ElasticAtFirst> {
+        Bristle {
+            level,
+            plasticity: ElasticAtFirst {
+                fraction: self.elastic_fraction,
+            },
+            stiffness: self.contact_stiffness,
+            damping: self.contact_damping,
+            viscous: self.viscous,
+            deflection: 0.0,
+        }
+    }
 }
 
-impl ElastoPlastic {
-    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
+impl Named for ElastoPlastic {
+    const NAME: &'static str = "elasto-plastic";
+
+    fn usual() -> Self {
+        Self {
+            static_force: Directional::both(usual::STATIC_FORCE),
+            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
+            stribeck_velocity: usual::STRIBECK_VELOCITY_MPS,
+            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
+            contact_damping: usual::CONTACT_DAMPING,
+            elastic_fraction: usual::ELASTIC_FRACTION,
+            viscous: Directional::both(0.0),
+        }
+    }
+}
+
+impl Law for ElastoPlastic {
+    fn slot(&mut self, parameter: Parameter, _on_device: bool) -> Option<Slot<'_>> {
         match parameter {
             Parameter::StaticForce => Some(Slot::Two(&mut self.static_force)),
             Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
@@ -64,25 +106,41 @@ impl ElastoPlastic {
         }
     }
 
-    /// Stribeck's curve, where there is one.
-    pub(crate) fn curve(&self) -> Option<Stribeck> {
-        (self.static_force != self.dynamic_force).then_some(Stribeck {
-            static_force: self.static_force,
-            dynamic_force: self.dynamic_force,
-            velocity: self.stribeck_velocity,
-        })
+    fn validate(&self, _on_device: bool) -> Result<(), SceneError> {
+        self.falling().check(Self::NAME)
     }
 
-    pub(crate) fn contact<L: Level>(&self, level: L) -> Bristle<L, ElasticAtFirst> {
-        Bristle {
-            level,
-            plasticity: ElasticAtFirst {
-                fraction: self.elastic_fraction,
-            },
-            stiffness: self.contact_stiffness,
-            damping: self.contact_damping,
-            viscous: self.viscous,
-            deflection: 0.0,
+    fn comply(&mut self) {
+        let Falling {
+            static_force, velocity, ..
+        } = self.falling().complied();
+        (self.static_force, self.stribeck_velocity) = (static_force, velocity);
+    }
+
+    fn holding_force(&self) -> Directional {
+        self.static_force
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        self.falling().at(direction, speed) + self.viscous.get(direction) * speed
+    }
+
+    fn contact_stiffness(&self, _on_device: bool) -> f64 {
+        self.contact_stiffness
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        let (stiffness, holds) = (self.contact_stiffness(false), self.holding_force().greatest());
+        match self.falling().curve() {
+            None => block.yielding(self.contact(self.dynamic_force), stiffness, holds),
+            Some(curve) => block.yielding(self.contact(curve), stiffness, holds),
+        }
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        match self.falling().curve() {
+            None => Box::new(YieldingSurface::new(self.contact(self.dynamic_force))),
+            Some(curve) => Box::new(YieldingSurface::new(self.contact(curve))),
         }
     }
 }
@@ -105,7 +163,7 @@ impl Plasticity for ElasticAtFirst {
             1.0
         } else {
             let share = (ratio - self.fraction) / (1.0 - self.fraction);
-            0.5 * (1.0 - sin_cos(PI * share).1)
+            0.5 * (1.0 - cos(PI * share))
         }
     }
 

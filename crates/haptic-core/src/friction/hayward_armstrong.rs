@@ -1,17 +1,25 @@
-//! Hayward and Armstrong's position-based friction (Hayward and Armstrong 2000, "A new computational model of friction applied to haptic
-//! rendering"): an adhesion point `w` that is dragged along by the displacement and not by time, so that the noise of a velocity cannot make it drift.
+//! Hayward and Armstrong's position-based friction (Hayward and Armstrong 2000, "A new
+//! computational model of friction applied to haptic rendering"): an adhesion point `w` that is
+//! dragged along by the displacement and not by time, so that the noise of a velocity cannot make
+//! it drift.
 //!
 //! ```text
 //! z = x - w,   dw = |dx| alpha(z) z,   F = sigma z,   alpha(z) ~ z^8/(zs^8 + z^8) / zmax
 //! ```
 //!
-//! Here `alpha` is scaled so that `alpha(zmax) zmax = 1`: the force of a long slide is then `Fd` itself, and not a few percent above. The authors
-//! take one explicit step a sample and put `w` at `x -+ zmax` where that would overshoot; here the same equation is followed
-//! within the sample, and ends there by itself.
+//! Here `alpha` is scaled so that `alpha(zmax) zmax = 1`: the force of a long slide is then `Fd`
+//! itself, and not a few percent above. The authors take one explicit step a sample and put `w` at
+//! `x -+ zmax` where that would overshoot; here the same equation is followed within the sample,
+//! and ends there by itself.
 
-use super::bristle::{Bristle, Plasticity, flow_in_pieces};
-use super::{Directional, Slot};
-use crate::parameters::Parameter;
+use super::law::{Law, Named};
+use super::usual;
+use crate::contact::{Bristle, Plasticity, flow_in_pieces};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::{Parameter, Slot};
+use crate::render::{BehindBlock, Surface, YieldingSurface};
+use alloc::boxed::Box;
 
 /// Hayward-Armstrong friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,11 +36,7 @@ pub struct HaywardArmstrong {
     /// `zs/zmax`: the share of the greatest deflection around which the contact begins to flow.
     #[cfg_attr(
         feature = "serde",
-        serde(
-            alias = "zba",
-            alias = "zs",
-            default = "super::elasto_plastic::usual_elastic_fraction"
-        )
+        serde(alias = "zba", alias = "zs", default = "crate::friction::usual::elastic_fraction")
     )]
     pub elastic_fraction: f64,
     /// `b`, N s/m: viscous friction on top.
@@ -41,17 +45,7 @@ pub struct HaywardArmstrong {
 }
 
 impl HaywardArmstrong {
-    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
-        match parameter {
-            Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
-            Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
-            Parameter::ElasticFraction => Some(Slot::One(&mut self.elastic_fraction)),
-            Parameter::Viscous => Some(Slot::Two(&mut self.viscous)),
-            _ => None,
-        }
-    }
-
-    pub(crate) fn contact(&self) -> Bristle<Directional, Adhesion> {
+    fn contact(&self) -> Bristle<Directional, Adhesion> {
         Bristle {
             level: self.dynamic_force,
             plasticity: Adhesion {
@@ -62,6 +56,55 @@ impl HaywardArmstrong {
             viscous: self.viscous,
             deflection: 0.0,
         }
+    }
+}
+
+impl Named for HaywardArmstrong {
+    const NAME: &'static str = "hayward-armstrong";
+
+    fn usual() -> Self {
+        Self {
+            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
+            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
+            elastic_fraction: usual::ELASTIC_FRACTION,
+            viscous: Directional::both(0.0),
+        }
+    }
+}
+
+impl Law for HaywardArmstrong {
+    fn slot(&mut self, parameter: Parameter, _on_device: bool) -> Option<Slot<'_>> {
+        match parameter {
+            Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
+            Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
+            Parameter::ElasticFraction => Some(Slot::One(&mut self.elastic_fraction)),
+            Parameter::Viscous => Some(Slot::Two(&mut self.viscous)),
+            _ => None,
+        }
+    }
+
+    fn holding_force(&self) -> Directional {
+        self.dynamic_force
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        self.dynamic_force.get(direction) + self.viscous.get(direction) * speed
+    }
+
+    fn contact_stiffness(&self, _on_device: bool) -> f64 {
+        self.contact_stiffness
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        block.yielding(
+            self.contact(),
+            self.contact_stiffness(false),
+            self.holding_force().greatest(),
+        )
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        Box::new(YieldingSurface::new(self.contact()))
     }
 }
 

@@ -10,24 +10,33 @@
 //! -------+--------------- w
 //! ```
 //!
-//! Behind a block the stuck state is rigid. On the device itself, where there is no mass to hold still, it is a spring `Kp` that is anchored where the slide ended.
+//! Behind a block the stuck state is rigid. On the device itself, where there is no mass to hold
+//! still, it is a spring `Kp` that is anchored where the slide ended.
 //!
-//! Two options: with a [`stribeck_velocity`](Karnopp::stribeck_velocity) friction falls gently from `Fs` to `Fd` as the slide picks up speed, and with a
-//! [`rising_rate`](Karnopp::rising_rate) the static limit is `Fd` just after a slide and grows to `Fs` while the block rests.
+//! Two options: with a [`stribeck_velocity`](Karnopp::stribeck_velocity) friction falls gently from
+//! `Fs` to `Fd` as the slide picks up speed, and with a [`rising_rate`](Karnopp::rising_rate) the
+//! static limit is `Fd` just after a slide and grows to `Fs` while the block rests.
 
-use super::level::{Level, SUDDEN_FALL_MPS, Stribeck};
-use super::spring_contact::{SpringContact, SpringState};
-use super::static_limit::StaticLimit;
-use super::{Directional, Reseat, Slot};
-use crate::parameters::Parameter;
+use super::law::{Law, Named};
+use super::usual::{self, DEFAULT_CONTACT_STIFFNESS};
+use crate::block::{Coupling, Each, ExactBlock, LinearSlide, Rigid, Same, StribeckParts, StribeckSlide};
+use crate::contact::{
+    AtOnce, Level, Reseat, Rising, SUDDEN_FALL_MPS, SpringContact, SpringState, StaticLimit, Stribeck,
+};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::{NotApplicable, Note, NoteKind, Parameter, SceneError, Slot};
+use crate::render::{BehindBlock, Surface, YieldingSurface};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
 
 /// Karnopp friction: limits in newtons, all positive numbers for either direction.
 ///
 /// A block at rest stays at rest while the force on it is within the larger of the static and the
-/// dynamic limit. With `static_force >= dynamic_force`, the common case, that is the static limit. With a
-/// static limit below the dynamic one a block set loose between the two would be stopped at once by
-/// the kinetic friction, so the law's own solution in the sense of Filippov is to stay at rest up to the dynamic
-/// limit: see [`Karnopp::breakaway_force`].
+/// dynamic limit. With `static_force >= dynamic_force`, the common case, that is the static limit.
+/// With a static limit below the dynamic one a block set loose between the two would be stopped at
+/// once by the kinetic friction, so the law's own solution in the sense of Filippov is to stay at
+/// rest up to the dynamic limit: see [`Karnopp::breakaway_force`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -45,16 +54,19 @@ pub struct Karnopp {
     /// `DV`, m/s: a slide that has been faster than this re-sticks when it falls back to it.
     #[cfg_attr(feature = "serde", serde(alias = "DV", default))]
     pub velocity_threshold: f64,
-    /// `ws`, m/s: the velocity over which friction falls from `Fs` to `Fd` (Stribeck's curve). 0, or less than a micrometer a second: it falls at once.
+    /// `ws`, m/s: the velocity over which friction falls from `Fs` to `Fd` (Stribeck's curve). 0,
+    /// or less than a micrometer a second: it falls at once.
     #[cfg_attr(
         feature = "serde",
         serde(alias = "ws", alias = "vs", default, skip_serializing_if = "is_zero")
     )]
     pub stribeck_velocity: f64,
-    /// `gamma`, 1/s: the rate at which the static limit grows from `Fd` to `Fs` while the block rests. 0: it is there at once.
+    /// `gamma`, 1/s: the rate at which the static limit grows from `Fd` to `Fs` while the block
+    /// rests. 0: it is there at once.
     #[cfg_attr(feature = "serde", serde(alias = "gamma", default, skip_serializing_if = "is_zero"))]
     pub rising_rate: f64,
-    /// `Kp`, N/m: the stuck spring, on the device itself only, where it is [`DEFAULT_CONTACT_STIFFNESS`] unless it is given.
+    /// `Kp`, N/m: the stuck spring, on the device itself only, where it is
+    /// [`DEFAULT_CONTACT_STIFFNESS`] unless it is given.
     #[cfg_attr(
         feature = "serde",
         serde(
@@ -70,9 +82,6 @@ pub struct Karnopp {
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     pub reseat: Option<Reseat>,
 }
-
-/// `Kp` on the device unless a scene says otherwise, N/m: as stiff as small rigs render without buzzing.
-pub const DEFAULT_CONTACT_STIFFNESS: f64 = 5000.0;
 
 #[cfg(feature = "serde")]
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
@@ -107,7 +116,7 @@ impl Karnopp {
     }
 
     /// Stribeck's curve, where there is one.
-    pub(crate) fn curve(&self) -> Option<Stribeck> {
+    fn curve(&self) -> Option<Stribeck> {
         let falls = self.stribeck_velocity >= SUDDEN_FALL_MPS && self.static_force != self.dynamic_force;
         falls.then_some(Stribeck {
             static_force: self.static_force,
@@ -117,14 +126,91 @@ impl Karnopp {
     }
 
     /// Whether the static limit depends on the time at rest.
-    pub(crate) fn rises(&self) -> bool {
+    fn rises(&self) -> bool {
         let above = |held: f64, sliding: f64| held > sliding;
         self.rising_rate > 0.0
             && (above(self.static_force.positive, self.dynamic_force.positive)
                 || above(self.static_force.negative, self.dynamic_force.negative))
     }
 
-    pub(crate) fn slot(&mut self, parameter: Parameter, on_device: bool) -> Option<Slot<'_>> {
+    /// The law as Euler's step sees it.
+    pub(super) fn stepped<L: Level, R: StaticLimit>(&self, level: L, static_limit: R) -> Rigid<L, R> {
+        Rigid::new(
+            self.breakaway_force(),
+            static_limit,
+            level,
+            self.viscous,
+            self.velocity_threshold,
+        )
+    }
+
+    fn linear_slide(&self, mass: f64, coupling: &Coupling, direction: Direction) -> LinearSlide {
+        LinearSlide::new(
+            mass,
+            coupling.damping + self.viscous.get(direction),
+            coupling.stiffness,
+            self.breakaway_force().get(direction),
+            self.dynamic_force.get(direction),
+        )
+    }
+
+    fn stribeck_slide(&self, mass: f64, coupling: &Coupling, direction: Direction) -> StribeckSlide {
+        StribeckSlide::new(&StribeckParts {
+            mass,
+            stiffness: coupling.stiffness,
+            coupling_damping: coupling.damping,
+            viscous: self.viscous.get(direction),
+            static_force: self.static_force.get(direction),
+            dynamic_force: self.dynamic_force.get(direction),
+            velocity: self.stribeck_velocity,
+        })
+    }
+
+    /// The law under a block. Its slides are compiled for the options that they have.
+    fn rigid<R: StaticLimit>(&self, block: &BehindBlock, level: impl Level, limit: R) -> Box<dyn Surface> {
+        let &BehindBlock { mass, coupling, .. } = block;
+        let threshold = self.velocity_threshold;
+        let literal = self.stepped(level, limit);
+        let symmetric =
+            self.static_force.is_symmetric() && self.dynamic_force.is_symmetric() && self.viscous.is_symmetric();
+        if self.curve().is_some() {
+            let slides = Each::new(|direction| self.stribeck_slide(mass, &coupling, direction));
+            block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
+        } else if symmetric {
+            let slides = Same(self.linear_slide(mass, &coupling, Direction::Positive));
+            block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
+        } else {
+            let slides = Each::new(|direction| self.linear_slide(mass, &coupling, direction));
+            block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
+        }
+    }
+
+    /// The law on the device itself.
+    fn contact<L: Level, R: StaticLimit>(&self, level: L, static_limit: R) -> SpringContact<L, R> {
+        SpringContact {
+            stiffness: Directional::both(self.contact_stiffness.unwrap_or(DEFAULT_CONTACT_STIFFNESS)),
+            damping: 0.0,
+            static_force: self.static_force,
+            static_limit,
+            level,
+            viscous: self.viscous,
+            velocity_threshold: self.velocity_threshold,
+            reseat: self.reseat.unwrap_or_default(),
+            state: SpringState::AT_REST,
+        }
+    }
+}
+
+impl Named for Karnopp {
+    const NAME: &'static str = "karnopp";
+
+    fn usual() -> Self {
+        Self::new(usual::STATIC_FORCE, usual::DYNAMIC_FORCE)
+    }
+}
+
+impl Law for Karnopp {
+    fn slot(&mut self, parameter: Parameter, on_device: bool) -> Option<Slot<'_>> {
         match parameter {
             Parameter::StaticForce => Some(Slot::Two(&mut self.static_force)),
             Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
@@ -139,18 +225,77 @@ impl Karnopp {
         }
     }
 
-    /// The law on the device itself.
-    pub(crate) fn contact<L: Level, R: StaticLimit>(&self, level: L, static_limit: R) -> SpringContact<L, R> {
-        SpringContact {
-            stiffness: Directional::both(self.contact_stiffness.unwrap_or(DEFAULT_CONTACT_STIFFNESS)),
-            damping: 0.0,
-            static_force: self.static_force,
-            static_limit,
-            level,
-            viscous: self.viscous,
-            velocity_threshold: self.velocity_threshold,
-            reseat: self.reseat.unwrap_or_default(),
-            state: SpringState::AT_REST,
+    fn why_lacking(&self, parameter: Parameter) -> Option<NotApplicable> {
+        (parameter == Parameter::ContactStiffness).then_some(NotApplicable::RigidBehindBlock)
+    }
+
+    fn misplaced(&self, on_device: bool) -> Option<Parameter> {
+        (!on_device && self.contact_stiffness.is_some()).then_some(Parameter::ContactStiffness)
+    }
+
+    fn validate(&self, on_device: bool) -> Result<(), SceneError> {
+        if !on_device && self.reseat.is_some() {
+            return Err(SceneError::ReseatBehindBlock);
+        }
+        Ok(())
+    }
+
+    fn notes(&self) -> Vec<Note> {
+        if self.curve().is_some() {
+            return Vec::new();
+        }
+        let below = |direction| {
+            let (static_force, dynamic_force) = (self.static_force.get(direction), self.dynamic_force.get(direction));
+            (static_force < dynamic_force).then_some(Note {
+                param: Parameter::StaticForce.in_direction(direction),
+                kind: NoteKind::BreakawayAtDynamicForce {
+                    static_force,
+                    dynamic_force,
+                },
+            })
+        };
+        Direction::BOTH.into_iter().filter_map(below).collect()
+    }
+
+    fn holding_force(&self) -> Directional {
+        self.breakaway_force()
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        let level = self
+            .curve()
+            .map_or(self.dynamic_force.get(direction), |curve| curve.at(direction, speed));
+        level + self.viscous.get(direction) * speed
+    }
+
+    fn contact_stiffness(&self, on_device: bool) -> f64 {
+        if on_device {
+            self.contact_stiffness.unwrap_or(DEFAULT_CONTACT_STIFFNESS)
+        } else {
+            0.0
+        }
+    }
+
+    fn rigid_friction(&self) -> Option<Directional> {
+        Some(self.dynamic_force)
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        match (self.curve(), self.rises()) {
+            (None, false) => self.rigid(block, self.dynamic_force, AtOnce),
+            (None, true) => self.rigid(block, self.dynamic_force, Rising::new(self.rising_rate)),
+            (Some(curve), false) => self.rigid(block, curve, AtOnce),
+            (Some(curve), true) => self.rigid(block, curve, Rising::new(self.rising_rate)),
+        }
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        let rising = || Rising::new(self.rising_rate);
+        match (self.curve(), self.rises()) {
+            (None, false) => Box::new(YieldingSurface::new(self.contact(self.dynamic_force, AtOnce))),
+            (None, true) => Box::new(YieldingSurface::new(self.contact(self.dynamic_force, rising()))),
+            (Some(curve), false) => Box::new(YieldingSurface::new(self.contact(curve, AtOnce))),
+            (Some(curve), true) => Box::new(YieldingSurface::new(self.contact(curve, rising()))),
         }
     }
 }

@@ -1,16 +1,24 @@
-//! LuGre friction (Canudas de Wit, Olsson, Astrom and Lischinsky 1995, "A new model for control of systems with friction").
+//! LuGre friction (Canudas de Wit, Olsson, Astrom and Lischinsky 1995, "A new model for control of
+//! systems with friction").
 //!
 //! ```text
 //! z' = v - sigma0 |v| z/g(v),   F = sigma0 z + sigma1 z' + b v,   g(v) = Fd + (Fs - Fd) e^-(v/ws)^2
 //! ```
 //!
-//! Within a sample the bristle is moved on exactly for the mean speed, `z+ = zss + (z - zss) e^(-|dx|/|zss|)`, so that no speed makes it unstable. The law itself can give
-//! out energy where `b < sigma1 (Fs/Fd - 1)` (Barabanov and Ortega 2000), which the [adviser](crate::adviser) checks.
+//! Within a sample the bristle is moved on exactly for the mean speed, `z+ = zss + (z - zss)
+//! e^(-|dx|/|zss|)`, so that no speed makes it unstable. The law itself can give out energy where
+//! `b < sigma1 (Fs/Fd - 1)` (Barabanov and Ortega 2000), which the [adviser](crate::adviser)
+//! checks.
 
-use super::bristle::{AlwaysPlastic, Bristle};
-use super::level::{Level, Stribeck};
-use super::{Directional, Slot};
-use crate::parameters::Parameter;
+use super::forces::Falling;
+use super::law::{Law, Named};
+use super::usual;
+use crate::contact::{AlwaysPlastic, Bristle, Level};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::{Parameter, SceneError, Slot};
+use crate::render::{BehindBlock, Surface, YieldingSurface};
+use alloc::boxed::Box;
 
 /// LuGre friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +47,43 @@ pub struct Lugre {
 }
 
 impl Lugre {
-    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
+    fn falling(&self) -> Falling {
+        Falling {
+            static_force: self.static_force,
+            dynamic_force: self.dynamic_force,
+            velocity: self.stribeck_velocity,
+        }
+    }
+
+    fn contact<L: Level>(&self, level: L) -> Bristle<L, AlwaysPlastic> {
+        Bristle {
+            level,
+            plasticity: AlwaysPlastic,
+            stiffness: self.contact_stiffness,
+            damping: self.contact_damping,
+            viscous: self.viscous,
+            deflection: 0.0,
+        }
+    }
+}
+
+impl Named for Lugre {
+    const NAME: &'static str = "lugre";
+
+    fn usual() -> Self {
+        Self {
+            static_force: Directional::both(usual::STATIC_FORCE),
+            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
+            stribeck_velocity: usual::STRIBECK_VELOCITY_MPS,
+            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
+            contact_damping: usual::CONTACT_DAMPING,
+            viscous: Directional::both(0.0),
+        }
+    }
+}
+
+impl Law for Lugre {
+    fn slot(&mut self, parameter: Parameter, _on_device: bool) -> Option<Slot<'_>> {
         match parameter {
             Parameter::StaticForce => Some(Slot::Two(&mut self.static_force)),
             Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
@@ -51,23 +95,47 @@ impl Lugre {
         }
     }
 
-    /// Stribeck's curve, where there is one.
-    pub(crate) fn curve(&self) -> Option<Stribeck> {
-        (self.static_force != self.dynamic_force).then_some(Stribeck {
-            static_force: self.static_force,
-            dynamic_force: self.dynamic_force,
-            velocity: self.stribeck_velocity,
-        })
+    fn validate(&self, _on_device: bool) -> Result<(), SceneError> {
+        self.falling().check(Self::NAME)
     }
 
-    pub(crate) fn contact<L: Level>(&self, level: L) -> Bristle<L, AlwaysPlastic> {
-        Bristle {
-            level,
-            plasticity: AlwaysPlastic,
-            stiffness: self.contact_stiffness,
-            damping: self.contact_damping,
-            viscous: self.viscous,
-            deflection: 0.0,
+    fn comply(&mut self) {
+        let Falling {
+            static_force, velocity, ..
+        } = self.falling().complied();
+        (self.static_force, self.stribeck_velocity) = (static_force, velocity);
+    }
+
+    fn holding_force(&self) -> Directional {
+        self.static_force
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        self.falling().at(direction, speed) + self.viscous.get(direction) * speed
+    }
+
+    fn contact_stiffness(&self, _on_device: bool) -> f64 {
+        self.contact_stiffness
+    }
+
+    /// Barabanov and Ortega 2000.
+    fn passive_from(&self, direction: Direction) -> Option<f64> {
+        let (held, sliding) = (self.static_force.get(direction), self.dynamic_force.get(direction));
+        Some(self.contact_damping * (held / sliding - 1.0))
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        let (stiffness, holds) = (self.contact_stiffness(false), self.holding_force().greatest());
+        match self.falling().curve() {
+            None => block.yielding(self.contact(self.dynamic_force), stiffness, holds),
+            Some(curve) => block.yielding(self.contact(curve), stiffness, holds),
+        }
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        match self.falling().curve() {
+            None => Box::new(YieldingSurface::new(self.contact(self.dynamic_force))),
+            Some(curve) => Box::new(YieldingSurface::new(self.contact(curve))),
         }
     }
 }

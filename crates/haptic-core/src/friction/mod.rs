@@ -1,4 +1,4 @@
-//! Friction laws, one file each: what the law is made of, where it comes from, and how its contact moves on.
+//! Friction laws, one file each: the law's parameters, its source, and its contact.
 //!
 //! | law | rest | sliding | memory |
 //! |---|---|---|---|
@@ -10,182 +10,181 @@
 //! | [`ElastoPlastic`] | an elastic bristle | Stribeck's curve | the deflection |
 //! | [`SalcudeanVlaar`] | a stuck spring | `b w` | whether it is stuck, and the spring's force |
 //! | [`Viscous`] | none | `b w` | none |
+//!
+//! To add a law, write its file, which implements the traits of `law.rs`, and add its two lines
+//! below: the module and the entry in the list.
 
-mod bristle;
-pub(crate) mod contact;
 mod dahl;
-mod directional;
 mod elasto_plastic;
+mod forces;
 mod hayward_armstrong;
 mod karnopp;
-pub(crate) mod level;
+mod law;
 mod lugre;
 mod reset_integrator;
 mod salcudean_vlaar;
-mod spring_contact;
-pub(crate) mod static_limit;
+#[cfg(test)]
+mod smooth_coulomb;
+mod usual;
 mod viscous;
 
-pub use dahl::Dahl;
-pub use directional::Directional;
-pub use elasto_plastic::ElastoPlastic;
-pub use hayward_armstrong::HaywardArmstrong;
-pub use karnopp::{DEFAULT_CONTACT_STIFFNESS, Karnopp};
-pub use level::SUDDEN_FALL_MPS;
-pub use lugre::Lugre;
-pub use reset_integrator::{MOST_STICTION, ResetIntegrator};
-pub use salcudean_vlaar::SalcudeanVlaar;
-pub use viscous::Viscous;
+pub use crate::contact::{Reseat, SUDDEN_FALL_MPS};
+pub use reset_integrator::MOST_STICTION;
+pub use usual::DEFAULT_CONTACT_STIFFNESS;
 
-use crate::parameters::{Direction, Parameter};
-use level::{Level, Stribeck};
+pub(crate) use law::Law;
 
-/// What a stuck spring is anchored to when a slide ends.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
-pub enum Reseat {
-    /// Where the spring has the force that there was: the force is continuous.
-    #[default]
-    Continuous,
-    /// Where the spring has the whole static force, as the paper's slides print it and as Haessig and Friedland's model has it. The
-    /// force jumps by `Fs - Fd` at each re-stick, and energy of `(Fs^2 - Fd^2)/2 Kp` comes from nowhere: for reproduction only.
-    #[cfg_attr(feature = "serde", serde(alias = "published"))]
-    Slides,
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::{Parameter, ParameterKey, Slot, TABLE};
+use alloc::vec::Vec;
+use law::Named;
+
+/// Makes [`Friction`], [`LAWS`] and all that tells one law from another.
+macro_rules! laws {
+    ($($(#[$about:meta])* $law:ident in $file:ident,)+) => {
+        $($(#[$about])* pub use $file::$law;)+
+
+        /// The friction law of a scene.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[cfg_attr(feature = "serde", serde(tag = "law", rename_all = "kebab-case"))]
+        #[non_exhaustive]
+        pub enum Friction {
+            $($(#[$about])* $law($law),)+
+        }
+
+        #[allow(unused_doc_comments, reason = "a variant's attributes go with it; some are documentation")]
+        const COUNT: usize = [$($(#[$about])* $law::NAME,)+].len();
+
+        /// The names of the laws, in the order of this module's table.
+        #[allow(unused_doc_comments, reason = "a variant's attributes go with it; some are documentation")]
+        pub const LAWS: [&str; COUNT] = [$($(#[$about])* $law::NAME,)+];
+
+        #[allow(unused_doc_comments, reason = "a variant's attributes go with it; some are documentation")]
+        impl Friction {
+            /// The law's name in scene files and on the wire.
+            #[must_use]
+            pub const fn law(&self) -> &'static str {
+                match self { $($(#[$about])* Self::$law(_) => $law::NAME,)+ }
+            }
+
+            /// The law of this name with the paper's forces; `None` for an unknown name.
+            #[must_use]
+            pub fn usual(law: &str) -> Option<Self> {
+                $($(#[$about])* if law == $law::NAME { return Some(Self::$law($law::usual())); })+
+                None
+            }
+
+            pub(crate) fn as_law(&self) -> &dyn Law {
+                match self { $($(#[$about])* Self::$law(law) => law,)+ }
+            }
+
+            pub(crate) fn as_law_mut(&mut self) -> &mut dyn Law {
+                match self { $($(#[$about])* Self::$law(law) => law,)+ }
+            }
+        }
+    };
 }
 
-/// The friction law of a scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "serde", serde(tag = "law", rename_all = "kebab-case"))]
-pub enum Friction {
+laws! {
     /// Stiction, kinetic and viscous friction with a true stuck state.
-    Karnopp(Karnopp),
+    Karnopp in karnopp,
     /// A hysteretic spring that yields from the start.
-    Dahl(Dahl),
+    Dahl in dahl,
     /// A position-based bristle that does not drift with noise.
-    HaywardArmstrong(HaywardArmstrong),
+    HaywardArmstrong in hayward_armstrong,
     /// A bristle that holds up to its length and then slides.
-    ResetIntegrator(ResetIntegrator),
+    ResetIntegrator in reset_integrator,
     /// A bristle with Stribeck's curve.
-    Lugre(Lugre),
+    Lugre in lugre,
     /// A bristle with Stribeck's curve that is elastic at first.
-    ElastoPlastic(ElastoPlastic),
+    ElastoPlastic in elasto_plastic,
     /// A stuck spring that slides without kinetic friction.
-    SalcudeanVlaar(SalcudeanVlaar),
+    SalcudeanVlaar in salcudean_vlaar,
     /// Drag alone.
-    Viscous(Viscous),
+    Viscous in viscous,
+    /// For tests alone.
+    #[cfg(test)]
+    SmoothCoulomb in smooth_coulomb,
 }
 
-/// The names of the laws, in the order of this module's table.
-pub const LAWS: [&str; 8] = [
-    "karnopp",
-    "dahl",
-    "hayward-armstrong",
-    "reset-integrator",
-    "lugre",
-    "elasto-plastic",
-    "salcudean-vlaar",
-    "viscous",
-];
-
-/// Where a parameter of a scene is kept.
-#[derive(Debug)]
-pub(crate) enum Slot<'a> {
-    /// One value.
-    One(&'a mut f64),
-    /// One that may differ by direction.
-    Two(&'a mut Directional),
+/// One number of a law's parameter vector, with its bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coordinate {
+    /// The parameter, with its direction where it may differ by direction.
+    pub key: ParameterKey,
+    /// Its value, in the parameter's unit.
+    pub value: f64,
+    /// The smallest value accepted.
+    pub min: f64,
+    /// The largest value accepted.
+    pub max: f64,
 }
 
 impl Friction {
-    /// The law's name in scene files and on the wire.
-    #[must_use]
-    pub const fn law(&self) -> &'static str {
-        match self {
-            Self::Karnopp(_) => "karnopp",
-            Self::Dahl(_) => "dahl",
-            Self::HaywardArmstrong(_) => "hayward-armstrong",
-            Self::ResetIntegrator(_) => "reset-integrator",
-            Self::Lugre(_) => "lugre",
-            Self::ElastoPlastic(_) => "elasto-plastic",
-            Self::SalcudeanVlaar(_) => "salcudean-vlaar",
-            Self::Viscous(_) => "viscous",
-        }
+    /// The place of a parameter's value; `None` where the law lacks the parameter. `on_device`
+    /// where the scene has no block.
+    pub(crate) fn slot(&mut self, parameter: Parameter, on_device: bool) -> Option<Slot<'_>> {
+        self.as_law_mut().slot(parameter, on_device)
     }
 
-    /// Where the law keeps a parameter, if it has it. `on_device` where there is no block.
-    pub(crate) fn slot(&mut self, parameter: Parameter, on_device: bool) -> Option<Slot<'_>> {
-        match self {
-            Self::Karnopp(law) => law.slot(parameter, on_device),
-            Self::Dahl(law) => law.slot(parameter),
-            Self::HaywardArmstrong(law) => law.slot(parameter),
-            Self::ResetIntegrator(law) => law.slot(parameter),
-            Self::Lugre(law) => law.slot(parameter),
-            Self::ElastoPlastic(law) => law.slot(parameter),
-            Self::SalcudeanVlaar(law) => law.slot(parameter),
-            Self::Viscous(law) => law.slot(parameter),
+    /// The law's parameter vector, in the order of the table, directions apart and positive first.
+    /// `on_device` where the scene has no block.
+    #[must_use]
+    pub fn vector(&self, on_device: bool) -> Vec<Coordinate> {
+        let mut law = *self;
+        let mut vector = Vec::new();
+        for row in &TABLE {
+            let mut push = |key: ParameterKey, value| {
+                vector.push(Coordinate {
+                    key,
+                    value,
+                    min: row.min,
+                    max: row.max,
+                });
+            };
+            match law.slot(row.parameter, on_device) {
+                Some(Slot::One(value)) => push(row.parameter.into(), *value),
+                Some(Slot::Two(value)) => {
+                    for direction in Direction::BOTH {
+                        push(row.parameter.in_direction(direction), value.get(direction));
+                    }
+                }
+                None => {}
+            }
         }
+        vector
     }
 
     /// The law's own limits of static friction, by direction, N; zero where nothing holds.
     #[must_use]
     pub fn holding_force(&self) -> Directional {
-        match self {
-            Self::Karnopp(law) => law.breakaway_force(),
-            Self::Dahl(law) => law.dynamic_force,
-            Self::HaywardArmstrong(law) => law.dynamic_force,
-            Self::ResetIntegrator(law) => law.static_force,
-            Self::Lugre(law) => law.static_force,
-            Self::ElastoPlastic(law) => law.static_force,
-            Self::SalcudeanVlaar(law) => law.static_force,
-            Self::Viscous(_) => Directional::both(0.0),
-        }
+        self.as_law().holding_force()
     }
 
-    /// The force that keeps a slide at a steady velocity going, N, positive for a positive one: what a plot of force against velocity shows once
-    /// nothing accelerates. At rest nothing slides, so 0 m/s counts as the slowest slide in the positive direction.
+    /// The force that keeps a slide at a steady velocity (m/s) going, N, positive for a positive
+    /// velocity: a plot of force against velocity shows it once nothing accelerates. Nothing slides
+    /// at rest, so 0 m/s counts as the slowest slide in the positive direction.
     #[must_use]
     pub fn steady_force(&self, velocity_mps: f64) -> f64 {
-        let (direction, speed) = (Direction::of(velocity_mps), velocity_mps.abs());
-        let kinetic = |level: Directional, curve: Option<Stribeck>| {
-            curve.map_or(level.get(direction), |curve| curve.at(direction, speed))
-        };
-        let none = Directional::both(0.0);
-        let (level, viscous) = match self {
-            Self::Karnopp(law) => (kinetic(law.dynamic_force, law.curve()), law.viscous),
-            Self::Dahl(law) => (law.dynamic_force.get(direction), law.viscous),
-            Self::HaywardArmstrong(law) => (law.dynamic_force.get(direction), law.viscous),
-            Self::ResetIntegrator(law) => (law.dynamic_force.get(direction), law.viscous),
-            Self::Lugre(law) => (kinetic(law.dynamic_force, law.curve()), law.viscous),
-            Self::ElastoPlastic(law) => (kinetic(law.dynamic_force, law.curve()), law.viscous),
-            Self::SalcudeanVlaar(law) => (none.get(direction), law.viscous),
-            Self::Viscous(law) => (none.get(direction), law.viscous),
-        };
-        direction.sign() * (level + viscous.get(direction) * speed)
+        let direction = Direction::of(velocity_mps);
+        direction.sign() * self.as_law().steady_friction(direction, velocity_mps.abs())
     }
 
-    /// Stiffness with which the contact itself gives way at most, N/m: 0 where it is rigid behind a block, or does not hold at all.
+    /// Greatest stiffness with which the contact gives way, N/m: 0 for a contact that is rigid
+    /// behind a block, or holds nothing.
     #[must_use]
     pub fn contact_stiffness(&self, on_device: bool) -> f64 {
-        match self {
-            Self::Karnopp(law) if on_device => law.contact_stiffness.unwrap_or(karnopp::DEFAULT_CONTACT_STIFFNESS),
-            Self::Karnopp(_) | Self::Viscous(_) => 0.0,
-            Self::Dahl(law) => law.contact_stiffness,
-            Self::HaywardArmstrong(law) => law.contact_stiffness,
-            Self::ResetIntegrator(law) => law.stuck_stiffness().greatest(),
-            Self::Lugre(law) => law.contact_stiffness,
-            Self::ElastoPlastic(law) => law.contact_stiffness,
-            Self::SalcudeanVlaar(law) => law.contact_stiffness,
-        }
+        self.as_law().contact_stiffness(on_device)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::exp;
 
     #[test]
     fn a_steady_slide_has_the_force_that_its_law_says() {
@@ -203,7 +202,7 @@ mod tests {
         law.stribeck_velocity = 0.01;
         let falling = Friction::Karnopp(law);
         assert_eq!(falling.steady_force(0.0), 4.0);
-        assert!((falling.steady_force(0.01) - (3.0 + (-1.0_f64).exp() + 0.1)).abs() < 1e-12);
+        assert!((falling.steady_force(0.01) - (3.0 + exp(-1.0) + 0.1)).abs() < 1e-12);
         assert_eq!(falling.steady_force(1.0), 13.0);
     }
 
@@ -213,5 +212,52 @@ mod tests {
             viscous: Directional::both(2.0),
         });
         assert_eq!([drag.steady_force(-1.5), drag.steady_force(0.0)], [-3.0, 0.0]);
+    }
+
+    #[test]
+    fn a_vector_has_every_parameter_of_its_law_within_bounds() {
+        for name in LAWS {
+            let mut law = Friction::usual(name).expect("a law of the list");
+            assert_eq!(law.law(), name);
+            for on_device in [false, true] {
+                let vector = law.vector(on_device);
+                for Coordinate { key, value, min, max } in &vector {
+                    assert!(
+                        (*min..=*max).contains(value),
+                        "{name}: {key} = {value}, not from {min} to {max}"
+                    );
+                }
+                let has = |row: &&crate::parameters::ParameterInfo| {
+                    vector
+                        .iter()
+                        .any(|coordinate| coordinate.key.parameter == row.parameter)
+                };
+                for row in &TABLE {
+                    assert_eq!(
+                        has(&row),
+                        law.slot(row.parameter, on_device).is_some(),
+                        "{name}: {}",
+                        row.name
+                    );
+                }
+            }
+        }
+        let vector = Friction::Karnopp(Karnopp::new(4.0, 3.5)).vector(false);
+        assert_eq!(
+            vector.len(),
+            2 + 2 + 2 + 3,
+            "two of each force and of the drag, DV, ws and gamma: {vector:?}"
+        );
+    }
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn a_laws_name_is_its_tag_on_the_wire() {
+        for name in LAWS {
+            let law = Friction::usual(name).expect("a law of the list");
+            let json = serde_json::to_value(law).expect("writes");
+            assert_eq!(json["law"], name);
+            assert_eq!(serde_json::from_value::<Friction>(json).expect("reads"), law);
+        }
     }
 }

@@ -1,18 +1,25 @@
-//! The reset integrator (Haessig and Friedland 1991, "On the modeling and simulation of friction"): a bristle that is deflected up to its length `z0`, and then slides at
-//! that deflection.
+//! The reset integrator (Haessig and Friedland 1991, "On the modeling and simulation of friction"):
+//! a bristle that is deflected up to its length `z0`, and then slides at that deflection.
 //!
 //! ```text
 //! z' = 0 where |z| >= z0 and the motion is outward, else v
 //! F  = (1 + a) sigma z + beta z' while it holds,  sigma z while it slides
 //! ```
 //!
-//! Its parameters here are the forces that it gives: `Fd = sigma z0` and `Fs = (1 + a) sigma z0`. As published, the force jumps from `Fd` back to `Fs` when a slide ends, which
-//! creates energy; `reseat = "continuous"`, the default, keeps the force instead, and `reseat = "slides"` (or `"published"`) is the model as it was printed.
+//! Its parameters here are the forces that it gives: `Fd = sigma z0` and `Fs = (1 + a) sigma z0`.
+//! As published, the force jumps from `Fd` back to `Fs` when a slide ends, which creates energy;
+//! `reseat = "continuous"`, the default, keeps the force instead, and `reseat = "slides"` (or
+//! `"published"`) is the model as it was printed.
 
-use super::spring_contact::{SpringContact, SpringState};
-use super::static_limit::AtOnce;
-use super::{Directional, Reseat, Slot};
-use crate::parameters::Parameter;
+use super::forces::{check_static_not_below, raise};
+use super::law::{Law, Named};
+use super::usual;
+use crate::contact::{AtOnce, Reseat, SpringContact, SpringState};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::{Parameter, SceneError, Slot};
+use crate::render::{BehindBlock, Surface, YieldingSurface};
+use alloc::boxed::Box;
 
 /// The reset integrator.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +27,8 @@ use crate::parameters::Parameter;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ResetIntegrator {
-    /// `Fs = (1 + a) sigma z0`, N: what it holds; not below `Fd`, and at most [`MOST_STICTION`] times it.
+    /// `Fs = (1 + a) sigma z0`, N: what it holds; not below `Fd`, and at most [`MOST_STICTION`]
+    /// times it.
     #[cfg_attr(feature = "serde", serde(alias = "Fs"))]
     pub static_force: Directional,
     /// `Fd = sigma z0`, N: the force of a slide.
@@ -44,26 +52,15 @@ pub struct ResetIntegrator {
 pub const MOST_STICTION: f64 = 100.0;
 
 impl ResetIntegrator {
-    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
-        match parameter {
-            Parameter::StaticForce => Some(Slot::Two(&mut self.static_force)),
-            Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
-            Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
-            Parameter::ContactDamping => Some(Slot::One(&mut self.contact_damping)),
-            Parameter::Viscous => Some(Slot::Two(&mut self.viscous)),
-            _ => None,
-        }
-    }
-
     /// `(1 + a) sigma`, N/m, by the direction that the bristle is loaded in.
-    pub(crate) fn stuck_stiffness(&self) -> Directional {
+    fn stuck_stiffness(&self) -> Directional {
         self.static_force.zip(self.dynamic_force, |held, sliding| {
             let gain = if sliding > 0.0 { held / sliding } else { 1.0 };
             gain * self.contact_stiffness
         })
     }
 
-    pub(crate) fn contact(&self) -> SpringContact<Directional, AtOnce> {
+    fn contact(&self) -> SpringContact<Directional, AtOnce> {
         SpringContact {
             stiffness: self.stuck_stiffness(),
             damping: self.contact_damping,
@@ -75,5 +72,84 @@ impl ResetIntegrator {
             reseat: self.reseat,
             state: SpringState::AT_REST,
         }
+    }
+}
+
+impl Named for ResetIntegrator {
+    const NAME: &'static str = "reset-integrator";
+
+    fn usual() -> Self {
+        Self {
+            static_force: Directional::both(usual::STATIC_FORCE),
+            dynamic_force: Directional::both(usual::DYNAMIC_FORCE),
+            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
+            contact_damping: usual::CONTACT_DAMPING,
+            viscous: Directional::both(0.0),
+            reseat: Reseat::Continuous,
+        }
+    }
+}
+
+impl Law for ResetIntegrator {
+    fn slot(&mut self, parameter: Parameter, _on_device: bool) -> Option<Slot<'_>> {
+        match parameter {
+            Parameter::StaticForce => Some(Slot::Two(&mut self.static_force)),
+            Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
+            Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
+            Parameter::ContactDamping => Some(Slot::One(&mut self.contact_damping)),
+            Parameter::Viscous => Some(Slot::Two(&mut self.viscous)),
+            _ => None,
+        }
+    }
+
+    fn validate(&self, _on_device: bool) -> Result<(), SceneError> {
+        check_static_not_below(Self::NAME, self.static_force, self.dynamic_force)?;
+        for direction in Direction::BOTH {
+            let (held, sliding) = (self.static_force.get(direction), self.dynamic_force.get(direction));
+            let max = MOST_STICTION * sliding;
+            if held > max {
+                return Err(SceneError::TooMuchStiction {
+                    param: Parameter::StaticForce.in_direction(direction),
+                    static_force: held,
+                    dynamic_force: sliding,
+                    max,
+                    most_ratio: MOST_STICTION,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn comply(&mut self) {
+        raise(&mut self.static_force, self.dynamic_force);
+        for direction in Direction::BOTH {
+            let most = MOST_STICTION * self.dynamic_force.get(direction);
+            let held = self.static_force.get_mut(direction);
+            *held = held.min(most);
+        }
+    }
+
+    fn holding_force(&self) -> Directional {
+        self.static_force
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        self.dynamic_force.get(direction) + self.viscous.get(direction) * speed
+    }
+
+    fn contact_stiffness(&self, _on_device: bool) -> f64 {
+        self.stuck_stiffness().greatest()
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        block.yielding(
+            self.contact(),
+            self.contact_stiffness(false),
+            self.holding_force().greatest(),
+        )
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        Box::new(YieldingSurface::new(self.contact()))
     }
 }

@@ -1,15 +1,20 @@
-//! Salcudean and Vlaar's stick-slip (Salcudean and Vlaar 1994, "On the emulation of stiff walls and static friction with a magnetically levitated input/output device"):
-//! a spring that holds up to the static limit, and only drag while it slides.
+//! Salcudean and Vlaar's stick-slip (Salcudean and Vlaar 1994, "On the emulation of stiff walls and
+//! static friction with a magnetically levitated input/output device"): a spring that holds up to
+//! the static limit, and only drag while it slides.
 //!
 //! ```text
 //! stuck:    F = Kp (x - xs),  until |F| > Fs
 //! sliding:  F = b v,          until |v| < DV; the spring is then anchored where the force stays as it was
 //! ```
 
-use super::spring_contact::{SpringContact, SpringState};
-use super::static_limit::AtOnce;
-use super::{Directional, Reseat, Slot};
-use crate::parameters::Parameter;
+use super::law::{Law, Named};
+use super::usual;
+use crate::contact::{AtOnce, Reseat, SpringContact, SpringState};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::{Parameter, Slot};
+use crate::render::{BehindBlock, Surface, YieldingSurface};
+use alloc::boxed::Box;
 
 /// Salcudean-Vlaar friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,17 +37,7 @@ pub struct SalcudeanVlaar {
 }
 
 impl SalcudeanVlaar {
-    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
-        match parameter {
-            Parameter::StaticForce => Some(Slot::Two(&mut self.static_force)),
-            Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
-            Parameter::Viscous => Some(Slot::Two(&mut self.viscous)),
-            Parameter::VelocityThreshold => Some(Slot::One(&mut self.velocity_threshold)),
-            _ => None,
-        }
-    }
-
-    pub(crate) fn contact(&self) -> SpringContact<Directional, AtOnce> {
+    fn contact(&self) -> SpringContact<Directional, AtOnce> {
         SpringContact {
             stiffness: Directional::both(self.contact_stiffness),
             damping: 0.0,
@@ -54,5 +49,54 @@ impl SalcudeanVlaar {
             reseat: Reseat::Continuous,
             state: SpringState::AT_REST,
         }
+    }
+}
+
+impl Named for SalcudeanVlaar {
+    const NAME: &'static str = "salcudean-vlaar";
+
+    fn usual() -> Self {
+        Self {
+            static_force: Directional::both(usual::STATIC_FORCE),
+            contact_stiffness: usual::DEFAULT_CONTACT_STIFFNESS,
+            viscous: Directional::both(0.0),
+            velocity_threshold: 0.0,
+        }
+    }
+}
+
+impl Law for SalcudeanVlaar {
+    fn slot(&mut self, parameter: Parameter, _on_device: bool) -> Option<Slot<'_>> {
+        match parameter {
+            Parameter::StaticForce => Some(Slot::Two(&mut self.static_force)),
+            Parameter::ContactStiffness => Some(Slot::One(&mut self.contact_stiffness)),
+            Parameter::Viscous => Some(Slot::Two(&mut self.viscous)),
+            Parameter::VelocityThreshold => Some(Slot::One(&mut self.velocity_threshold)),
+            _ => None,
+        }
+    }
+
+    fn holding_force(&self) -> Directional {
+        self.static_force
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        self.viscous.get(direction) * speed
+    }
+
+    fn contact_stiffness(&self, _on_device: bool) -> f64 {
+        self.contact_stiffness
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        block.yielding(
+            self.contact(),
+            self.contact_stiffness(false),
+            self.holding_force().greatest(),
+        )
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        Box::new(YieldingSurface::new(self.contact()))
     }
 }

@@ -1,7 +1,17 @@
 //! Viscous friction: `F = b w`, and nothing that holds.
 
-use super::{Directional, Slot};
-use crate::parameters::Parameter;
+use super::karnopp::Karnopp;
+use super::law::{Law, Named};
+use crate::block::LinearBlock;
+use crate::contact::AtOnce;
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::{Parameter, Slot};
+use crate::render::{BehindBlock, Surface, ViscousSurface};
+use alloc::boxed::Box;
+
+/// Drag of a surface that had none, N s/m: enough to be felt by a hand.
+const USUAL_DRAG_NSPM: f64 = 2.0;
 
 /// Drag in proportion to velocity. 35 N s/m is the paper's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,8 +24,53 @@ pub struct Viscous {
     pub viscous: Directional,
 }
 
-impl Viscous {
-    pub(crate) fn slot(&mut self, parameter: Parameter) -> Option<Slot<'_>> {
+impl Named for Viscous {
+    const NAME: &'static str = "viscous";
+
+    fn usual() -> Self {
+        Self {
+            viscous: Directional::both(USUAL_DRAG_NSPM),
+        }
+    }
+}
+
+impl Law for Viscous {
+    fn slot(&mut self, parameter: Parameter, _on_device: bool) -> Option<Slot<'_>> {
         (parameter == Parameter::Viscous).then_some(Slot::Two(&mut self.viscous))
+    }
+
+    /// A drag of nothing is not a surface.
+    fn adopts(&self, parameter: Parameter, value: Directional) -> bool {
+        parameter != Parameter::Viscous || value.greatest() > 0.0
+    }
+
+    fn holding_force(&self) -> Directional {
+        Directional::both(0.0)
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        self.viscous.get(direction) * speed
+    }
+
+    fn contact_stiffness(&self, _on_device: bool) -> f64 {
+        0.0
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        // Karnopp's law without its forces.
+        let drag = Karnopp {
+            viscous: self.viscous,
+            ..Karnopp::new(0.0, 0.0)
+        };
+        if self.viscous.is_symmetric() {
+            let linear = LinearBlock::new(block.mass, block.coupling, self.viscous.positive);
+            block.by_scheme(linear, drag.stepped(drag.dynamic_force, AtOnce))
+        } else {
+            drag.behind_block(block)
+        }
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        Box::new(ViscousSurface::new(self.viscous))
     }
 }

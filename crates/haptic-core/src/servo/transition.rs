@@ -107,7 +107,7 @@ impl Steps {
         self.taken = due;
         let next = &mut self.renderers[due - 1];
         let step = next.take_over(current);
-        std::mem::swap(next, current);
+        core::mem::swap(next, current);
         Some(step)
     }
 }

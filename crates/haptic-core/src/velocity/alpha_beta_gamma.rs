@@ -1,15 +1,19 @@
-//! The alpha-beta-gamma filter: a tracker of position, velocity and acceleration with fading memory.
+//! The alpha-beta-gamma filter: a tracker of position, velocity and acceleration with fading
+//! memory.
 //!
-//! Gains from one number `r`, the share of the past that each sample leaves (Brookner, "Tracking and Kalman
-//! Filtering Made Easy", 1998, the critically damped filter): `alpha = 1 - r^3`, `beta = 1.5 (1 - r)^2 (1 + r)`,
-//! `gamma = (1 - r)^3`. It follows a constant acceleration without lag, and tames the steps of an encoder.
+//! Gains from one number `r`, the share of the past that each sample leaves (Brookner, "Tracking
+//! and Kalman Filtering Made Easy", 1998, the critically damped filter): `alpha = 1 - r^3`, `beta =
+//! 1.5 (1 - r)^2 (1 + r)`, `gamma = (1 - r)^3`. It follows a constant acceleration without lag, and
+//! tames the steps of an encoder.
 
+use crate::flush::flush;
 use crate::math::powf;
 
 /// Estimates velocity from positions at irregular times.
 ///
-/// The memory is one of time, not of samples: a sample that comes early counts for less, one that comes late for more. With gains
-/// fixed to samples, an encoder step seen a microsecond after the last sample would read as metres a second.
+/// The memory is one of time, not of samples: a sample that comes early counts for less, one that
+/// comes late for more. With gains fixed to samples, an encoder step seen a microsecond after the
+/// last sample would read as metres a second.
 #[derive(Clone, Copy, Debug)]
 pub struct AlphaBetaGamma {
     period_s: f64,
@@ -45,10 +49,11 @@ pub const DEFAULT_MEMORY: f64 = 0.6;
 /// A sample that comes off its time by less than this share of the period is on time.
 const ON_TIME: f64 = 0.05;
 
-/// Where less than this share of the past is left, there is no past: after 45 periods without a sample, with the default memory.
+/// Where less than this share of the past is left, there is no past: after 45 periods without a
+/// sample, with the default memory.
 const FORGOTTEN: f64 = 1e-10;
 
-/// Below this speed, m/s, a filter at rest is at rest: its tail must not decay through the denormals.
+/// Below this speed, m/s, a filter at rest is at rest: counting is far coarser.
 const AT_REST_MPS: f64 = 1e-15;
 
 impl AlphaBetaGamma {
@@ -58,8 +63,8 @@ impl AlphaBetaGamma {
         Self::with_memory(period_s, DEFAULT_MEMORY)
     }
 
-    /// `memory` is `r` in `(0, 1)`, the share of the past that is left after `period_s` seconds: towards 0 the filter trusts each sample
-    /// alone, towards 1 the past.
+    /// `memory` is `r` in `(0, 1)`, the share of the past that is left after `period_s` seconds:
+    /// towards 0 the filter trusts each sample alone, towards 1 the past.
     #[must_use]
     pub fn with_memory(period_s: f64, memory: f64) -> Self {
         Self {
@@ -78,7 +83,8 @@ impl AlphaBetaGamma {
         self.started = false;
     }
 
-    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the velocity, m/s.
+    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
+    /// velocity, m/s.
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         if !self.started {
             self.position = position;
@@ -106,7 +112,7 @@ impl AlphaBetaGamma {
         };
         let predicted = self.position + elapsed_s * (self.velocity + 0.5 * elapsed_s * self.acceleration);
         let residual = position - predicted;
-        self.position = predicted + alpha * residual;
+        self.position = flush(predicted + alpha * residual);
         self.velocity += elapsed_s * self.acceleration + beta / elapsed_s * residual;
         self.acceleration += gamma / (elapsed_s * elapsed_s) * residual;
         if self.velocity.abs() < AT_REST_MPS && residual.abs() < AT_REST_MPS * elapsed_s {
@@ -125,7 +131,8 @@ mod tests {
     #[test]
     fn after_a_long_gap_it_tells_the_mean_velocity_and_not_what_the_past_foretold() {
         let mut filter = AlphaBetaGamma::new(1e-3);
-        // To and fro at 0.5 Hz, and then nothing for ten seconds: five turns later the hand is where it was.
+        // To and fro at 0.5 Hz, and then nothing for ten seconds: five turns later the hand is
+        // where it was.
         let at = |t: f64| 0.03 * crate::math::sin_cos(core::f64::consts::PI * t).0;
         for k in 0..1300 {
             filter.update(1e-3, at(f64::from(k) * 1e-3));

@@ -13,7 +13,8 @@ impl FiniteDifference {
         *self = Self::default();
     }
 
-    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the velocity, m/s.
+    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
+    /// velocity, m/s.
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         let Some(last) = self.last else {
             self.last = Some(position);

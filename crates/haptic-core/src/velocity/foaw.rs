@@ -1,6 +1,7 @@
-//! First-order adaptive windowing (Janabi-Sharifi, Hayward and Chen 2000, "Discrete-time adaptive windowing for velocity
-//! estimation"): the longest window in which a straight line stays within one count of every sample. Slow motion gets a long window and little
-//! noise, fast motion a short one and little lag.
+//! First-order adaptive windowing (Janabi-Sharifi, Hayward and Chen 2000, "Discrete-time adaptive
+//! windowing for velocity estimation"): the longest window in which a straight line stays within
+//! one count of every sample. Slow motion gets a long window and little noise, fast motion a short
+//! one and little lag.
 
 /// Most samples that a window reaches back.
 pub const LONGEST_WINDOW: usize = 16;
@@ -47,7 +48,8 @@ impl Foaw {
         self.velocity = 0.0;
     }
 
-    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the velocity, m/s.
+    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
+    /// velocity, m/s.
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         let Some(last) = self.newest else {
             self.newest = Some(position);

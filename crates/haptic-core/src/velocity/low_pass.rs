@@ -1,6 +1,8 @@
-//! The finite difference behind a first-order low-pass: less noise, and a lag of `1 / (2 pi cutoff)` seconds.
+//! The finite difference behind a first-order low-pass: less noise, and a lag of `1 / (2 pi
+//! cutoff)` seconds.
 
-use super::FiniteDifference;
+use super::finite_difference::FiniteDifference;
+use crate::flush::flush;
 use crate::math::exp_m1;
 use core::f64::consts::TAU;
 
@@ -32,11 +34,14 @@ impl LowPass {
         self.velocity = 0.0;
     }
 
-    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the velocity, m/s.
+    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
+    /// velocity, m/s.
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         let raw = self.difference.update(elapsed_s, position);
-        // The exact response to a velocity held since the last sample, so that an early sample counts for less.
-        self.velocity -= exp_m1(-self.rate * elapsed_s.max(0.0)) * (raw - self.velocity);
+        // The exact response to a velocity held since the last sample, so that an early sample
+        // counts for less.
+        let nearer = -exp_m1(-self.rate * elapsed_s.max(0.0)) * (raw - self.velocity);
+        self.velocity = flush(self.velocity + nearer);
         self.velocity
     }
 }

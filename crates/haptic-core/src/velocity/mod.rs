@@ -1,7 +1,9 @@
 //! Velocity from encoder positions.
 //!
-//! An encoder tells where the handle is to one count, so the difference of two samples is mostly the noise of counting. Each estimator trades that
-//! noise against lag; the damper of the coupling feels both. All of them take the time that really passed between two samples, by the device's own clock.
+//! An encoder tells where the handle is to one count, so the difference of two samples is mostly
+//! the noise of counting. Each estimator trades that noise against lag; the damper of the coupling
+//! feels both. All of them take the time that really passed between two samples, by the device's
+//! own clock.
 
 mod alpha_beta_gamma;
 mod finite_difference;
@@ -90,7 +92,8 @@ enum Kind {
 }
 
 impl Estimator {
-    /// An estimator for samples every `period_s` seconds (> 0), from an encoder with counts of `resolution_m` (m, >= 0).
+    /// An estimator for samples every `period_s` seconds (> 0), from an encoder with counts of
+    /// `resolution_m` (m, >= 0).
     #[must_use]
     pub fn new(method: Method, period_s: f64, resolution_m: f64) -> Self {
         Self(match method {
@@ -112,7 +115,8 @@ impl Estimator {
         }
     }
 
-    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the velocity, m/s. No time, no news.
+    /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
+    /// velocity, m/s. No time, no news.
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         match &mut self.0 {
             Kind::FiniteDifference(estimator) => estimator.update(elapsed_s, position),
@@ -125,9 +129,6 @@ impl Estimator {
 
 #[cfg(test)]
 mod tests {
-    // The tests print what they measure, also where the crate itself goes without `std`.
-    extern crate std;
-
     use super::*;
     use core::f64::consts::TAU;
     use proptest::prelude::*;
@@ -153,7 +154,8 @@ mod tests {
 
     #[test]
     fn errors_on_a_coarse_encoder_are_those_of_the_comparison() {
-        // Total rms error, mm/s, at 0.5, 2 and 3 Hz; measured beforehand with a prototype, so to a quarter.
+        // Total rms error, mm/s, at 0.5, 2 and 3 Hz; measured beforehand with a prototype, so to a
+        // quarter.
         for (method, known) in [
             (Method::FiniteDifference, [4.1, 4.3, 5.6]),
             (Method::LowPass, [1.6, 5.7, 12.5]),

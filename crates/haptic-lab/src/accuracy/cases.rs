@@ -1,4 +1,5 @@
-//! The scenes and hands that schemes are held against: the stored references' parameters, and the hard cases.
+//! The scenes and hands that schemes are held against: the stored references' parameters, and the
+//! hard cases.
 
 use crate::motion::DeviceSample;
 use crate::simulate::Start;
@@ -10,7 +11,7 @@ use haptic_core::{Directional, ParameterKey, Scene};
 /// A scene with the hand that moves it.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What it is, for people and tables.
+    /// Name, for people and tables.
     pub name: String,
     /// The scene.
     pub scene: Scene,
@@ -28,7 +29,8 @@ impl Case {
     }
 }
 
-/// A hand that goes to and fro, with jitter, missed ticks, jumps and encoder steps where wanted. The same in every run.
+/// A hand that goes to and fro, with jitter, missed ticks, jumps and encoder steps where wanted.
+/// The same in every run.
 #[derive(Clone, Copy, Debug)]
 pub struct ToAndFro {
     /// Half the stroke, m.
@@ -66,7 +68,8 @@ impl ToAndFro {
     #[must_use]
     pub fn samples(&self) -> Vec<DeviceSample> {
         let omega = std::f64::consts::TAU * self.frequency_hz;
-        // Knuth's linear congruential generator: any noise will do, as long as it is the same everywhere.
+        // Knuth's linear congruential generator: any noise will do, as long as it is the same
+        // everywhere.
         let mut random = 12_345_u64;
         let (mut t, mut offset) = (0.0, 0.0);
         (0..self.samples)
@@ -250,7 +253,8 @@ pub fn all() -> Vec<Case> {
     cases
 }
 
-/// Every law but plain Karnopp friction, under the paper's block, under a light one, and under a rough hand.
+/// Every law but plain Karnopp friction, under the paper's block, under a light one, and under a
+/// rough hand.
 ///
 /// # Panics
 /// Never: the cases are valid scenes, which the tests run through.

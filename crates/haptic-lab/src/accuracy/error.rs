@@ -9,13 +9,15 @@ pub struct RunError {
     pub position_m: f64,
     /// Coupling force, N.
     pub force_n: f64,
-    /// The same over `max(K |p|, 1 N)`, the size of the numbers that the force is the difference of.
+    /// The same over `max(K |p|, 1 N)`, the size of the numbers that the force is the difference
+    /// of.
     pub relative_force: f64,
-    /// Time of a change of contact, s; nothing where the lists of changes differ.
+    /// Time of a change of contact, s; `None` where the lists of changes differ.
     pub event_time_s: Option<f64>,
 }
 
-/// Compares a run with the truth, row by row and change by change. `stiffness` is the coupling's, N/m.
+/// Compares a run with the truth, row by row and change by change. `stiffness` is the coupling's,
+/// N/m.
 #[must_use]
 pub fn compare(run: &Simulation, truth: &Simulation, stiffness: f64) -> RunError {
     let mut error = RunError::default();

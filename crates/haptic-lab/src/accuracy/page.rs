@@ -1,5 +1,5 @@
-//! The work-precision measurement as one page: force error against the cost of a tick, both on logarithmic axes, and the table behind it. Readable on
-//! light and dark ground, without a script.
+//! The work-precision measurement as one page: force error against the cost of a tick, both on
+//! logarithmic axes, and the table behind it. Readable on light and dark ground, without a script.
 
 use super::report::{Measurement, schemes};
 use std::fmt::Write;
@@ -11,7 +11,8 @@ const RIGHT: f64 = 30.0;
 const TOP: f64 = 20.0;
 const BOTTOM: f64 = 50.0;
 
-/// Powers of ten that the axes span: cost in ns, force error in N. What lies outside is drawn on the border.
+/// Powers of ten that the axes span: cost in ns, force error in N. What lies outside is drawn on
+/// the border.
 const COST: (f64, f64) = (1.0, 5.0);
 const ERROR: (f64, f64) = (-15.0, 3.0);
 

@@ -1,4 +1,4 @@
-//! The work-precision measurement: what each scheme costs in each case, and what it gets for it.
+//! The work-precision measurement: cost and error of each scheme in each case.
 
 use super::cases::Case;
 use super::error::{RunError, compare};
@@ -15,9 +15,9 @@ pub struct Measurement {
     pub case: String,
     /// The scheme.
     pub scheme: Scheme,
-    /// What a tick costs.
+    /// Cost of a tick.
     pub cost: Cost,
-    /// Instructions a tick; nothing where they could not be counted.
+    /// Instructions a tick; `None` where they could not be counted.
     pub instructions: Option<f64>,
     /// How far it is from the truth.
     pub error: RunError,
@@ -41,7 +41,8 @@ pub fn schemes() -> Vec<Scheme> {
 /// A block that far from the truth, m, has blown up.
 const BLOWN_UP_M: f64 = 1.0;
 
-/// Runs every scheme through a case. `instructions` are the totals of a [probe](crate::cost::Probe) for the case, scheme by scheme, or none.
+/// Runs every scheme through a case. `instructions` are the totals of a [probe](crate::cost::Probe)
+/// for the case, scheme by scheme, or none.
 ///
 /// # Errors
 /// The case's scene cannot be rendered at the rate of its motion.
@@ -68,7 +69,8 @@ pub fn measure(case: &Case, instructions: Option<&[u64]>) -> Result<Vec<Measurem
         .collect()
 }
 
-/// Writes measurements as CSV. An event time is empty where the scheme has other changes of contact than the truth.
+/// Writes measurements as CSV. An event time is empty where the scheme has other changes of contact
+/// than the truth.
 ///
 /// # Errors
 /// The output cannot be written.

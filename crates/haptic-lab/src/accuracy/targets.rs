@@ -10,14 +10,14 @@ use haptic_core::scene::{Block, Coupling};
 use haptic_core::{Directional, ParameterKey, Renderer, Scene, SceneError, Scheme};
 use std::time::Instant;
 
-/// A figure and what it is to be.
+/// A figure and its target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-    /// What is measured.
+    /// The quantity.
     pub what: &'static str,
     /// The figure, with its unit.
     pub measured: String,
-    /// What it is to be.
+    /// The target.
     pub target: &'static str,
     /// Whether it is.
     pub met: bool,
@@ -173,7 +173,8 @@ fn speed(targets: &mut Vec<Target>) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// The cost of the dearest tick of a run, ns: each tick that counts is done over and over from its own state, and its median taken.
+/// The cost of the dearest tick of a run, ns: each tick that counts is done over and over from its
+/// own state, and its median taken.
 fn slowest_tick(scene: &Scene, motion: &[DeviceSample], counts: impl Fn(u32) -> bool) -> Result<f64, SceneError> {
     const REPEATS: usize = 51;
     const BATCH: u32 = 20;
@@ -265,7 +266,8 @@ fn stillness(targets: &mut Vec<Target>) -> Result<(), SceneError> {
 
 /// Creep, um/s, of a contact that holds 4 N with 1e5 N/m, under 1.5 N + 1.0 N sin(25 Hz) for 60 s.
 ///
-/// A block of 1 g takes the load through a soft coupling whose end goes with the block, so that the load is what it is told to be.
+/// A block of 1 g takes the load through a soft coupling whose end goes with the block, so that the
+/// load is the prescribed one.
 fn creep(law: &str) -> Result<f64, SceneError> {
     const COUPLING: Coupling = Coupling {
         stiffness: 100.0,
@@ -376,7 +378,8 @@ fn blow_ups(targets: &mut Vec<Target>) {
                     0.0
                 };
             let rendered = block.tick(elapsed, position, velocity);
-            // The hand goes no farther than this in these runs, and a block that is dragged no farther from it.
+            // The hand goes no farther than this in these runs, and a block that is dragged no
+            // farther from it.
             let lost = !rendered.coupling_force.is_finite() || (block.state().position - position).abs() > 100.0;
             blown_up += u32::from(lost);
             exhausted += u32::from(rendered.work_exhausted);

@@ -1,10 +1,7 @@
 //! What the real-time thread asks of the system: a core of its own, a real-time priority, and memory that stays in place.
 //!
 //! Whatever cannot be had is reported with the exact way to get it, and the loop runs without.
-#![allow(
-    unsafe_code,
-    reason = "scheduling and the floating-point control register have no safe wrapper"
-)]
+#![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
 
 use crate::rt::thread::Wishes;
 use haptic_ipc::{Problem, RealTimeStatus};
@@ -121,43 +118,6 @@ fn prefault_stack() {
     }
 }
 
-/// Has numbers below the normal range count as zero: each operation on one of them can cost a hundred times the usual.
-fn flush_denormals(status: &mut RealTimeStatus) {
-    #[cfg(target_arch = "x86_64")]
-    {
-        /// Flush results to zero, and take operands as zero.
-        const FLUSH: u32 = 1 << 15 | 1 << 6;
-        let mut control = 0_u32;
-        // SAFETY: reads and writes this thread's own floating-point control register; only the two flush bits are added, which change no
-        // exception or rounding behaviour that Rust relies on beyond the size of tiny results.
-        unsafe {
-            std::arch::asm!("stmxcsr [{0}]", in(reg) &raw mut control, options(nostack));
-            control |= FLUSH;
-            std::arch::asm!("ldmxcsr [{0}]", in(reg) &raw const control, options(nostack));
-        }
-        status.denormals_flushed = true;
-    }
-    #[cfg(target_arch = "aarch64")]
-    {
-        let mut control = 0_u64;
-        // SAFETY: as above; bit 24 of FPCR flushes to zero.
-        unsafe {
-            std::arch::asm!("mrs {0}, fpcr", out(reg) control, options(nostack));
-            std::arch::asm!("msr fpcr, {0}", in(reg) control | 1 << 24, options(nostack));
-        }
-        status.denormals_flushed = true;
-    }
-    if !status.denormals_flushed {
-        status.problems.push(Problem {
-            what: format!(
-                "numbers below the normal range are computed with in full, which can delay a tick: how to flush them on {} is not known",
-                std::env::consts::ARCH
-            ),
-            remedy: "nothing: run the daemon on an x86-64 or AArch64 machine".to_owned(),
-        });
-    }
-}
-
 /// Has timers that are not late: without a real-time priority the kernel may delay them by 50 us, to wake up less often.
 fn tighten_timers(status: &mut RealTimeStatus) {
     if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
@@ -195,7 +155,8 @@ fn block_signals() {
 pub(crate) fn prepare_thread(wishes: &Wishes, status: &mut RealTimeStatus) {
     block_signals();
     prefault_stack();
-    flush_denormals(status);
+    // The core flushes what it keeps, on every processor.
+    status.denormals_flushed = true;
     tighten_timers(status);
     let cpu = wishes.cpu.filter(|_| wishes.policy != Policy::Deadline);
     if let Some(cpu) = cpu {
@@ -373,18 +334,5 @@ mod tests {
         };
         assert!(what.contains("timers") && what.contains("prctl"), "{what}");
         assert!(remedy.contains("PR_SET_TIMERSLACK"), "{remedy}");
-    }
-
-    #[test]
-    fn numbers_below_the_normal_range_are_flushed_or_it_is_told() {
-        let status = std::thread::spawn(|| {
-            let mut status = RealTimeStatus::default();
-            flush_denormals(&mut status);
-            let tiny = std::hint::black_box(f64::MIN_POSITIVE) * std::hint::black_box(0.5);
-            (status, tiny)
-        });
-        let (status, tiny) = status.join().expect("it ends");
-        assert_eq!(status.denormals_flushed, tiny == 0.0, "{tiny:e}");
-        assert_eq!(status.denormals_flushed, status.problems.is_empty(), "{status:?}");
     }
 }

@@ -1,151 +1,24 @@
-//! The true motion under the laws that have no series of a few terms: the classical Runge-Kutta method in very short steps, with every change of
-//! direction, of contact and of regime found by halving, so that no step runs across a kink.
+//! The true motion under the laws that have no series of a few terms: the classical Runge-Kutta
+//! method in very short steps, with every change of direction, of contact and of regime found by
+//! halving, so that no step runs across a kink.
 //!
-//! The laws are written down here once more, from their papers' equations and as differential equations, which the core's closed forms and tangents are not.
+//! The laws are written down here once more, from their papers' equations and as differential
+//! equations, which the core's closed forms and tangents are not.
 
+use super::equations::{Drive, Mode, Problem, State};
 use crate::motion::DeviceSample;
 use crate::simulate::{ContactChange, Row, Simulation, Start};
+use haptic_core::Direction;
 use haptic_core::block::Contact;
 use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::scene::Coupling;
-use haptic_core::{Direction, Directional};
 
-/// Share of the shortest time in the equations that a step takes: the method's error is the fourth power of it.
-const STEP: f64 = 5e-3;
 /// Fewest steps between two samples.
 const FEWEST_STEPS: f64 = 200.0;
 /// Halvings that find an event to the last digit.
 const HALVINGS: usize = 60;
 
-/// Block position, block velocity, and the state of the contact: a deflection (m), a force (N) or a time at rest (s), as the law has it.
-type State = [f64; 3];
-
-/// What kind of motion there is between two events.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Mode {
-    /// Held still by a rigid contact.
-    Rigid,
-    /// Held by a spring.
-    Spring,
-    /// In motion in a direction. `armed`: it has been faster than the threshold, or, under Dahl's law, has come to its limit; `peak`: the friction that it began with, N.
-    Moving {
-        direction: Direction,
-        armed: bool,
-        peak: f64,
-    },
-}
-
-struct Problem<'a> {
-    mass: f64,
-    coupling: &'a Coupling,
-    law: &'a Friction,
-}
-
-/// `K p + B v` on a straight line between two samples.
-#[derive(Clone, Copy)]
-struct Drive {
-    at_start: f64,
-    slope: f64,
-}
-
 impl Problem<'_> {
-    fn load(&self, drive: Drive, t: f64, state: &State) -> f64 {
-        drive.at_start + drive.slope * t - self.coupling.stiffness * state[0]
-    }
-
-    /// Friction and the rate of the contact's own state.
-    fn friction(&self, state: &State, mode: Mode) -> (f64, f64) {
-        let [_, w, z] = *state;
-        let direction = match mode {
-            Mode::Moving { direction, .. } => direction,
-            Mode::Rigid | Mode::Spring => Direction::of(w),
-        };
-        let s = direction.sign();
-        let gauss = |held: f64, sliding: f64, velocity: f64| {
-            if velocity > 0.0 {
-                sliding + (held - sliding) * (-(w / velocity).powi(2)).exp()
-            } else {
-                sliding
-            }
-        };
-        match self.law {
-            Friction::Viscous(law) => (law.viscous.get(direction) * w, 0.0),
-            Friction::Karnopp(law) => {
-                let Mode::Moving { peak, .. } = mode else {
-                    return (0.0, 0.0);
-                };
-                let force = gauss(peak, law.dynamic_force.get(direction), law.stribeck_velocity);
-                (s * force + law.viscous.get(direction) * w, 0.0)
-            }
-            Friction::Dahl(law) => {
-                // z is the force itself.
-                let rest = 1.0 - s * z / law.dynamic_force.get(direction);
-                let slope = law.contact_stiffness * rest.max(0.0).powf(law.exponent);
-                let saturated = matches!(mode, Mode::Moving { armed: true, .. });
-                let slope = if saturated { 0.0 } else { slope };
-                (z + law.viscous.get(direction) * w, slope * w)
-            }
-            Friction::HaywardArmstrong(law) => {
-                let longest = law.dynamic_force.get(direction) / law.contact_stiffness;
-                let (ratio, onset) = ((z / longest).powi(8), law.elastic_fraction.powi(8));
-                let alpha = if ratio > 0.0 {
-                    (1.0 + onset) * ratio / (onset + ratio) / longest
-                } else {
-                    0.0
-                };
-                (
-                    law.contact_stiffness * z + law.viscous.get(direction) * w,
-                    w - w.abs() * alpha * z,
-                )
-            }
-            Friction::Lugre(law) => {
-                let g = gauss(
-                    law.static_force.get(direction),
-                    law.dynamic_force.get(direction),
-                    law.stribeck_velocity,
-                );
-                let rate = w - law.contact_stiffness * w.abs() * z / g;
-                let force = law.contact_stiffness * z + law.contact_damping * rate + law.viscous.get(direction) * w;
-                (force, rate)
-            }
-            Friction::ElastoPlastic(law) => {
-                let g = gauss(
-                    law.static_force.get(direction),
-                    law.dynamic_force.get(direction),
-                    law.stribeck_velocity,
-                );
-                let ratio = law.contact_stiffness * s * z / g;
-                let alpha = match ratio {
-                    r if r <= law.elastic_fraction => 0.0,
-                    r if r >= 1.0 => 1.0,
-                    r => {
-                        let middle = 0.5 * (1.0 + law.elastic_fraction);
-                        0.5 + 0.5 * (std::f64::consts::PI * (r - middle) / (1.0 - law.elastic_fraction)).sin()
-                    }
-                };
-                let rate = w * (1.0 - alpha * ratio);
-                let force = law.contact_stiffness * z + law.contact_damping * rate + law.viscous.get(direction) * w;
-                (force, rate)
-            }
-            Friction::ResetIntegrator(law) => match mode {
-                // z is the bristle's deflection; (1 + a) sigma z holds.
-                Mode::Moving { .. } => (
-                    s * law.dynamic_force.get(direction) + law.viscous.get(direction) * w,
-                    0.0,
-                ),
-                Mode::Rigid | Mode::Spring => {
-                    let loaded = Direction::of(z);
-                    let gain = law.static_force.get(loaded) / law.dynamic_force.get(loaded);
-                    (gain * law.contact_stiffness * z + law.contact_damping * w, w)
-                }
-            },
-            Friction::SalcudeanVlaar(law) => match mode {
-                Mode::Moving { .. } => (law.viscous.get(direction) * w, 0.0),
-                Mode::Rigid | Mode::Spring => (law.contact_stiffness * z, w),
-            },
-        }
-    }
-
     fn rate(&self, drive: Drive, t: f64, state: &State, mode: Mode) -> State {
         if mode == Mode::Rigid {
             return [0.0, 0.0, 1.0];
@@ -164,50 +37,6 @@ impl Problem<'_> {
         std::array::from_fn(|i| y[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]))
     }
 
-    /// What the contact holds in a direction after a rest, N.
-    fn limit(&self, direction: Direction, rest_s: f64) -> f64 {
-        match self.law {
-            Friction::Karnopp(law) => {
-                let (held, sliding) = (law.static_force.get(direction), law.dynamic_force.get(direction));
-                if law.rising_rate > 0.0 && held > sliding {
-                    sliding + (held - sliding) * (1.0 - (-law.rising_rate * rest_s).exp())
-                } else if law.stribeck_velocity > 0.0 {
-                    held
-                } else {
-                    held.max(sliding)
-                }
-            }
-            Friction::ResetIntegrator(law) => law.static_force.get(direction),
-            Friction::SalcudeanVlaar(law) => law.static_force.get(direction),
-            _ => f64::INFINITY,
-        }
-    }
-
-    fn threshold(&self) -> f64 {
-        match self.law {
-            Friction::Karnopp(law) => law.velocity_threshold,
-            Friction::SalcudeanVlaar(law) => law.velocity_threshold,
-            _ => 0.0,
-        }
-    }
-
-    /// The spring's own force, without damping.
-    fn spring(&self, z: f64) -> f64 {
-        match self.law {
-            Friction::ResetIntegrator(law) => {
-                let loaded = Direction::of(z);
-                law.contact_stiffness * z * law.static_force.get(loaded) / law.dynamic_force.get(loaded)
-            }
-            Friction::SalcudeanVlaar(law) => law.contact_stiffness * z,
-            _ => 0.0,
-        }
-    }
-
-    /// The deflection at which the spring has a force.
-    fn deflection(&self, force: f64) -> f64 {
-        force / (self.spring(force.signum()) / force.signum())
-    }
-
     /// Whether the mode has ended in a state.
     fn has_ended(&self, drive: Drive, t: f64, state: &State, mode: Mode) -> bool {
         match mode {
@@ -223,16 +52,6 @@ impl Problem<'_> {
                 let level = if armed { self.threshold() } else { 0.0 };
                 direction.sign() * state[1] < level || (!armed && self.is_saturated(state, direction))
             }
-        }
-    }
-
-    /// Whether a force under Dahl's law has come to its limit, which it does in a finite displacement where the exponent is below 1.
-    fn is_saturated(&self, state: &State, direction: Direction) -> bool {
-        match self.law {
-            Friction::Dahl(law) if law.exponent < 1.0 => {
-                direction.sign() * state[2] >= law.dynamic_force.get(direction)
-            }
-            _ => false,
         }
     }
 
@@ -303,7 +122,8 @@ impl Problem<'_> {
         }
     }
 
-    /// The rest that a contact has behind it, so to speak, which comes to rest with the friction that its slide began with.
+    /// The rest that a contact has behind it, so to speak, which comes to rest with the friction
+    /// that its slide began with.
     fn rest_of(law: &Karnopp, direction: Direction, mode: Mode) -> f64 {
         let Mode::Moving { peak, .. } = mode else { return 0.0 };
         let (held, sliding) = (law.static_force.get(direction), law.dynamic_force.get(direction));
@@ -323,7 +143,8 @@ impl Problem<'_> {
         }
     }
 
-    /// The contact that a state counts as: as the core has it, stuck where deflection takes up half of a motion or more.
+    /// The contact that a state counts as: as the core has it, stuck where deflection takes up half
+    /// of a motion or more.
     fn contact(&self, state: &State, mode: Mode) -> Contact {
         match mode {
             Mode::Rigid | Mode::Spring => Contact::Stuck,
@@ -353,43 +174,6 @@ impl Problem<'_> {
                 }
             },
         }
-    }
-
-    /// The longest step, s, where the block is no faster than `speed`, m/s.
-    fn longest_step(&self, speed: f64) -> f64 {
-        let contact = self.law.contact_stiffness(false);
-        let least = |force: Directional| force.least().max(1e-3);
-        let (damping, yielding) = match self.law {
-            Friction::Karnopp(law) => {
-                let fall = if law.stribeck_velocity > 0.0 {
-                    (law.static_force.greatest() - law.dynamic_force.least()).abs() / law.stribeck_velocity
-                } else {
-                    0.0
-                };
-                (law.viscous.greatest() + fall, 0.0)
-            }
-            Friction::Viscous(law) => (law.viscous.greatest(), 0.0),
-            Friction::Dahl(law) => (
-                law.viscous.greatest(),
-                contact * law.exponent / least(law.dynamic_force),
-            ),
-            Friction::HaywardArmstrong(law) => (law.viscous.greatest(), 8.0 * contact / least(law.dynamic_force)),
-            Friction::ResetIntegrator(law) => (law.viscous.greatest() + law.contact_damping, 0.0),
-            Friction::Lugre(law) => (
-                law.viscous.greatest() + law.contact_damping,
-                contact / least(law.dynamic_force),
-            ),
-            Friction::ElastoPlastic(law) => (
-                law.viscous.greatest() + law.contact_damping,
-                8.0 * contact / least(law.dynamic_force),
-            ),
-            Friction::SalcudeanVlaar(law) => (law.viscous.greatest(), 0.0),
-        };
-        let fastest = ((self.coupling.stiffness + contact) / self.mass)
-            .sqrt()
-            .max((self.coupling.damping + damping) / self.mass)
-            .max(yielding * speed);
-        STEP / fastest
     }
 }
 

@@ -1,5 +1,7 @@
-//! The block's true motion, by solvers that share nothing with the ticks that they judge: no closed form, no formula for an event, no code of a law.
+//! The block's true motion, by solvers that share nothing with the ticks that they judge: no closed
+//! form, no formula for an event, no code of a law.
 
+mod equations;
 mod fine;
 mod taylor;
 
@@ -10,11 +12,12 @@ use haptic_core::friction::{Friction, Karnopp};
 
 /// The true motion of a block under any law.
 ///
-/// Under Karnopp's law, without its options, and under drag it is true to the last digit that a number has; under the others, whose equations have no series of a
-/// few terms, to about 1e-9 of the forces.
+/// Under Karnopp's law, without its options, and under drag it is true to the last digit that a
+/// number has; under the others, whose equations have no series of a few terms, to about 1e-9 of
+/// the forces.
 ///
 /// # Panics
-/// The scene has no block, or is not valid.
+/// The scene has no block, is not valid, or has a law whose equations are not written down here.
 #[must_use]
 pub fn solve(scene: &Scene, motion: &[DeviceSample], start: Start) -> Simulation {
     let (block, coupling) = (scene.block.expect("a block"), scene.coupling.expect("a coupling"));

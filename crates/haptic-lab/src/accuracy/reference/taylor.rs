@@ -1,9 +1,10 @@
 //! The true motion under Karnopp's law, by a method that shares nothing with the exact tick.
 //!
-//! Between samples the device's `K p + B v` is linear, as the exact scheme has it. The block's equation is integrated by its Taylor series in short steps,
-//! in double-double arithmetic (31 digits); a step in which the contact changes is halved until the change is found. There are no
-//! closed forms, no roots of the characteristic polynomial and no extremum formulas here, so a mistake in those cannot hide. It is slow:
-//! a tick takes from microseconds to milliseconds.
+//! Between samples the device's `K p + B v` is linear, as the exact scheme has it. The block's
+//! equation is integrated by its Taylor series in short steps, in double-double arithmetic (31
+//! digits); a step in which the contact changes is halved until the change is found. There are no
+//! closed forms, no roots of the characteristic polynomial and no extremum formulas here, so a
+//! mistake in those cannot hide. It is slow: a tick takes from microseconds to milliseconds.
 
 use crate::motion::DeviceSample;
 use crate::simulate::{ContactChange, Row, Simulation, Start};
@@ -101,7 +102,8 @@ impl Block {
         self.breakaway == Directional::both(0.0)
     }
 
-    /// The series of a slide from a state, at a time of the tick. `M y'' = drive - K (x + y) - (B + b) y' - s Fd`.
+    /// The series of a slide from a state, at a time of the tick. `M y'' = drive - K (x + y) - (B +
+    /// b) y' - s Fd`.
     fn series(&self, state: &State, drive: &Drive, t: TwoFloat, direction: Direction) -> Series {
         let damping = self.damping + exact(self.viscous.get(direction));
         let force =
@@ -151,7 +153,8 @@ impl Block {
         }
     }
 
-    /// Within this a force equals a limit: a hundred units in the last place of what it is the difference of.
+    /// Within this a force equals a limit: a hundred units in the last place of what it is the
+    /// difference of.
     fn rounding(&self, state: &State, drive: &Drive, t: TwoFloat) -> TwoFloat {
         (drive.at(t).abs() + (self.stiffness * state.x).abs()) * 1e-29
     }

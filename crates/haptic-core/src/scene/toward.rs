@@ -1,15 +1,17 @@
-//! The way from one scene to another of the same make.
+//! The way from one scene to another with the same law and the same parts.
 
-use crate::friction::Slot;
-use crate::parameters::{Direction, Parameter, Scale, TABLE};
-use crate::scene::Scene;
+use super::value::Scene;
+use crate::direction::Direction;
+use crate::math::powf;
+use crate::parameters::{Parameter, Scale, Slot, TABLE};
 
 impl Scene {
-    /// The scene at a share of the way to another, from 0 (this one) to 1 (the other): every parameter moves evenly, one with a logarithmic scale by equal
-    /// ratios. What is no number is the other's.
+    /// The scene at a share of the way to another, from 0 (this one) to 1 (the other): every
+    /// parameter moves evenly, one with a logarithmic scale by equal ratios. Everything else is the
+    /// other's.
     ///
-    /// Nothing where there is no way: the laws differ, or the parts. What lies in between may break a bound that both ends keep;
-    /// [`validate`](Scene::validate) tells.
+    /// `None` between different laws, and between a scene with a block and one without. A scene
+    /// between two valid ones need not be valid itself; [`validate`](Scene::validate) tells.
     #[must_use]
     pub fn toward(&self, other: &Self, share: f64) -> Option<Self> {
         let same_parts =
@@ -29,7 +31,7 @@ impl Scene {
                 let (here, there) = (here.get(direction), there.get(direction));
                 let even = here + (there - here) * share;
                 if row.scale == Scale::Logarithmic && here > 0.0 && there > 0.0 {
-                    here * crate::math::powf(there / here, share)
+                    here * powf(there / here, share)
                 } else {
                     even
                 }

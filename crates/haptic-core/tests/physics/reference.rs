@@ -1,9 +1,9 @@
 //! The six reference scenes, solved elsewhere to 30 digits by an event-driven method.
 
 use haptic_core::block::{BlockState, Contact};
-use haptic_core::friction::{Directional, Friction, Karnopp};
+use haptic_core::friction::{Friction, Karnopp};
 use haptic_core::scene::{Block, Coupling};
-use haptic_core::{Direction, Renderer, Scene, Scheme};
+use haptic_core::{Direction, Directional, Renderer, Scene, Scheme};
 use std::path::Path;
 
 /// One row of a reference file: t, p, v, x, w, F, contact.

@@ -1,9 +1,10 @@
-//! Friction on the device itself, without a block: the hand's own motion moves the contact, and the force is its friction.
+//! Friction on the device itself, without a block: the hand's own motion moves the contact, and the
+//! force is its friction.
 
-use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
-use crate::friction::Directional;
-use crate::friction::contact::{Stroke, YieldingContact};
-use crate::parameters::Direction;
+use crate::block::{BlockState, EventSink, Moving, Rendered};
+use crate::contact::{Contact, Stroke, YieldingContact};
+use crate::direction::Direction;
+use crate::directional::Directional;
 
 /// Drag: one multiplication.
 #[derive(Clone, Copy, Debug)]

@@ -1,14 +1,15 @@
-//! A contact that gives way before it slides: what the laws with a memory of their own have in common.
+//! A contact that gives way before it slides, as the laws with a memory of their own have it.
 //!
-//! Such a contact is moved on by a displacement, and answers with its friction, and with how that will change: with that a block is
-//! solved in closed form from one piece to the next, see [`block::yielding`](crate::block).
+//! Such a contact is moved on by a displacement, and answers with its friction, and with how that
+//! will change: with that a block is solved in closed form from one piece to the next, see
+//! [`block::yielding`](crate::block).
 
-use crate::block::Contact;
-use crate::parameters::Direction;
+use super::state::Contact;
+use crate::direction::Direction;
 use core::fmt::Debug;
 
-/// Friction near the present state, for motion on in one direction: `force + stiffness d + damping w` after a small displacement `d` with speed `w`, all
-/// positive against that motion.
+/// Friction near the present state, for motion on in one direction: `force + stiffness d + damping
+/// w` after a small displacement `d` with speed `w`, all positive against that motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tangent {
     /// N, without the part that `damping` gives.
@@ -44,7 +45,7 @@ pub(crate) struct Stroke {
     pub(crate) elapsed_s: f64,
 }
 
-/// What moving on took.
+/// Cost of an advance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Advanced {
     /// How much the force of the contact may be off by now, N: 0 where the law is closed-form.
@@ -79,16 +80,18 @@ pub(crate) trait YieldingContact: Clone + Debug + Send + Sync + 'static {
         direction.sign() * self.tangent(direction, speed).friction(speed)
     }
 
-    /// Deflects the contact so that it holds `force`, N, or as much of it as it can.
+    /// Deflects the contact until it holds `force`, N, or as much of it as it can.
     fn seat(&mut self, force: f64);
 
     /// Energy that the deflection holds, J.
     fn stored_energy(&self) -> f64;
 
-    /// How it counts at a velocity: stuck where more than half of the motion is taken up by deflection.
+    /// How it counts at a velocity: stuck where more than half of the motion is taken up by
+    /// deflection.
     fn contact(&self, velocity: f64) -> Contact;
 
-    /// The speed to which a slide must fall to end, and whether it has been faster. Laws without a stuck state end at zero.
+    /// The speed to which a slide must fall to end, and whether it has been faster. Laws without a
+    /// stuck state end at zero.
     fn fall_level(&self) -> (bool, f64) {
         (false, 0.0)
     }

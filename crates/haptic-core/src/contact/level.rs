@@ -1,8 +1,8 @@
 //! Kinetic friction as a function of speed: a constant, or Stribeck's curve.
 
-use super::Directional;
+use crate::direction::Direction;
+use crate::directional::Directional;
 use crate::math::exp;
-use crate::parameters::Direction;
 use core::fmt::Debug;
 
 /// Friction while sliding, without its viscous part.

@@ -1,15 +1,18 @@
-//! A bristle: a deflection `z` that follows the motion by its elastic share, `dz/dx = 1 - alpha(z) z/zss`, and gives `sigma z`. The laws
-//! that are made of one differ in `alpha` and in where `zss` comes from.
+//! A bristle: a deflection `z` that follows the motion by its elastic share, `dz/dx = 1 - alpha(z)
+//! z/zss`, and gives `sigma z`. The laws that are made of one differ in `alpha` and in where `zss`
+//! comes from.
 
-use super::Directional;
-use super::contact::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
 use super::level::Level;
-use crate::block::Contact;
+use super::state::Contact;
+use super::yielding::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::flush::flush;
 use crate::math::{exp, exp_m1};
-use crate::parameters::Direction;
 use core::fmt::Debug;
 
-/// How much of a motion is lost to plastic flow, as a function of the deflection along the motion and of the deflection in steady motion (> 0).
+/// How much of a motion is lost to plastic flow, as a function of the deflection along the motion
+/// and of the deflection in steady motion (> 0).
 pub(crate) trait Plasticity: Clone + Copy + Debug + Send + Sync + 'static {
     /// Whether the flow is closed-form.
     const EXACT: bool;
@@ -23,7 +26,8 @@ pub(crate) trait Plasticity: Clone + Copy + Debug + Send + Sync + 'static {
     /// Slope of the elastic share `1 - alpha(z) z/zss` over `z/zss`.
     fn share_slope(&self, ratio: f64) -> f64;
 
-    /// Up to this deflection along the motion there is no plastic flow at all; `None` where there always is.
+    /// Up to this deflection along the motion there is no plastic flow at all; `None` where there
+    /// always is.
     fn elastic_up_to(&self, steady: f64) -> Option<f64>;
 
     /// Moves a deflection on by a distance; also returns the pieces that it took.
@@ -51,7 +55,7 @@ impl Plasticity for AlwaysPlastic {
     }
 
     fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32) {
-        (steady + (deflection - steady) * exp(-distance / steady), 1)
+        (steady + (deflection - steady) * flush(exp(-distance / steady)), 1)
     }
 }
 
@@ -64,7 +68,8 @@ const NEARLY_STEADY: f64 = 0.02;
 /// A piece's share of the steady deflection.
 const PIECE: f64 = 1.0 / 16.0;
 
-/// The flow for an `alpha` that varies: by the exponential midpoint rule, which is stable whatever the displacement.
+/// The flow for an `alpha` that varies: by the exponential midpoint rule, which is stable whatever
+/// the displacement.
 pub(crate) fn flow_in_pieces(
     mut deflection: f64,
     distance: f64,
@@ -96,7 +101,8 @@ pub(crate) fn flow_in_pieces(
     (deflection, pieces)
 }
 
-/// A deflection that is this near the end of its elastic part, as a share of it, is there: displacements are found to rounding only.
+/// A deflection that is this near the end of its elastic part, as a share of it, is there:
+/// displacements are found to rounding only.
 const AT_THE_END: f64 = 1e-9;
 
 /// The contact of such a law.
@@ -123,7 +129,8 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
     fn share(&self, direction: Direction, steady: f64) -> f64 {
         let along = direction.sign() * self.deflection;
         if steady <= 0.0 {
-            // Nothing holds this way. What is held the other way goes at once, or as a spring does.
+            // Nothing holds this way. A deflection the other way vanishes at once, or as a spring's
+            // does.
             return if P::UNLOADS_ELASTICALLY && along < 0.0 {
                 1.0
             } else {
@@ -182,10 +189,11 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         let along = sign * self.deflection;
         let (at_once, once) = flow(along, stroke.distance, middle);
         if P::EXACT && !L::VARIES {
-            self.deflection = sign * at_once;
+            self.deflection = flush(sign * at_once);
             return Advanced::EXACTLY;
         }
-        // In two halves of the time, the speed growing evenly, and extrapolated from both: what the two differ by is the measure of the error.
+        // In two halves of the time, the speed growing evenly, and extrapolated from both: what the
+        // two differ by is the measure of the error.
         let first = if middle > 0.0 {
             stroke.distance * (0.25 * (3.0 * from + to) / (2.0 * middle))
         } else {
@@ -194,7 +202,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         let (halfway, one_half) = flow(along, first, 0.25 * (3.0 * from + to));
         let (in_halves, other_half) = flow(halfway, stroke.distance - first, 0.25 * (from + 3.0 * to));
         let missed = (in_halves - at_once) / 3.0;
-        self.deflection = sign * (in_halves + missed);
+        self.deflection = flush(sign * (in_halves + missed));
         Advanced {
             uncertain: self.stiffness * missed.abs(),
             work: 1 + (once + one_half + other_half) / PIECES_A_WORK,
@@ -208,7 +216,8 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
     fn seat(&mut self, force: f64) {
         let force = if force.is_finite() { force } else { 0.0 };
         let limit = |direction| self.level.at(direction, 0.0);
-        self.deflection = force.clamp(-limit(Direction::Negative), limit(Direction::Positive)) / self.stiffness;
+        let held = force.clamp(-limit(Direction::Negative), limit(Direction::Positive));
+        self.deflection = flush(held / self.stiffness);
     }
 
     fn stored_energy(&self) -> f64 {

@@ -1,4 +1,5 @@
-//! What the two schemes are known to do: the literal one's limit cycle and divergence, and the exact one's lack of both.
+//! Known behaviour of the two schemes: the literal one's limit cycle and divergence, and the
+//! exact one's lack of both.
 
 use haptic_core::block::{BlockState, Contact};
 use haptic_core::parameters::{Parameter, ParameterKey};
@@ -21,7 +22,8 @@ fn renderer(scene: &Scene, scheme: Scheme, position: f64, velocity: f64) -> Rend
     renderer
 }
 
-/// Amplitude of the literal scheme's limit cycle, from two states a tick apart (derived from the scheme).
+/// Amplitude of the literal scheme's limit cycle, from two states a tick apart (derived from the
+/// scheme).
 fn limit_cycle(mass: f64, stiffness: f64, damping: f64, dynamic_force: f64) -> f64 {
     2.0 * dynamic_force * T / (4.0 * mass - stiffness * T * T - 2.0 * damping * T)
 }
@@ -98,7 +100,8 @@ fn a_larger_threshold_gives_more_stick_slip_and_leaves_the_breakaway_alone() {
                     worst = worst.max((force - 4.0).abs());
                 }
             };
-            // Only breakaways from the start of a tick are seen with their force; others re-stuck within it.
+            // Only breakaways from the start of a tick are seen with their force; others re-stuck
+            // within it.
             if before.contact == Contact::Stuck {
                 block.tick_with_events(T, speed * f64::from(k) * T, speed, &mut hear);
             } else {
@@ -182,7 +185,8 @@ fn parameter(parameter: Parameter, scale: impl Strategy<Value = f64>) -> impl St
 }
 
 prop_compose! {
-    /// Any scene in the accepted ranges, with each parameter spread over its decades and often exactly zero.
+    /// Any scene in the accepted ranges, with each parameter spread over its decades and often
+    /// exactly zero.
     fn any_scene()(
         mass in parameter(Parameter::Mass, (-6.0..2.0).prop_map(|e: f64| 10_f64.powf(e))),
         stiffness in parameter(Parameter::Stiffness, prop_oneof![1 => Just(0.0), 6 => (-1.0..6.47).prop_map(|e: f64| 10_f64.powf(e))]),
@@ -232,7 +236,8 @@ proptest! {
                 prop_assert_eq!(after.velocity, 0.0);
             }
         }
-        // With the device at rest the block must come to rest, or keep to a bounded oscillation without friction.
+        // With the device at rest the block must come to rest, or keep to a bounded oscillation
+        // without friction.
         let mut last_energy = f64::INFINITY;
         block.tick(T, position, 0.0);
         for _ in 0..200 {

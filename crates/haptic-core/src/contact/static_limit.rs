@@ -1,10 +1,11 @@
-//! How the limit of a resting contact goes with the time that it rests.
+//! The static limit of a contact as a function of the time at rest.
 
+use crate::flush::flush;
 use crate::math::{exp, exp_m1, ln_1p};
 use core::fmt::Debug;
 
-/// The static limit of a contact at rest. Limits are given for one direction: what the contact comes to hold after a long rest, and what it
-/// holds just after a slide.
+/// The static limit of a contact at rest. Limits are given for one direction: what the contact
+/// comes to hold after a long rest, and what it holds just after a slide.
 pub(crate) trait StaticLimit: Clone + Copy + Debug + Send + Sync + 'static {
     /// The limit after some more rest, N.
     fn after(&self, rested: f64, fresh: f64, wait_s: f64) -> f64;
@@ -54,7 +55,8 @@ impl StaticLimit for AtOnce {
     }
 }
 
-/// `Fs(td) = Fd + (Fs_inf - Fd)(1 - e^(-gamma td))` (Kato, Sato and Matsubayashi 1972, with their exponent m = 1).
+/// `Fs(td) = Fd + (Fs_inf - Fd)(1 - e^(-gamma td))` (Kato, Sato and Matsubayashi 1972, with their
+/// exponent m = 1).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rising {
     rate: f64,
@@ -76,15 +78,15 @@ impl StaticLimit for Rising {
         fresh - (rested - fresh) * exp_m1(-self.rate * (self.dwell_s + wait_s))
     }
 
-    /// Newton's method from the right: force less limit is convex and not negative there, so that each step ends right of the first
-    /// root again, and nearer.
+    /// Newton's method from the right: force less limit is convex and not negative there, so that
+    /// each step ends right of the first root again, and nearer.
     fn delay(&self, rested: f64, fresh: f64, force: f64, slope: f64) -> f64 {
         let mut wait = ((rested - force) / slope).max(0.0);
         if rested <= fresh {
             return wait;
         }
         for _ in 0..64 {
-            let left = (rested - fresh) * exp(-self.rate * (self.dwell_s + wait));
+            let left = (rested - fresh) * flush(exp(-self.rate * (self.dwell_s + wait)));
             let beyond = force + slope * wait - (rested - left);
             let next = wait - beyond / (slope - self.rate * left);
             if next < wait {

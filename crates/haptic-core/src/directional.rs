@@ -1,10 +1,11 @@
 //! A limit that may differ by the direction of motion.
 
-use crate::parameters::Direction;
+use crate::direction::Direction;
 
 /// One value for motion along the positive axis and one for motion along the negative axis.
 ///
-/// In TOML and JSON it is a number when both are equal and `{ positive = 5.0, negative = 3.0 }` when not.
+/// In TOML and JSON it is a number when both are equal and `{ positive = 5.0, negative = 3.0 }`
+/// when not.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Directional {
     /// While the block moves, or is pushed, along the positive axis.

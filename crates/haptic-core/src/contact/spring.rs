@@ -1,20 +1,38 @@
-//! A contact that holds by a spring up to its static limit, then slides, and holds anew when it has come to rest.
+//! A contact that holds by a spring up to its static limit, then slides, and holds anew when it has
+//! come to rest.
 
-use super::contact::{Advanced, Stroke, Tangent, YieldingContact};
 use super::level::Level;
+use super::state::Contact;
 use super::static_limit::StaticLimit;
-use super::{Directional, Reseat};
-use crate::block::Contact;
-use crate::parameters::Direction;
+use super::yielding::{Advanced, Stroke, Tangent, YieldingContact};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::flush::flush;
 
-/// A stuck spring, and what it slides against.
+/// What a stuck spring is anchored to when a slide ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum Reseat {
+    /// Where the spring has the force that there was: the force is continuous.
+    #[default]
+    Continuous,
+    /// Where the spring has the whole static force, as the paper's slides print it and as Haessig
+    /// and Friedland's model has it. The force jumps by `Fs - Fd` at each re-stick, and energy of
+    /// `(Fs^2 - Fd^2)/2 Kp` comes from nowhere: for reproduction only.
+    #[cfg_attr(feature = "serde", serde(alias = "published"))]
+    Slides,
+}
+
+/// A stuck spring, and its sliding friction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpringContact<L, R> {
     /// The spring's stiffness by the direction that it is loaded in, N/m.
     pub(crate) stiffness: Directional,
     /// Damping while stuck, N s/m.
     pub(crate) damping: f64,
-    /// What it comes to hold, N.
+    /// Static limit after a long rest, N.
     pub(crate) static_force: Directional,
     pub(crate) static_limit: R,
     /// Friction while sliding.
@@ -38,7 +56,8 @@ impl SpringState {
     pub(crate) const AT_REST: Self = Self::Stuck { force: 0.0 };
 }
 
-/// A spring that is this near its limit, as a share of it, has reached it: displacements are found to rounding only.
+/// A spring that is this near its limit, as a share of it, has reached it: displacements are found
+/// to rounding only.
 const AT_THE_LIMIT: f64 = 1e-12;
 
 impl<L: Level, R: StaticLimit> SpringContact<L, R> {
@@ -46,7 +65,8 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
         let limit = self
             .static_limit
             .now(self.static_force.get(direction), self.level.kinetic(direction));
-        // A static limit below the kinetic force is that force: what broke loose between them would be stopped at once.
+        // A static limit below the kinetic force is that force: what broke loose between them would
+        // be stopped at once.
         limit.max(self.level.at(direction, 0.0).min(self.level.kinetic(direction)))
     }
 
@@ -80,7 +100,7 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
             Reseat::Slides => self.static_force.get(direction),
         };
         self.state = SpringState::Stuck {
-            force: direction.sign() * force,
+            force: flush(direction.sign() * force),
         };
     }
 }
@@ -119,7 +139,8 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         if let SpringState::Sliding { direction: slid, .. } = self.state
             && slid != direction
         {
-            // It turned round within the stroke: the slide ends, and what follows unloads the spring.
+            // It turned round within the stroke: the slide ends, and what follows unloads the
+            // spring.
             self.stick(self.friction(0.0));
         }
         match &mut self.state {
@@ -135,7 +156,7 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
                     distance -= by;
                 }
                 along += self.stiffness.get(direction) * distance;
-                *force = sign * along;
+                *force = flush(sign * along);
                 let force = *force;
                 if stroke.distance > 0.0 && self.reached(direction, force) {
                     self.level.set_off(direction, self.limit(direction));
@@ -170,12 +191,13 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         let force = if force.is_finite() { force } else { 0.0 };
         self.static_limit.begin(f64::INFINITY);
         self.state = SpringState::Stuck {
-            force: force.clamp(-self.limit(Direction::Negative), self.limit(Direction::Positive)),
+            force: flush(force.clamp(-self.limit(Direction::Negative), self.limit(Direction::Positive))),
         };
     }
 
     fn stored_energy(&self) -> f64 {
-        // A sliding spring stays deflected by the kinetic force: that much is there again when it sticks.
+        // A sliding spring stays deflected by the kinetic force: that much is there again when it
+        // sticks.
         let force = self.force_at_rest();
         0.5 * force * force / self.stiffness.get(Direction::of(force))
     }
@@ -213,7 +235,8 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
             return;
         };
         if velocity.abs() < self.velocity_threshold {
-            // The friction of the slide that ends, also where the velocity has turned round already.
+            // The friction of the slide that ends, also where the velocity has turned round
+            // already.
             let speed = (direction.sign() * velocity).max(0.0);
             self.stick(self.friction(direction.sign() * speed));
         }

@@ -1,0 +1,213 @@
+//! The course of a tick through its pieces, common to all blocks that are solved piece by piece.
+//!
+//! A tick that is steady throughout is one piece. Any other is a sequence of pieces, each to the
+//! next event or to where a tangent no longer holds. The work of a tick is bounded; when the bound
+//! is reached, one backward-Euler step does the rest.
+
+use super::body::Coupling;
+use super::load::{Load, rounding};
+use super::moving::{EventSink, Rendered};
+use super::state::BlockState;
+
+/// A block in its grip.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gripped {
+    /// kg.
+    pub(super) mass: f64,
+    /// How the hand holds it.
+    pub(super) coupling: Coupling,
+    /// Where it is.
+    pub(super) state: BlockState,
+}
+
+impl Gripped {
+    /// At rest at the origin.
+    pub(super) fn new(mass: f64, coupling: Coupling) -> Self {
+        Self {
+            mass,
+            coupling,
+            state: BlockState::new(0.0, 0.0, 0.0, 0.0),
+        }
+    }
+
+    /// N.
+    pub(super) fn coupling_force(&self) -> f64 {
+        self.coupling.force(&self.state)
+    }
+}
+
+/// How far a tick has come.
+pub(super) struct Course {
+    /// Duration of the tick, s.
+    pub(super) elapsed_s: f64,
+    pub(super) load: Load,
+    /// Within this, N, a force on the block equals another.
+    pub(super) rounding: f64,
+    /// Time since the start of the tick, s.
+    pub(super) time: f64,
+    /// Displacement since the start of the tick, m: a small number keeps its digits.
+    pub(super) moved: f64,
+    /// Net force of the coming slide, N, after an event that fixes it better than subtraction can.
+    pub(super) net_force: Option<f64>,
+    /// Work done, and work that may be done.
+    pub(super) work: u32,
+    pub(super) budget: u32,
+    pub(super) rendered: Rendered,
+}
+
+impl Course {
+    fn new(block: &Gripped, elapsed_s: f64, load: Load, budget: u32) -> Self {
+        Self {
+            elapsed_s,
+            load,
+            rounding: rounding(&block.coupling, &block.state),
+            time: 0.0,
+            moved: 0.0,
+            net_force: None,
+            work: 0,
+            budget,
+            rendered: Rendered::default(),
+        }
+    }
+
+    /// Time to the end of the tick, s.
+    pub(super) fn remaining(&self) -> f64 {
+        self.elapsed_s - self.time
+    }
+
+    /// The coupling force if the block stood still where it is now, N.
+    pub(super) fn at_rest(&self, coupling: &Coupling) -> f64 {
+        self.load.at(self.time) - coupling.stiffness * self.moved
+    }
+
+    /// The same at the end of the tick.
+    pub(super) fn at_rest_at_end(&self, coupling: &Coupling) -> f64 {
+        self.load.at(self.elapsed_s) - coupling.stiffness * self.moved
+    }
+
+    fn is_exhausted(&self) -> bool {
+        self.rendered.events >= self.budget || self.work >= self.budget
+    }
+}
+
+/// Continuation after a piece.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Then {
+    /// The next piece.
+    Next,
+    /// Nothing: the tick is over.
+    End,
+    /// The implicit step: the piece would take more work than is left.
+    Exhausted,
+}
+
+/// A block that is solved piece by piece.
+pub(super) trait InPieces {
+    fn gripped(&self) -> &Gripped;
+    fn gripped_mut(&mut self) -> &mut Gripped;
+
+    /// Work that a tick may do.
+    fn budget(&self, elapsed_s: f64) -> u32;
+
+    /// The common tick without any event in it. Returns false, with nothing changed, where an event
+    /// may lie in it.
+    fn steady(&mut self, _elapsed_s: f64, _load: &Load, _sink: &mut (impl EventSink + ?Sized)) -> bool {
+        false
+    }
+
+    /// The next piece.
+    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Then;
+
+    /// One backward-Euler step to the end of the tick: stable and dissipative whatever its length.
+    fn implicit_step(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized));
+
+    /// Whether the contact's own state is a finite number.
+    fn has_finite_contact(&self) -> bool {
+        true
+    }
+
+    /// The block starts over from rest at the device.
+    fn restarted(&mut self) {}
+}
+
+/// Moves a block on by `elapsed_s` seconds, piece by piece. With `elapsed_s` of zero or less the
+/// block stands still and only the force is new.
+pub(super) fn advance<B: InPieces>(
+    block: &mut B,
+    elapsed_s: f64,
+    sample: (f64, f64),
+    sink: &mut (impl EventSink + ?Sized),
+) -> Rendered {
+    tick(block, elapsed_s, sample, |block, load| {
+        if block.steady(elapsed_s, &load, sink) {
+            return Rendered::default();
+        }
+        let mut course = Course::new(block.gripped(), elapsed_s, load, block.budget(elapsed_s));
+        let start = block.gripped().state.position;
+        while course.time < elapsed_s {
+            let then = if course.is_exhausted() {
+                Then::Exhausted
+            } else {
+                block.piece(&mut course, sink)
+            };
+            match then {
+                Then::Next => {}
+                Then::End => break,
+                Then::Exhausted => {
+                    block.implicit_step(&mut course, sink);
+                    course.rendered.work_exhausted = true;
+                    break;
+                }
+            }
+        }
+        block.gripped_mut().state.position = start + course.moved;
+        course.rendered
+    })
+}
+
+/// The same in one backward-Euler step.
+pub(super) fn advance_implicitly<B: InPieces>(
+    block: &mut B,
+    elapsed_s: f64,
+    sample: (f64, f64),
+    sink: &mut (impl EventSink + ?Sized),
+) -> Rendered {
+    tick(block, elapsed_s, sample, |block, load| {
+        let mut course = Course::new(block.gripped(), elapsed_s, load, 0);
+        let from = block.gripped().state.contact;
+        block.implicit_step(&mut course, sink);
+        let state = &mut block.gripped_mut().state;
+        state.position += course.moved;
+        Rendered {
+            events: u32::from(from != state.contact),
+            ..Rendered::default()
+        }
+    })
+}
+
+/// A tick to a sample of position and velocity, moved on by `motion`, with what holds for every
+/// tick around it.
+fn tick<B: InPieces>(
+    block: &mut B,
+    elapsed_s: f64,
+    (position, velocity): (f64, f64),
+    motion: impl FnOnce(&mut B, Load) -> Rendered,
+) -> Rendered {
+    let mut rendered = Rendered::default();
+    if elapsed_s > 0.0 {
+        let &Gripped { coupling, state, .. } = block.gripped();
+        rendered = motion(block, Load::new(&coupling, &state, elapsed_s, position, velocity));
+        let state = &mut block.gripped_mut().state;
+        *state = state.flushed();
+        if !(state.is_finite() && block.has_finite_contact()) {
+            // Forces beyond the range of numbers.
+            block.gripped_mut().state = BlockState::new(position, 0.0, position, velocity);
+            block.restarted();
+        }
+    }
+    let gripped = block.gripped_mut();
+    gripped.state.device_position = position;
+    gripped.state.device_velocity = velocity;
+    rendered.coupling_force = gripped.coupling_force();
+    rendered
+}

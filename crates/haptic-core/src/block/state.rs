@@ -1,0 +1,71 @@
+//! The block's state between two ticks.
+
+use crate::contact::Contact;
+use crate::direction::Direction;
+use crate::flush::flush;
+
+/// The block and the last device sample that moved it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockState {
+    /// Block position `x`, m.
+    pub position: f64,
+    /// Block velocity `w`, m/s.
+    pub velocity: f64,
+    /// Contact with the surface.
+    pub contact: Contact,
+    /// Whether the slide has been faster than the velocity threshold DV.
+    pub armed: bool,
+    /// Device position at the last tick, m.
+    pub device_position: f64,
+    /// Device velocity at the last tick, m/s.
+    pub device_velocity: f64,
+    /// For how long the contact has rested, s, where the static limit depends on it; infinite where
+    /// it does not.
+    pub dwell_s: f64,
+}
+
+impl BlockState {
+    /// A block at `position` with `velocity`, held by a device at `device_position` with
+    /// `device_velocity`.
+    ///
+    /// A block that moves slides; one at rest is stuck.
+    #[must_use]
+    pub fn new(position: f64, velocity: f64, device_position: f64, device_velocity: f64) -> Self {
+        Self {
+            position,
+            velocity,
+            contact: if velocity == 0.0 {
+                Contact::Stuck
+            } else {
+                Contact::Sliding(Direction::of(velocity))
+            },
+            armed: false,
+            device_position,
+            device_velocity,
+            dwell_s: 0.0,
+        }
+    }
+
+    /// The same state without motion that is next to nothing.
+    pub(super) fn flushed(self) -> Self {
+        Self {
+            position: flush(self.position),
+            velocity: flush(self.velocity),
+            ..self
+        }
+    }
+
+    /// Whether the block is somewhere.
+    pub(super) fn is_finite(&self) -> bool {
+        self.position.is_finite() && self.velocity.is_finite()
+    }
+
+    /// The same state with a contact that fits the velocity: what moves slides, and slides the way
+    /// it moves.
+    pub(super) fn consistent(mut self) -> Self {
+        if self.velocity != 0.0 {
+            self.contact = Contact::Sliding(Direction::of(self.velocity));
+        }
+        self
+    }
+}

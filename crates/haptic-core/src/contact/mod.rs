@@ -1,0 +1,18 @@
+//! The contact with the surface: whether it sticks, and the parts of which the laws build contacts.
+
+mod bristle;
+mod level;
+mod spring;
+mod state;
+mod static_limit;
+mod yielding;
+
+pub use level::SUDDEN_FALL_MPS;
+pub use spring::Reseat;
+pub use state::Contact;
+
+pub(crate) use bristle::{AlwaysPlastic, Bristle, Plasticity, flow_in_pieces};
+pub(crate) use level::{Level, Stribeck, stribeck};
+pub(crate) use spring::{SpringContact, SpringState};
+pub(crate) use static_limit::{AtOnce, Rising, StaticLimit};
+pub(crate) use yielding::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};

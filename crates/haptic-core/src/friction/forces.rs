@@ -1,0 +1,91 @@
+//! Rules between the static and the dynamic force that several laws share.
+
+use super::usual;
+use crate::contact::{SUDDEN_FALL_MPS, Stribeck};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::parameters::{Parameter, SceneError};
+
+/// Refuses a static force below the dynamic one.
+pub(super) fn check_static_not_below(
+    law: &'static str,
+    static_force: Directional,
+    dynamic_force: Directional,
+) -> Result<(), SceneError> {
+    for direction in Direction::BOTH {
+        let (held, sliding) = (static_force.get(direction), dynamic_force.get(direction));
+        if held < sliding {
+            let same = static_force.is_symmetric() && dynamic_force.is_symmetric();
+            return Err(SceneError::StaticBelowDynamic {
+                param: if same {
+                    Parameter::StaticForce.into()
+                } else {
+                    Parameter::StaticForce.in_direction(direction)
+                },
+                law,
+                static_force: held,
+                dynamic_force: sliding,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Raises a static force to the dynamic one.
+pub(super) fn raise(static_force: &mut Directional, dynamic_force: Directional) {
+    for direction in Direction::BOTH {
+        let held = static_force.get_mut(direction);
+        *held = held.max(dynamic_force.get(direction));
+    }
+}
+
+/// The forces of a bristle that falls from its static to its dynamic force over a velocity.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Falling {
+    /// `Fs`, N.
+    pub(super) static_force: Directional,
+    /// `Fd`, N.
+    pub(super) dynamic_force: Directional,
+    /// `ws`, m/s.
+    pub(super) velocity: f64,
+}
+
+impl Falling {
+    /// Stribeck's curve; `None` where the two forces are equal.
+    pub(super) fn curve(&self) -> Option<Stribeck> {
+        (self.static_force != self.dynamic_force).then_some(Stribeck {
+            static_force: self.static_force,
+            dynamic_force: self.dynamic_force,
+            velocity: self.velocity,
+        })
+    }
+
+    /// Friction of a steady slide without its viscous part, N.
+    pub(super) fn at(&self, direction: Direction, speed: f64) -> f64 {
+        use crate::contact::Level;
+        self.curve()
+            .map_or(self.dynamic_force.get(direction), |curve| curve.at(direction, speed))
+    }
+
+    /// Refuses a static force below the dynamic one, and a fall without a velocity to fall over.
+    pub(super) fn check(&self, law: &'static str) -> Result<(), SceneError> {
+        check_static_not_below(law, self.static_force, self.dynamic_force)?;
+        if self.static_force != self.dynamic_force && self.velocity < SUDDEN_FALL_MPS {
+            return Err(SceneError::NoStribeckVelocity {
+                law,
+                velocity: self.velocity,
+                least: SUDDEN_FALL_MPS,
+            });
+        }
+        Ok(())
+    }
+
+    /// The nearest forces that [`check`](Self::check) accepts.
+    pub(super) fn complied(mut self) -> Self {
+        raise(&mut self.static_force, self.dynamic_force);
+        if self.velocity < SUDDEN_FALL_MPS {
+            self.velocity = usual::STRIBECK_VELOCITY_MPS;
+        }
+        self
+    }
+}

@@ -1,0 +1,142 @@
+//! Smooth Coulomb friction, `F = Fd tanh(w/ws)`: a law for tests alone. It shows that a law is its
+//! file and its line in the list.
+
+use super::law::{Law, Named};
+use crate::contact::{Advanced, Contact, Stroke, Tangent, YieldingContact};
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::math::exp_m1;
+use crate::parameters::{Parameter, Slot};
+use crate::render::{BehindBlock, Surface, YieldingSurface};
+use alloc::boxed::Box;
+
+/// Smooth Coulomb friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SmoothCoulomb {
+    /// `Fd`, N: the force of a fast slide.
+    pub dynamic_force: Directional,
+    /// `ws`, m/s: the velocity over which the force rises.
+    pub stribeck_velocity: f64,
+}
+
+impl SmoothCoulomb {
+    /// Force, N, and its slope, N s/m, at a speed.
+    fn at(&self, direction: Direction, speed: f64) -> (f64, f64) {
+        let limit = self.dynamic_force.get(direction);
+        let grown = exp_m1(2.0 * (speed / self.stribeck_velocity).min(300.0));
+        let tanh = grown / (grown + 2.0);
+        (limit * tanh, limit * (1.0 - tanh * tanh) / self.stribeck_velocity)
+    }
+}
+
+impl Named for SmoothCoulomb {
+    const NAME: &'static str = "smooth-coulomb";
+
+    fn usual() -> Self {
+        Self {
+            dynamic_force: Directional::both(3.5),
+            stribeck_velocity: 0.01,
+        }
+    }
+}
+
+impl Law for SmoothCoulomb {
+    fn slot(&mut self, parameter: Parameter, _on_device: bool) -> Option<Slot<'_>> {
+        match parameter {
+            Parameter::DynamicForce => Some(Slot::Two(&mut self.dynamic_force)),
+            Parameter::StribeckVelocity => Some(Slot::One(&mut self.stribeck_velocity)),
+            _ => None,
+        }
+    }
+
+    fn comply(&mut self) {
+        if self.stribeck_velocity < 1e-3 {
+            self.stribeck_velocity = Self::usual().stribeck_velocity;
+        }
+    }
+
+    fn holding_force(&self) -> Directional {
+        self.dynamic_force
+    }
+
+    fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
+        self.at(direction, speed).0
+    }
+
+    fn contact_stiffness(&self, _on_device: bool) -> f64 {
+        0.0
+    }
+
+    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+        block.yielding(*self, 0.0, self.dynamic_force.greatest())
+    }
+
+    fn on_device(&self) -> Box<dyn Surface> {
+        Box::new(YieldingSurface::new(*self))
+    }
+}
+
+impl YieldingContact for SmoothCoulomb {
+    fn tangent(&self, direction: Direction, speed: f64) -> Tangent {
+        let (force, damping) = self.at(direction, speed);
+        Tangent {
+            force: force - damping * speed,
+            stiffness: 0.0,
+            damping,
+            linear: false,
+            kink: f64::INFINITY,
+        }
+    }
+
+    fn advance(&mut self, _stroke: &Stroke) -> Advanced {
+        Advanced::EXACTLY
+    }
+
+    fn force_at_rest(&self) -> f64 {
+        0.0
+    }
+
+    fn seat(&mut self, _force: f64) {}
+
+    fn stored_energy(&self) -> f64 {
+        0.0
+    }
+
+    fn contact(&self, velocity: f64) -> Contact {
+        Contact::Sliding(Direction::of(velocity))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Renderer, Scene, Scheme};
+
+    /// Force on a hand that drags at a steady 0.02 m/s, N.
+    fn steady(scene: &Scene, scheme: Scheme) -> f64 {
+        let mut surface = Renderer::new(scene, scheme, 1e-3).expect("a valid scene");
+        (1..=2000)
+            .map(|k| surface.tick(1e-3, 2e-5 * f64::from(k), 0.02).coupling_force)
+            .last()
+            .expect("ticks")
+    }
+
+    #[test]
+    fn a_law_that_is_a_file_and_a_line_is_rendered_in_both_settings() {
+        let on_device = Scene {
+            block: None,
+            coupling: None,
+            ..Scene::paper()
+        };
+        for scene in [Scene::paper(), on_device] {
+            let scene = scene.with_law("smooth-coulomb").expect("the law").expect("a scene");
+            let wanted = scene.friction.steady_force(0.02);
+            assert!((wanted - 3.5 * 2.0_f64.tanh()).abs() < 1e-12);
+            for scheme in [Scheme::Exact, Scheme::Implicit, Scheme::LITERAL] {
+                let force = steady(&scene, scheme);
+                assert!((force - wanted).abs() < 1e-3, "{scheme}: {force} N for {wanted} N");
+            }
+        }
+    }
+}

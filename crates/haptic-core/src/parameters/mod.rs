@@ -1,0 +1,21 @@
+//! The one table of parameters, and how a parameter is named, addressed, stored and refused.
+//!
+//! Validation, the wire, the command line's help and the panel's sliders all read [`TABLE`], so
+//! that a parameter is described in one place and cannot be described differently in another.
+
+mod error;
+mod key;
+mod note;
+mod parameter;
+mod read;
+mod slot;
+mod table;
+
+pub use error::{NotApplicable, SceneError};
+pub use key::ParameterKey;
+pub use note::{Note, NoteKind};
+pub use parameter::{Parameter, ParameterInfo, Scale};
+pub use table::{TABLE, known_names};
+
+pub(crate) use error::check_range;
+pub(crate) use slot::Slot;

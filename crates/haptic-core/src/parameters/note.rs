@@ -1,0 +1,39 @@
+//! Consequences of a valid scene that its user may not expect.
+
+use super::key::ParameterKey;
+
+/// Something about a valid scene that its user may not expect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Note {
+    /// The parameter concerned, with its direction where only one is.
+    pub param: ParameterKey,
+    /// The consequence, and the value at which it begins.
+    pub kind: NoteKind,
+}
+
+/// Content of a [`Note`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NoteKind {
+    /// The static limit lies below the dynamic one, which then decides when the block lets go.
+    BreakawayAtDynamicForce {
+        /// The static limit, N.
+        static_force: f64,
+        /// The dynamic limit, N: the force at which the block really lets go.
+        dynamic_force: f64,
+    },
+}
+
+impl core::fmt::Display for Note {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self.kind {
+            NoteKind::BreakawayAtDynamicForce {
+                static_force,
+                dynamic_force,
+            } => write!(
+                f,
+                "{} = {static_force} N is below the dynamic force of {dynamic_force} N: the block lets go at {dynamic_force} N",
+                self.param
+            ),
+        }
+    }
+}

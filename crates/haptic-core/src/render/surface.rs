@@ -1,0 +1,66 @@
+//! The one virtual call of a tick.
+
+use crate::block::{BlockState, EventSink, Moving, Rendered};
+use crate::contact::Contact;
+use alloc::boxed::Box;
+use core::fmt::Debug;
+
+/// A compiled scene of any kind: [`Moving`], in a form that a box can hold.
+pub(crate) trait Surface: Debug + Send + Sync {
+    /// Moves on and hears nothing.
+    fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered;
+    /// Moves on and tells `sink` of each change of contact.
+    fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered;
+    /// See [`Moving::state`].
+    fn state(&self) -> BlockState;
+    /// See [`Moving::set_state`].
+    fn set_state(&mut self, state: BlockState);
+    /// See [`Moving::at_rest`].
+    fn at_rest(&self) -> Contact;
+    /// See [`Moving::felt`].
+    fn felt(&self) -> f64;
+    /// See [`Moving::friction`].
+    fn friction(&self) -> f64;
+    /// See [`Moving::seat`].
+    fn seat(&mut self, force: f64);
+    /// A copy.
+    fn boxed(&self) -> Box<dyn Surface>;
+}
+
+impl<M: Moving> Surface for M {
+    fn tick(&mut self, elapsed_s: f64, position: f64, velocity: f64) -> Rendered {
+        self.advance(elapsed_s, position, velocity, &mut ())
+    }
+
+    fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered {
+        self.advance(elapsed_s, position, velocity, sink)
+    }
+
+    fn state(&self) -> BlockState {
+        Moving::state(self)
+    }
+
+    fn set_state(&mut self, state: BlockState) {
+        Moving::set_state(self, state);
+    }
+
+    fn at_rest(&self) -> Contact {
+        Moving::at_rest(self)
+    }
+
+    fn felt(&self) -> f64 {
+        Moving::felt(self)
+    }
+
+    fn friction(&self) -> f64 {
+        Moving::friction(self)
+    }
+
+    fn seat(&mut self, force: f64) {
+        Moving::seat(self, force);
+    }
+
+    fn boxed(&self) -> Box<dyn Surface> {
+        Box::new(self.clone())
+    }
+}

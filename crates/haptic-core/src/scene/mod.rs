@@ -1,0 +1,11 @@
+//! The user's description: a block, its coupling to the hand, and the surface below it.
+
+mod another_law;
+mod change;
+mod toward;
+mod validate;
+mod value;
+
+pub use crate::block::{Block, Coupling, MAX_PHASE_PER_TICK_RAD};
+pub use crate::parameters::{NotApplicable, Note, NoteKind, SceneError};
+pub use value::Scene;

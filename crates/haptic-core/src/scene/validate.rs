@@ -1,0 +1,83 @@
+//! Validation of a scene, and notes for its user.
+
+use super::value::Scene;
+use crate::block::MAX_PHASE_PER_TICK_RAD;
+use crate::direction::Direction;
+use crate::math::sqrt;
+use crate::parameters::{Note, Parameter, SceneError, TABLE, check_range};
+use alloc::vec::Vec;
+
+impl Scene {
+    /// Whether the scene can be rendered.
+    ///
+    /// # Errors
+    /// The first value that is not finite or out of range, or a missing coupling.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        for row in &TABLE {
+            let Some(value) = self.value(row.parameter) else {
+                continue;
+            };
+            if value.is_symmetric() || !row.directional {
+                check_range(row.parameter.into(), value.positive)?;
+            } else {
+                for direction in Direction::BOTH {
+                    check_range(row.parameter.in_direction(direction), value.get(direction))?;
+                }
+            }
+        }
+        match (&self.block, &self.coupling) {
+            (Some(_), None) => return Err(SceneError::BlockWithoutCoupling),
+            (None, Some(_)) => return Err(SceneError::CouplingWithoutBlock),
+            (Some(_), Some(held)) if held.stiffness == 0.0 && held.damping == 0.0 => {
+                return Err(SceneError::NoCoupling);
+            }
+            _ => {}
+        }
+        let (law, on_device) = (self.friction.as_law(), self.is_on_device());
+        if let Some(misplaced) = law.misplaced(on_device) {
+            return Err(self.not_applicable(misplaced.into()));
+        }
+        law.validate(on_device)
+    }
+
+    /// Whether the scene can be rendered with ticks of `period_s` seconds.
+    ///
+    /// # Errors
+    /// [`SceneError::TooFast`] where the block oscillates more than [`MAX_PHASE_PER_TICK_RAD`] in a
+    /// tick.
+    pub fn validate_rate(&self, period_s: f64) -> Result<(), SceneError> {
+        let (Some(block), Some(held)) = (&self.block, &self.coupling) else {
+            return Ok(());
+        };
+        let contact_stiffness = self.friction.contact_stiffness(false);
+        let (mass, stiffness) = (block.mass, held.stiffness + contact_stiffness);
+        // A contact that gives way is damped by its own law at times only.
+        let viscous = match self.value(Parameter::Viscous) {
+            Some(viscous) if contact_stiffness == 0.0 => viscous.least(),
+            _ => 0.0,
+        };
+        let sigma = (held.damping + viscous) / (2.0 * mass);
+        let omega_d_squared = stiffness / mass - sigma * sigma;
+        let radians = sqrt(omega_d_squared.max(0.0)) * period_s;
+        if radians <= MAX_PHASE_PER_TICK_RAD {
+            return Ok(());
+        }
+        // Undamped, so that the advice holds whatever the damping.
+        let omega_squared_allowed = (MAX_PHASE_PER_TICK_RAD / period_s) * (MAX_PHASE_PER_TICK_RAD / period_s);
+        Err(SceneError::TooFast {
+            mass,
+            stiffness,
+            period_us: period_s * 1e6,
+            radians,
+            limit: MAX_PHASE_PER_TICK_RAD,
+            mass_needed: stiffness / omega_squared_allowed,
+            stiffness_allowed: mass * omega_squared_allowed,
+        })
+    }
+
+    /// Consequences of this scene that its user may not expect.
+    #[must_use]
+    pub fn notes(&self) -> Vec<Note> {
+        self.friction.as_law().notes()
+    }
+}

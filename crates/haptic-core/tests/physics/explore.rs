@@ -1,0 +1,125 @@
+//! Scenes of every law, and a hand that explores them.
+
+use haptic_core::friction::{Friction, LAWS};
+use haptic_core::scene::{Block, Coupling};
+use haptic_core::{ParameterKey, Renderer, Scene, Scheme};
+
+/// Duration of a tick, s.
+pub(crate) const T: f64 = 1e-3;
+
+/// A law on the device itself.
+pub(crate) fn on_device(friction: Friction) -> Scene {
+    Scene {
+        name: String::new(),
+        block: None,
+        coupling: None,
+        friction,
+    }
+}
+
+/// A law under a block of a mass, kg, in the paper's grip.
+pub(crate) fn behind_block(friction: Friction, mass: f64) -> Scene {
+    Scene {
+        block: Some(Block { mass }),
+        coupling: Some(Coupling {
+            stiffness: 25_000.0,
+            damping: 10.0,
+        }),
+        ..on_device(friction)
+    }
+}
+
+/// The exact scheme.
+pub(crate) fn renderer(scene: &Scene) -> Renderer {
+    Renderer::new(scene, Scheme::Exact, T).expect("a valid scene")
+}
+
+/// A hand that explores, at irregular times: time passed (s), position (m) and velocity (m/s). Made
+/// of sums and products alone.
+pub(crate) struct Hand {
+    random: u64,
+    wanted: f64,
+    position: f64,
+    velocity: f64,
+}
+
+impl Hand {
+    pub(crate) fn new() -> Self {
+        Self {
+            random: 88_172_645_463_325_252,
+            wanted: 0.0,
+            position: 0.0,
+            velocity: 0.0,
+        }
+    }
+
+    /// From 0 to 1, by Marsaglia's xorshift.
+    fn share(&mut self) -> f64 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        f64::from(u32::try_from(self.random >> 32).expect("32 bits")) / f64::from(u32::MAX)
+    }
+
+    /// The next sample: time passed, position and velocity.
+    pub(crate) fn next(&mut self, tick: u32) -> (f64, f64, f64) {
+        let elapsed = match tick % 400 {
+            399 => 0.004,
+            n if n < 200 => 0.001,
+            _ => 0.001 * (0.7 + 0.6 * self.share()),
+        };
+        if tick.is_multiple_of(70) {
+            // Slow and fast strokes, and rests.
+            let share = self.share() - 0.5;
+            self.wanted = if tick.is_multiple_of(5 * 70) {
+                0.0
+            } else {
+                share * share * share * 2.0
+            };
+        }
+        let before = self.velocity;
+        self.velocity += 0.05 * (self.wanted - self.velocity);
+        self.position += 0.5 * elapsed * (before + self.velocity);
+        (elapsed, self.position, self.velocity)
+    }
+}
+
+/// Parameters with which a law takes its other ways, beside those that it has anyway.
+const WAYS: [&[(&str, f64)]; 6] = [
+    &[],
+    &[
+        ("Fs+", 5.0),
+        ("Fs-", 3.75),
+        ("Fd+", 3.0),
+        ("Fd-", 2.5),
+        ("b+", 4.0),
+        ("b-", 2.0),
+    ],
+    &[("M", 0.01), ("b", 1.0), ("ws", 0.02)],
+    &[("DV", 0.003), ("gamma", 8.0), ("i", 0.5)],
+    &[("ws", 0.01), ("gamma", 8.0), ("zba", 0.4), ("i", 0.0)],
+    &[("sigma1", 0.0), ("i", 2.0), ("M", 2.0), ("K", 900.0), ("B", 30.0)],
+];
+
+/// Every law, behind a block and on the device itself, in each of its ways, by name.
+pub(crate) fn scenes() -> Vec<(String, Scene)> {
+    let mut scenes = Vec::new();
+    for law in LAWS {
+        for (way, changes) in WAYS.iter().enumerate() {
+            for (setting, block) in [("block", true), ("device", false)] {
+                let mut scene = Scene::paper();
+                if !block {
+                    (scene.block, scene.coupling) = (None, None);
+                }
+                let mut scene = scene.with_law(law).expect("a law").expect("a scene");
+                for &(name, value) in *changes {
+                    let key: ParameterKey = name.parse().expect("a parameter");
+                    // A law without the parameter goes without it.
+                    scene = scene.with(&[(key, value)]).unwrap_or(scene);
+                }
+                scenes.push((format!("{law}, {setting}, {way}"), scene));
+            }
+        }
+    }
+    scenes
+}

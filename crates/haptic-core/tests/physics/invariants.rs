@@ -1,0 +1,163 @@
+//! Invariants of every law, for all parameters and all hands.
+
+use crate::explore::{T, on_device, renderer};
+use haptic_core::block::BlockState;
+use haptic_core::friction::{
+    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
+};
+use haptic_core::scene::{Block, Coupling};
+use haptic_core::{Directional, Renderer, Scene, Scheme};
+use proptest::prelude::*;
+
+fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    (low..high).prop_map(|exponent: f64| 10_f64.powf(exponent))
+}
+
+fn zero_or(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 3 => decades(low, high)]
+}
+
+fn any_directional(low: f64, high: f64) -> impl Strategy<Value = Directional> {
+    (zero_or(low, high), zero_or(low, high), any::<bool>()).prop_map(|(positive, negative, same)| Directional {
+        positive,
+        negative: if same { positive } else { negative },
+    })
+}
+
+prop_compose! {
+    /// Any law with any parameters in its ranges, many of which are refused.
+    fn any_friction()(
+        law in 0..9_u8,
+        static_force in any_directional(-3.0, 2.0),
+        share in prop_oneof![Just(1.0), Just(0.0), 0.0..1.0f64],
+        viscous in any_directional(-2.0, 3.0),
+        contact_stiffness in decades(0.0, 7.0),
+        contact_damping in zero_or(-2.0, 3.0),
+        exponent in prop_oneof![Just(0.0), Just(1.0), 0.0..10.0f64],
+        elastic_fraction in 0.0..0.99f64,
+        stribeck_velocity in prop_oneof![Just(0.0), decades(-6.0, 0.0)],
+        rising_rate in prop_oneof![Just(0.0), decades(-2.0, 4.0)],
+        velocity_threshold in prop_oneof![Just(0.0), 0.0..0.3f64],
+        slides in any::<bool>(),
+    ) -> Friction {
+        let dynamic_force = Directional {
+            positive: share * static_force.positive,
+            negative: share * static_force.negative,
+        };
+        let reseat = if slides { Reseat::Slides } else { Reseat::Continuous };
+        match law {
+            0 => Friction::Viscous(Viscous { viscous }),
+            1 | 2 => Friction::Karnopp(Karnopp {
+                static_force, dynamic_force, viscous, velocity_threshold, stribeck_velocity, rising_rate,
+                contact_stiffness: (law == 2).then_some(contact_stiffness),
+                reseat: (law == 2).then_some(reseat),
+            }),
+            3 => Friction::Dahl(Dahl { dynamic_force: static_force, contact_stiffness, exponent, viscous }),
+            4 => Friction::HaywardArmstrong(HaywardArmstrong {
+                dynamic_force: static_force, contact_stiffness, elastic_fraction, viscous,
+            }),
+            5 => Friction::ResetIntegrator(ResetIntegrator {
+                static_force, dynamic_force, contact_stiffness, contact_damping, viscous, reseat,
+            }),
+            6 => Friction::Lugre(Lugre {
+                static_force, dynamic_force, stribeck_velocity, contact_stiffness, contact_damping, viscous,
+            }),
+            7 => Friction::ElastoPlastic(ElastoPlastic {
+                static_force, dynamic_force, stribeck_velocity, contact_stiffness, contact_damping, elastic_fraction, viscous,
+            }),
+            _ => Friction::SalcudeanVlaar(SalcudeanVlaar { static_force, contact_stiffness, viscous, velocity_threshold }),
+        }
+    }
+}
+
+prop_compose! {
+    fn any_scene()(
+        friction in any_friction(),
+        block in prop::option::weighted(0.7, (decades(-6.0, 2.0), zero_or(-1.0, 6.4), zero_or(-3.0, 4.0))),
+    ) -> Option<Scene> {
+        let mut scene = on_device(friction);
+        if let Some((mass, stiffness, damping)) = block {
+            scene.block = Some(Block { mass });
+            scene.coupling = Some(Coupling { stiffness, damping });
+        }
+        (scene.validate().is_ok() && scene.validate_rate(T).is_ok()).then_some(scene)
+    }
+}
+
+/// Whether a law is one that gives out no energy of its own.
+fn is_passive(friction: &Friction) -> bool {
+    match friction {
+        Friction::ResetIntegrator(law) => law.reseat == Reseat::Continuous,
+        // A threshold ends a slide with the drag of the moment in the spring, which it did not
+        // store.
+        Friction::SalcudeanVlaar(law) => law.velocity_threshold == 0.0,
+        Friction::Lugre(law) => law.contact_damping == 0.0 && law.static_force == law.dynamic_force,
+        Friction::ElastoPlastic(law) => law.contact_damping == 0.0 && law.static_force == law.dynamic_force,
+        _ => true,
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_law_ever_blows_up(
+        scene in any_scene(),
+        scheme in prop_oneof![3 => Just(Scheme::Exact), 1 => Just(Scheme::Implicit), 1 => Just(Scheme::LITERAL)],
+        steps in prop::collection::vec((0.0..1.0f64, -1.0..1.0f64, 0..60u8), 20..120),
+        origin in prop_oneof![3 => Just(0.0), 1 => -10.0..10.0f64, 1 => Just(1e9)],
+    ) {
+        let Some(scene) = scene else { return Ok(()) };
+        let mut surface = Renderer::new(&scene, scheme, T).expect("a valid scene");
+        surface.start_at(origin, 0.0);
+        let (mut position, mut velocity) = (origin, 0.0);
+        for (jitter, push, event) in steps {
+            // Missed ticks, and now and then a whole second of them.
+            let elapsed = match event {
+                0 => 0.04,
+                3 => 1.0,
+                _ => T * (0.7 + 0.6 * jitter),
+            };
+            velocity = 0.9 * velocity + 0.1 * push;
+            position += velocity * elapsed + if event == 1 { 0.05 * push } else { 0.0 };
+            if event == 2 {
+                // The smallest numbers there are.
+                velocity = f64::MIN_POSITIVE / 16.0;
+            }
+            let rendered = surface.tick(elapsed, position, velocity);
+            if scheme == Scheme::LITERAL {
+                // It does blow up, to forces that are no numbers for a tick. That must be all that
+                // happens.
+                continue;
+            }
+            let after = surface.state();
+            prop_assert!(rendered.coupling_force.is_finite(), "{scene:?}: {rendered:?}");
+            prop_assert!(after.position.is_finite() && after.velocity.is_finite(), "{scene:?}: {after:?}");
+            prop_assert!(rendered.events <= 700, "{scene:?}: {rendered:?}");
+        }
+    }
+
+    /// A block let go at a device that stands still: a contact that began without energy gives none
+    /// out, so the block and its coupling never have more than they began with.
+    #[test]
+    fn a_passive_law_creates_no_energy(scene in any_scene(), speed in decades(-4.0, 0.0)) {
+        let Some(scene) = scene else { return Ok(()) };
+        let (Some(block), Some(coupling)) = (scene.block, scene.coupling) else { return Ok(()) };
+        if !is_passive(&scene.friction) { return Ok(()) }
+        let mut surface = renderer(&scene);
+        surface.set_state(BlockState::new(0.0, speed, 0.0, 0.0));
+        // A slide begins with its spring deflected by the kinetic force, which it gives back in the
+        // end.
+        let held = match &scene.friction {
+            Friction::ResetIntegrator(law) => law.dynamic_force.greatest().powi(2) / (2.0 * law.contact_stiffness),
+            _ => 0.0,
+        };
+        let begun = 0.5 * block.mass * speed * speed + held;
+        for tick in 0..200 {
+            let rendered = surface.tick(T, 0.0, 0.0);
+            let now = surface.state();
+            let energy = 0.5 * (block.mass * now.velocity * now.velocity + coupling.stiffness * now.position * now.position);
+            prop_assert!(energy <= begun * (1.0 + 1e-5), "{energy} J of {begun} J at tick {tick}, {rendered:?}: {scene:?}");
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! The core's promises, seen from outside: the reference data, the schemes, every law, and the
+//! same forces on every machine.
+
+mod explore;
+mod invariants;
+mod laws;
+mod no_subnormals;
+mod reference;
+mod same_everywhere;
+mod schemes;

@@ -1,0 +1,118 @@
+//! The same inputs give the same forces to the last bit, on every machine and in every build: each
+//! law's run is pinned by a checksum.
+//!
+//! A change of the physics changes a checksum; the failing test prints the new table. A difference
+//! between two machines, or between debug and release, is a fault: something uses the platform's
+//! elementary functions or fuses a multiplication with an addition.
+
+use crate::explore::{Hand, scenes};
+use haptic_core::block::Contact;
+use haptic_core::velocity::{Estimator, METHODS};
+use haptic_core::{Renderer, Scene, Scheme};
+
+/// Fowler, Noll and Vo's checksum (FNV-1a, 64 bits).
+struct Checksum(u64);
+
+impl Checksum {
+    fn new() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+
+    fn add(&mut self, value: f64) {
+        // Zero has two forms, and neither is felt.
+        for byte in (value + 0.0).to_bits().to_le_bytes() {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+}
+
+fn run(scene: &Scene, scheme: Scheme) -> u64 {
+    let mut surface = Renderer::new(scene, scheme, 1e-3).expect("a valid scene");
+    surface.start_at(0.0, 0.0);
+    let (mut hand, mut sum) = (Hand::new(), Checksum::new());
+    let mut energy = 0.0;
+    for tick in 0..3000 {
+        let (elapsed, position, velocity) = hand.next(tick);
+        let rendered = if tick % 3 == 0 {
+            let mut hear = |at: f64, _: Contact, to: Contact| energy += at * f64::from(to.as_number());
+            surface.tick_with_events(elapsed, position, velocity, &mut hear)
+        } else {
+            surface.tick(elapsed, position, velocity)
+        };
+        sum.add(rendered.coupling_force);
+        let state = surface.state();
+        for value in [state.position, state.velocity, f64::from(state.contact.as_number())] {
+            sum.add(value);
+        }
+    }
+    sum.add(energy);
+    sum.0
+}
+
+/// One checksum for each law and scheme, over all its ways in both settings.
+fn checksums() -> Vec<(String, u64)> {
+    let mut all: Vec<(String, u64)> = Vec::new();
+    for (name, scene) in scenes() {
+        for scheme in [Scheme::Exact, Scheme::Implicit, Scheme::LITERAL] {
+            let law = name.split(',').next().expect("a law");
+            let name = format!("{law}, {scheme}");
+            let sum = run(&scene, scheme);
+            match all.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, total)) => *total = (*total ^ sum).wrapping_mul(0x0100_0000_01b3),
+                None => all.push((name, sum)),
+            }
+        }
+    }
+    for method in METHODS {
+        let mut estimator = Estimator::new(method, 1e-3, 1e-5);
+        let (mut hand, mut sum) = (Hand::new(), Checksum::new());
+        for tick in 0..3000 {
+            let (elapsed, position, _) = hand.next(tick);
+            sum.add(estimator.update(elapsed, (position * 1e5).round() / 1e5));
+        }
+        all.push((method.to_string(), sum.0));
+    }
+    all
+}
+
+const PINNED: &[(&str, u64)] = &[
+    ("karnopp, exact", 0x3367_5d26_5c67_6c66),
+    ("karnopp, implicit", 0x0536_c927_dac2_579a),
+    ("karnopp, literal", 0x1709_5cb2_2718_3ad5),
+    ("dahl, exact", 0x2cdd_605e_d9a7_03e0),
+    ("dahl, implicit", 0x2252_5ea7_a23f_3160),
+    ("dahl, literal", 0x5084_3642_7b97_f38d),
+    ("hayward-armstrong, exact", 0xf142_2253_5490_829e),
+    ("hayward-armstrong, implicit", 0x987f_c25f_7b16_aed9),
+    ("hayward-armstrong, literal", 0xea9d_59ed_2b49_915a),
+    ("reset-integrator, exact", 0x012d_c5df_6865_869b),
+    ("reset-integrator, implicit", 0xc520_5048_71ed_834f),
+    ("reset-integrator, literal", 0xbd7b_41bf_708c_d292),
+    ("lugre, exact", 0x06eb_6686_4ed8_44a4),
+    ("lugre, implicit", 0xfac3_9da2_81d2_f516),
+    ("lugre, literal", 0x0d73_7cda_984b_2c0f),
+    ("elasto-plastic, exact", 0x0445_0aa7_4501_4b25),
+    ("elasto-plastic, implicit", 0x193a_462c_3e39_7957),
+    ("elasto-plastic, literal", 0x364c_5097_748a_9108),
+    ("salcudean-vlaar, exact", 0x7be1_a603_ab78_4d5d),
+    ("salcudean-vlaar, implicit", 0x00cb_78ad_6679_1b85),
+    ("salcudean-vlaar, literal", 0xfbb4_1b8f_2559_11a2),
+    ("viscous, exact", 0xb3d3_b3c5_c9aa_90ae),
+    ("viscous, implicit", 0x4adb_a0ae_3dcb_55c0),
+    ("viscous, literal", 0x188c_8b56_d2e8_cedb),
+    ("finite-difference", 0x438c_1bc7_8285_3801),
+    ("low-pass", 0x38b4_b7ad_73a9_91ae),
+    ("alpha-beta-gamma", 0x806a_5496_9894_814b),
+    ("foaw-end-fit", 0x2c3b_353f_cfa9_3aee),
+    ("foaw-best-fit", 0x1f20_68c6_f9b5_8c47),
+];
+
+#[test]
+fn every_laws_forces_are_pinned_to_the_last_bit() {
+    let now = checksums();
+    let pinned: Vec<(String, u64)> = PINNED.iter().map(|&(name, sum)| (name.to_owned(), sum)).collect();
+    for (name, sum) in &now {
+        println!("    ({name:?}, {sum:#018x}),");
+    }
+    assert_eq!(now, pinned);
+}
