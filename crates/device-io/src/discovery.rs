@@ -1,10 +1,10 @@
 //! Which rigs there may be: every serial port and every HID device, what it says of itself, and whether this process may open it.
 //!
-//! [`list`] opens nothing: many boards are reset when their port is opened, and a rig in use must not notice. [`probe`] does, for one address that somebody asked for.
+//! [`list`] opens nothing: many boards are reset when their port is opened, and a rig in use must not notice. [`probe`] does, for one device that somebody asked for.
 
 use crate::address::{Address, DEFAULT_BAUD};
-use crate::link::hid::{self, HidNode};
-use crate::link::{ConnectError, LinkCounters};
+use crate::link::hid_node::{self, HidNode};
+use crate::link::{ConnectError, Connector, DeviceFacts, LinkCounters};
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
 use serialport::{SerialPortInfo, SerialPortType};
@@ -50,21 +50,6 @@ pub struct Obstacle {
     pub remedy: String,
 }
 
-/// What a rig answered.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Greeting {
-    /// Name and version of its firmware.
-    pub firmware: String,
-    /// Largest force of its motor, N.
-    pub force_limit_n: f64,
-    /// Samples a second, Hz.
-    pub sample_rate_hz: f64,
-    /// Distance between two counts of its encoder, m.
-    pub resolution_m: f64,
-    /// It switches its motor off after so long without a command, ms; nothing where it does not, as far as is known.
-    pub watchdog_ms: Option<u32>,
-}
-
 /// Links to serial ports by what they say of themselves, which stay the same when the numbers of the nodes move. Made by udev.
 const BY_ID: &str = "/dev/serial/by-id";
 
@@ -82,31 +67,20 @@ pub fn list() -> Vec<Found> {
         .into_iter()
         .filter(|port| is_real(&port.port_name))
         .map(|port| serial(port, &links))
-        .chain(hid::nodes().into_iter().map(hid_device))
+        .chain(hid_node::nodes().into_iter().map(hid_device))
         .collect();
     found.sort_by(|a, b| (a.identity.is_none(), &a.node).cmp(&(b.identity.is_none(), &b.node)));
     found
 }
 
-/// Asks what is at an address who it is. It opens the device, which resets many boards, and takes up to 3 s.
+/// Asks a device who it is. It opens the device, which resets many boards, and takes up to 3 s.
 ///
 /// # Errors
-/// It is not there, may not be opened, is in use, or does not speak the protocol. The simulated rig has nobody to ask.
-pub fn probe(address: &Address) -> Result<Greeting, ConnectError> {
-    let mut connector = address.connector().ok_or_else(|| ConnectError::Refused {
-        what: address.to_string(),
-        why: "it is simulated in the daemon".to_owned(),
-        remedy: "there is nothing to be asked; `fake-rig` simulates one behind a serial line".to_owned(),
-    })?;
+/// The device is not there, may not be opened, is in use, or does not speak the protocol.
+pub fn probe(connector: &mut dyn Connector) -> Result<DeviceFacts, ConnectError> {
     // The host's period matters only once it renders.
     let greeted = connector.connect(1_000_000, &Arc::new(LinkCounters::default()))?;
-    Ok(Greeting {
-        force_limit_n: greeted.force_limit_n,
-        sample_rate_hz: greeted.sample_rate_hz,
-        resolution_m: greeted.connection.resolution_m(),
-        watchdog_ms: greeted.watchdog_ms,
-        firmware: greeted.firmware,
-    })
+    Ok(greeted.device)
 }
 
 /// Links of a folder with what they point at.
@@ -171,7 +145,7 @@ fn hid_device(device: HidNode) -> Found {
             why,
             remedy: "it is no rig, or its firmware must be changed: docs/device-protocol.md".to_owned(),
         }),
-        Ok(_) => closed(&device.path, || hid::permission_remedy(&device.id)),
+        Ok(_) => closed(&device.path, || hid_node::permission_remedy(&device.id)),
     };
     Found {
         address: Address::Hid(device.id),

@@ -8,6 +8,7 @@
 //! [`link`] talks to real rigs in the words of [`protocol`], over a serial line or HID; [`discovery`] finds them.
 
 pub mod address;
+pub mod clock;
 mod device;
 pub mod discovery;
 pub mod fake;

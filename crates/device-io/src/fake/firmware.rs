@@ -1,7 +1,9 @@
 //! The device's side of the link protocol, on the fake rig: what a firmware does, in a few hundred lines of Rust. It has no clock of its own; whoever runs it says what time it is.
 
+use super::fake_rig::FakeRig;
+use super::hand::Hand;
 use super::misbehaviour::{LyingClock, Misbehaviour};
-use super::{FakeRig, Hand, RigProperties};
+use super::plant::RigProperties;
 use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, is_newer};
 use std::collections::VecDeque;
 

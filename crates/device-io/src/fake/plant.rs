@@ -4,7 +4,6 @@
 //! midpoint rule in steps of at most [`SUB_STEP_S`]: exact for a constant force, stable for any arm, and friction is an
 //! inequality in each step, so that the carriage truly rests when it rests.
 
-use super::RigProperties;
 use super::hand::Hand;
 use std::f64::consts::TAU;
 
@@ -13,6 +12,34 @@ pub const SUB_STEP_S: f64 = 20e-6;
 
 /// Most steps between two reads: after a stall the steps grow instead of their number.
 const MAX_SUB_STEPS: f64 = 1000.0;
+
+/// What the fake rig is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigProperties {
+    /// Mass of the moving part, kg.
+    pub mass_kg: f64,
+    /// Coulomb friction of the guide, N.
+    pub friction_n: f64,
+    /// Viscous damping of the guide, N s/m.
+    pub damping_ns_per_m: f64,
+    /// Distance between two counts of the encoder, m; 0 for a perfect one.
+    pub resolution_m: f64,
+    /// Distance from the middle to the stop at either end, m; infinite where there are none. A hand that goes where it goes is not held.
+    pub end_stop_m: f64,
+}
+
+impl Default for RigProperties {
+    /// The desk-top rig of the reference measurements.
+    fn default() -> Self {
+        Self {
+            mass_kg: 1.4,
+            friction_n: 0.8,
+            damping_ns_per_m: 0.0,
+            resolution_m: 10e-6,
+            end_stop_m: f64::INFINITY,
+        }
+    }
+}
 
 /// The carriage.
 #[derive(Clone, Debug)]

@@ -117,7 +117,7 @@ impl fmt::Display for LinkError {
 
 impl LinkCounters {
     /// Notes how long a command and the sample that knows it took, ns.
-    pub(crate) fn note_round_trip(&self, round_trip_ns: u64) {
+    pub fn note_round_trip(&self, round_trip_ns: u64) {
         self.round_trip_ns.store(round_trip_ns, Relaxed);
         self.round_trip_max_ns
             .store(round_trip_ns.max(self.round_trip_max_ns.load(Relaxed)), Relaxed);
@@ -129,7 +129,7 @@ impl LinkCounters {
     }
 
     /// Notes how old the newest sample is in a tick, and how much of that is beyond what the quickest ones take to come, ns.
-    pub(crate) fn note_age(&self, age_ns: u64, beyond_ns: u64) {
+    pub fn note_age(&self, age_ns: u64, beyond_ns: u64) {
         self.age_ns.store(age_ns, Relaxed);
         let greatest_ns = self.usual_age_ns.load(Relaxed);
         self.usual_age_ns
@@ -146,7 +146,7 @@ impl LinkCounters {
     }
 
     /// Notes what has gone wrong, at a time of ours, ns.
-    pub(crate) fn note_error(&self, error: LinkError, now_ns: u64) {
+    pub fn note_error(&self, error: LinkError, now_ns: u64) {
         self.last_error.store(error.word(), Relaxed);
         self.last_error_at_ns.store(now_ns, Relaxed);
     }
@@ -159,7 +159,8 @@ impl LinkCounters {
     }
 
     /// A device that is there is asked who it is, from a time of ours on, ns, and as long as what this returns lives.
-    pub(crate) fn ask(&self, now_ns: u64) -> Asking<'_> {
+    #[must_use]
+    pub fn ask(&self, now_ns: u64) -> Asking<'_> {
         self.asking_since_ns.store(now_ns.max(1), Relaxed);
         Asking(self)
     }
@@ -171,7 +172,7 @@ impl LinkCounters {
     }
 
     /// Forgets what is measured of one conversation: the next may be with another device.
-    pub(crate) fn begin_conversation(&self) {
+    pub fn begin_conversation(&self) {
         self.drift_ppb.store(UNKNOWN_DRIFT, Relaxed);
         self.usual_round_trip_ns.store(0, Relaxed);
         self.usual_age_ns.store(0, Relaxed);
@@ -180,7 +181,8 @@ impl LinkCounters {
 }
 
 /// A device is being asked who it is.
-pub(crate) struct Asking<'a>(&'a LinkCounters);
+#[derive(Debug)]
+pub struct Asking<'a>(&'a LinkCounters);
 
 impl Drop for Asking<'_> {
     fn drop(&mut self) {
@@ -201,7 +203,7 @@ const FORGOTTEN_AFTER: u64 = 1024;
 pub const UNKNOWN_DRIFT: i64 = i64::MIN;
 
 /// Adds to a counter whose only writer is the caller: no read-modify-write, which some processors make of a loop.
-pub(crate) fn add(counter: &AtomicU64, count: u64) {
+pub fn add(counter: &AtomicU64, count: u64) {
     counter.store(counter.load(Relaxed).wrapping_add(count), Relaxed);
 }
 

@@ -21,7 +21,8 @@ const LONGEST_TEXT: usize = 256;
 
 impl RigIdentity {
     /// A device on a serial line, by the path that was named.
-    pub(crate) fn of_line(kind: &str, path: &Path) -> Self {
+    #[must_use]
+    pub fn of_line(kind: &str, path: &Path) -> Self {
         Self::of_line_in(Path::new(TERMINALS), kind, path)
     }
 
@@ -59,14 +60,16 @@ impl RigIdentity {
     }
 
     /// The same rig with another motor of it, or another letter.
-    pub(crate) fn with_part(mut self, part: &str) -> Self {
+    #[must_use]
+    pub fn with_part(mut self, part: &str) -> Self {
         self.key.push('-');
         self.key.push_str(part);
         self
     }
 
     /// The same with force and position turned round.
-    pub(crate) fn turned_round(mut self, reversed: bool) -> Self {
+    #[must_use]
+    pub fn turned_round(mut self, reversed: bool) -> Self {
         self.reversed = reversed;
         self
     }

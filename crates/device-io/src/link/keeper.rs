@@ -1,75 +1,15 @@
 //! The keeper of a link: finds the device, greets it, hands the connection to the real-time thread, takes it back when it has failed, and looks again. It looks when something changes among the
 //! device nodes, and otherwise only asks again a device that is there and does not answer.
 
+use super::connection::Connection;
+use super::connector::{ConnectError, Connector, DeviceFacts};
 use super::health::LinkCounters;
-use super::identity::RigIdentity;
+use super::link_device::{Handover, LinkDevice};
 use super::nodes::NodeWatch;
-use super::{Connection, Handover, LinkDevice};
 use rtrb::{Consumer, Producer, RingBuffer};
-use std::ffi::OsStr;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use thiserror::Error;
-
-/// Why a device cannot be used, now.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum ConnectError {
-    /// It is not plugged in.
-    #[error("{what} is not there")]
-    Absent {
-        /// What was looked for.
-        what: String,
-    },
-    /// Something is in the way that goes away by itself or by a person: no right, in use, a wrong kind of file.
-    #[error("{what}: {why}; {remedy}")]
-    Refused {
-        /// The device.
-        what: String,
-        /// What the system says.
-        why: String,
-        /// How to mend it.
-        remedy: String,
-    },
-    /// It is there, and does not speak the protocol.
-    #[error("{what}: {heard}")]
-    Protocol {
-        /// The device.
-        what: String,
-        /// What came instead of an answer.
-        heard: String,
-    },
-}
-
-/// A device that has been greeted, and what there is to know of it.
-pub struct Greeted {
-    pub(crate) connection: Box<dyn Connection>,
-    pub(crate) firmware: String,
-    pub(crate) force_limit_n: f64,
-    pub(crate) sample_rate_hz: f64,
-    /// The motor is off after so long without a command, ms; nothing where nobody switches it off, as far as is known.
-    pub(crate) watchdog_ms: Option<u32>,
-    pub(crate) rig: RigIdentity,
-}
-
-/// Finds and greets one kind of device.
-pub trait Connector: Send + std::fmt::Debug {
-    /// What it connects to, for people.
-    fn address(&self) -> String;
-
-    /// The folder in which the device's node appears and disappears.
-    fn folder(&self) -> PathBuf;
-
-    /// Whether a change of a node with this name in that folder may be one of the device.
-    fn concerns(&self, node: &OsStr) -> bool;
-
-    /// Finds the device, opens and greets it. May take a second.
-    ///
-    /// # Errors
-    /// Why it cannot be used.
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError>;
-}
 
 /// How a link stands.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,18 +20,8 @@ pub enum LinkState {
     Waiting(ConnectError),
     /// It has been greeted.
     Connected {
-        /// Name and version of the firmware.
-        firmware: String,
-        /// Largest force of the motor, N.
-        force_limit_n: f64,
-        /// Samples a second, Hz.
-        sample_rate_hz: f64,
-        /// Distance between two counts, m.
-        resolution_m: f64,
-        /// The device switches its motor off after so long without a command, ms; nothing where it does not, as far as is known.
-        watchdog_ms: Option<u32>,
-        /// Which rig it is.
-        rig: RigIdentity,
+        /// What it said of itself.
+        device: DeviceFacts,
         /// Counts the connections from 1: the number that [`Device::connection`](crate::device::Device::connection) has while this one is used.
         connection: u64,
     },
@@ -167,16 +97,7 @@ impl Keeper {
     pub fn new(connector: Box<dyn Connector>, period_ns: u64) -> (LinkDevice, LinkMonitor, Self) {
         let (greeted, to_use) = RingBuffer::new(ROOM);
         let (given_up, failed) = RingBuffer::new(ROOM);
-        let device = LinkDevice {
-            address: connector.address(),
-            connection: None,
-            greeted: to_use,
-            failed: given_up,
-            connections: 0,
-            resolution_m: 0.0,
-            force_limit_n: f64::INFINITY,
-            now_ns: 0,
-        };
+        let device = LinkDevice::new(connector.address(), to_use, given_up);
         let monitor = LinkMonitor {
             state: Arc::new(Mutex::new(LinkState::Looking)),
             counters: Arc::new(LinkCounters::default()),
@@ -214,19 +135,20 @@ impl Keeper {
                 Ok(greeted) => {
                     connection += 1;
                     // Told before it can be used, so that nobody finds it in use and knows only the one before.
+                    let DeviceFacts {
+                        force_limit_n,
+                        resolution_m,
+                        ..
+                    } = greeted.device;
                     self.monitor.set(LinkState::Connected {
-                        firmware: greeted.firmware,
-                        force_limit_n: greeted.force_limit_n,
-                        sample_rate_hz: greeted.sample_rate_hz,
-                        resolution_m: greeted.connection.resolution_m(),
-                        watchdog_ms: greeted.watchdog_ms,
-                        rig: greeted.rig,
+                        device: greeted.device,
                         connection,
                     });
                     // There is room: the last one has come back.
                     drop(self.greeted.push(Handover {
                         connection: greeted.connection,
-                        force_limit_n: greeted.force_limit_n,
+                        force_limit_n,
+                        resolution_m,
                     }));
                     self.wait_for_failure(quit);
                     self.monitor.set(LinkState::Looking);

@@ -233,11 +233,6 @@ impl Session {
         (enable, command)
     }
 
-    /// Distance between two counts, m.
-    pub(crate) fn resolution_m(&self) -> f64 {
-        self.metres_per_count
-    }
-
     fn next_sequence(&mut self, now_ns: u64) -> u32 {
         self.sent = self.sent.wrapping_add(1);
         self.sent_at_ns[self.sent as usize % SENT] = now_ns;

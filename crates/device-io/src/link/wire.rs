@@ -2,9 +2,10 @@
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-use super::clock;
-use super::keeper::ConnectError;
+use super::connector::{ConnectError, DeviceFacts};
+use super::identity::RigIdentity;
 use super::session::{Refused, Session};
+use crate::clock;
 use crate::device::{DeviceError, Measurement};
 use crate::protocol::message::{DeviceHello, FromDevice, FromHost, MessageError};
 use crate::protocol::view::ViewError;
@@ -77,6 +78,18 @@ pub(super) fn greet(
         what: what.to_owned(),
         heard: heard.unwrap_or_else(|| unanswered(heard_bytes)),
     })
+}
+
+/// What a hello says of the device, for the rig that it is.
+pub(super) fn facts(hello: &DeviceHello, rig: RigIdentity) -> DeviceFacts {
+    DeviceFacts {
+        firmware: hello.firmware_name(),
+        force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
+        sample_rate_hz: f64::from(hello.sample_rate_hz),
+        resolution_m: 1.0 / f64::from(hello.counts_per_metre),
+        watchdog_ms: hello.watchdog(),
+        rig,
+    }
 }
 
 /// Takes in what has come, and the newest sample of it. Where the device's clock drifts past ours, a tick waits for a sample that is about to come, for so long at most, ns, rather than rendering the old

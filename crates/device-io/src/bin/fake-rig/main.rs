@@ -3,9 +3,10 @@
 mod port;
 
 use clap::Parser;
+use device_io::clock::now_ns;
 use device_io::fake::{
     Channel, Fault, Firmware, FirmwareProperties, HandOptions, Order, Quality, RigProperties, Script, TimedFault,
-    now_ns, take_priority,
+    take_priority,
 };
 use device_io::protocol::message::{DeviceHello, FromDevice};
 use port::{Gone, Place, Port};
