@@ -16,7 +16,8 @@ pub(crate) enum Motor {
         /// The controller has answered that it is.
         confirmed: bool,
     },
-    /// Told to be on since a time of ours, ns; the newest command for that was sent at `told_at_ns`.
+    /// Told to be on since a time of ours, ns; the newest command for that was sent at
+    /// `told_at_ns`.
     Arming { since_ns: u64, told_at_ns: Option<u64> },
     /// On.
     On,

@@ -1,4 +1,5 @@
-//! The connector of any board here: it opens the line, greets the controller in its dialect, and begins the conversation.
+//! The connector of any board here: it opens the line, greets the controller in its dialect, and
+//! begins the conversation.
 
 use crate::connection::TextConnection;
 use crate::conversation::{Conversation, Scale};
@@ -12,7 +13,8 @@ use std::fmt::Debug;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// One maker's controller, by its options: all that greeting it does not share with those of other makers.
+/// One maker's controller, by its options: all that greeting it does not share with those of other
+/// makers.
 pub(crate) trait Controller: Debug + Send {
     /// Its protocol.
     type Dialect: Dialect + 'static;

@@ -1,5 +1,5 @@
-//! The conversation with a controller, tick by tick, in any dialect: it asks for positions, switches the motor on and
-//! off, and watches that the motor stays so.
+//! The conversation with a controller, tick by tick, in any dialect: it asks for positions,
+//! switches the motor on and off, and watches that the motor stays so.
 
 use crate::axis::{Axis, Motor, is_due};
 use crate::dialect::Dialect;
@@ -47,7 +47,8 @@ impl Scale {
     }
 }
 
-/// A conversation with one motor of a controller. It knows nothing of serial lines, and waits for nothing.
+/// A conversation with one motor of a controller. It knows nothing of serial lines, and waits for
+/// nothing.
 #[derive(Debug)]
 pub(crate) struct Conversation<D> {
     dialect: D,

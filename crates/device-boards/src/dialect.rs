@@ -1,4 +1,5 @@
-//! The words of one maker's protocol: all that a conversation does not share with those of other makers.
+//! The words of one maker's protocol: all that a conversation does not share with those of other
+//! makers.
 
 use crate::axis::Axis;
 use crate::text::Text;
@@ -6,8 +7,8 @@ use device_io::DeviceError;
 
 /// One maker's protocol. It knows nothing of serial lines, and waits for nothing.
 pub(crate) trait Dialect: Send {
-    /// Longest wait for the next question about the motor while answers are overdue, ns: its answer tells which
-    /// of the others are lost.
+    /// Longest wait for the next question about the motor while answers are overdue, ns: its answer
+    /// tells which of the others are lost.
     const ASK_OVERDUE_NS: u64;
 
     /// Interprets a line of the controller, without its end.

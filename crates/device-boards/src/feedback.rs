@@ -1,30 +1,32 @@
-//! The positions of a controller that neither stamps nor numbers them, but answers questions in their order.
+//! The positions of a controller that neither stamps nor numbers them, but answers questions in
+//! their order.
 //!
-//! A position's time is the time of its question. The time of its reading would be worse: answers are read once a
-//! tick, so an answer that comes a little later than the others would seem a whole tick late, and that would make a
-//! wrong velocity.
+//! A position's time is the time of its question. The time of its reading would be worse: answers
+//! are read once a tick, so an answer that comes a little later than the others would seem a whole
+//! tick late, and that would make a wrong velocity.
 
 use device_io::link::{LinkCounters, LinkError, add};
 use device_io::{DeviceError, Measurement};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// Most questions without an answer. On a line that is too slow for the rate this sets the pace: its buffers hold so
-/// many commands and no more.
+/// Most questions without an answer. On a line that is too slow for the rate this sets the pace:
+/// its buffers hold so many commands and no more.
 const WINDOW: usize = 4;
 
-/// Age at which questions without an answer count as lost, ns, where no other answer has told before
-/// ([`Feedback::answered_until`]).
+/// Age at which questions without an answer count as lost, ns, where no other answer has told
+/// before ([`Feedback::answered_until`]).
 const LOST_AFTER_NS: u64 = 50_000_000;
 
-/// Age at which a question is overdue, ns: then another question is asked, whose answer tells which are lost.
+/// Age at which a question is overdue, ns: then another question is asked, whose answer tells which
+/// are lost.
 const OVERDUE_AFTER_NS: u64 = 10_000_000;
 
 /// Longest time without a position, ns; after it the controller is greeted anew.
 const SILENCE_NS: u64 = 500_000_000;
 
-/// Fastest hand, m/s: a position that needs a faster one was damaged on its way. Both protocols can let that through,
-/// one without a checksum and one with a checksum of eight bits.
+/// Fastest hand, m/s: a position that needs a faster one was damaged on its way. Both protocols can
+/// let that through, one without a checksum and one with a checksum of eight bits.
 const FASTEST_MPS: f64 = 10.0;
 
 /// Largest jump of a position in no time, m.
@@ -122,8 +124,8 @@ impl Feedback {
         self.under_way = self.under_way.saturating_sub(1);
     }
 
-    /// Another question, asked at a time of ours, was answered. Answers come in the order of the questions, so those
-    /// that were asked earlier have lost theirs.
+    /// Another question, asked at a time of ours, was answered. Answers come in the order of the
+    /// questions, so those that were asked earlier have lost theirs.
     pub(crate) fn answered_until(&mut self, asked_at_ns: u64) {
         while self.under_way > 0 && self.asked_at_ns[0] < asked_at_ns {
             add(&self.counters.lost, 1);
@@ -155,8 +157,8 @@ impl Feedback {
     }
 }
 
-/// The target for a force on the hand, N, in the controller's unit of so many newtons. It is cut to a limit in that
-/// unit, and zero for a force that is not a number.
+/// The target for a force on the hand, N, in the controller's unit of so many newtons. It is cut to
+/// a limit in that unit, and zero for a force that is not a number.
 pub(crate) fn target(force_n: f64, newtons_per_unit: f64, limit: f64, counters: &LinkCounters) -> f64 {
     let wanted = force_n / newtons_per_unit;
     if wanted.is_nan() {

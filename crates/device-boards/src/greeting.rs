@@ -1,4 +1,5 @@
-//! The greeting of a controller: every question waits for its answer. The keeper does this, which may wait.
+//! The greeting of a controller: every question waits for its answer. The keeper does this, which
+//! may wait.
 
 use crate::text::Lines;
 use device_io::clock;
@@ -9,7 +10,8 @@ use std::time::{Duration, Instant};
 /// Longest wait for an answer.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(250);
 
-/// Most questions without an answer: boards that are reset by the opening of their port need a second or two.
+/// Most questions without an answer: boards that are reset by the opening of their port need a
+/// second or two.
 pub(crate) const ATTEMPTS: u32 = 10;
 
 /// A line on which every question waits for its answer.
@@ -32,7 +34,8 @@ impl Greeting {
         })
     }
 
-    /// Asks until the controller answers. `unanswered` says what to think of so many bytes without an answer.
+    /// Asks until the controller answers. `unanswered` says what to think of so many bytes without
+    /// an answer.
     pub(crate) fn wake<T>(
         &mut self,
         mut ask: impl FnMut(&mut Self) -> Result<Option<T>, ConnectError>,

@@ -1,20 +1,22 @@
 //! Motor controllers of other makers: ODrive and SimpleFOC.
 //!
-//! They speak the text protocols that their makers publish, not the link protocol, so something is lost against
-//! our own firmware:
+//! They speak the text protocols that their makers publish, not the link protocol, so something is
+//! lost against our own firmware:
 //!
-//! - No controller stamps or numbers its samples. A sample's time is the time of its question, and the answers
-//!   are counted here.
-//! - The answer to a tick's question is read in the next tick, or later: the position is a tick old, and the
-//!   force is later by as much.
-//! - The number of questions without an answer is limited, so that a slow line fills no buffer with old forces.
+//! - No controller stamps or numbers its samples. A sample's time is the time of its question, and
+//!   the answers are counted here.
+//! - The answer to a tick's question is read in the next tick, or later: the position is a tick
+//!   old, and the force is later by as much.
+//! - The number of questions without an answer is limited, so that a slow line fills no buffer with
+//!   old forces.
 //!
-//! None of this has been tried on a real board; the fakes in [`fake`] speak the published protocols.
-//! docs/adapters.md says how to set a board up.
+//! None of this has been tried on a real board; the fakes in [`fake`] speak the published
+//! protocols. docs/adapters.md says how to set a board up.
 //!
-//! A board is a folder with its options, its greeting and its dialect: the words of its protocol. What all boards
-//! share exists once: the conversation (questions for positions, switching on and off, time limits), the
-//! connection over a serial line, and the connector. [`Address`] lists the boards.
+//! A board is a folder with its options, its greeting and its dialect: the words of its protocol.
+//! What all boards share exists once: the conversation (questions for positions, switching on and
+//! off, time limits), the connection over a serial line, and the connector. [`Address`] lists the
+//! boards.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 

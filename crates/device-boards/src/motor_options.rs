@@ -5,7 +5,8 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-/// Default rate of a line, baud, as both makers have it. A USB controller has no rate and ignores it.
+/// Default rate of a line, baud, as both makers have it. A USB controller has no rate and ignores
+/// it.
 const DEFAULT_BAUD: u32 = 115_200;
 
 /// A controller on a serial line, and the pulley or capstan on its shaft. Every number is finite.
@@ -15,7 +16,7 @@ pub struct MotorOptions {
     pub path: PathBuf,
     /// Its rate, baud.
     pub baud: u32,
-    /// Effective radius of the pulley: the handle goes a turn's worth of its circumference, mm.
+    /// Effective radius of the pulley, mm: a turn moves the handle by the circumference.
     pub radius_mm: f64,
     /// Largest torque of the shaft, Nm.
     pub torque_limit_nm: f64,

@@ -1,4 +1,5 @@
-//! Lines of text without allocation: incoming lines in pieces, outgoing lines, and the numbers in them.
+//! Lines of text without allocation: incoming lines in pieces, outgoing lines, and the numbers in
+//! them.
 
 use device_io::link::MOST_AT_ONCE;
 use std::fmt;
@@ -30,7 +31,8 @@ impl Default for Lines {
 }
 
 impl Lines {
-    /// Takes in bytes, and gives away every line that has ended, without its end; empty ones are left out.
+    /// Takes in bytes, and gives away every line that has ended, without its end; empty ones are
+    /// left out.
     pub(crate) fn take(&mut self, bytes: &[u8], mut each: impl FnMut(Result<&[u8], TooLong>)) {
         for &byte in bytes {
             if byte == b'\n' || byte == b'\r' {
@@ -85,7 +87,8 @@ impl Text {
         &self.bytes[..self.length]
     }
 
-    /// Writes something whole or not at all: half a command may be another command. Whether it was written.
+    /// Writes something whole or not at all: half a command may be another command. Whether it was
+    /// written.
     pub(crate) fn whole(&mut self, write: impl FnOnce(&mut Self) -> fmt::Result) -> bool {
         let before = self.length;
         let written = write(self).is_ok();

@@ -1,4 +1,5 @@
-//! A conversation with a fake board in virtual time: no thread, no terminal, the same again every time.
+//! A conversation with a fake board in virtual time: without a thread or a terminal, and the same
+//! in every run.
 
 use crate::conversation::{Conversation, Scale};
 use crate::dialect::Dialect;

@@ -1,5 +1,5 @@
-//! The boards over a real pseudo-terminal, as the real-time thread uses them: the greeting, ticks without an
-//! allocation, and the last words.
+//! The boards over a real pseudo-terminal, as the real-time thread uses them: the greeting, ticks
+//! without an allocation, and the last words.
 #![allow(unsafe_code, reason = "a counting allocator")]
 
 use device_boards::Address;
@@ -47,7 +47,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// A board that a thread plays behind a terminal.
+/// A fake board behind a terminal, on a thread of its own.
 struct Played {
     board: Arc<Mutex<Box<dyn FakeBoard>>>,
     began: Instant,
@@ -143,7 +143,8 @@ fn a_tick_on_a_board_allocates_nothing_and_the_last_word_switches_it_off() {
             assert!(began.elapsed() < PATIENCE, "{kind}: {:?}", monitor.counters());
             let before = COUNT.get();
             let sample = device.read(now_ns());
-            // Where this thread waited for a processor longer than a watchdog waits for it, it lets go and begins anew.
+            // Where this thread waited for a processor longer than a watchdog waits for it, it lets
+            // go and begins anew.
             let written = device.write(2.0, enabled && sample.is_ok());
             assert_eq!(COUNT.get(), before, "{kind}: a tick allocates");
             std::thread::yield_now();
@@ -166,7 +167,8 @@ fn a_tick_on_a_board_allocates_nothing_and_the_last_word_switches_it_off() {
                 continue;
             }
             if kind == "odrive" {
-                // A damaged command that has lost its checksum is believed, and cut by the board itself.
+                // A damaged command that has lost its checksum is believed, and cut by the board
+                // itself.
                 let now_ns = u64::try_from(played.began.elapsed().as_nanos()).expect("soon");
                 board.take_largest_force_n();
                 board.hear(b"c 0 9\n", now_ns);

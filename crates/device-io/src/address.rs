@@ -80,7 +80,8 @@ fn parse(text: &str) -> Result<Address, String> {
     })
 }
 
-/// Splits the part of an address behind its kind: the node's path, and the options after a question mark.
+/// Splits the part of an address behind its kind: the node's path, and the options after a question
+/// mark.
 ///
 /// # Errors
 /// There is no path.

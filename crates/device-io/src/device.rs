@@ -1,4 +1,4 @@
-//! What every rig can do.
+//! The interface of every rig.
 
 use crate::protocol::message::ErrorReport;
 use thiserror::Error;
@@ -6,20 +6,20 @@ use thiserror::Error;
 /// One sample of a rig.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
-    /// Counts the samples; the same number again is the same sample.
+    /// Number of the sample; a repeated number is the same sample.
     pub sequence: u32,
-    /// When it was taken, on the device's own clock, ns.
+    /// Time of the sample on the device's own clock, ns.
     pub time_ns: u64,
     /// Position of the handle, m.
     pub position_m: f64,
-    /// What the motor does, as far as the device says so.
+    /// State of the motor, as far as the device reports it.
     pub motor: Motor,
     /// Buttons pressed, one bit each.
     pub buttons: u8,
 }
 
 impl Measurement {
-    /// A sample of a device that has no buttons and says nothing of its motor.
+    /// A sample of a device that has no buttons and does not report its motor.
     #[must_use]
     pub fn new(sequence: u32, time_ns: u64, position_m: f64) -> Self {
         Self {
@@ -35,11 +35,12 @@ impl Measurement {
 /// The motor, as a device reports it in its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motor {
-    /// The device says nothing of it: what was written to it counts as done.
+    /// The device does not report it: a written command counts as carried out.
     Unreported,
     /// It is enabled.
     Enabled,
-    /// It is off, but the device has not yet confirmed that it heard the newest order to switch it off.
+    /// It is off, but the device has not yet confirmed that it heard the newest order to switch it
+    /// off.
     Unconfirmed,
     /// It is off, and the device has confirmed the newest order to switch it off.
     Off,
@@ -55,10 +56,10 @@ pub enum DeviceError {
     /// The rig is there, and its motor is off though it was enabled.
     #[error("the device has its motor off{}", if *.watchdog { ": its watchdog heard no command for too long" } else { "" })]
     MotorOff {
-        /// Whether its own watchdog has done that.
+        /// Whether its own watchdog switched it off.
         watchdog: bool,
     },
-    /// The rig is there and says that something is wrong with it.
+    /// The rig is there and reports an error.
     #[error("{0}")]
     Failed(ErrorReport),
 }
@@ -66,48 +67,55 @@ pub enum DeviceError {
 /// What became of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Written {
-    /// It has left this process whole, and nothing is written before it that has not. On a serial line it is with the system, which passes it on as fast as
-    /// the line goes; on HID the transfer has ended; a rig in this process has carried it out. That the rig does as it was told it says in its samples.
+    /// The whole command has left this process, and so has every command before it. On a serial
+    /// line the system has it, and passes it on as fast as the line goes; on HID the transfer has
+    /// ended; a rig in this process has carried it out. The rig's samples say whether it obeys.
     Taken,
-    /// Not yet, or only in part: the link is busy with what came before. To be commanded again in the next tick, as every force is.
+    /// The link is busy, and has taken a part of the command or nothing. Command it again in the
+    /// next tick, as every force.
     Later,
 }
 
 /// A one-axis rig, as the real-time loop uses it.
 ///
-/// No method but [`Self::description`] may allocate, lock or wait longer than the link needs. Dropping a device leaves it at zero force.
+/// No method but [`Self::description`] may allocate, lock or wait longer than the link needs.
+/// Dropping a device leaves it at zero force.
 pub trait Device: Send {
     /// What the rig is, for people.
     fn description(&self) -> String;
 
-    /// Distance between two positions that the rig can tell apart, m; 0 where it is perfect. It may be another after the rig was disconnected.
+    /// Distance between two positions that the rig can tell apart, m; 0 for a perfect rig. It may
+    /// change while the rig is disconnected.
     fn resolution_m(&self) -> f64;
 
-    /// Largest force that the rig gives, N; infinite where it names none. It may be another after the rig was disconnected.
+    /// Largest force of the rig, N; infinite for a rig without a limit. It may change while the rig
+    /// is disconnected.
     fn force_limit_n(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// Whether a link lies between: then the time that reading and writing take is of interest.
+    /// Whether the rig is behind a link: then the time for reading and writing matters.
     fn is_linked(&self) -> bool {
         false
     }
 
-    /// Which of its connections it is on, counted from 1, where a link lies between: another number is perhaps another device.
+    /// Number of the present connection, from 1, for a rig behind a link. Another number may be
+    /// another device.
     fn connection(&self) -> u64 {
         0
     }
 
-    /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its own needs it only to
-    /// tell how old its sample is.
+    /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its
+    /// own needs it only for the age of its sample.
     ///
     /// # Errors
     /// The rig could not be read. The caller must not render an older position in its place.
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError>;
 
-    /// Commands the force on the hand, N, until the next command. Where the motor is not `enabled` it must not be driven, and a rig that can
-    /// switches it off. Whether the device has taken that already is in what it returns; a command that is the same as the ones before it, tick by tick,
-    /// counts as taken when the first of them was.
+    /// Commands the force on the hand, N, until the next command. A motor that is not `enabled`
+    /// must not be driven, and is switched off by a rig that can. The result says whether the
+    /// device has taken the command; a command that repeats the one of the tick before counts as
+    /// taken once the first of them was.
     ///
     /// # Errors
     /// The rig could not be written.

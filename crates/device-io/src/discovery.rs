@@ -1,6 +1,8 @@
-//! Which rigs there may be: every serial port and every HID device, what it says of itself, and whether this process may open it.
+//! Every device that may be a rig: serial ports and HID devices, their identity, and whether this
+//! process may open them.
 //!
-//! [`list`] opens nothing: many boards are reset when their port is opened, and a rig in use must not notice. [`probe`] does, for one device that somebody asked for.
+//! [`list`] opens nothing: many boards are reset when their port is opened, and a rig in use must
+//! not notice. [`probe`] opens one device, on request.
 
 use crate::address::{Address, DEFAULT_BAUD};
 use crate::link::hid_node::{self, HidNode};
@@ -14,19 +16,19 @@ use std::sync::Arc;
 /// A device that may be a rig.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
-    /// How to name it, for `--device`.
+    /// Its address, for `--device`.
     pub address: Address,
     /// Its node.
     pub node: PathBuf,
-    /// What it is, for people.
+    /// Its description, for people.
     pub description: String,
-    /// What it says of itself, if it is on USB or a HID device.
+    /// Its identity, for a device on USB and a HID device.
     pub identity: Option<Identity>,
-    /// Why it cannot be used as things stand.
+    /// Why it cannot be used at present.
     pub obstacle: Option<Obstacle>,
 }
 
-/// What a device says of itself.
+/// The identity that a device reports.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// USB vendor.
@@ -35,9 +37,9 @@ pub struct Identity {
     pub product: u16,
     /// Serial number.
     pub serial: Option<String>,
-    /// Who made it.
+    /// Manufacturer.
     pub manufacturer: Option<String>,
-    /// What its maker calls it.
+    /// Product name.
     pub name: Option<String>,
 }
 
@@ -46,14 +48,16 @@ pub struct Identity {
 pub struct Obstacle {
     /// Why.
     pub why: String,
-    /// How to mend it.
+    /// The remedy.
     pub remedy: String,
 }
 
-/// Links to serial ports by what they say of themselves, which stay the same when the numbers of the nodes move. Made by udev.
+/// Links to serial ports by their identity. udev makes them, and they stay when the numbers of the
+/// nodes change.
 const BY_ID: &str = "/dev/serial/by-id";
 
-/// Every serial port and every HID device; those on USB first, as most rigs are. Opens none of them.
+/// Every serial port and every HID device, first those on USB, as most rigs are. Opens none of
+/// them.
 #[must_use]
 pub fn list() -> Vec<Found> {
     // Without this folder serialport panics.
@@ -83,7 +87,7 @@ pub fn probe(connector: &mut dyn Connector) -> Result<DeviceFacts, ConnectError>
     Ok(greeted.device)
 }
 
-/// Links of a folder with what they point at.
+/// The links of a folder, each with its target.
 fn links(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return Vec::new();
@@ -96,7 +100,8 @@ fn links(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
     links
 }
 
-/// The kernel has nodes for ports that the machine might have had. It tells the superuser which of them are none.
+/// The kernel has nodes for ports that the machine does not have. It tells the superuser which
+/// these are.
 fn is_real(node: &str) -> bool {
     let name = Path::new(node).file_name().unwrap_or_default();
     let kind = std::fs::read_to_string(Path::new("/sys/class/tty").join(name).join("type"));
@@ -186,7 +191,7 @@ fn closed(node: &Path, remedy: impl FnOnce() -> String) -> Option<Obstacle> {
         why: format!("{}: {error}", node.display()),
         remedy: match error {
             Errno::ACCESS | Errno::PERM => remedy(),
-            // It has gone in the meantime, or is not passed on into this container.
+            // It was unplugged in the meantime, or is not passed on into this container.
             _ => "plug it in again; in a container, pass its node on".to_owned(),
         },
     })

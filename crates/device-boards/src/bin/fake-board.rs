@@ -1,5 +1,6 @@
-//! Fakes of other makers' motor controllers behind a pseudo-terminal: the carriage of the fake rig, with an ODrive or a
-//! SimpleFOC board that speaks its published protocol, and a line that can be made to fail.
+//! Fakes of other makers' motor controllers behind a pseudo-terminal: the carriage of the fake rig,
+//! with an ODrive or a SimpleFOC board that speaks its published protocol, and a line that can be
+//! made to fail.
 
 use clap::{Parser, ValueEnum};
 use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties, SimpleFocBoard, SimpleFocProperties};
@@ -12,11 +13,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// A fake motor controller behind a pseudo-terminal, for `hapticd --device odrive:LINK?...` or `simplefoc:LINK?...`.
+/// A fake motor controller behind a pseudo-terminal, for `hapticd --device odrive:LINK?...` or
+/// `simplefoc:LINK?...`.
 ///
-/// It speaks the protocol as its maker publishes it; it has not been compared with a real board. Faults are lines such as
-/// `loss 0.05` or `at 2.5 hang-up 0.3`, from --fault, from a script, or on standard input while it runs; `force` there asks
-/// what the motor gives, and `quit` ends it.
+/// It speaks the protocol as its maker publishes it; it has not been compared with a real board.
+/// Faults are lines such as `loss 0.05` or `at 2.5 hang-up 0.3`, from --fault, from a script, or on
+/// standard input while it runs; `force` there asks what the motor gives, and `quit` ends it.
 #[derive(Debug, Parser)]
 #[command(name = "fake-board", version, max_term_width = 110)]
 struct Options {
@@ -35,7 +37,8 @@ struct Options {
     #[arg(long, value_name = "NM", default_value_t = 0.05)]
     nm_per_unit: f64,
 
-    /// SimpleFOC: disable the motor after so long without a command, ms, as a builder may have added; the library has no such thing
+    /// SimpleFOC: disable the motor after so long without a command, ms, as a builder may have
+    /// added; the library has no such thing
     #[arg(long, value_name = "MS")]
     host_timeout_ms: Option<u32>,
 
@@ -151,10 +154,11 @@ fn board(options: &Options) -> Box<dyn FakeBoard> {
     }
 }
 
-/// How often time goes by on the board where nothing is said, ns.
+/// Step of the board's clock while nothing comes, ns.
 const STEP_NS: u64 = 1_000_000;
 
-/// A board never stands still because the machine that plays it is busy: where this process did not run for longer, the rest has not gone by on the board, ns.
+/// Longest step of the board's clock, ns. If this process did not run for longer, the rest of that
+/// time does not pass on the board: a real board never stands still because a machine is busy.
 const LONGEST_STEP_NS: u64 = 5_000_000;
 
 struct Desk {
@@ -246,7 +250,7 @@ impl Desk {
         })
     }
 
-    /// Carries out what is due of the script and of what was asked for; whether that was to end.
+    /// Carries out all orders that are due; whether one of them was to end.
     fn take_orders(&mut self, now: u64) -> bool {
         while let Some(order) = self.script.next(now) {
             match order {
@@ -278,12 +282,12 @@ impl Desk {
                 self.raw.clear();
             }
             Err(Fault::Jump(counts)) => self.board.jump(counts),
-            // A text protocol has neither a version nor a clock.
+            // A text protocol has neither a version nor a clock to falsify.
             Err(_) => {}
         }
     }
 
-    /// Until something is due or comes.
+    /// Waits until a frame is due or bytes come.
     fn wait(&self) {
         let now = now_ns();
         let due_ns = [self.up.next_due_ns(), self.down.next_due_ns()]

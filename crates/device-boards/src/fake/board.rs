@@ -3,8 +3,8 @@
 use super::pulley::Pulley;
 use device_io::fake::FakeRig;
 
-/// A motor controller that speaks lines of text, on the fake rig. It has no clock of its own: its caller tells it the
-/// time.
+/// A motor controller that speaks lines of text, on the fake rig. It has no clock of its own: its
+/// caller tells it the time.
 pub trait FakeBoard: Send {
     /// Takes in bytes at a time, ns; returns the lines of its answers, with their ends.
     fn hear(&mut self, bytes: &[u8], now_ns: u64) -> Vec<Vec<u8>>;

@@ -1,5 +1,5 @@
-//! Fakes of the boards: each is the carriage of the fake rig behind a pulley, with a controller that speaks its maker's
-//! published protocol.
+//! Fakes of the boards: each is the carriage of the fake rig behind a pulley, with a controller
+//! that speaks its maker's published protocol.
 
 mod board;
 mod odrive;

@@ -1,5 +1,5 @@
-//! A fake ODrive: one axis, the part of the ASCII protocol that is used here, and its answers to the rest. Written
-//! from ODrive's documentation of firmware 0.5.6; it contains no line of theirs.
+//! A fake ODrive: one axis, the part of the ASCII protocol that is used here, and its answers to
+//! the rest. Written from ODrive's documentation of firmware 0.5.6; it contains no line of theirs.
 
 use super::board::FakeBoard;
 use super::pulley::Pulley;
@@ -116,8 +116,8 @@ impl ODriveBoard {
         self.disarm();
     }
 
-    /// Something other than the axis fails, as the supply: every axis is disarmed, with these bits in the board's own
-    /// error.
+    /// Something other than the axis fails, as the supply: every axis is disarmed, with these bits
+    /// in the board's own error.
     pub fn fail_as_a_whole(&mut self, bits: u32) {
         self.board_error |= bits;
         self.disarm();

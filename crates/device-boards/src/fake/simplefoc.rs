@@ -1,5 +1,5 @@
-//! A fake SimpleFOC board: the Commander of version 2.3 with one motor, and its answers to other commands. Written
-//! from SimpleFOC's documentation; it contains no line of theirs.
+//! A fake SimpleFOC board: the Commander of version 2.3 with one motor, and its answers to other
+//! commands. Written from SimpleFOC's documentation; it contains no line of theirs.
 
 use super::board::FakeBoard;
 use super::pulley::Pulley;
@@ -20,10 +20,11 @@ pub struct SimpleFocProperties {
     pub nm_per_unit: f64,
     /// The largest target that has an effect: the voltage limit.
     pub voltage_limit: f64,
-    /// Time without a command after which the motor is disabled, ns, where the builder has added that; the library has
-    /// nothing like it.
+    /// Time without a command after which the motor is disabled, ns, where the builder has added
+    /// that; the library has nothing like it.
     pub host_timeout_ns: Option<u64>,
-    /// How it makes torque, as the Commander calls it: `volt`, `dc curr`, `foc curr`, and from 2.4 on `est. curr`.
+    /// How it makes torque, as the Commander calls it: `volt`, `dc curr`, `foc curr`, and from 2.4
+    /// on `est. curr`.
     pub torque: &'static str,
     /// Resistance of a phase, ohm; 0 where it is not set.
     pub phase_resistance_ohm: f64,

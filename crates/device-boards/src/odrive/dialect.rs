@@ -1,10 +1,10 @@
 //! The words to an ODrive, tick by tick.
 //!
-//! While its motor is on, every tick sends `c` (the torque, which also feeds the axis watchdog) and `f` (the question
-//! for the position). One more question at a time asks for the axis's state, its errors or the board's. Arming writes
-//! the settings on which forces rely, and reads each of them back before the axis may close its loop: no torque
-//! without the watchdog. While the motor is off, only `f` is sent, and from time to time a question whether the axis
-//! is really off.
+//! While its motor is on, every tick sends `c` (the torque, which also feeds the axis watchdog) and
+//! `f` (the question for the position). One more question at a time asks for the axis's state, its
+//! errors or the board's. Arming writes the settings on which forces rely, and reads each of them
+//! back before the axis may close its loop: no torque without the watchdog. While the motor is off,
+//! only `f` is sent, and from time to time a question whether the axis is really off.
 
 use super::generation::Generation;
 use super::words::{self, Answer, Damage};
@@ -22,7 +22,8 @@ const CLOSED_LOOP: f64 = 8.0;
 /// Time without a command after which the axis disarms its motor, ms.
 pub(super) const WATCHDOG_MS: u32 = 50;
 
-/// The settings on which forces rely: torque control, torque without a ramp or a filter, and the watchdog, s.
+/// The settings on which forces rely: torque control, torque without a ramp or a filter, and the
+/// watchdog, s.
 const SETTINGS: [(&str, f64); 4] = [
     ("controller.config.control_mode", 1.0),
     ("controller.config.input_mode", 1.0),
@@ -34,8 +35,8 @@ const SETTINGS: [(&str, f64); 4] = [
 const ASK_ON_NS: u64 = 16_000_000;
 const ASK_OFF_NS: u64 = 50_000_000;
 
-/// Longest wait for an answer to one of those, ns. Answers have no names: after a lost answer nothing is asked for as
-/// long, so that a late answer is not taken for another.
+/// Longest wait for an answer to one of those, ns. Answers have no names: after a lost answer
+/// nothing is asked for as long, so that a late answer is not taken for another.
 const ANSWER_NS: u64 = 40_000_000;
 
 #[expect(
@@ -64,7 +65,8 @@ pub(crate) struct ODriveDialect {
     generation: Generation,
     /// Steps of arming that are done: the errors are cleared, then each of the settings is written.
     armed_steps: usize,
-    /// Since then the axis's state says that a motor that should be on is off, and the axis is asked why, ns.
+    /// Since then the axis's state says that a motor that should be on is off, and the axis is
+    /// asked why, ns.
     doubted_at_ns: Option<u64>,
     /// The axis has reported no error since its state was doubted.
     axis_is_well: bool,
@@ -317,7 +319,8 @@ impl Dialect for ODriveDialect {
 
     fn watch_off(&mut self, axis: &mut Axis, now_ns: u64, out: &mut Text) {
         if self.watchdog_is_over {
-            // Nobody feeds it any more, and it would leave an error behind. Not before the motor is known to be off.
+            // Nobody feeds it any more, and it would leave an error behind. Not before the motor is
+            // known to be off.
             let command = format_args!("w axis{}.config.enable_watchdog 0", self.axis);
             self.watchdog_is_over = !words::write(out, command);
         }

@@ -1,4 +1,5 @@
-//! What differs between the generations of ODrive's firmware: the same properties under different names.
+//! What differs between the generations of ODrive's firmware: the same properties under different
+//! names.
 
 /// A generation of the firmware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,8 +11,8 @@ pub(super) enum Generation {
 }
 
 impl Generation {
-    /// That of a version (major, minor, revision); nothing for a firmware whose axis states this protocol cannot
-    /// write.
+    /// That of a version (major, minor, revision); nothing for a firmware whose axis states this
+    /// protocol cannot write.
     pub(super) fn of([major, minor, revision]: [f64; 3]) -> Option<Self> {
         if major > 0.0 || minor >= 6.0 {
             Some(Self::V0_6)
@@ -46,7 +47,8 @@ impl Generation {
         }
     }
 
-    /// The property with the errors of the board as a whole, where the axis's errors do not contain them.
+    /// The property with the errors of the board as a whole, where the axis's errors do not contain
+    /// them.
     pub(super) fn board_errors(self) -> Option<&'static str> {
         match self {
             Self::V0_5 => Some("error"),

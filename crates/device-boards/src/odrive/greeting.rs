@@ -87,9 +87,10 @@ impl ODriveOptions {
         ))
     }
 
-    /// Makes the board itself cut torque at our limit, or takes over a lower limit of its own; returns the largest
-    /// torque, Nm. A damaged command may lose its checksum on its way, and without one an ODrive believes it. The
-    /// limit is not saved: after a power cycle the board has its own again.
+    /// Makes the board itself cut torque at our limit, or takes over a lower limit of its own;
+    /// returns the largest torque, Nm. A damaged command may lose its checksum on its way, and
+    /// without one an ODrive believes it. The limit is not saved: after a power cycle the board has
+    /// its own again.
     fn limit_torque(&self, greeting: &mut Greeting, generation: Generation) -> Result<f64, ConnectError> {
         let mut limit = self.motor.torque_limit_nm;
         for (name, _) in generation.torque_limits() {
@@ -125,7 +126,8 @@ impl ODriveOptions {
             .ok_or_else(|| greeting.protocol(format!("axis {} does not say where it is", self.axis)))
     }
 
-    /// The scale for a first position, turns, a largest torque, Nm, and the counts of a turn where they are known.
+    /// The scale for a first position, turns, a largest torque, Nm, and the counts of a turn where
+    /// they are known.
     pub(super) fn scale(&self, first_turns: f64, torque_limit_nm: f64, counts_per_turn: Option<f64>) -> Scale {
         let metres_per_turn = self.motor.metres_per_turn();
         Scale {

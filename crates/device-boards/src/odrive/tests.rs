@@ -228,7 +228,8 @@ fn a_bad_line_loses_samples_and_never_makes_a_wrong_one() {
     let mut line = line_with(
         "radius_mm=5&torque_limit_nm=0.1",
         Hand::Prescribed(motion.clone()),
-        // As the greeting leaves it: a command that loses its checksum is believed, and the board must cut it.
+        // As the greeting leaves it: a command that loses its checksum is believed, and the board
+        // must cut it.
         ODriveProperties {
             torque_limit_nm: 0.1,
             ..ODriveProperties::default()

@@ -1,4 +1,5 @@
-//! The lines of ODrive's ASCII protocol, as its documentation describes them: `command *checksum`, and answers with a checksum where the command had one.
+//! The lines of ODrive's ASCII protocol by its documentation: `command *checksum`, and an answer
+//! with a checksum to a command with one.
 
 use crate::text::{Text, number};
 use std::fmt::{self, Write as _};
@@ -10,16 +11,16 @@ pub(super) enum Answer<'a> {
     Feedback(f64, f64),
     /// To `r`: a property, as text.
     Value(&'a [u8]),
-    /// To a command that it does not know or cannot carry out.
+    /// To a command that the ODrive does not know or cannot carry out.
     Refused,
 }
 
-/// A line that is no answer.
+/// Why a line is not an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Damage {
-    /// Its checksum is wrong, or is not there though every command of ours has one.
+    /// Its checksum is wrong, or missing though every command of ours has one.
     Checksum,
-    /// It is nothing that an ODrive says.
+    /// Its words are not those of an ODrive.
     Words,
 }
 
@@ -38,7 +39,7 @@ pub(super) fn write(text: &mut Text, command: fmt::Arguments<'_>) -> bool {
     })
 }
 
-/// What lies before a checksum that is right.
+/// The part before a correct checksum.
 fn checked(line: &[u8]) -> Option<&[u8]> {
     let at = line.iter().rposition(|byte| *byte == b'*')?;
     let (said, sum) = (line.get(..at)?, line.get(at + 1..)?);

@@ -1,6 +1,6 @@
-//! The words to a SimpleFOC board, tick by tick. While its motor is on, every tick sends the target and `MMG6` (the
-//! question for the position), and from time to time `ME` (the question whether the motor is enabled). While the
-//! motor is off, only the questions are sent.
+//! The words to a SimpleFOC board, tick by tick. While its motor is on, every tick sends the target
+//! and `MMG6` (the question for the position), and from time to time `ME` (the question whether the
+//! motor is enabled). While the motor is off, only the questions are sent.
 
 use super::words::{self, Answer, LONGEST_COMMAND};
 use crate::axis::{Axis, Motor, is_due};
@@ -10,7 +10,8 @@ use device_io::DeviceError;
 use device_io::link::add;
 use std::fmt::{self, Write as _};
 
-/// Time between two questions whether the motor is enabled, while it should be and while it should not be, ns.
+/// Time between two questions whether the motor is enabled, while it should be and while it should
+/// not be, ns.
 const ASK_ON_NS: u64 = 16_000_000;
 const ASK_OFF_NS: u64 = 50_000_000;
 

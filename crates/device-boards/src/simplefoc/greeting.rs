@@ -1,4 +1,5 @@
-//! The greeting of a SimpleFOC board: its mode for machines, its kind of torque control, and a motor that is off.
+//! The greeting of a SimpleFOC board: its mode for machines, its kind of torque control, and a
+//! motor that is off.
 
 use super::dialect::SimpleFocDialect;
 use super::options::SimpleFocOptions;
@@ -59,7 +60,8 @@ impl SimpleFocOptions {
 
     /// Leaves the motor off, and controlling torque.
     fn switch_off(&self, greeting: &mut Greeting) -> Result<(), ConnectError> {
-        // Off before anything else: until it controls torque, a target of zero may be a place to go to.
+        // Off before anything else: until it controls torque, a target of zero may be a place to go
+        // to.
         let off = |answer: Answer<'_>| (answer == Answer::Enabled(false)).then_some(());
         self.ask(greeting, "E0", off)?;
         let controls_torque = self.ask(greeting, "C0", |answer| match answer {
@@ -73,7 +75,8 @@ impl SimpleFocOptions {
         }
     }
 
-    /// The kind of torque control, as the board names it, the unit of its target, and the largest target.
+    /// The kind of torque control, as the board names it, the unit of its target, and the largest
+    /// target.
     fn target(&self, greeting: &mut Greeting) -> Result<(String, TargetUnit, f64), ConnectError> {
         let kind = self.ask(greeting, "T", |answer| match answer {
             Answer::Torque(kind) => Some(String::from_utf8_lossy(kind).into_owned()),

@@ -1,9 +1,11 @@
-//! A board with SimpleFOC's Commander, version 2.3 and 2.4. Tried against a fake, never on a real board.
+//! A board with SimpleFOC's Commander, version 2.3 and 2.4. Tried against a fake, never on a real
+//! board.
 //!
-//! Source: SimpleFOC's documentation, "Commander interface" and "Motor commands" (docs.simplefoc.com).
+//! Source: SimpleFOC's documentation, "Commander interface" and "Motor commands"
+//! (docs.simplefoc.com).
 //!
-//! Its Commander has no watchdog: if the host dies, the motor keeps its last torque. docs/adapters.md has a few lines
-//! for the firmware that fix this.
+//! Its Commander has no watchdog: if the host dies, the motor keeps its last torque.
+//! docs/adapters.md has a few lines for the firmware that fix this.
 
 mod dialect;
 mod greeting;

@@ -13,9 +13,10 @@ pub struct SimpleFocOptions {
     pub letter: char,
     /// Torque of the shaft to one unit of its target, which is a volt or an ampere, Nm.
     pub nm_per_unit: f64,
-    /// What a target is, where that does not follow from what the board says.
+    /// The unit of a target, where the board's answers do not tell it.
     pub target: Option<TargetUnit>,
-    /// The sketch disables the motor after so long without a command, ms, as the builder says; the library has nothing like it.
+    /// Time without a command after which the sketch disables the motor, ms, as the builder says;
+    /// the library has nothing like it.
     pub host_timeout_ms: Option<u32>,
 }
 

@@ -21,12 +21,13 @@ impl fmt::Display for TargetUnit {
 }
 
 impl TargetUnit {
-    /// The unit for a kind of torque control, a phase resistance in ohm (0 where it is not set), and the unit in the
-    /// address.
+    /// The unit for a kind of torque control, a phase resistance in ohm (0 where it is not set),
+    /// and the unit in the address.
     ///
-    /// Up to SimpleFOC 2.3 `voltage` took amperes once the phase resistance was known, and volts otherwise. From 2.4
-    /// on it always takes volts, and a kind of its own, `estimated_current`, takes amperes. No command tells the two
-    /// libraries apart, and their forces differ by the factor of the resistance: so the address has to say it.
+    /// Up to SimpleFOC 2.3 `voltage` took amperes once the phase resistance was known, and volts
+    /// otherwise. From 2.4 on it always takes volts, and a kind of its own, `estimated_current`,
+    /// takes amperes. No command tells the two libraries apart, and their forces differ by the
+    /// factor of the resistance: so the address has to say it.
     ///
     /// # Errors
     /// Why the unit is not known or contradicts the address, and the remedy.

@@ -1,11 +1,12 @@
-//! The lines of SimpleFOC's Commander in its machine-readable mode (`@3`): an answer repeats the letters of the command, so it says what it answers.
+//! The lines of SimpleFOC's Commander in its mode for machines (`@3`): an answer repeats the
+//! letters of its command.
 
 use crate::text::number;
 
-/// Longest command that the Commander of SimpleFOC 2.3 takes, with its end; it throws away what is longer.
+/// Longest command of SimpleFOC 2.3's Commander with its end, bytes; it throws longer ones away.
 pub(super) const LONGEST_COMMAND: usize = 20;
 
-/// An answer of the motor with the letter that it was asked by.
+/// An answer of the motor with our letter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Answer<'a> {
     /// To `MMG6`: the angle of the shaft, rad.
@@ -26,7 +27,7 @@ pub(super) enum Answer<'a> {
     Refused,
 }
 
-/// Reads a line; nothing where it is no such answer.
+/// Reads a line; nothing for a line that is not such an answer.
 pub(super) fn read(line: &[u8], letter: u8) -> Option<Answer<'_>> {
     let said = line.strip_prefix(&[letter])?;
     if said.ends_with(b"err") {

@@ -4,8 +4,8 @@ use super::hand::Hand;
 use super::plant::{Plant, RigProperties};
 use crate::device::{Device, DeviceError, Measurement, Written};
 
-/// A rig in the same process. It has no clock: between two reads it lives through the time that the caller says has passed,
-/// so a run with the same times is the same to the last bit.
+/// A rig in the same process. It has no clock: between two reads it lives through the time that the
+/// caller gives, so a run with the same times is the same to the last bit.
 #[derive(Debug)]
 pub struct FakeRig {
     properties: RigProperties,
@@ -30,13 +30,13 @@ impl FakeRig {
         }
     }
 
-    /// What it is made of.
+    /// Its properties.
     #[must_use]
     pub fn properties(&self) -> &RigProperties {
         &self.properties
     }
 
-    /// Lives through the time until `now_ns`, ns. The first time is when it begins.
+    /// Lives until `now_ns`, ns. It begins at the first time.
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
     pub fn live_until(&mut self, now_ns: u64) {
         let started = *self.started_ns.get_or_insert(now_ns);
@@ -46,7 +46,7 @@ impl FakeRig {
         self.plant.advance(elapsed_s, now_ns as f64 * 1e-9, self.force_n);
     }
 
-    /// The motor gives this force, N, until it is told otherwise.
+    /// Sets the force of the motor, N, until the next call.
     pub fn drive(&mut self, force_n: f64) {
         self.force_n = force_n;
     }

@@ -1,4 +1,4 @@
-//! What the programs that play a fake share: the hand on the handle, and the priority of their process.
+//! What the programs of the fakes share: the hand on the handle, and the priority of their process.
 
 use super::hand::Hand;
 use super::motion::Motion;

@@ -2,7 +2,7 @@
 
 use crate::device::{DeviceError, Measurement, Written};
 
-/// A device that has been greeted.
+/// A device after its greeting.
 ///
 /// Neither method waits, allocates or locks. [`DeviceError::Disconnected`] ends the connection.
 pub trait Connection: Send {

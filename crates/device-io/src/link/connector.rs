@@ -17,14 +17,15 @@ pub enum ConnectError {
         /// What was looked for.
         what: String,
     },
-    /// Something is in the way that goes away by itself or by a person: no right, in use, a wrong kind of file.
+    /// Something is in the way that goes away by itself or by a person: no right, in use, a wrong
+    /// kind of file.
     #[error("{what}: {why}; {remedy}")]
     Refused {
         /// The device.
         what: String,
         /// What the system says.
         why: String,
-        /// How to mend it.
+        /// The remedy.
         remedy: String,
     },
     /// It is there, and does not speak the protocol.
@@ -48,17 +49,18 @@ pub struct DeviceFacts {
     pub sample_rate_hz: f64,
     /// Distance between two counts of its encoder, m.
     pub resolution_m: f64,
-    /// Time without a command after which it switches its motor off, ms; nothing where it is not known to do so.
+    /// Time without a command after which it switches its motor off, ms; nothing where it is not
+    /// known to do so.
     pub watchdog_ms: Option<u32>,
     /// Which rig it is.
     pub rig: RigIdentity,
 }
 
-/// A device that has been greeted.
+/// A device after its greeting.
 pub struct Greeted {
     /// The way to read and write it.
     pub connection: Box<dyn Connection>,
-    /// What it said of itself.
+    /// The facts from its greeting.
     pub device: DeviceFacts,
 }
 

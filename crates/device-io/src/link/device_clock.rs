@@ -1,5 +1,5 @@
-//! The device's clock as seen from ours: its 32-bit stamps made endless, the age of a sample, and the drift between the
-//! two clocks.
+//! The device's clock as seen from ours: its 32-bit stamps made endless, the age of a sample, and
+//! the drift between the two clocks.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
@@ -9,8 +9,8 @@ const WINDOW_NS: u64 = 1_000_000_000;
 const WINDOWS: usize = 16;
 /// Largest drift that is believed, parts in 1e9: no real clock is further off.
 const LARGEST_DRIFT_PPB: i64 = 100_000_000;
-/// Largest change of the clocks' difference from one sample to the next, ns: a sample may take so much longer than
-/// another. A larger change is a jump of the device's clock.
+/// Largest change of the clocks' difference from one sample to the next, ns: a sample may take so
+/// much longer than another. A larger change is a jump of the device's clock.
 const JUMP_NS: u64 = 100_000_000;
 /// Fewest windows for a drift.
 const FEWEST_WINDOWS: usize = 4;
@@ -19,7 +19,8 @@ const FEWEST_WINDOWS: usize = 4;
 #[derive(Clone, Copy, Debug, Default)]
 struct Quickest {
     host_ns: u64,
-    /// Our time less the device's, ns. It contains the quickest way from the device to us, which cannot be told apart.
+    /// Our time less the device's, ns. It contains the quickest way from the device to us, which
+    /// cannot be told apart.
     offset_ns: i64,
 }
 
@@ -54,7 +55,8 @@ impl DeviceClock {
         }
     }
 
-    /// Takes in the stamp of a newer sample, read at a time of ours; returns the device's time since the first one, ns.
+    /// Takes in the stamp of a newer sample, read at a time of ours; returns the device's time
+    /// since the first one, ns.
     pub(crate) fn stamp(&mut self, time_us: u32, host_ns: u64) -> u64 {
         let elapsed_us = self
             .last_us
@@ -106,7 +108,8 @@ impl DeviceClock {
         }
     }
 
-    /// Age of a sample of the device's time at a time of ours, beyond the way of the quickest samples, ns.
+    /// Age of a sample of the device's time at a time of ours, beyond the way of the quickest
+    /// samples, ns.
     pub(crate) fn age_ns(&self, device_ns: u64, host_ns: u64) -> u64 {
         let Some(offset_ns) = self.offset_ns() else {
             return 0;
@@ -114,7 +117,8 @@ impl DeviceClock {
         u64::try_from(signed(host_ns) - signed(device_ns) - offset_ns).unwrap_or(0)
     }
 
-    /// Drift of the device's clock against ours, parts in 1e9, positive where it is faster; nothing until it is known.
+    /// Drift of the device's clock against ours, parts in 1e9, positive where it is faster; nothing
+    /// until it is known.
     pub(crate) fn drift_ppb(&self) -> Option<i64> {
         self.drift_ppb
     }
@@ -209,8 +213,8 @@ mod tests {
     #[test]
     fn of_equally_quick_samples_the_first_counts() {
         let mut clock = DeviceClock::new();
-        // Two samples a window. Those of the first three come equally quick; the first of the fourth shows that the
-        // clock has gained 0.3 ms in the 3 s since the very first.
+        // Two samples a window. Those of the first three come equally quick; the first of the
+        // fourth shows that the clock has gained 0.3 ms in the 3 s since the very first.
         for (host_ms, gained_us) in [
             (0, 0),
             (500, 0),
@@ -234,7 +238,8 @@ mod tests {
         let mut noise = 12345_u32;
         for k in 0..20_000_u64 {
             noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            // One sample in a hundred comes at once, the others up to 0.9 ms late. Its clock is 50 ppm fast.
+            // One sample in a hundred comes at once, the others up to 0.9 ms late. Its clock is 50
+            // ppm fast.
             let late_ns = if k % 100 == 7 {
                 0
             } else {

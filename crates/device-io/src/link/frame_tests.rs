@@ -1,4 +1,5 @@
-//! What a session puts on the wire, read from the bytes. A rig that cuts forces itself, as the fake one does, would hide a host that does not.
+//! What a session puts on the wire, read from the bytes. A rig that cuts forces itself, as the fake
+//! one does, would hide a host that does not.
 
 use super::greeted::greeted_firmware;
 use super::health::LinkCounters;

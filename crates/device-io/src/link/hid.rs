@@ -23,11 +23,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// Reports read in a tick, at most. The kernel keeps the oldest 63 that nobody has read, so all of them must be read to come to the newest; a device that sends faster than they
-/// are read has gone mad, and the rest waits for the next tick.
+/// Most reports in a tick. The kernel keeps the oldest 63 unread ones, so all of them must be read
+/// before the newest. If a device sends faster than that, the rest waits for the next tick.
 const MOST_READS: usize = 128;
 
-/// A node that takes no report for so long does not work, ns. A true one never says that it has no room: it waits.
+/// Longest time without room for a report, ns. A real node never says that it has no room: it
+/// waits.
 const NO_ROOM_NS: i64 = 100_000_000;
 
 /// A node and the reports on it.
@@ -39,9 +40,9 @@ struct HidWire {
 }
 
 impl HidWire {
-    /// Sends a message as a report. A true node waits until it has gone.
+    /// Sends a message as a report. A real node waits until the report has gone.
     fn send(&self, message: FromHost) -> Result<(), DeviceError> {
-        // The kernel takes the report's number first, 0 where it has none, and does not send that.
+        // The kernel takes the report's number first, 0 for none, and does not send it.
         let mut bytes = [0; 1 + LONGEST_REPORT];
         let message = message.bytes();
         let message = message.as_slice();
@@ -61,7 +62,7 @@ impl HidWire {
         DeviceError::Disconnected
     }
 
-    /// Whether it became ready, or an error, in so long, ns.
+    /// Whether the node became ready, or failed, within a time, ns.
     fn poll(&self, flags: PollFlags, timeout_ns: i64) -> bool {
         let timeout = Timespec {
             tv_sec: 0,
@@ -77,7 +78,7 @@ impl Wire for HidWire {
     }
 
     fn wait(&self, timeout_ns: u64) {
-        // Whatever it says, the read that follows knows more.
+        // The read that follows tells the result.
         self.poll(PollFlags::IN, i64::try_from(timeout_ns.min(999_999_999)).unwrap_or(0));
     }
 
@@ -112,14 +113,14 @@ pub struct HidConnector {
 }
 
 impl HidConnector {
-    /// A device by what it says of itself.
+    /// A connector to a device by its identity.
     #[must_use]
     pub fn new(id: HidId) -> Self {
         Self { id }
     }
 }
 
-/// Greets what is at an opened node.
+/// Greets the device at an open node.
 pub(super) fn greet(
     node: OwnedFd,
     reports: Reports,
@@ -186,7 +187,7 @@ struct HidConnection {
     writer: Writer,
     session: Session,
     counters: Arc<LinkCounters>,
-    /// For a sample that is about to come, ns.
+    /// Longest wait in a tick for a sample that is about to come, ns.
     wait_ns: u64,
 }
 
@@ -203,10 +204,11 @@ impl Connection for HidConnection {
 }
 
 impl Drop for HidConnection {
-    /// The last word is that the motor is off. The writer, dropped after this, sends it before it ends.
+    /// The last command is that the motor is off. The writer, dropped after this, sends it before
+    /// it ends.
     fn drop(&mut self) {
         if self.write(0.0, false, clock::now_ns()).is_err() {
-            // Nobody hears the last word; the device's own watchdog does the rest.
+            // The device does not hear the last command; its own watchdog does the rest.
         }
         self.counters.age_ns.store(0, Relaxed);
     }

@@ -1,4 +1,5 @@
-//! HID devices that are there, by vendor, product and serial number, since the numbers of their nodes move; and the opening of one.
+//! The HID devices of this machine by vendor, product and serial number, since the numbers of their
+//! nodes change; and the opening of a node.
 
 use super::connector::ConnectError;
 use super::reports::Reports;
@@ -8,14 +9,14 @@ use rustix::io::Errno;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Which HID device.
+/// The identity of a HID device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HidId {
     /// USB vendor.
     pub vendor: u16,
     /// USB product.
     pub product: u16,
-    /// Its serial number; where nothing is said, there must be only one of its kind.
+    /// Its serial number; without one there must be only one device of its kind.
     pub serial: Option<String>,
 }
 
@@ -30,20 +31,21 @@ impl fmt::Display for HidId {
     }
 }
 
-/// A HID device that is there.
+/// The node of a HID device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct HidNode {
     pub(crate) path: PathBuf,
     pub(crate) id: HidId,
     pub(crate) manufacturer: Option<String>,
     pub(crate) name: Option<String>,
-    /// Why it cannot be a rig, or how long its reports are.
+    /// The lengths of its reports, or why it cannot be a rig.
     pub(crate) reports: Result<Reports, String>,
 }
 
-/// Those that are there.
+/// All nodes of HID devices.
 pub(crate) fn nodes() -> Vec<HidNode> {
-    // It reads the kernel's tables in /sys and opens no device; where there are none of these, there are no devices.
+    // It reads the kernel's tables in /sys and opens no device; without those tables there are no
+    // devices.
     let Ok(found) = hidapi::HidApi::new() else {
         return Vec::new();
     };
@@ -51,7 +53,7 @@ pub(crate) fn nodes() -> Vec<HidNode> {
     let mut nodes: Vec<HidNode> = Vec::new();
     for device in found.device_list() {
         let path = PathBuf::from(device.path().to_string_lossy().into_owned());
-        // One with several collections is named once for each.
+        // A device with several collections is listed once for each.
         if nodes.iter().any(|node| node.path == path) {
             continue;
         }
@@ -88,7 +90,8 @@ pub(super) struct ChosenNode {
     pub(super) serial: Option<String>,
 }
 
-/// The node of a device, among those that there are. A device may have several interfaces, of which only one can carry the protocol.
+/// Chooses the node of a device. A device may have several interfaces, of which only one can carry
+/// the protocol.
 pub(super) fn choose(nodes: Vec<HidNode>, id: &HidId) -> Result<ChosenNode, ConnectError> {
     let matching = nodes
         .into_iter()
@@ -131,7 +134,7 @@ pub(super) fn what(id: &HidId) -> String {
     format!("HID device {id}")
 }
 
-/// How to be allowed to open a device of a kind.
+/// The remedy for a missing right to open a device.
 pub(crate) fn permission_remedy(id: &HidId) -> String {
     format!(
         "put this line into /etc/udev/rules.d/70-hapticd.rules: SUBSYSTEM==\"hidraw\", ATTRS{{idVendor}}==\"{:04x}\", ATTRS{{idProduct}}==\"{:04x}\", \
@@ -140,7 +143,7 @@ pub(crate) fn permission_remedy(id: &HidId) -> String {
     )
 }
 
-/// Opens a node for this process alone, as far as others respect that.
+/// Opens a node for this process alone, as far as other processes respect a lock.
 pub(super) fn open_node(path: &Path, id: &HidId) -> Result<OwnedFd, ConnectError> {
     let refused = |error: Errno, remedy: String| ConnectError::Refused {
         what: path.display().to_string(),
@@ -153,7 +156,8 @@ pub(super) fn open_node(path: &Path, id: &HidId) -> Result<OwnedFd, ConnectError
         Errno::ACCESS | Errno::PERM => refused(error, permission_remedy(id)),
         _ => refused(error, "unplug it and plug it in again".to_owned()),
     })?;
-    // The kernel lets anybody with the right open it once more; two hosts would take each other's words for their own.
+    // The kernel lets another process open it as well; two hosts would take each other's answers
+    // for their own.
     flock(&node, FlockOperation::NonBlockingLockExclusive).map_err(|error| {
         refused(
             error,

@@ -23,7 +23,8 @@ use std::time::{Duration, Instant};
 const MS: u64 = 1_000_000;
 const REPORTS: Reports = Reports { input: 64, output: 64 };
 
-/// Both ends of what stands in for a node: reports stay whole, and reading one that is not there says so.
+/// Both ends of what stands in for a node: reports stay whole, and reading one that is not there
+/// says so.
 fn pair() -> (OwnedFd, OwnedFd) {
     let (host, device) =
         socketpair(AddressFamily::UNIX, SocketType::SEQPACKET, SocketFlags::CLOEXEC, None).expect("two sockets");
@@ -143,7 +144,8 @@ fn tick_until(
     loop {
         let now_ns = clock::now_ns();
         let measured = connection.read(now_ns);
-        // Where a thread waited for a processor longer than the rig's watchdog or the writer's waits for it, it lets go, and begins anew.
+        // Where a thread waited for a processor longer than the rig's watchdog or the writer's
+        // waits for it, it lets go, and begins anew.
         let written = connection.write(force_n, enabled && measured.is_ok(), now_ns);
         if let (Ok(measured), Ok(_)) = (measured, written)
             && done(measured)
@@ -188,7 +190,8 @@ fn a_rig_is_greeted_driven_and_left_without_force() {
     }
     tick_until(connection, -2.0, true, |_| rig.force_n() == -2.0);
     drop(greeted);
-    // The writer has ended; what it said last may still lie in the socket. The watchdog would take the force away too, but says nothing.
+    // The writer has ended; what it said last may still lie in the socket. The watchdog would take
+    // the force away too, but says nothing.
     let began = Instant::now();
     loop {
         let heard = rig.heard();

@@ -1,5 +1,6 @@
-//! The keeper of a link: finds the device, greets it, hands the connection to the real-time thread, takes it back when it has failed, and looks again. It looks when something changes among the
-//! device nodes, and otherwise only asks again a device that is there and does not answer.
+//! The keeper of a link: it finds the device, greets it, hands the connection to the real-time
+//! thread, takes it back after a failure, and looks again. It looks when the device nodes change,
+//! and otherwise only repeats its question to a device that is there and does not answer.
 
 use super::connection::Connection;
 use super::connector::{ConnectError, Connector, DeviceFacts};
@@ -11,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-/// How a link stands.
+/// The state of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LinkState {
     /// Looking for the device.
@@ -20,14 +21,15 @@ pub enum LinkState {
     Waiting(ConnectError),
     /// It has been greeted.
     Connected {
-        /// What it said of itself.
+        /// The facts from its greeting.
         device: DeviceFacts,
-        /// Counts the connections from 1: the number that [`Device::connection`](crate::device::Device::connection) has while this one is used.
+        /// Number of the connection, from 1: that of
+        /// [`Device::connection`](crate::device::Device::connection) while it is used.
         connection: u64,
     },
 }
 
-/// What anybody but the real-time thread may ask of a link.
+/// The view of a link for all threads but the real-time thread.
 #[derive(Clone, Debug)]
 pub struct LinkMonitor {
     state: Arc<Mutex<LinkState>>,
@@ -35,7 +37,7 @@ pub struct LinkMonitor {
 }
 
 impl LinkMonitor {
-    /// How the link stands.
+    /// The state of the link.
     #[must_use]
     pub fn state(&self) -> LinkState {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -52,16 +54,17 @@ impl LinkMonitor {
     }
 }
 
-/// Connections that may be on their way to one side: no more than one lives, and one may still be on its way back.
+/// Room for connections on their way to one side: only one is in use, and one may still be on its
+/// way back.
 const ROOM: usize = 4;
 
-/// Between two questions to a device that is there and does not answer, or may not be opened.
+/// Time between two questions to a device that is there and does not answer, or may not be opened.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 
-/// How soon the keeper sees that a connection has come back, or that it is to end.
+/// Longest time until the keeper sees that a connection has come back, or that it must end.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// The keeper, not yet at work.
+/// The keeper before its start.
 pub struct Keeper {
     connector: Box<dyn Connector>,
     period_ns: u64,
@@ -86,13 +89,14 @@ pub struct RunningKeeper {
 
 impl Drop for RunningKeeper {
     fn drop(&mut self) {
-        // It may be greeting a device that takes its time, which nobody needs to wait for.
+        // Does not wait for the keeper: it may be greeting a slow device.
         self.quit.store(true, SeqCst);
     }
 }
 
 impl Keeper {
-    /// A link that a connector makes, for a host with such a period: its real-time end, what can be asked of it, and the keeper, which is to be started.
+    /// A link through a connector, for a host with a period, ns: its real-time end, its monitor,
+    /// and the keeper, which the caller must start.
     #[must_use]
     pub fn new(connector: Box<dyn Connector>, period_ns: u64) -> (LinkDevice, LinkMonitor, Self) {
         let (greeted, to_use) = RingBuffer::new(ROOM);
@@ -112,7 +116,7 @@ impl Keeper {
         (device, monitor, keeper)
     }
 
-    /// Begins to look, on a thread of its own with the affinity of the caller.
+    /// Starts the keeper on a thread of its own with the affinity of the caller.
     ///
     /// # Errors
     /// The system has no thread left.
@@ -129,12 +133,13 @@ impl Keeper {
         let mut nodes = NodeWatch::new(self.connector.folder());
         let mut connection = 0;
         while !quit.load(SeqCst) {
-            // Whatever changes from here on, also while it is being connected, is seen below.
+            // Every change from here on, also one while it connects, is seen below.
             nodes.clear();
             match self.connector.connect(self.period_ns, &self.monitor.counters) {
                 Ok(greeted) => {
                     connection += 1;
-                    // Told before it can be used, so that nobody finds it in use and knows only the one before.
+                    // Announced before it can be used: nobody may find it in use and know only the
+                    // one before.
                     let DeviceFacts {
                         force_limit_n,
                         resolution_m,

@@ -1,4 +1,4 @@
-//! A serial line, opened for this process alone: bytes in, bytes out, and nothing ever waits but [`Line::wait`].
+//! A serial line that is open for this process alone. Only [`Line::wait`] ever waits.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
@@ -16,28 +16,28 @@ use std::time::Duration;
 /// Bytes read at once; more than a line of 1 Mbaud brings in a tick.
 const READ: usize = 512;
 
-/// Reads in a tick, at most: a line that brings more than it can has gone mad, and the rest waits for the next tick.
+/// Most reads in a tick: if a line brings more than it can carry, the rest waits for the next tick.
 const MOST_READS: usize = 8;
 
-/// A line that takes nothing for so long is not read by anybody, ns.
+/// Longest time without room, ns: after that nobody reads the line.
 const STUCK_NS: u64 = 100_000_000;
 
-/// Bytes that may be sent at once: two frames, or a tick's lines of text.
+/// Most bytes in one [`Line::write`]: two frames, or a tick's lines of text.
 pub const MOST_AT_ONCE: usize = 256;
 
-/// A serial line, opened.
+/// An open serial line.
 #[derive(Debug)]
 pub struct Line {
     fd: OwnedFd,
-    /// Of a frame that the line took only in part: what is left.
+    /// The rest of a write that the line took only in part.
     rest: [u8; MOST_AT_ONCE],
     rest_length: usize,
     stuck_since_ns: Option<u64>,
-    /// Why it was last given up.
+    /// The last failure, until it is noted.
     failure: Option<LinkError>,
 }
 
-/// What became of bytes to be sent.
+/// Outcome of a [`Line::write`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sent {
     /// The system has all of them.
@@ -100,20 +100,20 @@ impl Line {
     }
 
     fn prepare(&self) -> Result<(), Errno> {
-        // serialport sets it back when it opens.
+        // serialport clears this flag when it opens.
         fcntl_setfl(&self.fd, fcntl_getfl(&self.fd)? | OFlags::NONBLOCK)?;
         super::low_latency::ask(self.fd.as_fd());
-        // What lay there from before is not for us.
+        // Bytes from before are not for us.
         tcflush(&self.fd, QueueSelector::IOFlush)
     }
 
-    /// Whether something that the system has in part is still to go.
+    /// Whether a rest of the last write is still to be sent.
     #[must_use]
     pub fn has_rest(&self) -> bool {
         self.rest_length > 0
     }
 
-    /// Reads what there is, and gives it away in pieces. Never waits.
+    /// Reads all bytes that have come, and passes them on in pieces. Never waits.
     ///
     /// # Errors
     /// The line has been hung up.
@@ -121,7 +121,7 @@ impl Line {
         let mut buffer = [0; READ];
         for _ in 0..MOST_READS {
             match rustix::io::read(&self.fd, &mut buffer) {
-                // The end of a line is its hanging up.
+                // A line ends when it is hung up.
                 Ok(0) => return Err(self.fail(LinkError::HungUp)),
                 Ok(count) => {
                     take(&buffer[..count]);
@@ -142,25 +142,26 @@ impl Line {
         DeviceError::Disconnected
     }
 
-    /// Notes why it was given up, if it was.
+    /// Notes the last failure in the counters, if there is one.
     pub fn note_failure(&mut self, counters: &LinkCounters, now_ns: u64) {
         if let Some(failure) = self.failure.take() {
             counters.note_error(failure, now_ns);
         }
     }
 
-    /// Waits until there is something to read, for so long at most, ns.
+    /// Waits for bytes, for a timeout at most, ns.
     pub fn wait(&self, timeout_ns: u64) {
         let timeout = Timespec {
             tv_sec: 0,
             tv_nsec: i64::try_from(timeout_ns.min(999_999_999)).unwrap_or(0),
         };
         if poll(&mut [PollFd::new(&self.fd, PollFlags::IN)], Some(&timeout)).is_err() {
-            // The read that follows knows more.
+            // The read that follows tells the result.
         }
     }
 
-    /// Sends bytes whole or not at all, at a time of ours. Never waits: of what the line takes only in part, the rest goes first the next time.
+    /// Sends bytes whole or not at all, at a time of ours, ns. Never waits: if the line takes only
+    /// a part of them, the next call sends the rest first.
     ///
     /// # Errors
     /// The line has been hung up, or has taken nothing for long.
@@ -179,7 +180,7 @@ impl Line {
         };
         self.stuck_since_ns = None;
         let rest = bytes.get(written..).unwrap_or_default();
-        // No more is ever sent at once.
+        // A write is never longer than that.
         let length = rest.len().min(self.rest.len());
         self.rest[..length].copy_from_slice(&rest[..length]);
         self.rest_length = length;
@@ -203,7 +204,7 @@ impl Line {
     }
 }
 
-/// How to be allowed to open a line.
+/// The remedy for a missing right to open a line.
 pub(crate) fn permission_remedy(line: &Path) -> String {
     format!(
         "add the user to the group of {} (`sudo usermod -aG dialout $USER`, then log in again)",

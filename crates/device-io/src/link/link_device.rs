@@ -1,4 +1,4 @@
-//! The real-time end of a link: the device of the connection that the keeper made last.
+//! The real-time end of a link: the device behind the newest connection of the keeper.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
@@ -19,7 +19,7 @@ pub struct LinkDevice {
     connection: Option<Box<dyn Connection>>,
     greeted: Consumer<Handover>,
     failed: Producer<Box<dyn Connection>>,
-    /// Connections taken so far.
+    /// Number of connections so far.
     connections: u64,
     resolution_m: f64,
     force_limit_n: f64,
@@ -35,7 +35,8 @@ impl std::fmt::Debug for LinkDevice {
 }
 
 impl LinkDevice {
-    /// A device without a connection yet: it takes connections from one ring and gives those that have failed to the other.
+    /// A device without a connection yet. It takes connections from one ring, and returns failed
+    /// ones through the other.
     pub(super) fn new(address: String, greeted: Consumer<Handover>, failed: Producer<Box<dyn Connection>>) -> Self {
         Self {
             address,
@@ -49,7 +50,7 @@ impl LinkDevice {
         }
     }
 
-    /// Does something with the connection; one that has failed goes back to the keeper.
+    /// Uses the connection. A failed connection goes back to the keeper.
     fn with<T>(&mut self, act: impl FnOnce(&mut dyn Connection) -> Result<T, DeviceError>) -> Result<T, DeviceError> {
         let Some(connection) = self.connection.as_deref_mut() else {
             return Err(DeviceError::Disconnected);
@@ -59,7 +60,8 @@ impl LinkDevice {
             && let Some(failed) = self.connection.take()
             && let Err(rtrb::PushError::Full(failed)) = self.failed.push(failed)
         {
-            // There is room for as many as the keeper makes before it has taken one back; were there none, it must not be dropped here.
+            // There is room for all connections that the keeper makes before it takes one back.
+            // Without room the connection must not be dropped here.
             self.connection = Some(failed);
         }
         done

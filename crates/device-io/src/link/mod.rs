@@ -8,14 +8,14 @@
 //!                      it has failed
 //! ```
 //!
-//! The keeper does everything that waits, allocates or asks the system for a file, at an ordinary priority.
-//! A connection goes to the real-time thread and back through two rings of one producer and one consumer
-//! each (rtrb), wait-free on both ends.
+//! The keeper does everything that waits, allocates or asks the system for a file, at an ordinary
+//! priority. A connection goes to the real-time thread and back through two rings of one producer
+//! and one consumer each (rtrb), wait-free on both ends.
 //!
-//! The keeper takes its [`Connector`] from its caller. This crate has one for serial lines and one for HID,
-//! both in the words of [`protocol`](crate::protocol). A crate with other boards writes its own: [`Line`]
-//! opens the serial line, [`LinkCounters`] counts, [`RigIdentity`] names the rig, and a [`Connection`]
-//! reads and writes.
+//! The keeper takes its [`Connector`] from its caller. This crate has one for serial lines and one
+//! for HID, both in the words of [`protocol`](crate::protocol). A crate with other boards writes
+//! its own: [`Line`] opens the serial line, [`LinkCounters`] counts, [`RigIdentity`] names the rig,
+//! and a [`Connection`] reads and writes.
 
 mod connection;
 mod connector;

@@ -1,4 +1,4 @@
-//! How long a HID device's reports are, from its report descriptor (USB HID 1.11, section 6.2.2).
+//! The lengths of a HID device's reports, from its report descriptor (USB HID 1.11, section 6.2.2).
 
 use crate::protocol::view::{Kind, LONGEST};
 use thiserror::Error;
@@ -18,7 +18,7 @@ pub(crate) enum Unfit {
     /// Its reports begin with a number.
     #[error("its reports have numbers, and those of the link protocol have none")]
     Numbered,
-    /// A hello does not go in, or a command not out.
+    /// They are too short for a hello or a command, or too long.
     #[error(
         "its reports carry {} bytes up and {} down, and the link protocol needs {LONGEST} and {}, at most {LONGEST_REPORT}",
         .0.input, .0.output, Kind::Command.length()
@@ -38,7 +38,7 @@ const LONGEST_DOWN: usize = Kind::Command.length();
 impl Reports {
     /// Reads a descriptor of a device that can carry the link protocol.
     pub(crate) fn of(descriptor: &[u8]) -> Result<Self, Unfit> {
-        /// What Push and Pop keep, of what matters here.
+        /// The values that Push and Pop save, as far as they matter here.
         #[derive(Clone, Copy, Default)]
         struct Globals {
             size_bits: u64,

@@ -1,4 +1,4 @@
-//! A rig on a serial line: a USB one (CDC-ACM), one behind a converter (FTDI and its like), or a pseudo-terminal.
+//! A rig on a serial line: USB (CDC-ACM), a converter (such as FTDI's), or a pseudo-terminal.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
@@ -20,7 +20,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// Reads the messages in bytes of a line.
+/// Decodes the messages in the bytes of a line.
 #[derive(Debug, Default)]
 pub(super) struct Reader(Decoder);
 
@@ -48,7 +48,7 @@ struct SerialWire {
 
 impl Wire for SerialWire {
     fn say_hello(&mut self, hello: FromHost) -> Result<(), DeviceError> {
-        // What a board has half received before its reset ends with this zero.
+        // This zero ends the part of a frame that the board received before its reset.
         let mut frame = vec![0];
         frame.extend(Frame::of(hello.bytes().as_slice()).as_slice());
         self.line.write(&frame, clock::now_ns()).map(|_| ())
@@ -77,7 +77,7 @@ pub struct SerialConnector {
 }
 
 impl SerialConnector {
-    /// A line by its path, which may be a symbolic link, at a rate.
+    /// A connector to a line by its path, which may be a symbolic link, at a rate in baud.
     #[must_use]
     pub fn new(path: PathBuf, baud: u32) -> Self {
         Self { path, baud }
@@ -132,7 +132,7 @@ struct SerialConnection {
     wire: SerialWire,
     session: Session,
     counters: Arc<LinkCounters>,
-    /// For a sample that is about to come, ns.
+    /// Longest wait in a tick for a sample that is about to come, ns.
     wait_ns: u64,
 }
 
@@ -167,7 +167,7 @@ impl Connection for SerialConnection {
 impl Drop for SerialConnection {
     fn drop(&mut self) {
         if self.write(0.0, false, clock::now_ns()) != Ok(Written::Taken) {
-            // Nobody hears the last word; the device's own watchdog does the rest.
+            // The device does not hear the last command; its own watchdog does the rest.
         }
         self.counters.age_ns.store(0, Relaxed);
     }

@@ -3,10 +3,10 @@
 use super::view::{Bytes, Kind, View, ViewError};
 use thiserror::Error;
 
-/// What a device can do, and how it counts.
+/// The abilities and units of a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceHello {
-    /// The number that the host asked with: an answer to an older question is none to this one.
+    /// The number of the host's question: an answer to an older question does not count.
     pub nonce: u32,
     /// Counts of the encoder to a metre of the handle.
     pub counts_per_metre: f32,
@@ -47,7 +47,8 @@ impl DeviceHello {
             .collect()
     }
 
-    /// A firmware's name as it goes into a hello: what is not ASCII becomes a question mark, what is too long is cut.
+    /// A firmware's name as it goes into a hello: what is not ASCII becomes a question mark, what
+    /// is too long is cut.
     #[must_use]
     pub fn firmware_of(name: &str) -> [u8; 24] {
         let mut firmware = [0; 24];
@@ -63,7 +64,7 @@ impl DeviceHello {
 pub struct DeviceSample {
     /// Counts the samples since the hello; it wraps around.
     pub sequence: u32,
-    /// When it was taken, us; it wraps around after 71 minutes.
+    /// Time of the sample, us; it wraps around after 71 minutes.
     pub time_us: u32,
     /// The encoder; it wraps around.
     pub count: i32,
@@ -88,7 +89,7 @@ pub struct WideChannels {
     pub acceleration_mm_per_s2: i32,
 }
 
-/// What is wrong with a device.
+/// The kind of a device's error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ErrorCode {
@@ -130,7 +131,7 @@ impl std::fmt::Display for ErrorCode {
 pub struct ErrorReport {
     /// What is wrong.
     pub code: ErrorCode,
-    /// What the firmware's maker wants to know.
+    /// A detail for the firmware's maker.
     pub detail: u32,
 }
 
@@ -148,7 +149,7 @@ impl std::fmt::Display for ErrorReport {
     }
 }
 
-/// What a device says.
+/// A message from a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FromDevice {
     /// Who it is.
@@ -166,12 +167,12 @@ pub enum FromDevice {
     Error {
         /// What.
         code: ErrorCode,
-        /// What the firmware wants its maker to know.
+        /// A detail for the firmware's maker.
         detail: u32,
     },
 }
 
-/// What a host says.
+/// A message from a host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FromHost {
     /// Who are you? The device switches its motor off and begins anew.
@@ -197,13 +198,13 @@ pub enum FromHost {
     },
 }
 
-/// Why bytes are not what the other side may say.
+/// Why bytes are not a message of the other side.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum MessageError {
     /// They are no message.
     #[error(transparent)]
     View(#[from] ViewError),
-    /// It goes the other way.
+    /// The message is for the other direction.
     #[error("a {0:?} does not come from this side")]
     WrongWay(Kind),
     /// A value that no device can have.

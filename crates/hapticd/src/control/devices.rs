@@ -11,11 +11,12 @@ use std::time::Duration;
 /// Longest time for looking through the nodes.
 const LIST_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Longest time for opening and greeting a device: a serial line has more than two seconds to answer.
+/// Longest time for opening and greeting a device: a serial line has more than two seconds to
+/// answer.
 const PROBE_TIMEOUT: Duration = Duration::from_secs(4);
 
-/// Lists the devices that are plugged in, or asks one device who it is. Either may take a while, so a thread of its
-/// own does it.
+/// Lists the devices that are plugged in, or asks one device who it is. Either may take a while, so
+/// a thread of its own does it.
 ///
 /// # Errors
 /// The address names no device, or this daemon uses it and nobody else may open it.
