@@ -3,7 +3,7 @@
 use crate::conversation::{CommandState, Conversation};
 use crate::dialect::Dialect;
 use crate::text::{Lines, Text};
-use device_io::link::{Connection, Line, LinkCounters, Sent, add};
+use device_io::link::{Connection, Line, LinkCounters, SendOutcome, add};
 use device_io::{DeviceError, Measurement, Written, clock};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
@@ -16,7 +16,7 @@ pub(crate) struct TextConnection<D: Dialect> {
     conversation: Conversation<D>,
     counters: Arc<LinkCounters>,
     /// What became of the force, or the switching off, that was last sent.
-    last_sent: Sent,
+    last_sent: SendOutcome,
 }
 
 impl<D: Dialect> TextConnection<D> {
@@ -26,19 +26,19 @@ impl<D: Dialect> TextConnection<D> {
             lines: Lines::default(),
             conversation,
             counters,
-            last_sent: Sent::NoRoom,
+            last_sent: SendOutcome::NoRoom,
         }
     }
 
     /// Sends a text; an empty one sends the rest of the text before.
-    fn send(&mut self, text: &Text, now_ns: u64) -> Result<Sent, DeviceError> {
+    fn send(&mut self, text: &Text, now_ns: u64) -> Result<SendOutcome, DeviceError> {
         if text.as_bytes().is_empty() && !self.line.has_rest() {
-            return Ok(Sent::Taken);
+            return Ok(SendOutcome::Taken);
         }
         let sent = self.line.write(text.as_bytes(), now_ns);
         self.line.note_failure(&self.counters, now_ns);
         let sent = sent?;
-        if sent == Sent::NoRoom && !text.as_bytes().is_empty() {
+        if sent == SendOutcome::NoRoom && !text.as_bytes().is_empty() {
             add(&self.counters.not_sent, 1);
         }
         Ok(sent)
@@ -65,13 +65,15 @@ impl<D: Dialect> Connection for TextConnection<D> {
         let sent = self.send(&text, now_ns)?;
         if state == CommandState::InThisText {
             self.last_sent = sent;
-        } else if self.last_sent == Sent::Begun && sent != Sent::NoRoom {
+        } else if self.last_sent == SendOutcome::Begun && sent != SendOutcome::NoRoom {
             // Its rest has gone before this text.
-            self.last_sent = Sent::Taken;
+            self.last_sent = SendOutcome::Taken;
         }
         Ok(match state {
             CommandState::Confirmed => Written::Taken,
-            CommandState::InThisText | CommandState::SentBefore if self.last_sent == Sent::Taken => Written::Taken,
+            CommandState::InThisText | CommandState::SentBefore if self.last_sent == SendOutcome::Taken => {
+                Written::Taken
+            }
             CommandState::InThisText | CommandState::SentBefore | CommandState::NotSent => Written::Later,
         })
     }

@@ -7,7 +7,7 @@ use crate::dialect::Dialect;
 use crate::greeting::Greeting;
 use crate::motor_options::MotorOptions;
 use device_io::clock;
-use device_io::link::{ConnectError, Connector, DeviceFacts, Greeted, LinkCounters, RigIdentity, folder_of};
+use device_io::link::{ConnectError, Connector, DeviceFacts, GreetedDevice, LinkCounters, RigIdentity, folder_of};
 use std::ffi::OsStr;
 use std::fmt::Debug;
 use std::path::PathBuf;
@@ -78,7 +78,7 @@ impl<C: Controller> Connector for BoardConnector<C> {
         self.controller.motor().path.file_name() == Some(node)
     }
 
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError> {
+    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
         let motor = self.controller.motor();
         let mut greeting = Greeting::begin(&motor.path, motor.baud)?;
         let _asking = counters.ask(clock::now_ns());
@@ -91,7 +91,7 @@ impl<C: Controller> Connector for BoardConnector<C> {
         #[expect(clippy::cast_precision_loss, reason = "a period of milliseconds")]
         let sample_rate_hz = 1e9 / period_ns as f64;
         let conversation = Conversation::new(dialect, scale, period_ns, clock::now_ns(), Arc::clone(counters));
-        Ok(Greeted {
+        Ok(GreetedDevice {
             device: DeviceFacts {
                 firmware,
                 force_limit_n: scale.force_limit_n(),

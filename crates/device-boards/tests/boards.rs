@@ -48,14 +48,14 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// A fake board behind a terminal, on a thread of its own.
-struct Played {
+struct RunningBoard {
     board: Arc<Mutex<Box<dyn FakeBoard>>>,
     began: Instant,
     quit: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Played {
+impl RunningBoard {
     fn start(board: Box<dyn FakeBoard>, link: &Path) -> Self {
         let terminal = Terminal::plug_in(link).expect("a terminal");
         let board = Arc::new(Mutex::new(board));
@@ -95,7 +95,7 @@ impl Played {
     }
 }
 
-impl Drop for Played {
+impl Drop for RunningBoard {
     fn drop(&mut self) {
         self.quit.store(true, Relaxed);
         if let Some(thread) = self.thread.take() {
@@ -121,7 +121,7 @@ fn a_tick_on_a_board_allocates_nothing_and_the_last_word_switches_it_off() {
     for (kind, more, board) in kinds {
         let directory = tempfile::tempdir().expect("a directory");
         let link = directory.path().join("board");
-        let played = Played::start(board, &link);
+        let played = RunningBoard::start(board, &link);
         let address: Address = format!("{kind}:{}?radius_mm=5&torque_limit_nm=0.1{more}", link.display())
             .parse()
             .expect("an address");

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 /// A device that may be a rig.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
+pub struct Candidate {
     /// Its address, for `--device`.
     pub address: Address,
     /// Its node.
@@ -59,7 +59,7 @@ const BY_ID: &str = "/dev/serial/by-id";
 /// Every serial port and every HID device, first those on USB, as most rigs are. Opens none of
 /// them.
 #[must_use]
-pub fn list() -> Vec<Found> {
+pub fn list() -> Vec<Candidate> {
     // Without this folder serialport panics.
     let ports = if Path::new("/sys/class/tty").is_dir() {
         serialport::available_ports().unwrap_or_default()
@@ -67,7 +67,7 @@ pub fn list() -> Vec<Found> {
         Vec::new()
     };
     let links = links(Path::new(BY_ID));
-    let mut found: Vec<Found> = ports
+    let mut found: Vec<Candidate> = ports
         .into_iter()
         .filter(|port| is_real(&port.port_name))
         .map(|port| serial(port, &links))
@@ -108,7 +108,7 @@ fn is_real(node: &str) -> bool {
     !kind.is_ok_and(|kind| kind.trim() == "0")
 }
 
-fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Found {
+fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Candidate {
     let node = PathBuf::from(port.port_name);
     let identity = match port.port_type {
         SerialPortType::UsbPort(usb) => Some(Identity {
@@ -125,7 +125,7 @@ fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Found {
         .find(|(target, _)| *target == node)
         .map_or(&node, |(_, link)| link)
         .clone();
-    Found {
+    Candidate {
         address: Address::Serial {
             path,
             baud: DEFAULT_BAUD,
@@ -137,7 +137,7 @@ fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Found {
     }
 }
 
-fn hid_device(device: HidNode) -> Found {
+fn hid_device(device: HidNode) -> Candidate {
     let identity = Identity {
         vendor: device.id.vendor,
         product: device.id.product,
@@ -152,7 +152,7 @@ fn hid_device(device: HidNode) -> Found {
         }),
         Ok(_) => closed(&device.path, || hid_node::permission_remedy(&device.id)),
     };
-    Found {
+    Candidate {
         address: Address::Hid(device.id),
         description: describe("HID device", &device.path, Some(&identity)),
         identity: Some(identity),

@@ -58,7 +58,7 @@ enum State {
     clippy::struct_excessive_bools,
     reason = "each is a fault of its own, and any may come together"
 )]
-struct Wrong {
+struct ActiveFaults {
     ignores_off: bool,
     ignores_command_off: bool,
     stays_enabled: bool,
@@ -87,7 +87,7 @@ pub struct Firmware {
     clock_offset_us: u32,
     count_offset: i32,
     clock: LyingClock,
-    wrong: Wrong,
+    wrong: ActiveFaults,
     pressed: u8,
     /// Errors that were not reported yet.
     errors: VecDeque<FromDevice>,
@@ -113,7 +113,7 @@ impl Firmware {
             clock_offset_us: 0,
             count_offset: 0,
             clock: LyingClock::default(),
-            wrong: Wrong::default(),
+            wrong: ActiveFaults::default(),
             pressed: 0,
             errors: VecDeque::new(),
             largest_force_n: 0.0,
@@ -320,7 +320,7 @@ impl Firmware {
             Misbehaviour::Error(code, detail) => self.report(code, detail),
             Misbehaviour::Honest => {
                 self.clock.be_honest(now_ns / 1000);
-                self.wrong = Wrong::default();
+                self.wrong = ActiveFaults::default();
             }
         }
     }

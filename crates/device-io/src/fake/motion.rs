@@ -230,24 +230,7 @@ impl Recording {
                 samples: samples.len(),
             });
         }
-        // Slope of the parabola through a sample and its neighbours; the ends are at rest.
-        for index in 1..samples.len() - 1 {
-            let [a, b, c] = [samples[index - 1], samples[index], samples[index + 1]];
-            let (before, after) = (b.t_s - a.t_s, c.t_s - b.t_s);
-            let (rise, next) = (
-                (b.position_m - a.position_m) / before,
-                (c.position_m - b.position_m) / after,
-            );
-            // No steeper than thrice either side, and level at a turn: then the cubics do not
-            // overshoot (Fritsch and Carlson 1980).
-            let steepest = if rise * next > 0.0 {
-                3.0 * rise.abs().min(next.abs())
-            } else {
-                0.0
-            };
-            let slope = (rise * after + next * before) / (before + after);
-            samples[index].velocity_mps = slope.clamp(-steepest, steepest);
-        }
+        set_slopes(&mut samples);
         Ok(Self {
             path: path.to_path_buf(),
             samples,
@@ -279,6 +262,28 @@ impl Recording {
         }
         let after = self.samples.partition_point(|sample| sample.t_s <= t).max(1);
         between(self.samples[after - 1], self.samples[after], t)
+    }
+}
+
+/// Sets the velocities: the slope of the parabola through a sample and its neighbours; the ends are
+/// at rest.
+fn set_slopes(samples: &mut [Sample]) {
+    for index in 1..samples.len() - 1 {
+        let [a, b, c] = [samples[index - 1], samples[index], samples[index + 1]];
+        let (before, after) = (b.t_s - a.t_s, c.t_s - b.t_s);
+        let (rise, next) = (
+            (b.position_m - a.position_m) / before,
+            (c.position_m - b.position_m) / after,
+        );
+        // No steeper than thrice either side, and level at a turn: then the cubics do not
+        // overshoot (Fritsch and Carlson 1980).
+        let steepest = if rise * next > 0.0 {
+            3.0 * rise.abs().min(next.abs())
+        } else {
+            0.0
+        };
+        let slope = (rise * after + next * before) / (before + after);
+        samples[index].velocity_mps = slope.clamp(-steepest, steepest);
     }
 }
 

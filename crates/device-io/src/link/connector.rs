@@ -57,7 +57,7 @@ pub struct DeviceFacts {
 }
 
 /// A device after its greeting.
-pub struct Greeted {
+pub struct GreetedDevice {
     /// The way to read and write it.
     pub connection: Box<dyn Connection>,
     /// The facts from its greeting.
@@ -79,5 +79,5 @@ pub trait Connector: Send + std::fmt::Debug {
     ///
     /// # Errors
     /// Why it cannot be used.
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError>;
+    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError>;
 }

@@ -17,7 +17,7 @@ const FEWEST_WINDOWS: usize = 4;
 
 /// The difference of the clocks in one window: at its quickest sample, the first of several.
 #[derive(Clone, Copy, Debug, Default)]
-struct Quickest {
+struct QuickestSample {
     host_ns: u64,
     /// Our time less the device's, ns. It contains the quickest way from the device to us, which
     /// cannot be told apart.
@@ -30,8 +30,8 @@ pub(crate) struct DeviceClock {
     last_us: Option<u32>,
     device_ns: u64,
     window_began_ns: u64,
-    current: Option<Quickest>,
-    windows: [Quickest; WINDOWS],
+    current: Option<QuickestSample>,
+    windows: [QuickestSample; WINDOWS],
     /// Number of windows that have ended; the ring holds the last of them.
     ended: usize,
     /// Drift over the windows of the ring; it changes only when one ends.
@@ -49,7 +49,7 @@ impl DeviceClock {
             device_ns: 0,
             window_began_ns: 0,
             current: None,
-            windows: [Quickest::default(); WINDOWS],
+            windows: [QuickestSample::default(); WINDOWS],
             ended: 0,
             drift_ppb: None,
         }
@@ -63,7 +63,7 @@ impl DeviceClock {
             .replace(time_us)
             .map_or(0, |last| time_us.wrapping_sub(last));
         self.device_ns += u64::from(elapsed_us) * 1000;
-        let seen = Quickest {
+        let seen = QuickestSample {
             host_ns,
             offset_ns: signed(host_ns) - signed(self.device_ns),
         };

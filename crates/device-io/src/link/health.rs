@@ -167,9 +167,9 @@ impl LinkCounters {
 
     /// Notes that a device is asked who it is, from a time of ours, ns, until the guard is dropped.
     #[must_use]
-    pub fn ask(&self, now_ns: u64) -> Asking<'_> {
+    pub fn ask(&self, now_ns: u64) -> AskGuard<'_> {
         self.asking_since_ns.store(now_ns.max(1), Relaxed);
-        Asking(self)
+        AskGuard(self)
     }
 
     /// Time on the monotonic clock since which a device is asked who it is, ns.
@@ -189,9 +189,9 @@ impl LinkCounters {
 
 /// The guard of [`LinkCounters::ask`]: while it lives, a device is asked who it is.
 #[derive(Debug)]
-pub struct Asking<'a>(&'a LinkCounters);
+pub struct AskGuard<'a>(&'a LinkCounters);
 
-impl Drop for Asking<'_> {
+impl Drop for AskGuard<'_> {
     fn drop(&mut self) {
         self.0.asking_since_ns.store(0, Relaxed);
     }

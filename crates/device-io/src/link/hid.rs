@@ -3,12 +3,12 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::connection::Connection;
-use super::connector::{ConnectError, Connector, Greeted};
+use super::connector::{ConnectError, Connector, GreetedDevice};
 use super::health::{LinkCounters, LinkError};
 use super::hid_node::{HidId, choose, nodes, open_node, what};
 use super::identity::RigIdentity;
 use super::reports::{LONGEST_REPORT, Reports};
-use super::session::{Refused, Session};
+use super::session::{RejectedInput, Session};
 use super::wire::{self, Wire};
 use super::writer::Writer;
 use crate::clock;
@@ -82,7 +82,7 @@ impl Wire for HidWire {
         self.poll(PollFlags::IN, i64::try_from(timeout_ns.min(999_999_999)).unwrap_or(0));
     }
 
-    fn hear(&mut self, mut each: impl FnMut(Result<FromDevice, Refused>)) -> Result<usize, DeviceError> {
+    fn hear(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
         let mut heard = 0;
         for _ in 0..MOST_READS {
             let mut report = [0; LONGEST_REPORT];
@@ -94,7 +94,7 @@ impl Wire for HidWire {
                         View::padded(&report[..count])
                             .map_err(MessageError::from)
                             .and_then(FromDevice::read)
-                            .map_err(Refused::Message),
+                            .map_err(RejectedInput::Message),
                     );
                 }
                 Err(Errno::AGAIN) => break,
@@ -128,7 +128,7 @@ pub(super) fn greet(
     rig: RigIdentity,
     period_ns: u64,
     counters: &Arc<LinkCounters>,
-) -> Result<Greeted, ConnectError> {
+) -> Result<GreetedDevice, ConnectError> {
     let mut wire = HidWire {
         node: Arc::new(node),
         counters: Arc::clone(counters),
@@ -147,7 +147,7 @@ pub(super) fn greet(
             remedy: "end other programs, or raise the limit of processes".to_owned(),
         }
     })?;
-    Ok(Greeted {
+    Ok(GreetedDevice {
         device: wire::facts(&hello, rig),
         connection: Box::new(HidConnection {
             wire,
@@ -172,7 +172,7 @@ impl Connector for HidConnector {
         node.as_encoded_bytes().starts_with(b"hidraw")
     }
 
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError> {
+    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
         let chosen = choose(nodes(), &self.id)?;
         let rig = RigIdentity::of_usb(self.id.vendor, self.id.product, chosen.serial.as_deref());
         let node = open_node(&chosen.path, &self.id)?;

@@ -1,7 +1,7 @@
 //! A rig on HID over a pair of sockets in place of a node, with the fake firmware at the other end.
 
 use super::connection::Connection;
-use super::connector::{ConnectError, Greeted};
+use super::connector::{ConnectError, GreetedDevice};
 use super::greeted::firmware;
 use super::health::LinkCounters;
 use super::hid::greet;
@@ -122,7 +122,7 @@ impl Drop for Rig {
     }
 }
 
-fn connect(node: OwnedFd) -> Result<Greeted, ConnectError> {
+fn connect(node: OwnedFd) -> Result<GreetedDevice, ConnectError> {
     greet(
         node,
         REPORTS,

@@ -39,7 +39,7 @@ pub struct Line {
 
 /// Outcome of a [`Line::write`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sent {
+pub enum SendOutcome {
     /// The system has all of them.
     Taken,
     /// The system has some of them; the rest goes first the next time.
@@ -165,7 +165,7 @@ impl Line {
     ///
     /// # Errors
     /// The line has been hung up, or has taken nothing for long.
-    pub fn write(&mut self, bytes: &[u8], now_ns: u64) -> Result<Sent, DeviceError> {
+    pub fn write(&mut self, bytes: &[u8], now_ns: u64) -> Result<SendOutcome, DeviceError> {
         while self.rest_length > 0 {
             let Some(written) = self.try_write_rest()? else {
                 return self.no_room(now_ns);
@@ -184,7 +184,11 @@ impl Line {
         let length = rest.len().min(self.rest.len());
         self.rest[..length].copy_from_slice(&rest[..length]);
         self.rest_length = length;
-        Ok(if length == 0 { Sent::Taken } else { Sent::Begun })
+        Ok(if length == 0 {
+            SendOutcome::Taken
+        } else {
+            SendOutcome::Begun
+        })
     }
 
     fn try_write_rest(&mut self) -> Result<Option<usize>, DeviceError> {
@@ -195,12 +199,12 @@ impl Line {
         }
     }
 
-    fn no_room(&mut self, now_ns: u64) -> Result<Sent, DeviceError> {
+    fn no_room(&mut self, now_ns: u64) -> Result<SendOutcome, DeviceError> {
         let since = *self.stuck_since_ns.get_or_insert(now_ns);
         if now_ns.saturating_sub(since) > STUCK_NS {
             return Err(self.fail(LinkError::Stuck));
         }
-        Ok(Sent::NoRoom)
+        Ok(SendOutcome::NoRoom)
     }
 }
 

@@ -98,7 +98,7 @@ impl Mailbox {
 
 /// What is to be sent, in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Taken {
+pub(super) struct Messages {
     pub(super) enable: Option<FromHost>,
     pub(super) command: Option<FromHost>,
     /// Messages that were posted since the last look and are not sent: newer ones make them
@@ -117,7 +117,7 @@ pub(super) struct Taker {
 
 impl Taker {
     /// Takes what was not seen yet. For one thread only.
-    pub(super) fn take(&mut self, mailbox: &Mailbox) -> Taken {
+    pub(super) fn take(&mut self, mailbox: &Mailbox) -> Messages {
         // This order matters: see above.
         let command = mailbox.command.load(Acquire);
         between();
@@ -144,7 +144,7 @@ impl Taker {
                 );
         let posted = newest.wrapping_sub(std::mem::replace(&mut self.newest, newest));
         let sent = u32::from(enable.is_some()) + u32::from(command.is_some());
-        Taken {
+        Messages {
             enable: enable.map(|word| FromHost::Enable {
                 sequence: sequence(word),
                 enabled: word & ENABLED != 0,
@@ -206,19 +206,19 @@ mod tests {
     #[test]
     fn the_newest_is_taken_once_and_what_it_makes_needless_is_counted() {
         let (mailbox, mut taker) = (Mailbox::default(), Taker::default());
-        let taken = |enable, command, skipped| Taken {
+        let taken = |enable, command, skipped| Messages {
             enable,
             command,
             skipped,
         };
-        assert_eq!(taker.take(&mailbox), Taken::default());
+        assert_eq!(taker.take(&mailbox), Messages::default());
         mailbox.post(None, command(1, 0, false));
         mailbox.post(Some(enable(2)), command(3, 10, true));
         assert_eq!(
             taker.take(&mailbox),
             taken(Some(enable(2)), Some(command(3, 10, true)), 1)
         );
-        assert_eq!(taker.take(&mailbox), Taken::default());
+        assert_eq!(taker.take(&mailbox), Messages::default());
         for k in 4..=9 {
             mailbox.post(None, command(k, 11, true));
         }

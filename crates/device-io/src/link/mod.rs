@@ -45,14 +45,14 @@ mod wire;
 mod writer;
 
 pub use connection::Connection;
-pub use connector::{ConnectError, Connector, DeviceFacts, Greeted};
-pub use health::{Asking, LinkCounters, LinkError, UNKNOWN_DRIFT, add};
+pub use connector::{ConnectError, Connector, DeviceFacts, GreetedDevice};
+pub use health::{AskGuard, LinkCounters, LinkError, UNKNOWN_DRIFT, add};
 pub use hid::HidConnector;
 pub use hid_node::HidId;
 pub use identity::RigIdentity;
 pub use keeper::{Keeper, LinkMonitor, LinkState, RunningKeeper};
 pub(crate) use line::permission_remedy as serial_permission_remedy;
-pub use line::{Line, MOST_AT_ONCE, Sent};
+pub use line::{Line, MOST_AT_ONCE, SendOutcome};
 pub use link_device::LinkDevice;
 pub use nodes::folder_of;
 pub use serial::SerialConnector;

@@ -3,12 +3,12 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::connection::Connection;
-use super::connector::{ConnectError, Connector, Greeted};
+use super::connector::{ConnectError, Connector, GreetedDevice};
 use super::health::{LinkCounters, add};
 use super::identity::RigIdentity;
-use super::line::{Line, Sent};
+use super::line::{Line, SendOutcome};
 use super::nodes::folder_of;
-use super::session::{Refused, Session};
+use super::session::{RejectedInput, Session};
 use super::wire::{self, Wire};
 use crate::clock;
 use crate::device::{DeviceError, Measurement, Written};
@@ -25,14 +25,14 @@ use std::sync::atomic::Ordering::Relaxed;
 pub(super) struct Reader(Decoder);
 
 impl Reader {
-    pub(super) fn take(&mut self, bytes: &[u8], mut each: impl FnMut(Result<FromDevice, Refused>)) {
+    pub(super) fn take(&mut self, bytes: &[u8], mut each: impl FnMut(Result<FromDevice, RejectedInput>)) {
         for &byte in bytes {
             if let Some(frame) = self.0.push(byte) {
-                each(frame.map_err(Refused::Frame).and_then(|message| {
+                each(frame.map_err(RejectedInput::Frame).and_then(|message| {
                     View::whole(message)
                         .map_err(MessageError::from)
                         .and_then(FromDevice::read)
-                        .map_err(Refused::Message)
+                        .map_err(RejectedInput::Message)
                 }));
             }
         }
@@ -58,7 +58,7 @@ impl Wire for SerialWire {
         self.line.wait(timeout_ns);
     }
 
-    fn hear(&mut self, mut each: impl FnMut(Result<FromDevice, Refused>)) -> Result<usize, DeviceError> {
+    fn hear(&mut self, mut each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError> {
         let Self { line, reader } = self;
         let mut heard = 0;
         line.read(|bytes| {
@@ -97,7 +97,7 @@ impl Connector for SerialConnector {
         self.path.file_name() == Some(node)
     }
 
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError> {
+    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError> {
         let mut wire = SerialWire {
             line: Line::open(&self.path, self.baud)?,
             reader: Reader::default(),
@@ -114,7 +114,7 @@ impl Connector for SerialConnector {
                 ),
             },
         )?;
-        Ok(Greeted {
+        Ok(GreetedDevice {
             device: wire::facts(&hello, RigIdentity::of_line("serial", &self.path)),
             connection: Box::new(SerialConnection {
                 wire,
@@ -156,9 +156,9 @@ impl Connection for SerialConnection {
         let sent = self.wire.line.write(&bytes[..length], now_ns);
         self.wire.line.note_failure(&self.counters, now_ns);
         match sent? {
-            Sent::Taken => return Ok(Written::Taken),
-            Sent::Begun => {}
-            Sent::NoRoom => add(&self.counters.not_sent, 1),
+            SendOutcome::Taken => return Ok(Written::Taken),
+            SendOutcome::Begun => {}
+            SendOutcome::NoRoom => add(&self.counters.not_sent, 1),
         }
         Ok(Written::Later)
     }

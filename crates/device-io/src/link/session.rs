@@ -6,7 +6,7 @@
 
 use super::device_clock::DeviceClock;
 use super::health::{LinkCounters, LinkError, UNKNOWN_DRIFT, add};
-use crate::device::{DeviceError, Measurement, Motor as Reported};
+use crate::device::{DeviceError, Measurement, Motor as ReportedMotor};
 use crate::protocol::frame::FrameError;
 use crate::protocol::message::{
     DeviceHello, DeviceSample, ErrorCode, ErrorReport, FromDevice, FromHost, MessageError, is_newer,
@@ -27,7 +27,7 @@ const SENT: usize = 1024;
 
 /// Why incoming bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Refused {
+pub(crate) enum RejectedInput {
     Frame(FrameError),
     Message(MessageError),
 }
@@ -98,7 +98,7 @@ impl Session {
     }
 
     /// Takes in a message, or the error in its place, at a time of ours, ns.
-    pub(crate) fn take(&mut self, came: Result<FromDevice, Refused>, now_ns: u64) {
+    pub(crate) fn take(&mut self, came: Result<FromDevice, RejectedInput>, now_ns: u64) {
         match came {
             Ok(FromDevice::Sample(sample)) => self.take_sample(sample, now_ns),
             // The samples tell what the device did.
@@ -120,8 +120,8 @@ impl Session {
             // An answer to a repeated question, or a device that has restarted behind our back: its
             // samples then say that its motor is off.
             Ok(FromDevice::Hello(_)) => {}
-            Err(Refused::Frame(_)) => add(&self.counters.bad_crc, 1),
-            Err(Refused::Message(_)) => add(&self.counters.malformed, 1),
+            Err(RejectedInput::Frame(_)) => add(&self.counters.bad_crc, 1),
+            Err(RejectedInput::Message(_)) => add(&self.counters.malformed, 1),
         }
     }
 
@@ -204,14 +204,14 @@ impl Session {
 
     /// The motor's state by a sample. A motor that is off counts as an answer only from a device
     /// that has heard the order.
-    fn reported(&self, sample: &DeviceSample) -> Reported {
+    fn reported(&self, sample: &DeviceSample) -> ReportedMotor {
         let heard = self
             .off_since
             .is_some_and(|sequence| !is_newer(sequence, sample.command));
         match (sample.enabled, heard) {
-            (true, _) => Reported::Enabled,
-            (false, true) => Reported::Off,
-            (false, false) => Reported::Unconfirmed,
+            (true, _) => ReportedMotor::Enabled,
+            (false, true) => ReportedMotor::Off,
+            (false, false) => ReportedMotor::Unconfirmed,
         }
     }
 

@@ -4,7 +4,7 @@
 
 use super::connector::{ConnectError, DeviceFacts};
 use super::identity::RigIdentity;
-use super::session::{Refused, Session};
+use super::session::{RejectedInput, Session};
 use crate::clock;
 use crate::device::{DeviceError, Measurement};
 use crate::protocol::message::{DeviceHello, FromDevice, FromHost, MessageError};
@@ -33,7 +33,7 @@ pub(super) trait Wire {
     ///
     /// # Errors
     /// The device is gone.
-    fn hear(&mut self, each: impl FnMut(Result<FromDevice, Refused>)) -> Result<usize, DeviceError>;
+    fn hear(&mut self, each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError>;
 }
 
 /// Asks until the device answers. `unanswered` says what to think of so many bytes without an
@@ -61,10 +61,10 @@ pub(super) fn greet(
                     Ok(FromDevice::Hello(hello)) if hello.nonce == nonce => answer = Some(hello),
                     Ok(_) => {}
                     // A device of another version must be named as one, whatever else comes.
-                    Err(Refused::Message(error @ MessageError::View(ViewError::Version(_)))) => {
+                    Err(RejectedInput::Message(error @ MessageError::View(ViewError::Version(_)))) => {
                         heard = Some(error.to_string());
                     }
-                    Err(Refused::Message(error)) if heard.is_none() => heard = Some(error.to_string()),
+                    Err(RejectedInput::Message(error)) if heard.is_none() => heard = Some(error.to_string()),
                     Err(_) => {}
                 })
                 .map_err(gone)?;

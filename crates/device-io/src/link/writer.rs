@@ -41,7 +41,7 @@ struct Shared {
 
 /// The command that is posted at present, post by post.
 #[derive(Clone, Copy, Debug)]
-struct Saying {
+struct PostedCommand {
     force_mn: i32,
     enabled: bool,
     /// Sequence of the first of these commands.
@@ -56,7 +56,7 @@ pub(super) struct Writer {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
     posted: u32,
-    saying: Option<Saying>,
+    saying: Option<PostedCommand>,
     /// The writer's progress when it last moved, and the time of that on our clock, ns.
     moved: (u32, u64),
     skipped: u64,
@@ -127,11 +127,11 @@ impl Writer {
                 .saying
                 .filter(|saying| enable.is_none() && (saying.force_mn, saying.enabled) == (force_mn, enabled));
             self.saying = Some(match same {
-                Some(saying) => Saying {
+                Some(saying) => PostedCommand {
                     taken: saying.taken || !is_newer(saying.since, done),
                     ..saying
                 },
-                None => Saying {
+                None => PostedCommand {
                     force_mn,
                     enabled,
                     since: sequence,
@@ -147,7 +147,7 @@ impl Writer {
         }
         self.check()?;
         Ok(match self.saying {
-            Some(Saying { taken: true, .. }) => Written::Taken,
+            Some(PostedCommand { taken: true, .. }) => Written::Taken,
             _ => Written::Later,
         })
     }

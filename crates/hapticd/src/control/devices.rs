@@ -3,7 +3,7 @@
 use crate::control::RigHandle;
 use crate::telemetry::link::linked;
 use device_boards::Address;
-use device_io::discovery::{Found, list, probe};
+use device_io::discovery::{Candidate, list, probe};
 use device_io::link::ConnectError;
 use haptic_ipc::{DevicesReply, ErrorCode, FoundDevice, Problem, WireError};
 use std::time::Duration;
@@ -57,7 +57,7 @@ fn is_same(address: &Address, other: &Address) -> bool {
     address == other || node(address).is_some_and(|here| node(other) == Some(here))
 }
 
-fn listed(found: &Found, ours: &Address) -> FoundDevice {
+fn listed(found: &Candidate, ours: &Address) -> FoundDevice {
     FoundDevice {
         address: found.address.to_string(),
         description: found.description.clone(),

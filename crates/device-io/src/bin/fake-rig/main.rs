@@ -10,7 +10,7 @@ use device_io::fake::{
     take_priority,
 };
 use device_io::protocol::message::{DeviceHello, FromDevice};
-use port::{Gone, Place, Port};
+use port::{Place, Port, PortClosed};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -306,7 +306,7 @@ impl Rig {
     fn read(&mut self, now: u64) {
         let Some(port) = &mut self.port else { return };
         let Self { down, quality, .. } = self;
-        if let Err(Gone) = port.read(|frame| down.send(frame, quality, now)) {
+        if let Err(PortClosed) = port.read(|frame| down.send(frame, quality, now)) {
             self.leave();
         }
     }
@@ -338,7 +338,7 @@ impl Rig {
         {
             written = port.write(frame);
         }
-        if let Err(Gone) = written {
+        if let Err(PortClosed) = written {
             self.leave();
         }
     }

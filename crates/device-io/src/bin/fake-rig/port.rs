@@ -35,7 +35,7 @@ impl Place {
 
 /// The place is no longer there.
 #[derive(Debug)]
-pub(crate) struct Gone;
+pub(crate) struct PortClosed;
 
 /// Bytes of a HID report.
 const REPORT: usize = 64;
@@ -75,13 +75,13 @@ impl Port {
     }
 
     /// Passes each frame that has come on, as it came.
-    pub(crate) fn read(&mut self, mut each: impl FnMut(Vec<u8>)) -> Result<(), Gone> {
+    pub(crate) fn read(&mut self, mut each: impl FnMut(Vec<u8>)) -> Result<(), PortClosed> {
         let mut buffer = [0; 1024];
         loop {
             match (rustix::io::read(&self.node, &mut buffer), &self.place) {
                 // Nobody has the other end open, who may come again.
                 (Ok(0) | Err(Errno::IO), Place::Pty(_)) => return Ok(()),
-                (Ok(0), _) => return Err(Gone),
+                (Ok(0), _) => return Err(PortClosed),
                 (Ok(count), Place::Hid(_)) => each(buffer[..count].to_vec()),
                 (Ok(count), _) => {
                     for &byte in &buffer[..count] {
@@ -93,7 +93,7 @@ impl Port {
                 }
                 (Err(Errno::AGAIN), _) => return Ok(()),
                 (Err(Errno::INTR), _) => {}
-                (Err(_), _) => return Err(Gone),
+                (Err(_), _) => return Err(PortClosed),
             }
         }
     }
@@ -126,7 +126,7 @@ impl Port {
     }
 
     /// Sends a frame. A frame that does not fit is lost, as on a line that nobody reads.
-    pub(crate) fn write(&mut self, frame: Vec<u8>) -> Result<(), Gone> {
+    pub(crate) fn write(&mut self, frame: Vec<u8>) -> Result<(), PortClosed> {
         if self.unsent.len() < MOST_UNSENT {
             self.unsent.push_back(frame);
         }
@@ -134,7 +134,7 @@ impl Port {
     }
 
     /// Sends the waiting frames.
-    pub(crate) fn flush(&mut self) -> Result<(), Gone> {
+    pub(crate) fn flush(&mut self) -> Result<(), PortClosed> {
         while let Some(frame) = self.unsent.front() {
             match (rustix::io::write(&self.node, frame), &self.place) {
                 // The host asks for one report at a time.
@@ -142,7 +142,7 @@ impl Port {
                 (Ok(_) | Err(Errno::AGAIN | Errno::INTR), _) | (Err(Errno::IO), Place::Pty(_)) => {
                     self.unsent.pop_front();
                 }
-                (Err(_), _) => return Err(Gone),
+                (Err(_), _) => return Err(PortClosed),
             }
         }
         Ok(())
