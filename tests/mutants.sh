@@ -29,7 +29,7 @@ describe() {
     case $1 in
     limiter) files=(crates/haptic-core/src/limiter.rs) package=haptic-core tests=(--lib limiter) ;;
     state) files=(crates/hapticd/src/rig_state.rs) package=hapticd tests=(--bins -- rig_state rt::tick::tests) ;;
-    session) files=(crates/device-io/src/link/session.rs) package=device-io tests=(--lib link::) ;;
+    session) files=(crates/device-io/src/link/session.rs crates/device-io/src/link/sent_messages.rs) package=device-io tests=(--lib link::) ;;
     clock) files=(crates/device-io/src/link/device_clock.rs) package=device-io tests=(--lib link::) ;;
     senses) files=(crates/haptic-core/src/sample_clock.rs crates/haptic-core/src/position_guard.rs) package=haptic-core tests=(--lib -- sample_clock position_guard) ;;
     # Without the minutes that the stall and purity tests take for each.

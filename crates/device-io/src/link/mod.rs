@@ -39,6 +39,7 @@ mod nodes;
 #[cfg(test)]
 mod quality_tests;
 mod reports;
+mod sent_messages;
 mod serial;
 mod session;
 mod wire;

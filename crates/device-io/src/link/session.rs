@@ -6,6 +6,7 @@
 
 use super::device_clock::DeviceClock;
 use super::health::{LinkCounters, LinkError, UNKNOWN_DRIFT, add};
+use super::sent_messages::SentMessages;
 use crate::device::{DeviceError, Measurement, Motor as ReportedMotor};
 use crate::protocol::frame::FrameError;
 use crate::protocol::message::{
@@ -20,10 +21,6 @@ const ENABLE_TIMEOUT_NS: u64 = 100_000_000;
 /// Longest time without a sample, ns: after that the device may have forgotten us, as after a power
 /// failure behind a converter, and must be greeted anew.
 const SILENCE_NS: u64 = 500_000_000;
-
-/// Sending times that are kept for the round trip: at 20 kHz more than a device can be behind
-/// without its watchdog biting.
-const SENT: usize = 1024;
 
 /// Why incoming bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,10 +62,7 @@ pub(crate) struct Session {
     /// Sequence of the first command since the hello, or since force last flowed, that orders the
     /// motor off.
     off_since: Option<u32>,
-    /// Sequence of the last message sent.
-    sent: u32,
-    sent_at_ns: [u64; SENT],
-    echoed: u32,
+    sent: SentMessages,
     error: Option<ErrorReport>,
 }
 
@@ -90,9 +84,7 @@ impl Session {
             counts: 0,
             motor: Motor::Off,
             off_since: None,
-            sent: 0,
-            sent_at_ns: [0; SENT],
-            echoed: 0,
+            sent: SentMessages::new(),
             error: None,
         }
     }
@@ -140,9 +132,7 @@ impl Session {
         if self.clock.age_ns(self.device_ns, now_ns) > self.late_after_ns {
             add(&self.counters.late, 1);
         }
-        if is_newer(sample.command, self.echoed) && !is_newer(sample.command, self.sent) {
-            self.echoed = sample.command;
-            let round_trip_ns = now_ns.saturating_sub(self.sent_at_ns[sample.command as usize % SENT]);
+        if let Some(round_trip_ns) = self.sent.round_trip_ns(sample.command, now_ns) {
             self.counters.note_round_trip(round_trip_ns);
         }
         self.counters.buttons.store(sample.buttons.into(), Relaxed);
@@ -219,14 +209,14 @@ impl Session {
     /// motor was off and must be on.
     pub(crate) fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> (Option<FromHost>, FromHost) {
         let enable = (enabled && self.motor == Motor::Off).then(|| {
-            let sequence = self.next_sequence(now_ns);
+            let sequence = self.sent.next(now_ns);
             self.motor = Motor::Asked {
                 at_ns: now_ns,
                 sequence,
             };
             FromHost::Enable { sequence, enabled }
         });
-        let sequence = self.next_sequence(now_ns);
+        let sequence = self.sent.next(now_ns);
         if enabled {
             self.off_since = None;
         } else {
@@ -239,12 +229,6 @@ impl Session {
             enabled,
         };
         (enable, command)
-    }
-
-    fn next_sequence(&mut self, now_ns: u64) -> u32 {
-        self.sent = self.sent.wrapping_add(1);
-        self.sent_at_ns[self.sent as usize % SENT] = now_ns;
-        self.sent
     }
 
     fn force_mn(&self, force_n: f64) -> i32 {
