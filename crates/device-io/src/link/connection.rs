@@ -9,12 +9,12 @@ pub trait Connection: Send {
     /// The newest sample; nothing before the first.
     ///
     /// # Errors
-    /// As [`Device::read`].
+    /// As [`Device::read`](crate::Device::read).
     fn read(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError>;
 
-    /// Commands a force on the hand, N, as [`Device::write`].
+    /// Commands a force on the hand, N, as [`Device::write`](crate::Device::write).
     ///
     /// # Errors
-    /// As [`Device::write`].
+    /// As [`Device::write`](crate::Device::write).
     fn write(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> Result<Written, DeviceError>;
 }
