@@ -32,7 +32,7 @@ impl Script {
     /// `#`; their times count from `began_ns`. Standard input is read from now on.
     ///
     /// # Errors
-    /// The file cannot be read, or a line of it is no fault.
+    /// The file cannot be read, or a line of it is not a fault.
     pub fn new(faults: &[TimedFault], file: Option<&Path>, began_ns: u64) -> Result<Self, String> {
         let mut faults = faults.to_vec();
         if let Some(path) = file {

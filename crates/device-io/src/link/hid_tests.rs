@@ -2,7 +2,7 @@
 
 use super::connection::Connection;
 use super::connector::{ConnectError, GreetedDevice};
-use super::greeted::firmware;
+use super::test_firmware::firmware;
 use super::health::LinkCounters;
 use super::hid::greet;
 use super::identity::RigIdentity;

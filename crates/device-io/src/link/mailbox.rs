@@ -3,14 +3,14 @@
 //! ever waits for the other.
 //!
 //! A message is one word: its sequence, whether it enables, and a force. So none is ever seen half,
-//! and there is nothing to lock. What can still go wrong is the order of two words, since a device
-//! refuses what has an older sequence than the newest it has taken. An enable that comes after a
+//! and there is nothing to lock. Only the order of two words can still be wrong, since a device refuses
+//! a message with an older sequence than the newest it has taken. An enable that comes after a
 //! newer command is refused, and the motor stays off for a hand that is told otherwise.
 //!
 //! The poster stores the enable and then the command, which has the next sequence; the store of the
 //! command releases. The taker loads the command, which acquires, and then the enable. So:
 //!
-//! - Whoever sees a command sees every enable that is older than it, or a newer one: the enable is
+//! - A taker that sees a command sees every enable that is older, or a newer one: the enable is
 //!   loaded after the command. It is sent before that command, and later commands are newer still.
 //!   Therefore no enable is ever sent with an older sequence than a command already sent. With the
 //!   loads the other way round, a pair posted between them would give a command without its enable,
@@ -20,13 +20,13 @@
 //!   Its own command has been posted by the time the poster wakes the taker, which then looks
 //!   again. Should it look earlier, it may still find a command before the enable, which is not
 //!   sent either.
-//! - A command that switches off and is newer than the enable makes that needless: the motor is not
-//!   switched on for nobody.
+//! - A command that switches off and is newer than the enable makes the enable needless: it is not
+//!   sent.
 //! - Of several commands posted between two looks only the newest is seen, whole. Of several
 //!   enables too; each of the older ones had a command that switched off between it and the next,
 //!   which the next enable implies, since the device sets its motor to zero force at every enable.
-//! - What was seen last is told by its word and not by its age, since the sequence wraps around: an
-//!   enable of 2^31 messages ago would look new.
+//! - The message seen last is compared by its word and not by its age, since the sequence wraps
+//!   around: an enable of 2^31 messages ago would look new.
 //! - The taker is woken after both stores, and looks after it was woken. A post during a look wakes
 //!   it again. So nothing stays in the slots unseen.
 // The real-time thread comes through here: no locks (clippy.toml).
@@ -38,7 +38,7 @@ use std::sync::atomic::{
     Ordering::{Acquire, Release},
 };
 
-/// The slots. Zero, which is no message of a conversation that has just begun, is how they begin.
+/// The slots. They begin with zero, which is not a message of a new conversation.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     command: AtomicU64,

@@ -22,8 +22,6 @@ mod connector;
 mod device_clock;
 #[cfg(test)]
 mod frame_tests;
-#[cfg(test)]
-mod greeted;
 mod health;
 mod hid;
 pub(crate) mod hid_node;
@@ -42,6 +40,8 @@ mod reports;
 mod sent_messages;
 mod serial;
 mod session;
+#[cfg(test)]
+mod test_firmware;
 mod wire;
 mod writer;
 

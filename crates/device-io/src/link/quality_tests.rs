@@ -2,7 +2,7 @@
 //! firmware at the two ends of channels that fail on purpose, in a time of their own. The same
 //! numbers come out every time.
 
-use super::greeted::greeted_firmware;
+use super::test_firmware::greeted_firmware;
 use super::health::LinkCounters;
 use super::serial::Reader;
 use super::session::Session;

@@ -251,7 +251,7 @@ impl Session {
 mod tests {
     use super::*;
     use crate::fake::Firmware;
-    use crate::link::greeted::greeted_firmware;
+    use crate::link::test_firmware::greeted_firmware;
 
     const MS: u64 = 1_000_000;
 

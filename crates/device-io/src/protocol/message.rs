@@ -25,7 +25,7 @@ pub struct DeviceHello {
 }
 
 impl DeviceHello {
-    /// After how long without a command the motor is off, ms; nothing where there is no watchdog.
+    /// Time without a command after which the motor is off, ms; nothing without a watchdog.
     #[must_use]
     pub fn watchdog(&self) -> Option<u32> {
         (self.watchdog_ms > 0).then_some(self.watchdog_ms.into())
@@ -201,7 +201,7 @@ pub enum FromHost {
 /// Why bytes are not a message of the other side.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum MessageError {
-    /// They are no message.
+    /// They are not a message.
     #[error(transparent)]
     View(#[from] ViewError),
     /// The message is for the other direction.
@@ -229,7 +229,7 @@ impl FromDevice {
     /// Reads a message.
     ///
     /// # Errors
-    /// It is none that a device may send.
+    /// It is not a message of a device.
     pub fn read(view: View<'_>) -> Result<Self, MessageError> {
         Ok(match view.kind() {
             Kind::DeviceHello => {
@@ -327,7 +327,7 @@ impl FromHost {
     /// Reads a message.
     ///
     /// # Errors
-    /// It is none that a host may send.
+    /// It is not a message of a host.
     pub fn read(view: View<'_>) -> Result<Self, MessageError> {
         let enabled = view.u8(2) & ENABLED != 0;
         Ok(match view.kind() {
