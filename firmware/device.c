@@ -80,7 +80,8 @@ void device_receive(const void *message, uint8_t length)
 {
     const uint8_t *bytes = message;
     uint8_t kind = bytes[0], version = length > 1 ? bytes[1] : 0;
-    /* What goes the other way is an echo of the line; an answer to it would come back as well. */
+    /* A message for the other direction is an echo of the line; an answer to it would come back
+     * as well. */
     if (kind < KIND_HOST_HELLO)
         return;
     if (version == PROTOCOL_VERSION) {
@@ -101,7 +102,7 @@ void device_receive(const void *message, uint8_t length)
             return;
         }
     }
-    /* Also while silent: a host of another version is to learn which one this is. */
+    /* Also while silent: a host of another version must learn which version this is. */
     send_error(ERROR_BAD_MESSAGE, kind | (uint32_t)version << 8 | (uint32_t)length << 16);
 }
 

@@ -8,7 +8,8 @@
 /* A message, its CRC, one byte of stuffing and the zero that ends it. */
 #define LONGEST_FRAME (LONGEST_MESSAGE + CRC_BYTES + 2)
 
-/* What each value of a byte does to the CRC: 1 KiB of memory for a quarter of the time that 16 entries would take. */
+/* The effect of each value of a byte on the CRC: 1 KiB of memory for a quarter of the time that
+ * 16 entries would take. */
 static uint32_t crc_of_byte[256];
 
 void link_init(void)
@@ -35,15 +36,17 @@ static uint32_t crc32(const uint8_t *bytes, uint8_t length)
     return ~crc;
 }
 
-/* Each stretch up to a zero goes out as soon as it is known how long it is, so that the line is busy while the rest is made. */
+/* Each stretch up to a zero goes out as soon as its length is known, so that the line is busy
+ * while the rest is made. */
 void link_send(const void *message, uint8_t length)
 {
-    /* Half a frame is worth less than none. */
+    /* Half a frame is worse than none. */
     if (!uart_has_room(length + CRC_BYTES + 2))
         return;
     const uint8_t *from = message;
     uint32_t crc = CRC_START;
-    /* So many bytes since the last zero, behind the place for their number. Frames are too short for a stretch of 255. */
+    /* So many bytes since the last zero, behind the place for their number. Frames are too short
+     * for a stretch of 255. */
     uint8_t stretch = 1;
     for (uint8_t left = length + CRC_BYTES; left != 0; left--) {
         if (left == CRC_BYTES) {
@@ -66,7 +69,7 @@ void link_send(const void *message, uint8_t length)
     uart_send(stretch + 1);
 }
 
-/* Takes the stuffing out, in place. Returns the length without it, or 0 where no sender stuffs so. */
+/* Takes the stuffing out, in place. Returns the length without it, or 0 for impossible stuffing. */
 static uint8_t unstuff(uint8_t *stuffed, uint8_t length)
 {
     uint8_t zero_at = 0;
@@ -85,7 +88,7 @@ uint8_t link_take(uint8_t byte, const void **message)
     static uint8_t frame[LONGEST_FRAME];
     static uint8_t length;
     if (byte != 0) {
-        /* What is too long to be a frame is dropped up to the next zero. */
+        /* Bytes that are too long for a frame are dropped up to the next zero. */
         if (length < LONGEST_FRAME)
             frame[length++] = byte;
         return 0;

@@ -1,4 +1,5 @@
-/* Reference firmware for a rig of hapticd: an ATmega328P at 16 MHz with a Hapkit's pins. README.md says how to build, wire and check it. */
+/* Reference firmware for a rig of hapticd: an ATmega328P at 16 MHz with a Hapkit's pins.
+ * README.md says how to build, wire and check it. */
 #include "buttons.h"
 #include "clock.h"
 #include "device.h"
@@ -32,14 +33,15 @@ int main(void)
         device_watch_position();
         if (sample_get(&sample))
             device_send(&sample);
-        /* Whatever the host sends, a sample is never late. */
+        /* A sample is never late, whatever the host sends. */
         while (!sample_is_there() && uart_get(&byte)) {
             uint8_t length = link_take(byte, &message);
             if (length != 0)
                 device_receive(message, length);
         }
 
-        /* Sleeps until the next interrupt. An interrupt before sei wakes it too, as sei lets one more instruction pass. */
+        /* Sleeps until the next interrupt. An interrupt before sei wakes it too, as sei lets one
+         * more instruction pass. */
         cli();
         if (!uart_has_byte() && !sample_is_there()) {
             sleep_enable();

@@ -20,7 +20,7 @@ ISR(TIMER1_COMPA_vect)
     watchdog_tick();
 }
 
-/* Where the main loop has not come for the last one, that one is lost, and the sequence shows it. */
+/* A sample that the main loop has not taken is lost, and the sequence shows it. */
 void sample_take(uint32_t time_us, int32_t count, bool is_lost)
 {
     if (is_lost)

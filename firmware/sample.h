@@ -9,7 +9,7 @@
 /* Counts the samples from 0 again. */
 void sample_begin(void);
 
-/* The newest sample, if it has not been had yet. */
+/* The newest sample, unless it was taken before. */
 bool sample_get(struct sample *sample);
 
 bool sample_is_there(void);

@@ -10,7 +10,8 @@
 
 _Static_assert((F_CPU / 8) % BAUD_HZ == 0, "the UART cannot make this baud rate exactly");
 
-/* One side writes the head, the other the tail; each is one byte, so neither is ever seen half written. */
+/* One side writes the head, the other the tail; each is one byte, so neither is ever seen half
+ * written. */
 struct ring {
     volatile uint8_t head, tail;
     volatile uint8_t bytes[RING_BYTES];
@@ -31,7 +32,7 @@ ISR(USART_RX_vect)
     uint8_t byte = UDR0;
     uint8_t head = received.head;
     uint8_t next = NEXT(head);
-    /* A byte that is lost here, or damaged on the line, fails the CRC of its frame. */
+    /* The CRC of its frame shows a byte that is lost here, or damaged on the line. */
     if (next != received.tail) {
         received.bytes[head] = byte;
         received.head = next;

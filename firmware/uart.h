@@ -15,7 +15,8 @@ bool uart_has_byte(void);
 /* Whether so many bytes can be queued. */
 bool uart_has_room(uint8_t bytes);
 
-/* Puts a byte into the queue, so far behind the bytes that are being sent; nothing of it is sent yet. */
+/* Puts a byte into the queue, so far behind the bytes that are being sent; nothing of it is sent
+ * yet. */
 void uart_place(uint8_t ahead, uint8_t byte);
 
 /* Sends the first so many of the bytes that were placed. */

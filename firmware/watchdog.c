@@ -9,7 +9,8 @@ volatile bool watchdog_open, watchdog_bitten, watchdog_ticked;
 volatile uint8_t watchdog_command_age;
 volatile uint16_t watchdog_message_age;
 
-/* The AVR's watchdog stays on through the reset that it makes, at 16 ms: off with it before anything that takes longer. */
+/* The AVR's watchdog stays on through the reset that it makes, at 16 ms: off with it before
+ * anything that takes longer. */
 void watchdog_stop(void) __attribute__((naked, used, section(".init3")));
 void watchdog_stop(void)
 {
@@ -19,7 +20,8 @@ void watchdog_stop(void)
 
 void watchdog_init(void)
 {
-    /* 32 ms, by an oscillator that is good for 10 percent: a processor that hangs is stopped within the 50 ms too. */
+    /* 32 ms, by an oscillator that is good for 10 percent: a processor that hangs is stopped
+     * within the 50 ms too. */
     wdt_enable(WDTO_30MS);
 }
 

@@ -31,7 +31,7 @@ describe() {
     state) files=(crates/haptic-core/src/servo/rig.rs) package=haptic-core tests=(--lib -- servo) ;;
     # What the tick's own tests see of the servo, with a device of which they decide every reading.
     servo) files=('crates/haptic-core/src/servo/*.rs') package=hapticd tests=(--bins -- rt::tick) ;;
-    session) files=(crates/device-io/src/link/session.rs) package=device-io tests=(--lib link::) ;;
+    session) files=(crates/device-io/src/link/session.rs crates/device-io/src/link/sent_messages.rs) package=device-io tests=(--lib link::) ;;
     clock) files=(crates/device-io/src/link/device_clock.rs) package=device-io tests=(--lib link::) ;;
     senses) files=(crates/haptic-core/src/sample_clock.rs crates/haptic-core/src/position_guard.rs) package=haptic-core tests=(--lib -- sample_clock position_guard) ;;
     # Without the minutes that the stall and purity tests take for each.

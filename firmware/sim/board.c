@@ -17,10 +17,11 @@
 #define OCR0B 0x48
 #define PWM_CYCLES 256
 #define RAM_START 0x100
-/* What memory holds that was never written. */
+/* Content of memory that was never written. */
 #define PAINT 0xa5
 #define PWM_PIN 5
-/* The UART of an AVR holds two bytes while it shifts in a third, so a byte may lie there for the time of two, of ten bits each. */
+/* The UART of an AVR holds two bytes while it shifts in a third, so a byte may lie there for the
+ * time of two, of ten bits each. */
 #define UART_PATIENCE (2 * 10 * BOARD_HZ / 1000000)
 
 static avr_t *avr;
@@ -90,7 +91,8 @@ static void on_pwm(avr_irq_t *irq, uint32_t value, void *param)
     pwm.level = value & 1;
 }
 
-/* An AVR takes a new duty over at the beginning of a period; libsimavr does at once, which lengthens or shortens the one in which it comes. */
+/* An AVR takes a new duty over at the beginning of a period; libsimavr does at once, which
+ * lengthens or shortens the one in which it comes. */
 static struct {
     avr_io_write_t write;
     void *param;
@@ -344,13 +346,15 @@ void board_set_analogue(int channel, double volts)
 
 void board_set_pin(char port, int pin, bool level)
 {
-    /* What the outside drives is also what the port falls back to when the firmware writes to another pin of it. */
+    /* What the outside drives is also what the port falls back to when the firmware writes to
+     * another pin of it. */
     uint8_t *mask = &pulls_mask[port - 'B'], *value = &pulls_value[port - 'B'];
     *mask |= 1 << pin;
     *value = level ? *value | 1 << pin : *value & ~(1 << pin);
     avr_ioport_external_t external = { .name = port, .mask = *mask, .value = *value };
     avr_ioctl(avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(port), &external);
-    /* A low level on an external interrupt that nobody has set up would be looked at in every cycle, from each reset on. */
+    /* A low level on an external interrupt that nobody has set up would be looked at in every
+     * cycle, from each reset on. */
     avr_extint_set_strict_lvl_trig(avr, 0, 0);
     avr_extint_set_strict_lvl_trig(avr, 1, 0);
     avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(port), pin), level);

@@ -39,7 +39,8 @@ bool board_is_receiving(void);
 /* Takes what the UART has sent. */
 size_t board_receive(uint8_t *bytes, size_t room);
 
-/* The part of the time since the last call and up to a cycle, to which the board has been run, that D5 was high; and the direction on D8. */
+/* The part of the time since the last call and up to a cycle, to which the board has been run,
+ * that D5 was high; and the direction on D8. */
 double board_duty(uint64_t cycle);
 bool board_direction(void);
 
@@ -50,7 +51,8 @@ uint64_t board_last_frame(void);
 void board_set_analogue(int channel, double volts);
 void board_set_pin(char port, int pin, bool level);
 
-/* Ways for the main loop to hang, as a broken firmware would: with interrupts, without, or kicking the hardware watchdog all the time. */
+/* Ways for the main loop to hang, as a broken firmware would: with interrupts, without, or
+ * kicking the hardware watchdog all the time. */
 bool board_hang(const char *how);
 
 struct board_stats board_stats(void);

@@ -25,12 +25,14 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Two periods of the PWM: what the motor gives is the mean over it, and the handle moves by one step. */
+/* Two periods of the PWM: what the motor gives is the mean over it, and the handle moves by one
+ * step. */
 #define STEP_CYCLES 512
 #define STEP_S ((double)STEP_CYCLES / BOARD_HZ)
 /* How much is simulated between two looks at the clock and the line: 192 us. */
 #define STEPS_TO_A_SLICE 6
-/* Further behind than this, and the lost time is given up: to make up for it in a rush would look to the host like a rig that runs ahead. */
+/* Largest lag; beyond it the lost time is given up: making up for it in a rush would look to the
+ * host like a rig that runs ahead. */
 #define LARGEST_LAG_NS 10000000LL
 
 static struct plant plant = {
@@ -59,7 +61,8 @@ static int die(const char *what)
     exit(1);
 }
 
-/* Opens a pseudo-terminal and leads a link to it. Its other end is kept open, so that the line survives the host. */
+/* Opens a pseudo-terminal and leads a link to it. Its other end is kept open, so that the line
+ * survives the host. */
 static int open_line(void)
 {
     int line = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
@@ -81,7 +84,8 @@ static int open_line(void)
     return line;
 }
 
-/* Time all but stands still while the host has nothing to say, where that is asked for: a host that a busy machine holds up is then no silent one. */
+/* On request time almost stands still while the host is silent: a host that a busy machine holds
+ * up then does not count as silent. */
 static void wait_for_host(int line)
 {
     if (board_is_receiving())
@@ -92,7 +96,7 @@ static void wait_for_host(int line)
     poll(&host, 1, 10);
 }
 
-/* What the line does not take is lost, as on a wire that nobody listens to. */
+/* Bytes that the line does not take are lost, as on a wire without a listener. */
 static void exchange(int line)
 {
     uint8_t bytes[1024];
@@ -201,7 +205,7 @@ static void take_orders(void)
     while (poll(&input, 1, 0) > 0) {
         char byte;
         if (read(STDIN_FILENO, &byte, 1) <= 0) {
-            /* Who started it is gone. */
+            /* The process that started it is gone. */
             ended = 1;
             return;
         }

@@ -1,4 +1,5 @@
-/* The position sensors of the rig, on the pins of the board. Both are always there; the firmware looks at the one that it was built for. */
+/* The position sensors of the rig, on the pins of the board. Both are always there; the firmware
+ * looks at the one that it was built for. */
 #ifndef SENSOR_H
 #define SENSOR_H
 

@@ -442,6 +442,7 @@ fn devices_are_listed_and_asked_who_they_are() {
     for (address, why) in [
         (strange.address(), "version 9"),
         ("serial:/nowhere/rig".to_owned(), "is not there"),
+        ("fake".to_owned(), "it is simulated in the daemon"),
     ] {
         let asked = daemon.ctl(&["devices", "--probe", &address]);
         // A script may go by the exit code.

@@ -1,15 +1,12 @@
 //! How a rig is named: `fake`, `serial:/dev/ttyACM0?baud=1000000`, `hid:1209:0001:SERIAL`.
 
-use crate::link::{
-    Connector, HidConnector, HidId, ODriveConnector, ODriveOptions, SerialConnector, SimpleFocConnector,
-    SimpleFocOptions,
-};
+use crate::link::{Connector, HidConnector, HidId, SerialConnector};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use thiserror::Error;
 
-/// Where a rig is, and what it speaks.
+/// Where a rig is, for a rig that speaks the link protocol or runs in this process.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
     /// The simulated rig in this process.
@@ -21,79 +18,81 @@ pub enum Address {
         /// Its rate, baud.
         baud: u32,
     },
-    /// An ODrive by its ASCII protocol. Never tried on a real one.
-    ODrive(ODriveOptions),
-    /// A board with SimpleFOC's Commander. Never tried on a real one.
-    SimpleFoc(SimpleFocOptions),
     /// A rig that speaks the link protocol on USB HID.
     Hid(HidId),
 }
 
-/// What a line runs at where nothing is said, baud.
+/// The rate of a line by default, baud.
 pub const DEFAULT_BAUD: u32 = 1_000_000;
 
-/// A name that names no rig.
+/// The forms of an address, for an error's text.
+pub const FORMS: &str = "fake, serial:/dev/ttyACM0[?baud=1000000], hid:VID:PID[:SERIAL]";
+
+/// A text that names no rig.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-#[error(
-    "`{address}` names no device: {why}; write fake, serial:/dev/ttyACM0[?baud=1000000], hid:VID:PID[:SERIAL], odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1[&axis=0] or simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05[&motor=M][&target=A][&host_timeout_ms=50], these two with [&direction=-1][&baud=115200]"
-)]
+#[error("`{address}` names no device: {why}; write {}", FORMS)]
 pub struct AddressError {
-    address: String,
-    why: String,
+    /// The text.
+    pub address: String,
+    /// Why it names none.
+    pub why: String,
 }
 
 impl FromStr for Address {
     type Err = AddressError;
 
     fn from_str(text: &str) -> Result<Self, AddressError> {
-        let wrong = |why: String| AddressError {
+        parse(text).map_err(|why| AddressError {
             address: text.to_owned(),
             why,
-        };
-        if text == "fake" {
-            return Ok(Self::Fake);
-        }
-        let (kind, rest) = text
-            .split_once(':')
-            .ok_or_else(|| wrong("it has no kind before a colon".to_owned()))?;
-        if kind == "hid" {
-            return hid(rest).map(Self::Hid).map_err(wrong);
-        }
-        let (place, options) = rest
-            .split_once('?')
-            .map_or((rest, None), |(place, options)| (place, Some(options)));
-        if place.is_empty() {
-            return Err(wrong("nothing follows its kind".to_owned()));
-        }
-        match kind {
-            "serial" => {
-                let mut baud = DEFAULT_BAUD;
-                for option in options.iter().flat_map(|options| options.split('&')) {
-                    let value = option
-                        .strip_prefix("baud=")
-                        .ok_or_else(|| wrong(format!("a serial line has no option `{option}`")))?;
-                    baud = value
-                        .parse()
-                        .ok()
-                        .filter(|baud| (1200..=12_000_000).contains(baud))
-                        .ok_or_else(|| {
-                            wrong(format!(
-                                "baud = {value} is out of range: it must be from 1200 to 12000000"
-                            ))
-                        })?;
-                }
-                Ok(Self::Serial {
-                    path: place.into(),
-                    baud,
-                })
-            }
-            "odrive" => ODriveOptions::parse(place, options).map(Self::ODrive).map_err(wrong),
-            "simplefoc" => SimpleFocOptions::parse(place, options)
-                .map(Self::SimpleFoc)
-                .map_err(wrong),
-            _ => Err(wrong(format!("there is no kind `{kind}`"))),
-        }
+        })
     }
+}
+
+fn parse(text: &str) -> Result<Address, String> {
+    if text == "fake" {
+        return Ok(Address::Fake);
+    }
+    let (kind, rest) = text
+        .split_once(':')
+        .ok_or_else(|| "it has no kind before a colon".to_owned())?;
+    if kind == "hid" {
+        return hid(rest).map(Address::Hid);
+    }
+    let (place, options) = place_and_options(rest)?;
+    if kind != "serial" {
+        return Err(format!("there is no kind `{kind}`"));
+    }
+    let mut baud = DEFAULT_BAUD;
+    for option in options.iter().flat_map(|options| options.split('&')) {
+        let value = option
+            .strip_prefix("baud=")
+            .ok_or_else(|| format!("a serial line has no option `{option}`"))?;
+        baud = value
+            .parse()
+            .ok()
+            .filter(|baud| (1200..=12_000_000).contains(baud))
+            .ok_or_else(|| format!("baud = {value} is out of range: it must be from 1200 to 12000000"))?;
+    }
+    Ok(Address::Serial {
+        path: place.into(),
+        baud,
+    })
+}
+
+/// Splits the part of an address behind its kind: the node's path, and the options after a question
+/// mark.
+///
+/// # Errors
+/// There is no path.
+pub fn place_and_options(text: &str) -> Result<(&str, Option<&str>), String> {
+    let (place, options) = text
+        .split_once('?')
+        .map_or((text, None), |(place, options)| (place, Some(options)));
+    if place.is_empty() {
+        return Err("nothing follows its kind".to_owned());
+    }
+    Ok((place, options))
 }
 
 /// What follows `hid:`. A serial number may hold anything, colons too.
@@ -125,8 +124,6 @@ impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Fake => f.write_str("fake"),
-            Self::ODrive(options) => write!(f, "{options}"),
-            Self::SimpleFoc(options) => write!(f, "{options}"),
             Self::Serial { path, baud } => write!(f, "serial:{}?baud={baud}", path.display()),
             Self::Hid(id) => write!(f, "hid:{id}"),
         }
@@ -134,24 +131,20 @@ impl fmt::Display for Address {
 }
 
 impl Address {
-    /// The node that it names, for those on a serial line.
+    /// The node of a serial line.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Serial { path, .. } => Some(path),
-            Self::ODrive(options) => Some(&options.motor.path),
-            Self::SimpleFoc(options) => Some(&options.motor.path),
             Self::Fake | Self::Hid(_) => None,
         }
     }
 
-    /// What connects to the rig; nothing for the one in this process.
+    /// The connector of the rig; nothing for the rig in this process.
     #[must_use]
     pub fn connector(&self) -> Option<Box<dyn Connector>> {
         match self {
             Self::Fake => None,
-            Self::ODrive(options) => Some(Box::new(ODriveConnector::new(options.clone()))),
-            Self::SimpleFoc(options) => Some(Box::new(SimpleFocConnector::new(options.clone()))),
             Self::Serial { path, baud } => Some(Box::new(SerialConnector::new(path.clone(), *baud))),
             Self::Hid(id) => Some(Box::new(HidConnector::new(id.clone()))),
         }
@@ -161,21 +154,6 @@ impl Address {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_controller_is_named_with_its_mechanism() {
-        for text in [
-            "odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.5",
-            "odrive:/dev/ttyACM0?axis=1&torque_limit_nm=0.5&radius_mm=4.7625&direction=-1&baud=921600",
-            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
-            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&motor=A&target=V&host_timeout_ms=50",
-        ] {
-            let address: Address = text.parse().expect(text);
-            assert_eq!(address.to_string().parse(), Ok(address));
-        }
-        let error = "odrive:/dev/x?radius_mm=5".parse::<Address>().expect_err("no limit");
-        assert!(error.to_string().contains("torque_limit_nm"), "{error}");
-    }
 
     #[test]
     fn an_address_names_a_rig_or_says_why_it_does_not() {

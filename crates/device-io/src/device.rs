@@ -1,52 +1,59 @@
-//! What every rig can do.
+//! The interface of every rig.
 
 pub use haptic_core::sample::{DeviceError, Measurement, Motor};
 
 /// What became of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Written {
-    /// It has left this process whole, and nothing is written before it that has not. On a serial line it is with the system, which passes it on as fast as
-    /// the line goes; on HID the transfer has ended; a rig in this process has carried it out. That the rig does as it was told it says in its samples.
+    /// The whole command has left this process, and so has every command before it. On a serial
+    /// line the system has it, and passes it on as fast as the line goes; on HID the transfer has
+    /// ended; a rig in this process has carried it out. The rig's samples say whether it obeys.
     Taken,
-    /// Not yet, or only in part: the link is busy with what came before. To be commanded again in the next tick, as every force is.
+    /// The link is busy, and has taken a part of the command or nothing. Command it again in the
+    /// next tick, as every force.
     Later,
 }
 
 /// A one-axis rig, as the real-time loop uses it.
 ///
-/// No method but [`Self::description`] may allocate, lock or wait longer than the link needs. Dropping a device leaves it at zero force.
+/// No method but [`Self::description`] may allocate, lock or wait longer than the link needs.
+/// Dropping a device leaves it at zero force.
 pub trait Device: Send {
     /// What the rig is, for people.
     fn description(&self) -> String;
 
-    /// Distance between two positions that the rig can tell apart, m; 0 where it is perfect. It may be another after the rig was disconnected.
+    /// Distance between two positions that the rig can tell apart, m; 0 for a perfect rig. It may
+    /// change while the rig is disconnected.
     fn resolution_m(&self) -> f64;
 
-    /// Largest force that the rig gives, N; infinite where it names none. It may be another after the rig was disconnected.
+    /// Largest force of the rig, N; infinite for a rig without a limit. It may change while the rig
+    /// is disconnected.
     fn force_limit_n(&self) -> f64 {
         f64::INFINITY
     }
 
-    /// Whether a link lies between: then the time that reading and writing take is of interest.
+    /// Whether the rig is behind a link: then the time for reading and writing matters.
     fn is_linked(&self) -> bool {
         false
     }
 
-    /// Which of its connections it is on, counted from 1, where a link lies between: another number is perhaps another device.
+    /// Number of the present connection, from 1, for a rig behind a link. Another number may be
+    /// another device.
     fn connection(&self) -> u64 {
         0
     }
 
-    /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its own needs it only to
-    /// tell how old its sample is.
+    /// Reads the newest sample. `now_ns` is the host's monotonic clock; a rig with a clock of its
+    /// own needs it only for the age of its sample.
     ///
     /// # Errors
     /// The rig could not be read. The caller must not render an older position in its place.
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError>;
 
-    /// Commands the force on the hand, N, until the next command. Where the motor is not `enabled` it must not be driven, and a rig that can
-    /// switches it off. Whether the device has taken that already is in what it returns; a command that is the same as the ones before it, tick by tick,
-    /// counts as taken when the first of them was.
+    /// Commands the force on the hand, N, until the next command. A motor that is not `enabled`
+    /// must not be driven, and is switched off by a rig that can. The result says whether the
+    /// device has taken the command; a command that repeats the one of the tick before counts as
+    /// taken once the first of them was.
     ///
     /// # Errors
     /// The rig could not be written.

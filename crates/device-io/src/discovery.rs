@@ -1,10 +1,12 @@
-//! Which rigs there may be: every serial port and every HID device, what it says of itself, and whether this process may open it.
+//! Every device that may be a rig: serial ports and HID devices, their identity, and whether this
+//! process may open them.
 //!
-//! [`list`] opens nothing: many boards are reset when their port is opened, and a rig in use must not notice. [`probe`] does, for one address that somebody asked for.
+//! [`list`] opens nothing: many boards are reset when their port is opened, and a rig in use must
+//! not notice. [`probe`] opens one device, on request.
 
 use crate::address::{Address, DEFAULT_BAUD};
-use crate::link::hid::{self, HidNode};
-use crate::link::{ConnectError, LinkCounters};
+use crate::link::hid_node::{self, HidNode};
+use crate::link::{ConnectError, Connector, DeviceFacts, LinkCounters};
 use rustix::fs::{Access, access};
 use rustix::io::Errno;
 use serialport::{SerialPortInfo, SerialPortType};
@@ -13,20 +15,20 @@ use std::sync::Arc;
 
 /// A device that may be a rig.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Found {
-    /// How to name it, for `--device`.
+pub struct Candidate {
+    /// Its address, for `--device`.
     pub address: Address,
     /// Its node.
     pub node: PathBuf,
-    /// What it is, for people.
+    /// Its description, for people.
     pub description: String,
-    /// What it says of itself, if it is on USB or a HID device.
+    /// Its identity, for a device on USB and a HID device.
     pub identity: Option<Identity>,
-    /// Why it cannot be used as things stand.
+    /// Why it cannot be used at present.
     pub obstacle: Option<Obstacle>,
 }
 
-/// What a device says of itself.
+/// The identity that a device reports.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// USB vendor.
@@ -35,9 +37,9 @@ pub struct Identity {
     pub product: u16,
     /// Serial number.
     pub serial: Option<String>,
-    /// Who made it.
+    /// Manufacturer.
     pub manufacturer: Option<String>,
-    /// What its maker calls it.
+    /// Product name.
     pub name: Option<String>,
 }
 
@@ -46,31 +48,18 @@ pub struct Identity {
 pub struct Obstacle {
     /// Why.
     pub why: String,
-    /// How to mend it.
+    /// The remedy.
     pub remedy: String,
 }
 
-/// What a rig answered.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Greeting {
-    /// Name and version of its firmware.
-    pub firmware: String,
-    /// Largest force of its motor, N.
-    pub force_limit_n: f64,
-    /// Samples a second, Hz.
-    pub sample_rate_hz: f64,
-    /// Distance between two counts of its encoder, m.
-    pub resolution_m: f64,
-    /// It switches its motor off after so long without a command, ms; nothing where it does not, as far as is known.
-    pub watchdog_ms: Option<u32>,
-}
-
-/// Links to serial ports by what they say of themselves, which stay the same when the numbers of the nodes move. Made by udev.
+/// Links to serial ports by their identity. udev makes them, and they stay when the numbers of the
+/// nodes change.
 const BY_ID: &str = "/dev/serial/by-id";
 
-/// Every serial port and every HID device; those on USB first, as most rigs are. Opens none of them.
+/// Every serial port and every HID device, first those on USB, as most rigs are. Opens none of
+/// them.
 #[must_use]
-pub fn list() -> Vec<Found> {
+pub fn list() -> Vec<Candidate> {
     // Without this folder serialport panics.
     let ports = if Path::new("/sys/class/tty").is_dir() {
         serialport::available_ports().unwrap_or_default()
@@ -78,38 +67,27 @@ pub fn list() -> Vec<Found> {
         Vec::new()
     };
     let links = links(Path::new(BY_ID));
-    let mut found: Vec<Found> = ports
+    let mut found: Vec<Candidate> = ports
         .into_iter()
         .filter(|port| is_real(&port.port_name))
         .map(|port| serial(port, &links))
-        .chain(hid::nodes().into_iter().map(hid_device))
+        .chain(hid_node::nodes().into_iter().map(hid_device))
         .collect();
     found.sort_by(|a, b| (a.identity.is_none(), &a.node).cmp(&(b.identity.is_none(), &b.node)));
     found
 }
 
-/// Asks what is at an address who it is. It opens the device, which resets many boards, and takes up to 3 s.
+/// Asks a device who it is. It opens the device, which resets many boards, and takes up to 3 s.
 ///
 /// # Errors
-/// It is not there, may not be opened, is in use, or does not speak the protocol. The simulated rig has nobody to ask.
-pub fn probe(address: &Address) -> Result<Greeting, ConnectError> {
-    let mut connector = address.connector().ok_or_else(|| ConnectError::Refused {
-        what: address.to_string(),
-        why: "it is simulated in the daemon".to_owned(),
-        remedy: "there is nothing to be asked; `fake-rig` simulates one behind a serial line".to_owned(),
-    })?;
+/// The device is not there, may not be opened, is in use, or does not speak the protocol.
+pub fn probe(connector: &mut dyn Connector) -> Result<DeviceFacts, ConnectError> {
     // The host's period matters only once it renders.
     let greeted = connector.connect(1_000_000, &Arc::new(LinkCounters::default()))?;
-    Ok(Greeting {
-        force_limit_n: greeted.force_limit_n,
-        sample_rate_hz: greeted.sample_rate_hz,
-        resolution_m: greeted.connection.resolution_m(),
-        watchdog_ms: greeted.watchdog_ms,
-        firmware: greeted.firmware,
-    })
+    Ok(greeted.device)
 }
 
-/// Links of a folder with what they point at.
+/// The links of a folder, each with its target.
 fn links(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return Vec::new();
@@ -122,14 +100,15 @@ fn links(folder: &Path) -> Vec<(PathBuf, PathBuf)> {
     links
 }
 
-/// The kernel has nodes for ports that the machine might have had. It tells the superuser which of them are none.
+/// The kernel has nodes for ports that the machine does not have. It tells the superuser which
+/// these are.
 fn is_real(node: &str) -> bool {
     let name = Path::new(node).file_name().unwrap_or_default();
     let kind = std::fs::read_to_string(Path::new("/sys/class/tty").join(name).join("type"));
     !kind.is_ok_and(|kind| kind.trim() == "0")
 }
 
-fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Found {
+fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Candidate {
     let node = PathBuf::from(port.port_name);
     let identity = match port.port_type {
         SerialPortType::UsbPort(usb) => Some(Identity {
@@ -146,7 +125,7 @@ fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Found {
         .find(|(target, _)| *target == node)
         .map_or(&node, |(_, link)| link)
         .clone();
-    Found {
+    Candidate {
         address: Address::Serial {
             path,
             baud: DEFAULT_BAUD,
@@ -158,7 +137,7 @@ fn serial(port: SerialPortInfo, links: &[(PathBuf, PathBuf)]) -> Found {
     }
 }
 
-fn hid_device(device: HidNode) -> Found {
+fn hid_device(device: HidNode) -> Candidate {
     let identity = Identity {
         vendor: device.id.vendor,
         product: device.id.product,
@@ -171,9 +150,9 @@ fn hid_device(device: HidNode) -> Found {
             why,
             remedy: "it is no rig, or its firmware must be changed: docs/device-protocol.md".to_owned(),
         }),
-        Ok(_) => closed(&device.path, || hid::permission_remedy(&device.id)),
+        Ok(_) => closed(&device.path, || hid_node::permission_remedy(&device.id)),
     };
-    Found {
+    Candidate {
         address: Address::Hid(device.id),
         description: describe("HID device", &device.path, Some(&identity)),
         identity: Some(identity),
@@ -212,7 +191,7 @@ fn closed(node: &Path, remedy: impl FnOnce() -> String) -> Option<Obstacle> {
         why: format!("{}: {error}", node.display()),
         remedy: match error {
             Errno::ACCESS | Errno::PERM => remedy(),
-            // It has gone in the meantime, or is not passed on into this container.
+            // It was unplugged in the meantime, or is not passed on into this container.
             _ => "plug it in again; in a container, pass its node on".to_owned(),
         },
     })

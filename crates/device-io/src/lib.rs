@@ -1,13 +1,17 @@
 //! The link between hapticd and a rig.
 //!
-//! A [`Device`] measures where the handle is and pulls it with a force; the real-time loop reads it, computes and writes it in
-//! the same tick. [`fake::FakeRig`] is one without hardware: a carriage with mass and friction, an encoder, and a hand.
+//! A [`Device`] measures the position of the handle and pulls it with a force; the real-time loop
+//! reads it, computes and writes it in the same tick. [`fake::FakeRig`] is a device without
+//! hardware: a carriage with mass and friction, an encoder, and a hand.
 //!
-//! Positive position, velocity and force point the same way; the force written is the one that the device applies to the hand.
+//! Positive position, velocity and force point the same way; the force is the one that the device
+//! applies to the hand.
 //!
-//! [`link`] talks to real rigs in the words of [`protocol`], over a serial line or HID; [`discovery`] finds them.
+//! [`link`] talks to real rigs in the words of [`protocol`], over a serial line or HID;
+//! [`discovery`] finds them.
 
 pub mod address;
+pub mod clock;
 mod device;
 pub mod discovery;
 pub mod fake;

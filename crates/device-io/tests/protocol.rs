@@ -1,4 +1,5 @@
-//! The link protocol: what is written is read again, what is damaged is not, and the document says what the code does.
+//! The link protocol: what is written is read again, what is damaged is not, and the document says
+//! what the code does.
 
 use device_io::protocol::frame::{Decoder, Frame, FrameError, LONGEST_FRAME};
 use device_io::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, WideChannels};

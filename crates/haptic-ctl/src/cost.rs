@@ -5,32 +5,22 @@ use crate::{output, progress};
 use haptic_lab::cost::{self, CountError, Probe, SceneCost};
 use serde_json::{Value, json};
 
-/// The name of the hidden subcommand that callgrind runs, and of what it runs through.
+/// The name of the hidden subcommand that callgrind runs.
 pub(crate) const PROBE: &str = "measured-ticks";
 
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-pub(crate) enum Probed {
-    Scenes,
-    Cases,
-}
-
 /// Runs the ticks that are counted, and nothing else.
-pub(crate) fn probe(probed: Probed) -> Result<(), Failure> {
-    let probe = match probed {
-        Probed::Scenes => Probe::Scenes,
-        Probed::Cases => Probe::Cases,
-    };
+pub(crate) fn run_probe(probe: Probe) -> Result<(), Failure> {
     probe.run().map_err(|error| Failure::Usage(error.to_string()))
 }
 
 /// Counts instructions where valgrind is there, and says so where it is not.
 pub(crate) fn count(probe: Probe) -> Result<Option<Vec<u64>>, Failure> {
-    let probed = match probe {
-        Probe::Scenes => "scenes",
-        Probe::Cases => "cases",
-    };
     let directory = tempfile::tempdir()?;
-    match cost::count(&std::env::current_exe()?, &[PROBE, probed], directory.path()) {
+    match cost::count(
+        &std::env::current_exe()?,
+        &[PROBE, &probe.to_string()],
+        directory.path(),
+    ) {
         Ok(totals) => Ok(Some(totals)),
         Err(error @ CountError::NoValgrind) => {
             eprintln!("haptic-ctl: instructions are not counted: {error}");

@@ -140,7 +140,7 @@ enum Command {
     Man(man::Arguments),
     /// What callgrind counts
     #[command(hide = true, name = cost::PROBE)]
-    Probe { probed: cost::Probed },
+    Probe { probe: haptic_lab::cost::Probe },
 }
 
 impl Command {
@@ -263,7 +263,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Cost => return cost::run(json),
         Command::Completions { shell } => return completions::run(*shell),
         Command::Man(man) => return man::run(man, Arguments::command()),
-        Command::Probe { probed } => return cost::probe(*probed),
+        Command::Probe { probe } => return cost::run_probe(*probe),
         _ => {}
     }
     // What can be refused here is refused before anybody is asked.

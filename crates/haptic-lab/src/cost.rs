@@ -8,9 +8,11 @@ use crate::motion::DeviceSample;
 use crate::simulate::{Start, measure_cost, renderer};
 use haptic_core::friction::{Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, SalcudeanVlaar, Viscous};
 use haptic_core::{Directional, Renderer, Scene, SceneError, Scheme};
+use std::fmt;
 use std::io;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::str::FromStr;
 use thiserror::Error;
 
 /// The scenes of the table, from the least to the most that can be asked of a tick.
@@ -191,6 +193,27 @@ pub enum Probe {
     Scenes,
     /// Every case of the work-precision measurement with every scheme.
     Cases,
+}
+
+impl fmt::Display for Probe {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Scenes => "scenes",
+            Self::Cases => "cases",
+        })
+    }
+}
+
+impl FromStr for Probe {
+    type Err = String;
+
+    /// Reads what [`fmt::Display`] writes.
+    fn from_str(text: &str) -> Result<Self, String> {
+        [Self::Scenes, Self::Cases]
+            .into_iter()
+            .find(|probe| probe.to_string() == text)
+            .ok_or_else(|| format!("`{text}` is not a probe; there are scenes and cases"))
+    }
 }
 
 impl Probe {

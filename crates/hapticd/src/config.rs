@@ -6,7 +6,7 @@ use crate::control::socket::Group;
 use crate::rt::lateness::LatePolicy;
 use crate::rt::privileges::{FIFO_PRIORITIES, Policy, available_cpus, default_cpu};
 use clap::{Parser, ValueEnum};
-use device_io::Address;
+use device_boards::Address;
 use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, MotionError, Recording, RigProperties};
 use device_io::link::Connector;
 use haptic_core::limiter::Limits;
@@ -447,10 +447,10 @@ impl Options {
         }
         let device = match &self.device {
             Some(named) => named.0.clone(),
-            None if self.demo || self.self_test.is_some() => Address::Fake,
+            None if self.demo || self.self_test.is_some() => Address::FAKE,
             None => return Err(ConfigError::NoDevice),
         };
-        if (self.demo || self.self_test.is_some()) && device != Address::Fake {
+        if (self.demo || self.self_test.is_some()) && device != Address::FAKE {
             return Err(ConfigError::OnlyFake);
         }
         let rate_hz = within("rate", self.rate, 1000.0, 100.0, 20_000.0, "Hz")?;

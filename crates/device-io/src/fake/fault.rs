@@ -1,6 +1,7 @@
-//! What can go wrong on a link, on purpose.
+//! Faults of a link, on purpose.
 //!
-//! A fault is a line of text, from the command line, a script or standard input: its name and a number, and where it is to happen later, `at` and a time in seconds before it.
+//! A fault is a line of text, from the command line, a script or standard input: its name and a
+//! number. A fault at a later time begins with `at` and that time in seconds.
 //!
 //! ```text
 //! loss 0.05          from now on one frame in twenty is lost, each way
@@ -16,19 +17,19 @@ use std::str::FromStr;
 /// One thing that goes wrong.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// Every frame takes so much longer, ms.
+    /// Additional delay of every frame, ms.
     Delay(f64),
-    /// Every frame takes up to so much longer, ms, each another time; none overtakes another.
+    /// Largest random delay of a frame, ms; no frame overtakes another.
     Jitter(f64),
     /// Share of frames that are lost.
     Loss(f64),
     /// Share of frames that come twice.
     Double(f64),
-    /// Share of frames of which a few bits are turned.
+    /// Share of frames with a few inverted bits.
     Corrupt(f64),
     /// Share of frames that are overtaken by the next.
     Reorder(f64),
-    /// The firmware does nothing at all for so long, s; its watchdog does.
+    /// The firmware, but not its watchdog, stands still for so long, s.
     Stall(f64),
     /// The line is hung up for so long, s.
     HangUp(f64),
@@ -43,12 +44,12 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// The lines that there are, for a help text.
+    /// All lines, for a help text.
     pub const HELP: &'static str = "delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, reorder SHARE, stall S, hang-up S, version N, jump COUNTS, wrap S, \
         and of the firmware's, see fake-rig --help";
 }
 
-/// A fault and when it happens, s since the start; now where nothing is said.
+/// A fault and its time, s since the start; at once without a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedFault {
     /// When, s.
@@ -114,12 +115,12 @@ impl FromStr for TimedFault {
     }
 }
 
-/// How bad a link is. Shares are of frames.
+/// The quality of a link. Shares are of frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quality {
-    /// What every frame takes, ms.
+    /// Delay of every frame, ms.
     pub delay_ms: f64,
-    /// What a frame may take beyond that, ms.
+    /// Largest random delay beyond that, ms.
     pub jitter_ms: f64,
     /// Lost.
     pub loss: f64,
@@ -132,10 +133,10 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// Takes a fault on; one that is not of the link itself is given back.
+    /// Takes on a fault of the link itself.
     ///
     /// # Errors
-    /// The fault, where it is for somebody else.
+    /// The fault, if it is not one of the link.
     pub fn take(&mut self, fault: Fault) -> Result<(), Fault> {
         match fault {
             Fault::Delay(ms) => self.delay_ms = ms,
@@ -150,7 +151,7 @@ impl Quality {
     }
 }
 
-/// One direction of a link that does what its quality says to the frames on it.
+/// One direction of a link, which treats its frames by its quality.
 #[derive(Debug)]
 pub struct Channel {
     random: fastrand::Rng,
@@ -162,7 +163,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// A direction without anything on it. The same seed does the same again.
+    /// An empty direction. The same seed gives the same faults.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self {

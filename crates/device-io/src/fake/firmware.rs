@@ -1,29 +1,33 @@
-//! The device's side of the link protocol, on the fake rig: what a firmware does, in a few hundred lines of Rust. It has no clock of its own; whoever runs it says what time it is.
+//! The device's side of the link protocol, on the fake rig: a firmware in a few hundred lines of
+//! Rust. It has no clock of its own: its caller tells it the time.
 
+use super::fake_rig::FakeRig;
+use super::hand::Hand;
 use super::misbehaviour::{LyingClock, Misbehaviour};
-use super::{FakeRig, Hand, RigProperties};
+use super::plant::RigProperties;
 use crate::protocol::message::{DeviceHello, DeviceSample, ErrorCode, FromDevice, FromHost, is_newer};
 use std::collections::VecDeque;
 
-/// Nothing is sent after so long without a valid message, ns.
+/// Time without a valid message after which nothing is sent, ns.
 const SILENCE_NS: u64 = 1_000_000_000;
 
-/// What a fake firmware says of itself.
+/// Properties of a fake firmware, as its hello reports them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FirmwareProperties {
     /// Samples a second, Hz.
     pub sample_rate_hz: u32,
     /// Largest force, N.
     pub force_limit_n: f64,
-    /// How much faster than the true one its clock runs, parts in 1e6.
+    /// Error of its clock, parts in 1e6; positive where it is too fast.
     pub clock_ppm: f64,
-    /// The motor is off after so long without a command, ms; 0 where it has no watchdog.
+    /// Time without a command after which the motor is off, ms; 0 without a watchdog.
     pub watchdog_ms: u16,
     /// Buttons that there are, one bit each.
     pub buttons: u8,
     /// Its name, as [`DeviceHello::firmware_of`] makes it.
     pub name: [u8; 24],
-    /// Whether the motor is wired the other way: a positive command pulls the handle in the negative direction.
+    /// Whether the motor is wired the other way: a positive command pulls the handle in the
+    /// negative direction.
     pub reversed: bool,
 }
 
@@ -48,19 +52,19 @@ enum State {
     Enabled,
 }
 
-/// What it does wrong.
+/// The faults that are active.
 #[derive(Clone, Copy, Debug, Default)]
 #[expect(
     clippy::struct_excessive_bools,
     reason = "each is a fault of its own, and any may come together"
 )]
-struct Wrong {
+struct ActiveFaults {
     ignores_off: bool,
     ignores_command_off: bool,
     stays_enabled: bool,
     keeps_mark: bool,
     echoes_nothing: bool,
-    /// What the next sample is off, m.
+    /// Error of the next sample, m.
     spike_m: f64,
 }
 
@@ -79,21 +83,21 @@ pub struct Firmware {
     command: u32,
     command_at_ns: u64,
     heard_at_ns: u64,
-    /// What is added to the clock, us, and to the encoder, counts.
+    /// Offsets of the clock, us, and of the encoder, counts.
     clock_offset_us: u32,
     count_offset: i32,
     clock: LyingClock,
-    wrong: Wrong,
+    wrong: ActiveFaults,
     pressed: u8,
-    /// Errors that are to be told.
+    /// Errors that were not reported yet.
     errors: VecDeque<FromDevice>,
-    /// The largest force that the motor gave since this was last asked, N.
+    /// Largest force of the motor since the last call, N.
     largest_force_n: f64,
     force_n: f64,
 }
 
 impl Firmware {
-    /// A rig, switched on.
+    /// A rig that was just switched on.
     #[must_use]
     pub fn new(rig: RigProperties, hand: Hand, properties: FirmwareProperties) -> Self {
         Self {
@@ -109,7 +113,7 @@ impl Firmware {
             clock_offset_us: 0,
             count_offset: 0,
             clock: LyingClock::default(),
-            wrong: Wrong::default(),
+            wrong: ActiveFaults::default(),
             pressed: 0,
             errors: VecDeque::new(),
             largest_force_n: 0.0,
@@ -117,7 +121,7 @@ impl Firmware {
         }
     }
 
-    /// Takes a message at a time, ns; returns the answer, if there is one.
+    /// Takes in a message at a time, ns; returns the answer, if there is one.
     pub fn receive(&mut self, message: FromHost, now_ns: u64) -> Option<FromDevice> {
         self.advance(now_ns);
         let sequence = match message {
@@ -198,7 +202,7 @@ impl Firmware {
         }))
     }
 
-    /// Lets time go by, and the watchdog with it.
+    /// Lives until a time, ns, and its watchdog with it.
     fn advance(&mut self, now_ns: u64) {
         let watchdog_ns = match self.properties.watchdog_ms {
             0 => u64::MAX,
@@ -206,7 +210,7 @@ impl Firmware {
         };
         let bites_at_ns = self.command_at_ns.saturating_add(watchdog_ns);
         if !self.wrong.stays_enabled && self.state == State::Enabled && now_ns >= bites_at_ns {
-            // In the fake as in a real one it bites when it is due, whenever somebody looks.
+            // It bites when it is due, not when the caller looks.
             self.rig.live_until(bites_at_ns);
             self.drive(0.0);
             self.state = State::Off;
@@ -274,13 +278,13 @@ impl Firmware {
         }
     }
 
-    /// The force that it commands of its motor, N; one that is wired the other way gives it the other way.
+    /// The force on the handle, N: a motor that is wired the other way inverts the commanded force.
     #[must_use]
     pub fn force_n(&self) -> f64 {
         self.force_n
     }
 
-    /// The largest force that the motor gave since this was last asked, N.
+    /// Largest force of the motor since the last call, N.
     pub fn take_largest_force_n(&mut self) -> f64 {
         std::mem::replace(&mut self.largest_force_n, self.force_n.abs())
     }
@@ -291,13 +295,13 @@ impl Firmware {
         self.watchdog
     }
 
-    /// What it measures and drives.
+    /// The rig that it measures and drives.
     #[must_use]
     pub fn rig(&self) -> &FakeRig {
         &self.rig
     }
 
-    /// Does something wrong from a time on, ns.
+    /// Begins a misbehaviour at a time, ns.
     pub fn misbehave(&mut self, how: Misbehaviour, now_ns: u64) {
         self.advance(now_ns);
         match how {
@@ -316,7 +320,7 @@ impl Firmware {
             Misbehaviour::Error(code, detail) => self.report(code, detail),
             Misbehaviour::Honest => {
                 self.clock.be_honest(now_ns / 1000);
-                self.wrong = Wrong::default();
+                self.wrong = ActiveFaults::default();
             }
         }
     }
@@ -333,12 +337,12 @@ impl Firmware {
         self.errors.push_back(FromDevice::Error { code, detail });
     }
 
-    /// The next error that is to be told.
+    /// The next error that was not reported yet.
     pub fn take_error(&mut self) -> Option<FromDevice> {
         self.errors.pop_front()
     }
 
-    /// The encoder jumps by so many counts, as from a magnetic disturbance.
+    /// Makes the encoder jump by so many counts, as from a magnetic disturbance.
     pub fn jump(&mut self, counts: i32) {
         self.count_offset = self.count_offset.wrapping_add(counts);
     }

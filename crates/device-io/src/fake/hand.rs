@@ -3,14 +3,15 @@
 use super::motion::Motion;
 use std::fmt;
 
-/// Who moves the carriage.
+/// The hand on the carriage.
 #[derive(Clone, Debug)]
 pub enum Hand {
     /// Nobody: the carriage is free.
     Free,
-    /// A hand so strong that the carriage goes where it goes.
+    /// A hand so strong that the carriage follows it whatever the force.
     Prescribed(Motion),
-    /// A hand that pushes with `offset + amplitude sin(2 pi frequency t)` newtons, wherever the carriage goes.
+    /// A hand that pushes with `offset + amplitude sin(2 pi frequency t)` newtons, wherever the
+    /// carriage goes.
     Push {
         /// Steady part, N.
         offset_n: f64,
@@ -25,7 +26,7 @@ pub enum Hand {
         stiffness_n_per_m: f64,
         /// Damping of the arm, N s/m.
         damping_ns_per_m: f64,
-        /// Where the hand means to go.
+        /// Intended motion of the hand.
         motion: Motion,
     },
 }

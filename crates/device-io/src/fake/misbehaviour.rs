@@ -1,57 +1,60 @@
-//! What a firmware can do wrong, on purpose: a clock that lies, a motor that stays on, a wrong sample.
+//! Faults of a firmware, on purpose: a wrong clock, a motor that stays on, a wrong sample.
 
 use std::fmt;
 
-/// How a device's clock lies.
+/// A fault of a device's clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClockFault {
-    /// It runs at so many times its speed from now on: 0 stands still, -1 runs backwards.
+    /// From now on its speed is multiplied by this: 0 stands still, -1 runs backwards.
     Speed(f64),
-    /// It jumps by so much now, ms.
+    /// It jumps once by so much, ms.
     Jump(f64),
     /// Its stamps have 16 bits: they wrap around each 65.536 ms.
     Wrap16,
-    /// Its two halves of 16 bits are read apart: after a carry the first stamp has the upper half of before.
+    /// Its two halves of 16 bits are read apart: after a carry the first stamp has the old upper
+    /// half.
     Torn,
 }
 
-/// One thing that a firmware does wrong, from now on unless it says otherwise.
+/// A fault of a firmware, from now on unless its description says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Misbehaviour {
-    /// Its clock lies.
+    /// Its clock is wrong.
     Clock(ClockFault),
-    /// The next sample is wrong by so much, mm.
+    /// Error of the next sample, mm.
     PositionSpike(f64),
-    /// The sequence of its samples jumps by so much.
+    /// Jump of the sequence of its samples.
     SequenceJump(u32),
     /// An enable(off) is acknowledged and not carried out.
     IgnoreOff,
     /// A command without "enabled" leaves the motor enabled, with the force that it had.
     IgnoreCommandOff,
-    /// Nothing but a hello switches the motor off, not even its watchdog; it gives the last force that flowed.
+    /// Only a hello switches the motor off, not even its watchdog; the motor gives the last force
+    /// that flowed.
     StayEnabled,
     /// Its watchdog's mark stays when the motor is enabled.
     KeepMark,
-    /// Its samples no longer say which command is the newest.
+    /// Its samples no longer name the newest command.
     NoEcho,
     /// A button, from 1, is pressed or let go.
     Button(u8, bool),
-    /// From the next hello on its force limit is this, N.
+    /// Its force limit from the next hello on, N.
     ForceLimit(f64),
-    /// From the next hello on its watchdog bites after so long, ms; 0 is never.
+    /// The time limit of its watchdog from the next hello on, ms; 0 is never.
     WatchdogMs(u16),
-    /// It reports an error, by its code and detail, and switches the motor off where the code is not 1.
+    /// It reports an error, by its code and detail, and switches the motor off where the code is
+    /// not 1.
     Error(u8, u32),
-    /// It does everything right again; what it said in its hello stays.
+    /// Everything is right again but for the values of its hello.
     Honest,
 }
 
 impl Misbehaviour {
-    /// The lines that there are, for a help text.
+    /// All lines, for a help text.
     pub const HELP: &'static str = "clock-backwards, clock-stop, clock-half, clock-double, clock-speed FACTOR, clock-jump MS, clock-wrap16, clock-torn, position-spike MM, \
         sequence-jump N, ignore-off, ignore-command-off, stay-enabled, keep-mark, no-echo, button N on|off, force-limit N, watchdog-ms MS, error CODE DETAIL, honest";
 
-    /// Reads the words of a line; nothing where they are not of a misbehaviour.
+    /// Reads the words of a line; nothing for a line that is not a misbehaviour.
     ///
     /// # Errors
     /// A number is out of range or not a number, or there are too many words or too few.
@@ -129,11 +132,11 @@ fn within(name: impl fmt::Display, text: &str, least: f64, most: f64) -> Result<
     }
 }
 
-/// The clock of a device, as a true one is falsified.
+/// The clock of a device: a true one, falsified.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LyingClock {
     speed: f64,
-    /// What was added when the speed last changed, and when that was, us.
+    /// The offset at the last change of speed, and the time of that change, us.
     added_us: f64,
     since_us: u64,
     wrap16: bool,
@@ -156,7 +159,7 @@ impl Default for LyingClock {
 }
 
 impl LyingClock {
-    /// Lies so from a true time on, us.
+    /// Begins a fault at a true time, us.
     pub(super) fn lie(&mut self, fault: ClockFault, true_us: u64) {
         self.added_us = self.added_at_us(true_us);
         self.since_us = true_us;
@@ -168,7 +171,7 @@ impl LyingClock {
         }
     }
 
-    /// No longer lies from a true time on, us: it goes on from where it is.
+    /// Ends all faults at a true time, us; the clock continues from its present value.
     pub(super) fn be_honest(&mut self, true_us: u64) {
         *self = Self {
             added_us: self.added_at_us(true_us),
@@ -182,7 +185,7 @@ impl LyingClock {
         self.added_us + (self.speed - 1.0) * true_us.saturating_sub(self.since_us) as f64
     }
 
-    /// What becomes of an honest stamp taken at a true time, both us.
+    /// The false stamp for an honest one at a true time, both us.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -1,4 +1,4 @@
-//! Where a hand goes: a sinusoid, or a motion that was recorded.
+//! The motion of a hand: a sinusoid, or a recording.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -71,11 +71,11 @@ pub enum AfterEnd {
     Loop,
 }
 
-/// How long the way back takes in a loop, s.
+/// Duration of the way back in a loop, s.
 pub const RETURN_S: f64 = 1.0;
 
-/// A recorded motion. Between samples it is a cubic through both, with slopes from their neighbours, so that its velocity has no
-/// steps.
+/// A recorded motion. Between samples it is a cubic through both, with slopes from their
+/// neighbours, so that its velocity has no steps.
 #[derive(Clone, Debug)]
 pub struct Recording {
     path: PathBuf,
@@ -97,12 +97,12 @@ const LARGEST: f64 = 1e6;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum MotionError {
-    /// The file cannot be opened, or is no CSV.
+    /// The file cannot be opened, or is not CSV.
     #[error("{}: {source}", .path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What went wrong.
+        /// The error.
         source: csv::Error,
     },
     /// A column is missing.
@@ -115,7 +115,7 @@ pub enum MotionError {
         /// The header found.
         header: String,
     },
-    /// A cell is not a number that can be worked with.
+    /// A cell is not a number, or is too large.
     #[error("{}, line {line}: {column} = `{value}` is not a number from -{LARGEST:e} to {LARGEST:e}", .path.display())]
     NotANumber {
         /// The file.
@@ -139,7 +139,7 @@ pub enum MotionError {
         /// Time in the line before, s.
         before: f64,
     },
-    /// There is nothing to follow.
+    /// There are too few samples.
     #[error("{}: a motion needs at least 2 samples, this one has {samples}", .path.display())]
     TooShort {
         /// The file.
@@ -150,8 +150,8 @@ pub enum MotionError {
 }
 
 impl Recording {
-    /// Reads a CSV file with the columns `t_s` and `position_m`; others are ignored. Positions are multiplied by `scale`, and times
-    /// counted from the first sample.
+    /// Reads a CSV file with the columns `t_s` and `position_m`; others are ignored. Positions are
+    /// multiplied by `scale`, and times counted from the first sample.
     ///
     /// # Errors
     /// The file is not such a file; the error names the line.
@@ -159,7 +159,7 @@ impl Recording {
         Self::read_opened(path, File::open(path), scale, after_end)
     }
 
-    /// The same of a file that somebody else has opened, or could not open; `path` is its name.
+    /// The same for a file that the caller has opened, or failed to open; `path` is its name.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -230,23 +230,7 @@ impl Recording {
                 samples: samples.len(),
             });
         }
-        // Slope of the parabola through a sample and its neighbours; the ends are at rest.
-        for index in 1..samples.len() - 1 {
-            let [a, b, c] = [samples[index - 1], samples[index], samples[index + 1]];
-            let (before, after) = (b.t_s - a.t_s, c.t_s - b.t_s);
-            let (rise, next) = (
-                (b.position_m - a.position_m) / before,
-                (c.position_m - b.position_m) / after,
-            );
-            // No steeper than thrice either side, and level at a turn: then the cubics do not overshoot (Fritsch and Carlson 1980).
-            let steepest = if rise * next > 0.0 {
-                3.0 * rise.abs().min(next.abs())
-            } else {
-                0.0
-            };
-            let slope = (rise * after + next * before) / (before + after);
-            samples[index].velocity_mps = slope.clamp(-steepest, steepest);
-        }
+        set_slopes(&mut samples);
         Ok(Self {
             path: path.to_path_buf(),
             samples,
@@ -278,6 +262,28 @@ impl Recording {
         }
         let after = self.samples.partition_point(|sample| sample.t_s <= t).max(1);
         between(self.samples[after - 1], self.samples[after], t)
+    }
+}
+
+/// Sets the velocities: the slope of the parabola through a sample and its neighbours; the ends are
+/// at rest.
+fn set_slopes(samples: &mut [Sample]) {
+    for index in 1..samples.len() - 1 {
+        let [a, b, c] = [samples[index - 1], samples[index], samples[index + 1]];
+        let (before, after) = (b.t_s - a.t_s, c.t_s - b.t_s);
+        let (rise, next) = (
+            (b.position_m - a.position_m) / before,
+            (c.position_m - b.position_m) / after,
+        );
+        // No steeper than thrice either side, and level at a turn: then the cubics do not
+        // overshoot (Fritsch and Carlson 1980).
+        let steepest = if rise * next > 0.0 {
+            3.0 * rise.abs().min(next.abs())
+        } else {
+            0.0
+        };
+        let slope = (rise * after + next * before) / (before + after);
+        samples[index].velocity_mps = slope.clamp(-steepest, steepest);
     }
 }
 

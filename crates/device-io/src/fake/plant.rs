@@ -1,10 +1,10 @@
 //! The carriage of the fake rig: mass, Coulomb and viscous friction, a motor and a hand.
 //!
-//! Between two reads the motor's force is constant, as a real amplifier holds it, and the motion is integrated by the implicit
-//! midpoint rule in steps of at most [`SUB_STEP_S`]: exact for a constant force, stable for any arm, and friction is an
-//! inequality in each step, so that the carriage truly rests when it rests.
+//! Between two reads the motor's force is constant, as a real amplifier holds it, and the motion is
+//! integrated by the implicit midpoint rule in steps of at most [`SUB_STEP_S`]: exact for a
+//! constant force, stable for any arm, and friction is an inequality in each step, so that the
+//! carriage truly rests when it rests.
 
-use super::RigProperties;
 use super::hand::Hand;
 use std::f64::consts::TAU;
 
@@ -13,6 +13,35 @@ pub const SUB_STEP_S: f64 = 20e-6;
 
 /// Most steps between two reads: after a stall the steps grow instead of their number.
 const MAX_SUB_STEPS: f64 = 1000.0;
+
+/// Properties of the fake rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigProperties {
+    /// Mass of the moving part, kg.
+    pub mass_kg: f64,
+    /// Coulomb friction of the guide, N.
+    pub friction_n: f64,
+    /// Viscous damping of the guide, N s/m.
+    pub damping_ns_per_m: f64,
+    /// Distance between two counts of the encoder, m; 0 for a perfect one.
+    pub resolution_m: f64,
+    /// Distance from the middle to the stop at either end, m; infinite without stops. A prescribed
+    /// hand is not held.
+    pub end_stop_m: f64,
+}
+
+impl Default for RigProperties {
+    /// The desk-top rig of the reference measurements.
+    fn default() -> Self {
+        Self {
+            mass_kg: 1.4,
+            friction_n: 0.8,
+            damping_ns_per_m: 0.0,
+            resolution_m: 10e-6,
+            end_stop_m: f64::INFINITY,
+        }
+    }
+}
 
 /// The carriage.
 #[derive(Clone, Debug)]
@@ -112,7 +141,8 @@ impl Plant {
         let middle = (drive - self.friction_n.copysign(drive)) / (inertia + drag + self.damping_ns_per_m);
         let end = 2.0 * middle - self.velocity_mps;
         self.position_m += h * middle;
-        // Friction stops a motion, it does not turn it round: the next step decides whether it starts again.
+        // Friction stops a motion, it does not turn it round: the next step decides whether it
+        // starts again.
         self.velocity_mps = if end * middle < 0.0 { 0.0 } else { end };
         if self.position_m.abs() > self.end_stop_m {
             self.position_m = self.end_stop_m.copysign(self.position_m);
@@ -145,7 +175,8 @@ mod tests {
         plant.advance(0.1, 1.1, 2.2);
         plant.advance(1.0, 2.1, 0.0);
         assert_eq!(plant.velocity_mps(), 0.0);
-        // v^2 / 2a with v = 0.1 m/s, a = 0.8/1.4, after 5 mm of pull; the stop falls within one step.
+        // v^2 / 2a with v = 0.1 m/s, a = 0.8/1.4, after 5 mm of pull; the stop falls within one
+        // step.
         let expected = 0.005 + 0.01 * 1.4 / 1.6;
         assert!((plant.position_m() - expected).abs() < 2e-6, "{plant:?}");
     }

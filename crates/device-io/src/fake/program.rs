@@ -1,6 +1,7 @@
-//! What the programs that play a fake share: whose hand is on it, when they run, and what time it is.
+//! What the programs of the fakes share: the hand on the handle, and the priority of their process.
 
-use super::{Hand, Motion};
+use super::hand::Hand;
+use super::motion::Motion;
 use clap::ValueEnum;
 
 /// The hand, as the command lines of the fakes have it.
@@ -60,10 +61,4 @@ pub fn take_priority() {
     };
     // SAFETY: reads one structure of this frame. Without the right to it the priority stays ordinary.
     unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
-}
-
-/// The monotonic clock, ns.
-#[must_use]
-pub fn now_ns() -> u64 {
-    crate::link::clock::now_ns()
 }

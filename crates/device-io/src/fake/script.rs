@@ -1,4 +1,5 @@
-//! What a fake is told to do: faults from its command line and a script, and lines on its standard input.
+//! The orders to a fake: faults from its command line and a script, and lines on its standard
+//! input.
 
 use super::fault::{Fault, TimedFault};
 use std::collections::VecDeque;
@@ -7,12 +8,12 @@ use std::path::Path;
 use std::sync::mpsc;
 use std::time::Duration;
 
-/// What a fake is to do now.
+/// An order to a fake.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
-    /// Let this go wrong.
+    /// Cause this fault.
     Fail(Fault),
-    /// Print what the motor does.
+    /// Print the force of the motor.
     TellForce,
     /// End.
     Quit,
@@ -27,10 +28,11 @@ pub struct Script {
 }
 
 impl Script {
-    /// Faults of a command line and of a file, one a line and what follows a `#` a comment, from a time on, ns; and from now on those of standard input.
+    /// Reads the faults of a command line and of a file, with one fault a line and comments behind
+    /// `#`; their times count from `began_ns`. Standard input is read from now on.
     ///
     /// # Errors
-    /// The file cannot be read, or a line of it is no fault.
+    /// The file cannot be read, or a line of it is not a fault.
     pub fn new(faults: &[TimedFault], file: Option<&Path>, began_ns: u64) -> Result<Self, String> {
         let mut faults = faults.to_vec();
         if let Some(path) = file {
@@ -53,7 +55,8 @@ impl Script {
         })
     }
 
-    /// The next order that is due at a time, ns. A line of standard input that asks for a fault is answered with `done` and the line, or with what is wrong with it.
+    /// The next order that is due at a time, ns. The answer to a fault on standard input is `done`
+    /// and its line, or the error in it.
     pub fn next(&mut self, now_ns: u64) -> Option<Order> {
         let elapsed_s = Duration::from_nanos(now_ns.saturating_sub(self.began_ns)).as_secs_f64();
         if let Some(due) = self.faults.pop_front_if(|fault| elapsed_s >= fault.at_s.unwrap_or(0.0)) {

@@ -10,7 +10,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The controlling end of a pseudo-terminal, and the link that points at the other. Dropping it hangs up.
+/// The controlling end of a pseudo-terminal, and the link that points at the other. Dropping it
+/// hangs up.
 #[derive(Debug)]
 pub struct Terminal {
     master: OwnedFd,
@@ -30,7 +31,7 @@ impl Terminal {
         })
     }
 
-    /// Takes what its user has written, in pieces. Never waits.
+    /// Reads the bytes of its user, in pieces. Never waits.
     ///
     /// # Errors
     /// The terminal fails.
@@ -46,7 +47,7 @@ impl Terminal {
         }
     }
 
-    /// Writes to its user. What does not fit is lost, as on a line that nobody reads.
+    /// Writes to its user. Bytes that do not fit are lost, as on a line that nobody reads.
     ///
     /// # Errors
     /// The terminal fails.
@@ -57,7 +58,8 @@ impl Terminal {
         }
     }
 
-    /// Waits until something comes, for so long at most; without a terminal or a user of it, for that long.
+    /// Waits for bytes, at most for the timeout; without a terminal or a user of it, for the whole
+    /// timeout.
     pub fn wait(terminal: Option<&Self>, timeout: Duration) {
         let until = Timespec::try_from(timeout).ok();
         let mut polled: Vec<PollFd<'_>> = terminal
@@ -74,7 +76,8 @@ impl Terminal {
     }
 }
 
-/// The controlling end of a new pseudo-terminal, which never blocks; a path is made to point at the other.
+/// The controlling end of a new pseudo-terminal, which never blocks; a path is made to point at the
+/// other.
 ///
 /// # Errors
 /// The system has no terminal left, or the link cannot be made.
@@ -89,7 +92,7 @@ pub fn plug_in(link: &Path) -> io::Result<OwnedFd> {
     fcntl_setfl(&master, OFlags::NONBLOCK)?;
     let name = ptsname(&master, Vec::new())?;
     let name = PathBuf::from(name.to_string_lossy().into_owned());
-    // In one step, so that nobody finds half a link.
+    // In one step, so that no half link is ever found.
     let mut fresh = link.as_os_str().to_owned();
     fresh.push(".new");
     let fresh = PathBuf::from(fresh);
@@ -103,7 +106,7 @@ pub fn plug_in(link: &Path) -> io::Result<OwnedFd> {
 
 impl Drop for Terminal {
     fn drop(&mut self) {
-        // Gone already, or not ours to take away: there is nobody to tell.
+        // The link is gone already, or belongs to somebody else: nothing depends on it.
         drop(std::fs::remove_file(&self.link));
     }
 }

@@ -1,23 +1,26 @@
-//! The device's clock as seen from ours: its 32-bit stamps made endless, how old a sample is, and how fast the one clock runs away from the other.
+//! The device's clock as seen from ours: its 32-bit stamps made endless, the age of a sample, and
+//! the drift between the two clocks.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-/// Over so long the quickest sample is looked for, ns.
+/// Length of a window, in which the quickest sample counts, ns.
 const WINDOW_NS: u64 = 1_000_000_000;
-/// Windows that the drift is taken over.
+/// Windows over which the drift is taken.
 const WINDOWS: usize = 16;
-/// A drift beyond that is none: no clock that anybody builds in is so far off, parts in 1e9.
+/// Largest drift that is believed, parts in 1e9: no real clock is further off.
 const LARGEST_DRIFT_PPB: i64 = 100_000_000;
-/// From one sample to the next the clocks stand to each other as before, but for how long a sample takes to come. A difference beyond that is a jump of the device's clock, ns.
+/// Largest change of the clocks' difference from one sample to the next, ns: a sample may take so
+/// much longer than another. A larger change is a jump of the device's clock.
 const JUMP_NS: u64 = 100_000_000;
-/// Windows that there must be before anything is said of the drift.
+/// Fewest windows for a drift.
 const FEWEST_WINDOWS: usize = 4;
 
-/// How the clocks stood to each other in one window: at its quickest sample.
+/// The difference of the clocks in one window: at its quickest sample, the first of several.
 #[derive(Clone, Copy, Debug, Default)]
-struct Quickest {
+struct QuickestSample {
     host_ns: u64,
-    /// Our time less the device's, ns. It holds the quickest way from the device to us, which nobody can know apart.
+    /// Our time less the device's, ns. It contains the quickest way from the device to us, which
+    /// cannot be told apart.
     offset_ns: i64,
 }
 
@@ -27,11 +30,11 @@ pub(crate) struct DeviceClock {
     last_us: Option<u32>,
     device_ns: u64,
     window_began_ns: u64,
-    current: Option<Quickest>,
-    windows: [Quickest; WINDOWS],
-    /// Windows that have ended; the ring holds the last of them.
+    current: Option<QuickestSample>,
+    windows: [QuickestSample; WINDOWS],
+    /// Number of windows that have ended; the ring holds the last of them.
     ended: usize,
-    /// Over the windows of the ring; it changes only when one ends.
+    /// Drift over the windows of the ring; it changes only when one ends.
     drift_ppb: Option<i64>,
 }
 
@@ -46,20 +49,21 @@ impl DeviceClock {
             device_ns: 0,
             window_began_ns: 0,
             current: None,
-            windows: [Quickest::default(); WINDOWS],
+            windows: [QuickestSample::default(); WINDOWS],
             ended: 0,
             drift_ppb: None,
         }
     }
 
-    /// Takes in the stamp of a newer sample, read at a time of ours; returns the device's time since the first one, ns.
+    /// Takes in the stamp of a newer sample, read at a time of ours; returns the device's time
+    /// since the first one, ns.
     pub(crate) fn stamp(&mut self, time_us: u32, host_ns: u64) -> u64 {
         let elapsed_us = self
             .last_us
             .replace(time_us)
             .map_or(0, |last| time_us.wrapping_sub(last));
         self.device_ns += u64::from(elapsed_us) * 1000;
-        let seen = Quickest {
+        let seen = QuickestSample {
             host_ns,
             offset_ns: signed(host_ns) - signed(self.device_ns),
         };
@@ -67,7 +71,7 @@ impl DeviceClock {
             .current
             .is_some_and(|quickest| seen.offset_ns.abs_diff(quickest.offset_ns) > JUMP_NS)
         {
-            // What was known of it is of another clock, so to say.
+            // All that was known is of another clock, so to speak.
             self.forget();
         }
         if self.current.is_none() {
@@ -86,12 +90,12 @@ impl DeviceClock {
         self.device_ns
     }
 
-    /// Begins to look at the clocks anew.
+    /// Begins to compare the clocks anew.
     fn forget(&mut self) {
         (self.current, self.ended, self.drift_ppb) = (None, 0, None);
     }
 
-    /// Our time less the device's at the quickest sample of late, ns.
+    /// Our time less the device's at the quickest recent sample, ns.
     fn offset_ns(&self) -> Option<i64> {
         let current = self.current.map(|quickest| quickest.offset_ns);
         let before = self
@@ -104,7 +108,8 @@ impl DeviceClock {
         }
     }
 
-    /// How old a sample of the device's time is at a time of ours, beyond what the quickest ones take to come, ns.
+    /// Age of a sample of the device's time at a time of ours, beyond the way of the quickest
+    /// samples, ns.
     pub(crate) fn age_ns(&self, device_ns: u64, host_ns: u64) -> u64 {
         let Some(offset_ns) = self.offset_ns() else {
             return 0;
@@ -112,7 +117,8 @@ impl DeviceClock {
         u64::try_from(signed(host_ns) - signed(device_ns) - offset_ns).unwrap_or(0)
     }
 
-    /// How much faster the device's clock runs than ours, parts in 1e9; nothing before there is enough to tell.
+    /// Drift of the device's clock against ours, parts in 1e9, positive where it is faster; nothing
+    /// until it is known.
     pub(crate) fn drift_ppb(&self) -> Option<i64> {
         self.drift_ppb
     }
@@ -125,7 +131,7 @@ impl DeviceClock {
         }
         let (from, to) = (self.windows[oldest % WINDOWS], self.windows[newest % WINDOWS]);
         let elapsed_ns = signed(to.host_ns.checked_sub(from.host_ns)?);
-        // The faster its clock, the less ours is ahead.
+        // The faster its clock, the smaller our lead.
         let gained_ns = i128::from(from.offset_ns - to.offset_ns);
         let drift_ppb = gained_ns * 1_000_000_000 / i128::from(elapsed_ns.max(1));
         i64::try_from(drift_ppb)
@@ -168,13 +174,72 @@ mod tests {
         assert!(clock.drift_ppb().is_some(), "it is known again");
     }
 
+    /// A clock that has run alongside ours for 10 s, and the time of its last sample on ours, ns.
+    fn known_clock() -> (DeviceClock, u64) {
+        let mut clock = DeviceClock::new();
+        for k in 0..10_000 {
+            clock.stamp(k * 1000, BEGAN_NS + u64::from(k) * 1_000_000);
+        }
+        assert_eq!(clock.drift_ppb(), Some(0));
+        (clock, BEGAN_NS + 9_999 * 1_000_000)
+    }
+
+    const BEGAN_NS: u64 = 7_000_000_000;
+
+    #[test]
+    fn after_a_jump_the_drift_is_unknown_and_four_windows_later_it_is_that_of_the_new_clock() {
+        let (mut clock, mut host_ns) = known_clock();
+        // 0.2 s in 10 s would look like a drift that a bad clock has.
+        let mut device_us = 9_999_000 + 200_000;
+        for k in 0..=5000 {
+            host_ns += 1_000_000;
+            device_us += 1000;
+            clock.stamp(device_us, host_ns);
+            let known = (k >= 4000).then_some(0);
+            assert_eq!(clock.drift_ppb(), known, "{k} ms after the jump");
+        }
+    }
+
+    #[test]
+    fn a_sample_may_be_quicker_than_the_others_by_as_much_as_is_no_jump() {
+        for (more_ns, known) in [(0, Some(0)), (1, None)] {
+            let (mut clock, host_ns) = known_clock();
+            let host_ns = host_ns + 1_000_000 - more_ns;
+            clock.stamp(10_000_000 + 100_000, host_ns);
+            assert_eq!(clock.drift_ppb(), known, "{more_ns} ns beyond a jump");
+        }
+    }
+
+    #[test]
+    fn of_equally_quick_samples_the_first_counts() {
+        let mut clock = DeviceClock::new();
+        // Two samples a window. Those of the first three come equally quick; the first of the
+        // fourth shows that the clock has gained 0.3 ms in the 3 s since the very first.
+        for (host_ms, gained_us) in [
+            (0, 0),
+            (500, 0),
+            (1000, 0),
+            (1500, 0),
+            (2000, 0),
+            (2500, 0),
+            (3000, 300),
+            (3500, 200),
+            (4000, 200),
+        ] {
+            assert_eq!(clock.drift_ppb(), None);
+            clock.stamp(host_ms * 1000 + gained_us, BEGAN_NS + u64::from(host_ms) * 1_000_000);
+        }
+        assert_eq!(clock.drift_ppb(), Some(100_000));
+    }
+
     #[test]
     fn drift_and_age_show_through_jitter() {
         let mut clock = DeviceClock::new();
         let mut noise = 12345_u32;
         for k in 0..20_000_u64 {
             noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            // One sample in a hundred comes at once, the others up to 0.9 ms late. Its clock is 50 ppm fast.
+            // One sample in a hundred comes at once, the others up to 0.9 ms late. Its clock is 50
+            // ppm fast.
             let late_ns = if k % 100 == 7 {
                 0
             } else {

@@ -1,6 +1,7 @@
-//! What a session puts on the wire, read from the bytes. A rig that cuts forces itself, as the fake one does, would hide a host that does not.
+//! What a session puts on the wire, read from the bytes. A rig that cuts forces itself, as the fake
+//! one does, would hide a host that does not.
 
-use super::greeted::greeted_firmware;
+use super::test_firmware::greeted_firmware;
 use super::health::LinkCounters;
 use super::session::Session;
 use crate::protocol::message::DeviceHello;
@@ -38,7 +39,7 @@ fn in_the_frame(session: &mut Session, force_n: f64, enabled: bool, now_ns: u64)
     (i32::from_le_bytes(force), bytes[FLAGS] & ENABLED != 0)
 }
 
-/// Forces, N, up to far beyond any limit, and what is no number.
+/// Forces, N, up to far beyond any limit, and values that are not numbers.
 const FORCES_N: [f64; 18] = [
     0.0,
     -0.0,

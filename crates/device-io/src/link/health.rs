@@ -1,4 +1,5 @@
-//! How a link is: counters that the real-time thread writes and anybody reads, without ever waiting for each other.
+//! The health of a link: counters that the real-time thread writes and other threads read, without
+//! ever waiting for each other.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
@@ -6,12 +7,13 @@ use crate::protocol::message::{ErrorCode, ErrorReport};
 use std::fmt;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering::Relaxed};
 
-/// Written by the real-time thread alone. Each stands for itself, so no order between them is needed.
+/// The counters of a link. Only the real-time thread writes them. They do not depend on each other,
+/// so they need no order.
 #[derive(Debug, Default)]
 pub struct LinkCounters {
     /// Samples taken.
     pub samples: AtomicU64,
-    /// Samples that the device numbered and that never came, or came after a newer one.
+    /// Samples that never came, or came after a newer one, by the device's numbers.
     pub lost: AtomicU64,
     /// Jumps of the device's sequence that are too long for lost samples.
     pub sequence_jumps: AtomicU64,
@@ -19,25 +21,27 @@ pub struct LinkCounters {
     pub bad_crc: AtomicU64,
     /// Messages of another version, kind or length, or with impossible values.
     pub malformed: AtomicU64,
-    /// Samples that were not newer than the newest: doubled or overtaken on their way.
+    /// Samples that were not newer than the newest: duplicated, or overtaken on their way.
     pub out_of_sequence: AtomicU64,
-    /// Samples that came more than a period later than they should.
+    /// Samples that came more than a period too late.
     pub late: AtomicU64,
-    /// Commands that the link had no room for.
+    /// Commands for which the link had no room.
     pub not_sent: AtomicU64,
     /// Commands cut to the device's own force limit.
     pub clipped: AtomicU64,
-    /// From a command's sending to the arrival of the first sample that knows it, newest, ns.
+    /// Newest round trip, from the sending of a command to the first sample that names it, ns.
     pub round_trip_ns: AtomicU64,
-    /// The longest of those, ns.
+    /// Longest round trip, ns.
     pub round_trip_max_ns: AtomicU64,
-    /// What those usually are: the mean of the last hundred or so, ns. 0 before the first.
+    /// Usual round trip: the mean of about the last hundred, ns. 0 before the first.
     pub usual_round_trip_ns: AtomicU64,
-    /// How old the newest sample was when it was last used, beyond what the quickest ones take to come, ns.
+    /// Age of the newest sample at its last use, beyond the way of the quickest samples, ns.
     pub age_ns: AtomicU64,
-    /// How old a sample usually gets before the next one is there, beyond what the quickest ones take to come, ns: the greatest of the last thousand ticks or so.
+    /// Usual age of a sample when the next one comes, beyond the way of the quickest samples, ns:
+    /// the largest of about the last thousand ticks.
     pub usual_age_ns: AtomicU64,
-    /// How much faster the device's clock runs than ours, parts in 1e9; `i64::MIN` where that is not known yet.
+    /// Drift of the device's clock against ours, parts in 1e9, positive where it is faster;
+    /// [`UNKNOWN_DRIFT`] until it is known.
     pub drift_ppb: AtomicI64,
     /// Connections made.
     pub connections: AtomicU64,
@@ -45,19 +49,20 @@ pub struct LinkCounters {
     pub device_errors: AtomicU64,
     /// Buttons pressed, one bit each.
     pub buttons: AtomicU64,
-    /// The last error, as a word, and when it was, ns.
+    /// The last error, as a word, and its time, ns.
     last_error: AtomicU64,
     last_error_at_ns: AtomicU64,
-    /// Since when a device that is there is asked who it is, ns; 0 where none is.
+    /// Time of the first unanswered question to a device that is there, ns; 0 without such a
+    /// device.
     asking_since_ns: AtomicU64,
 }
 
 /// What went wrong on a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkError {
-    /// The system could not read it, and said so by a number.
+    /// The system could not read it, with this error number.
     Read(i32),
-    /// The system could not write to it, and said so by a number.
+    /// The system could not write to it, with this error number.
     Write(i32),
     /// The other end has hung up.
     HungUp,
@@ -70,7 +75,8 @@ pub enum LinkError {
 }
 
 impl LinkError {
-    /// A kind in the upper bits, what the device calls it in the middle, and a number below. No word is 0.
+    /// The kind in the upper bits, the device's code in the middle, and a number below. No word is
+    /// 0.
     fn word(self) -> u64 {
         let number = |kind: u64, number: i32| kind << 56 | u64::from(number.cast_unsigned());
         match self {
@@ -116,8 +122,8 @@ impl fmt::Display for LinkError {
 }
 
 impl LinkCounters {
-    /// Notes how long a command and the sample that knows it took, ns.
-    pub(crate) fn note_round_trip(&self, round_trip_ns: u64) {
+    /// Notes a round trip, ns.
+    pub fn note_round_trip(&self, round_trip_ns: u64) {
         self.round_trip_ns.store(round_trip_ns, Relaxed);
         self.round_trip_max_ns
             .store(round_trip_ns.max(self.round_trip_max_ns.load(Relaxed)), Relaxed);
@@ -128,15 +134,16 @@ impl LinkCounters {
         self.usual_round_trip_ns.store(usual_ns.max(1), Relaxed);
     }
 
-    /// Notes how old the newest sample is in a tick, and how much of that is beyond what the quickest ones take to come, ns.
-    pub(crate) fn note_age(&self, age_ns: u64, beyond_ns: u64) {
+    /// Notes the age of the newest sample in a tick, and the part of it beyond the usual way of a
+    /// sample, ns.
+    pub fn note_age(&self, age_ns: u64, beyond_ns: u64) {
         self.age_ns.store(age_ns, Relaxed);
         let greatest_ns = self.usual_age_ns.load(Relaxed);
         self.usual_age_ns
             .store(beyond_ns.max(greatest_ns - greatest_ns / FORGOTTEN_AFTER), Relaxed);
     }
 
-    /// Notes that so many samples are missing before one that has come.
+    /// Notes the number of samples that are missing before a new one.
     pub(crate) fn note_gap(&self, missing: u32) {
         if missing <= MOST_LOST {
             add(&self.lost, u64::from(missing));
@@ -145,33 +152,34 @@ impl LinkCounters {
         }
     }
 
-    /// Notes what has gone wrong, at a time of ours, ns.
-    pub(crate) fn note_error(&self, error: LinkError, now_ns: u64) {
+    /// Notes an error, at a time of ours, ns.
+    pub fn note_error(&self, error: LinkError, now_ns: u64) {
         self.last_error.store(error.word(), Relaxed);
         self.last_error_at_ns.store(now_ns, Relaxed);
     }
 
-    /// The last thing that went wrong, and when that was on the monotonic clock, ns.
+    /// The last error, and its time on the monotonic clock, ns.
     #[must_use]
     pub fn last_error(&self) -> Option<(LinkError, u64)> {
         let error = LinkError::of_word(self.last_error.load(Relaxed))?;
         Some((error, self.last_error_at_ns.load(Relaxed)))
     }
 
-    /// A device that is there is asked who it is, from a time of ours on, ns, and as long as what this returns lives.
-    pub(crate) fn ask(&self, now_ns: u64) -> Asking<'_> {
+    /// Notes that a device is asked who it is, from a time of ours, ns, until the guard is dropped.
+    #[must_use]
+    pub fn ask(&self, now_ns: u64) -> AskGuard<'_> {
         self.asking_since_ns.store(now_ns.max(1), Relaxed);
-        Asking(self)
+        AskGuard(self)
     }
 
-    /// Since when a device that is there is asked who it is, on the monotonic clock, ns.
+    /// Time on the monotonic clock since which a device is asked who it is, ns.
     #[must_use]
     pub fn asking_since_ns(&self) -> Option<u64> {
         Some(self.asking_since_ns.load(Relaxed)).filter(|since_ns| *since_ns > 0)
     }
 
-    /// Forgets what is measured of one conversation: the next may be with another device.
-    pub(crate) fn begin_conversation(&self) {
+    /// Forgets the measurements of one conversation: the next may be with another device.
+    pub fn begin_conversation(&self) {
         self.drift_ppb.store(UNKNOWN_DRIFT, Relaxed);
         self.usual_round_trip_ns.store(0, Relaxed);
         self.usual_age_ns.store(0, Relaxed);
@@ -179,29 +187,32 @@ impl LinkCounters {
     }
 }
 
-/// A device is being asked who it is.
-pub(crate) struct Asking<'a>(&'a LinkCounters);
+/// The guard of [`LinkCounters::ask`]: while it lives, a device is asked who it is.
+#[derive(Debug)]
+pub struct AskGuard<'a>(&'a LinkCounters);
 
-impl Drop for Asking<'_> {
+impl Drop for AskGuard<'_> {
     fn drop(&mut self) {
         self.0.asking_since_ns.store(0, Relaxed);
     }
 }
 
-/// Samples that can be missing at once: those of half a second, after which the device counts as gone, at the highest rate of the protocol.
+/// Most samples that can be missing at once: those of half a second, after which the device counts
+/// as gone, at the highest rate of the protocol.
 const MOST_LOST: u32 = 50_000;
 
-/// Round trips that their mean is taken over.
+/// Number of round trips in their mean.
 const MEAN_OF: u64 = 128;
 
-/// Ticks after which a greatest age has sunk to a third.
+/// Ticks after which a largest age has decayed to a third.
 const FORGOTTEN_AFTER: u64 = 1024;
 
-/// What `drift_ppb` holds where the drift is not known.
+/// Value of `drift_ppb` while the drift is not known.
 pub const UNKNOWN_DRIFT: i64 = i64::MIN;
 
-/// Adds to a counter whose only writer is the caller: no read-modify-write, which some processors make of a loop.
-pub(crate) fn add(counter: &AtomicU64, count: u64) {
+/// Adds to a counter whose only writer is the caller: without a read-modify-write, which is a loop
+/// on some processors.
+pub fn add(counter: &AtomicU64, count: u64) {
     counter.store(counter.load(Relaxed).wrapping_add(count), Relaxed);
 }
 

@@ -1,27 +1,31 @@
-//! Which rig it is, beyond one connection: what was once found out about it is kept under this.
+//! The identity of a rig beyond one connection: the results of its commissioning are stored under
+//! it.
 
 use std::path::{Path, PathBuf};
 
-/// Which rig a device is.
+/// The identity of a rig.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RigIdentity {
-    /// The same for the same rig whenever it is connected: `usb-1209:0001-17` by its serial number, else by where it is, as in `serial-/dev/ttyUSB0`.
+    /// The same for the same rig at every connection: `usb-1209:0001-17` by its serial number, else
+    /// by its path, as in `serial-/dev/ttyUSB0`.
     pub key: String,
-    /// Whether a serial number is in the key; else another device at the same place has the same one.
+    /// Whether the key contains a serial number; otherwise another device at the same path has the
+    /// same key.
     pub has_serial_number: bool,
-    /// Whether the address turns force and position round.
+    /// Whether the address inverts force and position.
     pub reversed: bool,
 }
 
-/// Where the kernel says what is behind a terminal.
+/// The kernel's table of the devices behind terminals.
 const TERMINALS: &str = "/sys/class/tty";
 
-/// Text of the kernel's that is taken; a USB string has at most 126 letters.
+/// Longest text of the kernel that is read, bytes; a USB string has at most 126 letters.
 const LONGEST_TEXT: usize = 256;
 
 impl RigIdentity {
-    /// A device on a serial line, by the path that was named.
-    pub(crate) fn of_line(kind: &str, path: &Path) -> Self {
+    /// The identity of a device on a serial line, by its path.
+    #[must_use]
+    pub fn of_line(kind: &str, path: &Path) -> Self {
         Self::of_line_in(Path::new(TERMINALS), kind, path)
     }
 
@@ -33,7 +37,8 @@ impl RigIdentity {
                 reversed: false,
             };
         }
-        // The path as it was named: where it is a link by the device's name it stays when the numbers of the nodes move.
+        // The path of the address, not its target: a link by the device's name stays when the
+        // numbers of the nodes change.
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
         Self {
             key: format!("{kind}-{}", path.display()),
@@ -42,7 +47,7 @@ impl RigIdentity {
         }
     }
 
-    /// A device on USB.
+    /// The identity of a device on USB.
     pub(crate) fn of_usb(vendor: u16, product: u16, serial: Option<&str>) -> Self {
         match serial {
             Some(serial) => Self {
@@ -58,15 +63,17 @@ impl RigIdentity {
         }
     }
 
-    /// The same rig with another motor of it, or another letter.
-    pub(crate) fn with_part(mut self, part: &str) -> Self {
+    /// The same for one of its motors, by number or letter.
+    #[must_use]
+    pub fn with_part(mut self, part: &str) -> Self {
         self.key.push('-');
         self.key.push_str(part);
         self
     }
 
-    /// The same with force and position turned round.
-    pub(crate) fn turned_round(mut self, reversed: bool) -> Self {
+    /// The same with force and position inverted, or not.
+    #[must_use]
+    pub fn turned_round(mut self, reversed: bool) -> Self {
         self.reversed = reversed;
         self
     }

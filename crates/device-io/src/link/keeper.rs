@@ -1,77 +1,18 @@
-//! The keeper of a link: finds the device, greets it, hands the connection to the real-time thread, takes it back when it has failed, and looks again. It looks when something changes among the
-//! device nodes, and otherwise only asks again a device that is there and does not answer.
+//! The keeper of a link: it finds the device, greets it, hands the connection to the real-time
+//! thread, takes it back after a failure, and looks again. It looks when the device nodes change,
+//! and otherwise only repeats its question to a device that is there and does not answer.
 
+use super::connection::Connection;
+use super::connector::{ConnectError, Connector, DeviceFacts};
 use super::health::LinkCounters;
-use super::identity::RigIdentity;
+use super::link_device::{Handover, LinkDevice};
 use super::nodes::NodeWatch;
-use super::{Connection, Handover, LinkDevice};
 use rtrb::{Consumer, Producer, RingBuffer};
-use std::ffi::OsStr;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use thiserror::Error;
 
-/// Why a device cannot be used, now.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum ConnectError {
-    /// It is not plugged in.
-    #[error("{what} is not there")]
-    Absent {
-        /// What was looked for.
-        what: String,
-    },
-    /// Something is in the way that goes away by itself or by a person: no right, in use, a wrong kind of file.
-    #[error("{what}: {why}; {remedy}")]
-    Refused {
-        /// The device.
-        what: String,
-        /// What the system says.
-        why: String,
-        /// How to mend it.
-        remedy: String,
-    },
-    /// It is there, and does not speak the protocol.
-    #[error("{what}: {heard}")]
-    Protocol {
-        /// The device.
-        what: String,
-        /// What came instead of an answer.
-        heard: String,
-    },
-}
-
-/// A device that has been greeted, and what there is to know of it.
-pub struct Greeted {
-    pub(crate) connection: Box<dyn Connection>,
-    pub(crate) firmware: String,
-    pub(crate) force_limit_n: f64,
-    pub(crate) sample_rate_hz: f64,
-    /// The motor is off after so long without a command, ms; nothing where nobody switches it off, as far as is known.
-    pub(crate) watchdog_ms: Option<u32>,
-    pub(crate) rig: RigIdentity,
-}
-
-/// Finds and greets one kind of device.
-pub trait Connector: Send + std::fmt::Debug {
-    /// What it connects to, for people.
-    fn address(&self) -> String;
-
-    /// The folder in which the device's node appears and disappears.
-    fn folder(&self) -> PathBuf;
-
-    /// Whether a change of a node with this name in that folder may be one of the device.
-    fn concerns(&self, node: &OsStr) -> bool;
-
-    /// Finds the device, opens and greets it. May take a second.
-    ///
-    /// # Errors
-    /// Why it cannot be used.
-    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<Greeted, ConnectError>;
-}
-
-/// How a link stands.
+/// The state of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LinkState {
     /// Looking for the device.
@@ -80,24 +21,15 @@ pub enum LinkState {
     Waiting(ConnectError),
     /// It has been greeted.
     Connected {
-        /// Name and version of the firmware.
-        firmware: String,
-        /// Largest force of the motor, N.
-        force_limit_n: f64,
-        /// Samples a second, Hz.
-        sample_rate_hz: f64,
-        /// Distance between two counts, m.
-        resolution_m: f64,
-        /// The device switches its motor off after so long without a command, ms; nothing where it does not, as far as is known.
-        watchdog_ms: Option<u32>,
-        /// Which rig it is.
-        rig: RigIdentity,
-        /// Counts the connections from 1: the number that [`Device::connection`](crate::device::Device::connection) has while this one is used.
+        /// The facts from its greeting.
+        device: DeviceFacts,
+        /// Number of the connection, from 1: that of
+        /// [`Device::connection`](crate::device::Device::connection) while it is used.
         connection: u64,
     },
 }
 
-/// What anybody but the real-time thread may ask of a link.
+/// The view of a link for all threads but the real-time thread.
 #[derive(Clone, Debug)]
 pub struct LinkMonitor {
     state: Arc<Mutex<LinkState>>,
@@ -105,7 +37,7 @@ pub struct LinkMonitor {
 }
 
 impl LinkMonitor {
-    /// How the link stands.
+    /// The state of the link.
     #[must_use]
     pub fn state(&self) -> LinkState {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
@@ -122,16 +54,17 @@ impl LinkMonitor {
     }
 }
 
-/// Connections that may be on their way to one side: no more than one lives, and one may still be on its way back.
+/// Room for connections on their way to one side: only one is in use, and one may still be on its
+/// way back.
 const ROOM: usize = 4;
 
-/// Between two questions to a device that is there and does not answer, or may not be opened.
+/// Time between two questions to a device that is there and does not answer, or may not be opened.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 
-/// How soon the keeper sees that a connection has come back, or that it is to end.
+/// Longest time until the keeper sees that a connection has come back, or that it must end.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// The keeper, not yet at work.
+/// The keeper before its start.
 pub struct Keeper {
     connector: Box<dyn Connector>,
     period_ns: u64,
@@ -156,27 +89,19 @@ pub struct RunningKeeper {
 
 impl Drop for RunningKeeper {
     fn drop(&mut self) {
-        // It may be greeting a device that takes its time, which nobody needs to wait for.
+        // Does not wait for the keeper: it may be greeting a slow device.
         self.quit.store(true, SeqCst);
     }
 }
 
 impl Keeper {
-    /// A link that a connector makes, for a host with such a period: its real-time end, what can be asked of it, and the keeper, which is to be started.
+    /// A link through a connector, for a host with a period, ns: its real-time end, its monitor,
+    /// and the keeper, which the caller must start.
     #[must_use]
     pub fn new(connector: Box<dyn Connector>, period_ns: u64) -> (LinkDevice, LinkMonitor, Self) {
         let (greeted, to_use) = RingBuffer::new(ROOM);
         let (given_up, failed) = RingBuffer::new(ROOM);
-        let device = LinkDevice {
-            address: connector.address(),
-            connection: None,
-            greeted: to_use,
-            failed: given_up,
-            connections: 0,
-            resolution_m: 0.0,
-            force_limit_n: f64::INFINITY,
-            now_ns: 0,
-        };
+        let device = LinkDevice::new(connector.address(), to_use, given_up);
         let monitor = LinkMonitor {
             state: Arc::new(Mutex::new(LinkState::Looking)),
             counters: Arc::new(LinkCounters::default()),
@@ -191,7 +116,7 @@ impl Keeper {
         (device, monitor, keeper)
     }
 
-    /// Begins to look, on a thread of its own with the affinity of the caller.
+    /// Starts the keeper on a thread of its own with the affinity of the caller.
     ///
     /// # Errors
     /// The system has no thread left.
@@ -208,25 +133,27 @@ impl Keeper {
         let mut nodes = NodeWatch::new(self.connector.folder());
         let mut connection = 0;
         while !quit.load(SeqCst) {
-            // Whatever changes from here on, also while it is being connected, is seen below.
+            // Every change from here on, also one while it connects, is seen below.
             nodes.clear();
             match self.connector.connect(self.period_ns, &self.monitor.counters) {
                 Ok(greeted) => {
                     connection += 1;
-                    // Told before it can be used, so that nobody finds it in use and knows only the one before.
+                    // Announced before it can be used: nobody may find it in use and know only the
+                    // one before.
+                    let DeviceFacts {
+                        force_limit_n,
+                        resolution_m,
+                        ..
+                    } = greeted.device;
                     self.monitor.set(LinkState::Connected {
-                        firmware: greeted.firmware,
-                        force_limit_n: greeted.force_limit_n,
-                        sample_rate_hz: greeted.sample_rate_hz,
-                        resolution_m: greeted.connection.resolution_m(),
-                        watchdog_ms: greeted.watchdog_ms,
-                        rig: greeted.rig,
+                        device: greeted.device,
                         connection,
                     });
                     // There is room: the last one has come back.
                     drop(self.greeted.push(Handover {
                         connection: greeted.connection,
-                        force_limit_n: greeted.force_limit_n,
+                        force_limit_n,
+                        resolution_m,
                     }));
                     self.wait_for_failure(quit);
                     self.monitor.set(LinkState::Looking);

@@ -1,9 +1,11 @@
-//! Asks a converter not to gather bytes before it passes them on: FTDI's waits 16 ms by default, and 1 ms so.
+//! Asks a converter not to collect bytes before it passes them on: one by FTDI waits 16 ms by
+//! default, and 1 ms with this setting.
 #![allow(unsafe_code, reason = "these two requests have no safe wrapper")]
 
 use rustix::fd::{AsRawFd, BorrowedFd};
 
-/// `struct serial_struct` of the kernel's interface (linux/serial.h), of which only the flags matter here.
+/// `struct serial_struct` of the kernel's interface (linux/serial.h), of which only the flags
+/// matter here.
 #[repr(C)]
 struct SerialStruct {
     kind: libc::c_int,
@@ -11,13 +13,14 @@ struct SerialStruct {
     port: libc::c_uint,
     irq: libc::c_int,
     flags: libc::c_int,
-    /// The rest, with room to spare: it is handed back as it came.
+    /// The rest, with room to spare, which is returned unchanged.
     rest: [u64; 16],
 }
 
 const ASYNC_LOW_LATENCY: libc::c_int = 1 << 13;
 
-/// Asks for it. CDC-ACM has nothing to gather, and a pseudo-terminal does not know the request: neither is an error.
+/// Asks for low latency. CDC-ACM collects nothing, and a pseudo-terminal does not know the request:
+/// neither is an error.
 pub(crate) fn ask(line: BorrowedFd<'_>) {
     let mut serial = SerialStruct {
         kind: 0,

@@ -1,21 +1,34 @@
-//! The way of commands to a device whose writes block: one slot for the newest command and one for the newest enable, between the real-time thread, which posts, and a writer, which takes. Neither ever
-//! waits for the other.
+//! The way of commands to a device whose writes block: one slot for the newest command and one for
+//! the newest enable, between the real-time thread, which posts, and a writer, which takes. Neither
+//! ever waits for the other.
 //!
-//! A message is one word: its sequence, whether it enables, and a force. So none is ever seen half, and there is nothing to lock. What can still go wrong is the order of two words, since a device refuses
-//! what has an older sequence than the newest it has taken. An enable that comes after a newer command is refused, and the motor stays off for a hand that is told otherwise.
+//! A message is one word: its sequence, whether it enables, and a force. So none is ever seen half,
+//! and there is nothing to lock. Only the order of two words can still be wrong, since a device refuses
+//! a message with an older sequence than the newest it has taken. An enable that comes after a
+//! newer command is refused, and the motor stays off for a hand that is told otherwise.
 //!
-//! The poster stores the enable and then the command, which has the next sequence; the store of the command releases. The taker loads the command, which acquires, and then the enable. So:
+//! The poster stores the enable and then the command, which has the next sequence; the store of the
+//! command releases. The taker loads the command, which acquires, and then the enable. So:
 //!
-//! - Whoever sees a command sees every enable that is older than it, or a newer one: the enable is loaded after the command. It is sent before that command, and later commands are newer still. Therefore no enable
-//!   is ever sent with an older sequence than a command already sent. With the loads the other way round, a pair posted between them would give a command without its enable, and the enable would
-//!   come too late, next time.
-//! - An enable may be newer than the command, when it was posted between the two loads. It is sent alone: what the command asked for is overtaken, and the enable itself begins at zero force.
-//!   Its own command has been posted by the time the poster wakes the taker, which then looks again. Should it look earlier, it may still find a command before the enable, which is not sent either.
-//! - A command that switches off and is newer than the enable makes that needless: the motor is not switched on for nobody.
-//! - Of several commands posted between two looks only the newest is seen, whole. Of several enables too; each of the older ones had a command that switched off between it and the next, which the next enable
-//!   implies, since the device sets its motor to zero force at every enable.
-//! - What was seen last is told by its word and not by its age, since the sequence wraps around: an enable of 2^31 messages ago would look new.
-//! - The taker is woken after both stores, and looks after it was woken. A post during a look wakes it again. So nothing stays in the slots unseen.
+//! - A taker that sees a command sees every enable that is older, or a newer one: the enable is
+//!   loaded after the command. It is sent before that command, and later commands are newer still.
+//!   Therefore no enable is ever sent with an older sequence than a command already sent. With the
+//!   loads the other way round, a pair posted between them would give a command without its enable,
+//!   and the enable would come too late, next time.
+//! - An enable may be newer than the command, when it was posted between the two loads. It is sent
+//!   alone: what the command asked for is overtaken, and the enable itself begins at zero force.
+//!   Its own command has been posted by the time the poster wakes the taker, which then looks
+//!   again. Should it look earlier, it may still find a command before the enable, which is not
+//!   sent either.
+//! - A command that switches off and is newer than the enable makes the enable needless: it is not
+//!   sent.
+//! - Of several commands posted between two looks only the newest is seen, whole. Of several
+//!   enables too; each of the older ones had a command that switched off between it and the next,
+//!   which the next enable implies, since the device sets its motor to zero force at every enable.
+//! - The message seen last is compared by its word and not by its age, since the sequence wraps
+//!   around: an enable of 2^31 messages ago would look new.
+//! - The taker is woken after both stores, and looks after it was woken. A post during a look wakes
+//!   it again. So nothing stays in the slots unseen.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
@@ -25,7 +38,7 @@ use std::sync::atomic::{
     Ordering::{Acquire, Release},
 };
 
-/// The slots. Zero, which is no message of a conversation that has just begun, is how they begin.
+/// The slots. They begin with zero, which is not a message of a new conversation.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     command: AtomicU64,
@@ -37,7 +50,8 @@ const FORCE: u64 = ENABLED - 1;
 /// Largest force that a word holds, mN: a thousand tonnes' weight.
 const LARGEST_MN: i32 = (1 << 30) - 1;
 
-/// Sequence in the upper half, then a bit for `enabled`, then 31 bits of force, mN, in two's complement.
+/// Sequence in the upper half, then a bit for `enabled`, then 31 bits of force, mN, in two's
+/// complement.
 fn word(sequence: u32, enabled: bool, force_mn: i32) -> u64 {
     #[expect(clippy::cast_sign_loss, reason = "two's complement, cut to its 31 bits")]
     let force = force_mn.clamp(-LARGEST_MN, LARGEST_MN) as u64 & FORCE;
@@ -84,10 +98,11 @@ impl Mailbox {
 
 /// What is to be sent, in this order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Taken {
+pub(super) struct Messages {
     pub(super) enable: Option<FromHost>,
     pub(super) command: Option<FromHost>,
-    /// Messages that were posted since the last look and are not sent: newer ones make them needless.
+    /// Messages that were posted since the last look and are not sent: newer ones make them
+    /// needless.
     pub(super) skipped: u32,
 }
 
@@ -102,7 +117,7 @@ pub(super) struct Taker {
 
 impl Taker {
     /// Takes what was not seen yet. For one thread only.
-    pub(super) fn take(&mut self, mailbox: &Mailbox) -> Taken {
+    pub(super) fn take(&mut self, mailbox: &Mailbox) -> Messages {
         // This order matters: see above.
         let command = mailbox.command.load(Acquire);
         between();
@@ -129,7 +144,7 @@ impl Taker {
                 );
         let posted = newest.wrapping_sub(std::mem::replace(&mut self.newest, newest));
         let sent = u32::from(enable.is_some()) + u32::from(command.is_some());
-        Taken {
+        Messages {
             enable: enable.map(|word| FromHost::Enable {
                 sequence: sequence(word),
                 enabled: word & ENABLED != 0,
@@ -191,19 +206,19 @@ mod tests {
     #[test]
     fn the_newest_is_taken_once_and_what_it_makes_needless_is_counted() {
         let (mailbox, mut taker) = (Mailbox::default(), Taker::default());
-        let taken = |enable, command, skipped| Taken {
+        let taken = |enable, command, skipped| Messages {
             enable,
             command,
             skipped,
         };
-        assert_eq!(taker.take(&mailbox), Taken::default());
+        assert_eq!(taker.take(&mailbox), Messages::default());
         mailbox.post(None, command(1, 0, false));
         mailbox.post(Some(enable(2)), command(3, 10, true));
         assert_eq!(
             taker.take(&mailbox),
             taken(Some(enable(2)), Some(command(3, 10, true)), 1)
         );
-        assert_eq!(taker.take(&mailbox), Taken::default());
+        assert_eq!(taker.take(&mailbox), Messages::default());
         for k in 4..=9 {
             mailbox.post(None, command(k, 11, true));
         }
@@ -233,7 +248,8 @@ mod tests {
         }
     }
 
-    /// The device refuses nothing that is sent, and its motor is never off for a command that is to drive it.
+    /// The device refuses nothing that is sent, and its motor is never off for a command that is to
+    /// drive it.
     #[test]
     fn two_threads_never_disagree_on_whether_the_motor_is_on() {
         const POSTS: u32 = if cfg!(miri) { 300 } else { 500_000 };

@@ -1,4 +1,4 @@
-//! Hot-plug: tells when device nodes come, go, or may be opened by others than before.
+//! Hot-plug: tells when device nodes appear, disappear, or change their rights.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;
@@ -9,18 +9,20 @@ use std::os::unix::ffi::OsStrExt;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// The folder of a node.
-pub(crate) fn folder_of(path: &Path) -> PathBuf {
+/// The folder of a node: that in which it appears and disappears.
+#[must_use]
+pub fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder.to_owned(),
         _ => PathBuf::from("."),
     }
 }
 
-/// Watches a folder of device nodes; while there is no such folder, the nearest one above it.
+/// Watches a folder of device nodes, or the nearest existing folder above it.
 ///
-/// By inotify rather than by the kernel's own events: those come before the system has given the node its rights and its links, need a socket family that a hardened
-/// service does not have, and say nothing of a pseudo-terminal.
+/// By inotify rather than by the kernel's own events: those come before the node has its rights and
+/// its links, need a socket family that a hardened service does not have, and do not report
+/// pseudo-terminals.
 #[derive(Debug)]
 pub(crate) struct NodeWatch {
     folder: PathBuf,
@@ -42,7 +44,8 @@ impl NodeWatch {
 
     /// Watches the folder itself as soon as it is there.
     fn follow(&mut self) {
-        // A folder that comes between the look for it and the watch on the one above is not told of: looked for once more, it is there.
+        // A folder that appears between the look for it and the watch on the folder above is not
+        // reported: the next look finds it.
         while let nearest = self.nearest()
             && self.watched.as_deref() != Some(nearest)
         {
@@ -67,7 +70,7 @@ impl NodeWatch {
             | inotify::WatchFlags::MOVED_TO
             | inotify::WatchFlags::DELETE
             | inotify::WatchFlags::ATTRIB
-            // Whoever had it open has closed it.
+            // A process that had it open has closed it.
             | inotify::WatchFlags::CLOSE_WRITE;
         self.watched = inotify::add_watch(notices, &folder, what).is_ok().then_some(folder);
         self.watched.is_some()
@@ -78,7 +81,7 @@ impl NodeWatch {
         self.take_notices(|_| false);
     }
 
-    /// Takes what has changed; whether any of it concerns the caller.
+    /// Reads all changes; whether one of them concerns the caller.
     fn take_notices(&mut self, concerns: impl Fn(&OsStr) -> bool) -> bool {
         let (mut concerned, mut gone) = (false, false);
         if let Some(notices) = &self.notices {
@@ -88,10 +91,11 @@ impl NodeWatch {
             let mut reader = inotify::Reader::new(notices, &mut buffer);
             while let Ok(notice) = reader.next() {
                 if notice.events().contains(inotify::ReadFlags::IGNORED) {
-                    // A folder of the same name may be another.
+                    // A new folder of the same name may be another.
                     gone = true;
                 }
-                // One without a name is of the folder itself, or says that there were too many.
+                // A notice without a name concerns the folder itself, or says that there were too
+                // many.
                 concerned |= elsewhere
                     || notice
                         .file_name()
@@ -105,7 +109,8 @@ impl NodeWatch {
         concerned
     }
 
-    /// Waits for a change that concerns the caller, this long at most; without a way to be told, every look counts as one.
+    /// Waits for a change that concerns the caller, for a timeout at most. Without inotify every
+    /// call counts as a change.
     pub(crate) fn changed(&mut self, timeout: Duration, concerns: impl Fn(&OsStr) -> bool) -> bool {
         let until = Instant::now() + timeout;
         loop {

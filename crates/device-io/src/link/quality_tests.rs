@@ -1,7 +1,8 @@
-//! What a bad line does to the force, and what comes through one: the host's session and the fake firmware at the two ends of channels that fail on purpose, in a time of
-//! their own. The same numbers come out every time.
+//! What a bad line does to the force, and what comes through one: the host's session and the fake
+//! firmware at the two ends of channels that fail on purpose, in a time of their own. The same
+//! numbers come out every time.
 
-use super::greeted::greeted_firmware;
+use super::test_firmware::greeted_firmware;
 use super::health::LinkCounters;
 use super::serial::Reader;
 use super::session::Session;
@@ -65,7 +66,8 @@ impl Rendering {
         }
     }
 
-    /// A millisecond: the firmware samples at its beginning, the host ticks in its middle. Returns the force at the motor at its end, N.
+    /// A millisecond: the firmware samples at its beginning, the host ticks in its middle. Returns
+    /// the force at the motor at its end, N.
     fn millisecond(&mut self) -> f64 {
         for step in 0..MS / STEP_NS {
             if step == 0

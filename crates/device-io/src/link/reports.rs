@@ -1,4 +1,4 @@
-//! How long a HID device's reports are, from its report descriptor (USB HID 1.11, section 6.2.2).
+//! The lengths of a HID device's reports, from its report descriptor (USB HID 1.11, section 6.2.2).
 
 use crate::protocol::view::{Kind, LONGEST};
 use thiserror::Error;
@@ -14,11 +14,11 @@ pub(crate) struct Reports {
 
 /// Why a HID device cannot carry the link protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub(crate) enum Unfit {
+pub(crate) enum UnfitReports {
     /// Its reports begin with a number.
     #[error("its reports have numbers, and those of the link protocol have none")]
     Numbered,
-    /// A hello does not go in, or a command not out.
+    /// They are too short for a hello or a command, or too long.
     #[error(
         "its reports carry {} bytes up and {} down, and the link protocol needs {LONGEST} and {}, at most {LONGEST_REPORT}",
         .0.input, .0.output, Kind::Command.length()
@@ -37,8 +37,8 @@ const LONGEST_DOWN: usize = Kind::Command.length();
 
 impl Reports {
     /// Reads a descriptor of a device that can carry the link protocol.
-    pub(crate) fn of(descriptor: &[u8]) -> Result<Self, Unfit> {
-        /// What Push and Pop keep, of what matters here.
+    pub(crate) fn of(descriptor: &[u8]) -> Result<Self, UnfitReports> {
+        /// The values that Push and Pop save, as far as they matter here.
         #[derive(Clone, Copy, Default)]
         struct Globals {
             size_bits: u64,
@@ -51,21 +51,21 @@ impl Reports {
             if *prefix == 0xFE {
                 // A long item: its length, its tag, its bytes. None is defined.
                 let [length, _, after @ ..] = after else {
-                    return Err(Unfit::BrokenOff);
+                    return Err(UnfitReports::BrokenOff);
                 };
-                rest = after.get(usize::from(*length)..).ok_or(Unfit::BrokenOff)?;
+                rest = after.get(usize::from(*length)..).ok_or(UnfitReports::BrokenOff)?;
                 continue;
             }
             let length = match prefix & 3 {
                 3 => 4,
                 length => usize::from(length),
             };
-            let (value, after) = after.split_at_checked(length).ok_or(Unfit::BrokenOff)?;
+            let (value, after) = after.split_at_checked(length).ok_or(UnfitReports::BrokenOff)?;
             let value = value.iter().rev().fold(0, |value, byte| value << 8 | u64::from(*byte));
             match prefix & 0xFC {
                 0x74 => globals.size_bits = value,
                 0x94 => globals.count = value,
-                0x84 => return Err(Unfit::Numbered),
+                0x84 => return Err(UnfitReports::Numbered),
                 0xA4 => pushed.push(globals),
                 0xB4 => globals = pushed.pop().unwrap_or_default(),
                 0x80 => input_bits = input_bits.saturating_add(globals.size_bits * globals.count),
@@ -84,7 +84,7 @@ impl Reports {
         {
             Ok(reports)
         } else {
-            Err(Unfit::Length(reports))
+            Err(UnfitReports::Length(reports))
         }
     }
 }
@@ -113,7 +113,7 @@ mod tests {
                 input: input.into(),
                 output: output.into(),
             };
-            assert_eq!(fits(input, output), Err(Unfit::Length(lengths)));
+            assert_eq!(fits(input, output), Err(UnfitReports::Length(lengths)));
         }
         // A long item in between, and lengths that Push and Pop keep apart.
         let mut odd = vec![
@@ -146,10 +146,10 @@ mod tests {
             0x05, 0x07, 0x19, 0x00, 0x29, 0x65, 0x81, 0x00, 0xC0,
         ];
         let unfit = Reports::of(&keyboard).expect_err("too short");
-        assert_eq!(unfit, Unfit::Length(Reports { input: 8, output: 1 }));
+        assert_eq!(unfit, UnfitReports::Length(Reports { input: 8, output: 1 }));
         let mut numbered = descriptor(64, 64);
         numbered.splice(14..14, [0x85, 1]);
-        assert_eq!(Reports::of(&numbered), Err(Unfit::Numbered));
+        assert_eq!(Reports::of(&numbered), Err(UnfitReports::Numbered));
         for length in 0..keyboard.len() {
             // Wherever it breaks off, it is refused and nothing panics.
             assert!(Reports::of(&keyboard[..length]).is_err());

@@ -1,11 +1,13 @@
-//! The host's side of the link protocol from the device's hello on: which samples count, where the handle is, whether the motor is enabled, and what is
-//! to be sent. It knows nothing of serial lines and reports, and waits for nothing.
+//! The host's side of the link protocol after the device's hello: the samples that count, the
+//! position of the handle, the state of the motor, and the messages to send. It knows nothing of
+//! serial lines and reports, and waits for nothing.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 use super::device_clock::DeviceClock;
 use super::health::{LinkCounters, LinkError, UNKNOWN_DRIFT, add};
-use crate::device::{DeviceError, Measurement, Motor as Reported};
+use super::sent_messages::SentMessages;
+use crate::device::{DeviceError, Measurement, Motor as ReportedMotor};
 use crate::protocol::frame::FrameError;
 use crate::protocol::message::{
     DeviceHello, DeviceSample, ErrorCode, ErrorReport, FromDevice, FromHost, MessageError, is_newer,
@@ -13,18 +15,16 @@ use crate::protocol::message::{
 use std::sync::Arc;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// A device must say that its motor is enabled so long after it was told to, ns.
+/// Longest time from an enable to the first sample that confirms it, ns.
 const ENABLE_TIMEOUT_NS: u64 = 100_000_000;
 
-/// After so long without a sample the device has forgotten us, as after a power failure behind a converter: it is to be greeted anew, ns.
+/// Longest time without a sample, ns: after that the device may have forgotten us, as after a power
+/// failure behind a converter, and must be greeted anew.
 const SILENCE_NS: u64 = 500_000_000;
 
-/// Sending times that are kept for the round trip: more than a device can be behind without its watchdog biting, at 20 kHz.
-const SENT: usize = 1024;
-
-/// Why what came was not taken.
+/// Why incoming bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Refused {
+pub(crate) enum RejectedInput {
     Frame(FrameError),
     Message(MessageError),
 }
@@ -33,7 +33,7 @@ pub(crate) enum Refused {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motor {
     Off,
-    /// Asked for at a time of ours, ns, by a message with a sequence, and not seen yet.
+    /// Asked for at a time of ours, ns, by a message with a sequence, and not confirmed yet.
     Asked {
         at_ns: u64,
         sequence: u32,
@@ -48,28 +48,26 @@ pub(crate) struct Session {
     clock: DeviceClock,
     metres_per_count: f64,
     force_limit_mn: i32,
-    /// A sample that is older than this when it comes is late, ns.
+    /// Age from which an incoming sample is late, ns.
     late_after_ns: u64,
     newest: Option<DeviceSample>,
-    /// Sequence of the sample that was last handed on.
+    /// Sequence of the sample that was last passed on.
     used: Option<u32>,
-    /// When a new sample was last there, on our clock, ns.
+    /// Time of the last new sample on our clock, ns.
     heard_at_ns: u64,
     device_ns: u64,
     /// Counts since the first sample, which is the origin.
     counts: i64,
     motor: Motor,
-    /// Sequence of the first command since the hello, or since force last flowed, that orders the motor off.
+    /// Sequence of the first command since the hello, or since force last flowed, that orders the
+    /// motor off.
     off_since: Option<u32>,
-    /// Sequence of the last message sent.
-    sent: u32,
-    sent_at_ns: [u64; SENT],
-    echoed: u32,
+    sent: SentMessages,
     error: Option<ErrorReport>,
 }
 
 impl Session {
-    /// Begins where a device has said hello, at a time of ours, for a host with such a period.
+    /// Begins with a device's hello, at a time of ours, ns, for a host with a period, ns.
     pub(crate) fn new(hello: &DeviceHello, period_ns: u64, now_ns: u64, counters: Arc<LinkCounters>) -> Self {
         counters.begin_conversation();
         Self {
@@ -77,7 +75,7 @@ impl Session {
             clock: DeviceClock::new(),
             metres_per_count: 1.0 / f64::from(hello.counts_per_metre),
             force_limit_mn: i32::try_from(hello.force_limit_mn).unwrap_or(i32::MAX),
-            // It may wait a period of ours to be read, and one of its own to be sent.
+            // A sample may wait a period of ours to be read, and one of its own to be sent.
             late_after_ns: period_ns + 1_000_000_000 / u64::from(hello.sample_rate_hz.max(1)),
             newest: None,
             used: None,
@@ -86,20 +84,18 @@ impl Session {
             counts: 0,
             motor: Motor::Off,
             off_since: None,
-            sent: 0,
-            sent_at_ns: [0; SENT],
-            echoed: 0,
+            sent: SentMessages::new(),
             error: None,
         }
     }
 
-    /// Takes in what came, at a time of ours.
-    pub(crate) fn take(&mut self, came: Result<FromDevice, Refused>, now_ns: u64) {
+    /// Takes in a message, or the error in its place, at a time of ours, ns.
+    pub(crate) fn take(&mut self, came: Result<FromDevice, RejectedInput>, now_ns: u64) {
         match came {
             Ok(FromDevice::Sample(sample)) => self.take_sample(sample, now_ns),
-            // What it did is told by its samples.
+            // The samples tell what the device did.
             Ok(FromDevice::Acknowledge { done: true, .. }) => {}
-            // What it says of that itself tells more.
+            // The device's own error tells more.
             Ok(FromDevice::Acknowledge { done: false, .. }) => {
                 self.error.get_or_insert(ErrorCode::Motor.into());
             }
@@ -107,15 +103,17 @@ impl Session {
                 let report = ErrorReport { code, detail };
                 add(&self.counters.device_errors, 1);
                 self.counters.note_error(LinkError::Device(report), now_ns);
-                // A message damaged on its way to the device is no fault of the device.
+                // A message that was damaged on its way to the device is not an error of the
+                // device.
                 if code != ErrorCode::BadMessage {
                     self.error = Some(report);
                 }
             }
-            // An answer to a question asked twice, or a device that has begun anew behind our back: its samples then say that its motor is off.
+            // An answer to a repeated question, or a device that has restarted behind our back: its
+            // samples then say that its motor is off.
             Ok(FromDevice::Hello(_)) => {}
-            Err(Refused::Frame(_)) => add(&self.counters.bad_crc, 1),
-            Err(Refused::Message(_)) => add(&self.counters.malformed, 1),
+            Err(RejectedInput::Frame(_)) => add(&self.counters.bad_crc, 1),
+            Err(RejectedInput::Message(_)) => add(&self.counters.malformed, 1),
         }
     }
 
@@ -134,30 +132,28 @@ impl Session {
         if self.clock.age_ns(self.device_ns, now_ns) > self.late_after_ns {
             add(&self.counters.late, 1);
         }
-        if is_newer(sample.command, self.echoed) && !is_newer(sample.command, self.sent) {
-            self.echoed = sample.command;
-            let round_trip_ns = now_ns.saturating_sub(self.sent_at_ns[sample.command as usize % SENT]);
+        if let Some(round_trip_ns) = self.sent.round_trip_ns(sample.command, now_ns) {
             self.counters.note_round_trip(round_trip_ns);
         }
         self.counters.buttons.store(sample.buttons.into(), Relaxed);
         self.motor = match (self.motor, sample.enabled) {
-            // A sample that was taken before it was asked for tells nothing.
+            // A sample from before the enable tells nothing.
             (Motor::Asked { sequence, .. }, true) if !is_newer(sequence, sample.command) => Motor::On,
             (motor, _) => motor,
         };
         self.newest = Some(sample);
     }
 
-    /// Whether a sample came that was not there at the last [`Self::measurement`].
+    /// Whether a new sample came since the last [`Self::measurement`].
     pub(crate) fn has_news(&self) -> bool {
         self.newest.map(|sample| sample.sequence) != self.used
     }
 
-    /// The newest sample, at a time of ours; nothing before the first.
+    /// The newest sample, at a time of ours, ns; nothing before the first.
     ///
     /// # Errors
-    /// The motor is not enabled though it should be, the device has reported an error, or has been silent for so long that it must be asked again who
-    /// it is.
+    /// The motor is not enabled though it should be, the device has reported an error, or was
+    /// silent for so long that it must be greeted anew.
     pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Option<Measurement>, DeviceError> {
         if self.has_news() {
             self.heard_at_ns = now_ns;
@@ -196,29 +192,31 @@ impl Session {
         }))
     }
 
-    /// What a sample says of the motor. That it is off counts as an answer only from a device that has heard the order.
-    fn reported(&self, sample: &DeviceSample) -> Reported {
+    /// The motor's state by a sample. A motor that is off counts as an answer only from a device
+    /// that has heard the order.
+    fn reported(&self, sample: &DeviceSample) -> ReportedMotor {
         let heard = self
             .off_since
             .is_some_and(|sequence| !is_newer(sequence, sample.command));
         match (sample.enabled, heard) {
-            (true, _) => Reported::Enabled,
-            (false, true) => Reported::Off,
-            (false, false) => Reported::Unconfirmed,
+            (true, _) => ReportedMotor::Enabled,
+            (false, true) => ReportedMotor::Off,
+            (false, false) => ReportedMotor::Unconfirmed,
         }
     }
 
-    /// What is to be sent for a force on the hand, N, at a time of ours: an enable first, where the motor is to be driven and was not.
+    /// The messages for a force on the hand, N, at a time of ours, ns: an enable first, if the
+    /// motor was off and must be on.
     pub(crate) fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64) -> (Option<FromHost>, FromHost) {
         let enable = (enabled && self.motor == Motor::Off).then(|| {
-            let sequence = self.next_sequence(now_ns);
+            let sequence = self.sent.next(now_ns);
             self.motor = Motor::Asked {
                 at_ns: now_ns,
                 sequence,
             };
             FromHost::Enable { sequence, enabled }
         });
-        let sequence = self.next_sequence(now_ns);
+        let sequence = self.sent.next(now_ns);
         if enabled {
             self.off_since = None;
         } else {
@@ -233,24 +231,13 @@ impl Session {
         (enable, command)
     }
 
-    /// Distance between two counts, m.
-    pub(crate) fn resolution_m(&self) -> f64 {
-        self.metres_per_count
-    }
-
-    fn next_sequence(&mut self, now_ns: u64) -> u32 {
-        self.sent = self.sent.wrapping_add(1);
-        self.sent_at_ns[self.sent as usize % SENT] = now_ns;
-        self.sent
-    }
-
     fn force_mn(&self, force_n: f64) -> i32 {
         let limit = f64::from(self.force_limit_mn);
         let wanted = (force_n * 1000.0).round();
         if wanted.abs() > limit {
             add(&self.counters.clipped, 1);
         }
-        // A force that is no number becomes zero.
+        // A force that is not a number becomes zero.
         #[expect(
             clippy::cast_possible_truncation,
             reason = "within the limit, a whole number of 32 bits"
@@ -264,7 +251,7 @@ impl Session {
 mod tests {
     use super::*;
     use crate::fake::Firmware;
-    use crate::link::greeted::greeted_firmware;
+    use crate::link::test_firmware::greeted_firmware;
 
     const MS: u64 = 1_000_000;
 

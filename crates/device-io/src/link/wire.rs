@@ -1,40 +1,43 @@
-//! What every kind of link has in common: the greeting, and a tick's reading.
+//! What every link of the link protocol has in common: the greeting, and a tick's reading.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
-use super::clock;
-use super::keeper::ConnectError;
-use super::session::{Refused, Session};
+use super::connector::{ConnectError, DeviceFacts};
+use super::identity::RigIdentity;
+use super::session::{RejectedInput, Session};
+use crate::clock;
 use crate::device::{DeviceError, Measurement};
 use crate::protocol::message::{DeviceHello, FromDevice, FromHost, MessageError};
 use crate::protocol::view::ViewError;
 use std::time::{Duration, Instant};
 
-/// For an answer to a hello.
+/// Longest wait for an answer to a hello.
 const ANSWER_TIMEOUT: Duration = Duration::from_millis(250);
 
-/// Hellos in one attempt: boards that are reset by the opening of their port need a second or two before they hear anything.
+/// Most hellos in one attempt: boards that are reset by the opening of their port need a second or
+/// two before they hear anything.
 const HELLOS: u32 = 10;
 
-/// Something that carries messages: a serial line, a HID node.
+/// A carrier of messages: a serial line, a HID node.
 pub(super) trait Wire {
-    /// Sends a greeting. May wait for it to go.
+    /// Sends a hello. May wait until it has gone.
     ///
     /// # Errors
     /// The device is gone.
     fn say_hello(&mut self, hello: FromHost) -> Result<(), DeviceError>;
 
-    /// Waits until there is something to hear, for so long at most, ns.
+    /// Waits for bytes, for a timeout at most, ns.
     fn wait(&self, timeout_ns: u64);
 
-    /// Gives away what has come, without waiting; returns how many bytes that was.
+    /// Passes on all messages that have come, without waiting; returns the number of their bytes.
     ///
     /// # Errors
     /// The device is gone.
-    fn hear(&mut self, each: impl FnMut(Result<FromDevice, Refused>)) -> Result<usize, DeviceError>;
+    fn hear(&mut self, each: impl FnMut(Result<FromDevice, RejectedInput>)) -> Result<usize, DeviceError>;
 }
 
-/// Asks who is there until it answers. `unanswered` says what to think of so many bytes that were no answer.
+/// Asks until the device answers. `unanswered` says what to think of so many bytes without an
+/// answer.
 ///
 /// # Errors
 /// It has gone, or does not speak the protocol.
@@ -58,10 +61,10 @@ pub(super) fn greet(
                     Ok(FromDevice::Hello(hello)) if hello.nonce == nonce => answer = Some(hello),
                     Ok(_) => {}
                     // A device of another version must be named as one, whatever else comes.
-                    Err(Refused::Message(error @ MessageError::View(ViewError::Version(_)))) => {
+                    Err(RejectedInput::Message(error @ MessageError::View(ViewError::Version(_)))) => {
                         heard = Some(error.to_string());
                     }
-                    Err(Refused::Message(error)) if heard.is_none() => heard = Some(error.to_string()),
+                    Err(RejectedInput::Message(error)) if heard.is_none() => heard = Some(error.to_string()),
                     Err(_) => {}
                 })
                 .map_err(gone)?;
@@ -79,8 +82,21 @@ pub(super) fn greet(
     })
 }
 
-/// Takes in what has come, and the newest sample of it. Where the device's clock drifts past ours, a tick waits for a sample that is about to come, for so long at most, ns, rather than rendering the old
-/// one again.
+/// The facts in a hello of a rig.
+pub(super) fn facts(hello: &DeviceHello, rig: RigIdentity) -> DeviceFacts {
+    DeviceFacts {
+        firmware: hello.firmware_name(),
+        force_limit_n: f64::from(hello.force_limit_mn) * 1e-3,
+        sample_rate_hz: f64::from(hello.sample_rate_hz),
+        resolution_m: 1.0 / f64::from(hello.counts_per_metre),
+        watchdog_ms: hello.watchdog(),
+        rig,
+    }
+}
+
+/// Takes in all messages that have come; returns the newest sample. If the device's clock drifts
+/// past ours, a tick waits for a sample that is about to come, for `wait_ns` at most, rather than
+/// rendering the old one again.
 ///
 /// # Errors
 /// As [`Session::measurement`], or the device is gone.

@@ -1,4 +1,4 @@
-//! The thread that writes to a device whose writes block, and the real-time thread's end of it.
+//! The thread that writes to a device whose writes block, and its end on the real-time thread.
 // The real-time thread comes through here: no locks (clippy.toml).
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 #![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
@@ -17,30 +17,31 @@ use std::sync::atomic::{
 };
 use std::thread::JoinHandle;
 
-/// A device that takes nothing for so long is not there any more in any useful way, ns.
+/// Longest time in which a device takes nothing, ns; after that it counts as gone.
 const STUCK_NS: u64 = 100_000_000;
 
-/// Enough to load the mailbox and write a report. All of the daemon's memory is locked, so what is not needed is not asked for.
+/// Enough to load the mailbox and write a report. All of the daemon's memory is locked, so no more
+/// is asked for.
 const STACK_BYTES: usize = 128 * 1024;
 
-/// What both sides see.
+/// The part that both sides see.
 #[derive(Debug)]
 struct Shared {
     mailbox: Mailbox,
-    /// Counts up when there is something new.
+    /// Counts up at every post.
     bell: OwnedFd,
-    /// What is in the mailbox is the last.
+    /// The mailbox holds the last messages.
     quit: AtomicBool,
     ended: AtomicBool,
-    /// Sequence of the newest message that has been dealt with.
+    /// Sequence of the newest message that was sent or skipped.
     done: AtomicU32,
-    /// Messages that newer ones have made needless.
+    /// Number of messages that newer ones have replaced.
     skipped: AtomicU64,
 }
 
-/// What is posted at present, post by post.
+/// The command that is posted at present, post by post.
 #[derive(Clone, Copy, Debug)]
-struct Saying {
+struct PostedCommand {
     force_mn: i32,
     enabled: bool,
     /// Sequence of the first of these commands.
@@ -55,14 +56,14 @@ pub(super) struct Writer {
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
     posted: u32,
-    saying: Option<Saying>,
-    /// How far the writer had come when it was last seen to move, and when that was, on our clock, ns.
+    saying: Option<PostedCommand>,
+    /// The writer's progress when it last moved, and the time of that on our clock, ns.
     moved: (u32, u64),
     skipped: u64,
 }
 
 impl Writer {
-    /// Starts a writer that sends by a function, which may block and ends it with an error.
+    /// Starts a writer that sends by a function. The function may block; its error ends the writer.
     pub(super) fn start<E>(
         now_ns: u64,
         send: impl FnMut(FromHost) -> Result<(), E> + Send + 'static,
@@ -90,8 +91,9 @@ impl Writer {
         })
     }
 
-    /// Has messages sent, the newest in place of any that have not gone yet. One system call, which does not wait: a count would have to reach 2^64 for that.
-    /// As it does not wait, a command is never taken in the post that first brings it, but in one of the posts after that which bring the same.
+    /// Posts messages; the newest replace those that were not sent yet. It makes one system call,
+    /// which does not wait: for that a count would have to reach 2^64. A command is therefore never
+    /// taken in its first post, but in a later post of the same command.
     ///
     /// # Errors
     /// The writer has failed, or the device takes nothing.
@@ -103,7 +105,7 @@ impl Writer {
         counters: &LinkCounters,
     ) -> Result<Written, DeviceError> {
         let done = self.shared.done.load(Relaxed);
-        // Nothing to do is as good as something done.
+        // A writer without work counts as one that moves.
         if done != self.moved.0 || done == self.posted {
             self.moved = (done, now_ns);
         }
@@ -120,16 +122,16 @@ impl Writer {
         } = command
         {
             self.posted = sequence;
-            // Behind an enable a command is another one: the writer may have sent the enable alone.
+            // A command behind an enable is a new one: the writer may have sent the enable alone.
             let same = self
                 .saying
                 .filter(|saying| enable.is_none() && (saying.force_mn, saying.enabled) == (force_mn, enabled));
             self.saying = Some(match same {
-                Some(saying) => Saying {
+                Some(saying) => PostedCommand {
                     taken: saying.taken || !is_newer(saying.since, done),
                     ..saying
                 },
-                None => Saying {
+                None => PostedCommand {
                     force_mn,
                     enabled,
                     since: sequence,
@@ -145,7 +147,7 @@ impl Writer {
         }
         self.check()?;
         Ok(match self.saying {
-            Some(Saying { taken: true, .. }) => Written::Taken,
+            Some(PostedCommand { taken: true, .. }) => Written::Taken,
             _ => Written::Later,
         })
     }
@@ -162,13 +164,14 @@ impl Writer {
 
     fn ring(&self) {
         if rustix::io::write(&self.shared.bell, &1_u64.to_ne_bytes()).is_err() {
-            // A signal came first; the next command rings again.
+            // A signal interrupted it; the next command rings again.
         }
     }
 }
 
 impl Drop for Writer {
-    /// Returns when what was posted last has been sent, or could not be: a new conversation with the device must not be disturbed by an old one.
+    /// Waits until the last post was sent or has failed: an old conversation must not disturb a new
+    /// one with the device.
     fn drop(&mut self) {
         self.shared.quit.store(true, Release);
         while rustix::io::write(&self.shared.bell, &1_u64.to_ne_bytes()) == Err(Errno::INTR) {}
@@ -180,7 +183,7 @@ impl Drop for Writer {
     }
 }
 
-/// However it ends, it is told.
+/// Tells the end of the writer, however it comes.
 struct Ended<'a>(&'a AtomicBool);
 
 impl Drop for Ended<'_> {
@@ -198,7 +201,7 @@ fn run<E>(shared: &Shared, mut send: impl FnMut(FromHost) -> Result<(), E>) {
             Ok(_) | Err(Errno::INTR) => {}
             Err(_) => return,
         }
-        // Before the mailbox, so that what was posted before it is seen.
+        // Before the mailbox, so that every earlier post is seen.
         let last = shared.quit.load(Acquire);
         let taken = taker.take(&shared.mailbox);
         for message in [taken.enable, taken.command].into_iter().flatten() {
@@ -216,7 +219,9 @@ fn run<E>(shared: &Shared, mut send: impl FnMut(FromHost) -> Result<(), E>) {
     }
 }
 
-/// Asks for the lowest real-time priority: above everything ordinary, so that a busy machine does not hold commands back, and below the loop. Where it is refused, the loop has been too, and says how to get it.
+/// Asks for the lowest real-time priority: above all ordinary threads, so that a busy machine does
+/// not hold commands back, and below the loop. If this is refused, so was the loop's, which tells
+/// the remedy.
 fn rise() {
     let lowest = libc::sched_param { sched_priority: 1 };
     // SAFETY: a structure of this function, read by the kernel; 0 is this thread alone.

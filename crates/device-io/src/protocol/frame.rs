@@ -1,7 +1,9 @@
-//! Messages in a byte stream: a message and its CRC-32, stuffed (COBS) so that a zero appears nowhere but between frames. Whoever begins to listen in
-//! the middle, or loses bytes, is in step again at the next zero.
+//! Messages in a byte stream: a message and its CRC-32, stuffed (COBS) so that zeros appear only
+//! between frames. A receiver that begins in the middle, or loses bytes, is in step again at the
+//! next zero.
 //!
-//! COBS: Cheshire and Baker, "Consistent overhead byte stuffing", IEEE/ACM Trans. Networking 7(2), 1999. CRC: CRC-32/ISO-HDLC, as in Ethernet and zip.
+//! COBS: Cheshire and Baker, "Consistent overhead byte stuffing", IEEE/ACM Trans. Networking 7(2),
+//! 1999. CRC: CRC-32/ISO-HDLC, as in Ethernet and zip.
 
 use super::view::LONGEST;
 use crc::{CRC_32_ISO_HDLC, Crc};
@@ -10,10 +12,11 @@ use thiserror::Error;
 static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 const CRC_BYTES: usize = 4;
-/// Longest frame, bytes: a message, its CRC, one byte of stuffing (below 254 bytes there is no more) and the zero that ends it.
+/// Longest frame, bytes: a message, its CRC, one byte of stuffing (below 254 bytes there is no
+/// more) and the zero that ends it.
 pub const LONGEST_FRAME: usize = LONGEST + CRC_BYTES + 2;
 
-/// Bytes between two zeros that are no frame.
+/// Why the bytes between two zeros are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum FrameError {
     /// Longer than the longest frame.
@@ -35,7 +38,8 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame of a message of at most [`LONGEST`] bytes; what is longer is cut, and no receiver will take it.
+    /// The frame of a message of at most [`LONGEST`] bytes; a longer one is cut, and no receiver
+    /// takes it.
     #[must_use]
     pub fn of(message: &[u8]) -> Self {
         let message = &message[..message.len().min(LONGEST)];
@@ -90,7 +94,8 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// Takes the next byte of the stream. At the end of a frame returns its message, without the CRC, or why it is none. Zeros in a row are nothing.
+    /// Takes the next byte of the stream. At the end of a frame it returns the message, without the
+    /// CRC, or the error. Repeated zeros count as nothing.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
         if byte != 0 {
             match self.bytes.get_mut(self.length) {
@@ -112,7 +117,7 @@ impl Decoder {
         Some(open(&mut self.bytes[..length]))
     }
 
-    /// Forgets what has come of a frame so far.
+    /// Forgets the part of a frame that has come so far.
     pub fn reset(&mut self) {
         self.length = 0;
         self.too_long = false;
@@ -127,7 +132,8 @@ fn open(stuffed: &mut [u8]) -> Result<&[u8], FrameError> {
         stuffed[zero_at] = 0;
         zero_at += usize::from(code);
     }
-    // The last distance leads to the ending zero; one that leads beyond it was damaged, and what remains has no end.
+    // The last distance leads to the ending zero; one that leads beyond it was damaged, and what
+    // remains has no end.
     if zero_at != stuffed.len() {
         return Err(FrameError::Broken);
     }

@@ -4,10 +4,10 @@ use super::view::{Bytes, Kind, View, ViewError};
 pub use haptic_core::sample::{ErrorCode, ErrorReport};
 use thiserror::Error;
 
-/// What a device can do, and how it counts.
+/// The abilities and units of a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceHello {
-    /// The number that the host asked with: an answer to an older question is none to this one.
+    /// The number of the host's question: an answer to an older question does not count.
     pub nonce: u32,
     /// Counts of the encoder to a metre of the handle.
     pub counts_per_metre: f32,
@@ -26,7 +26,7 @@ pub struct DeviceHello {
 }
 
 impl DeviceHello {
-    /// After how long without a command the motor is off, ms; nothing where there is no watchdog.
+    /// Time without a command after which the motor is off, ms; nothing without a watchdog.
     #[must_use]
     pub fn watchdog(&self) -> Option<u32> {
         (self.watchdog_ms > 0).then_some(self.watchdog_ms.into())
@@ -48,7 +48,8 @@ impl DeviceHello {
             .collect()
     }
 
-    /// A firmware's name as it goes into a hello: what is not ASCII becomes a question mark, what is too long is cut.
+    /// A firmware's name as it goes into a hello: what is not ASCII becomes a question mark, what
+    /// is too long is cut.
     #[must_use]
     pub fn firmware_of(name: &str) -> [u8; 24] {
         let mut firmware = [0; 24];
@@ -64,7 +65,7 @@ impl DeviceHello {
 pub struct DeviceSample {
     /// Counts the samples since the hello; it wraps around.
     pub sequence: u32,
-    /// When it was taken, us; it wraps around after 71 minutes.
+    /// Time of the sample, us; it wraps around after 71 minutes.
     pub time_us: u32,
     /// The encoder; it wraps around.
     pub count: i32,
@@ -89,7 +90,7 @@ pub struct WideChannels {
     pub acceleration_mm_per_s2: i32,
 }
 
-/// What a device says.
+/// A message from a device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FromDevice {
     /// Who it is.
@@ -107,12 +108,12 @@ pub enum FromDevice {
     Error {
         /// What.
         code: ErrorCode,
-        /// What the firmware wants its maker to know.
+        /// A detail for the firmware's maker.
         detail: u32,
     },
 }
 
-/// What a host says.
+/// A message from a host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FromHost {
     /// Who are you? The device switches its motor off and begins anew.
@@ -138,13 +139,13 @@ pub enum FromHost {
     },
 }
 
-/// Why bytes are not what the other side may say.
+/// Why bytes are not a message of the other side.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum MessageError {
-    /// They are no message.
+    /// They are not a message.
     #[error(transparent)]
     View(#[from] ViewError),
-    /// It goes the other way.
+    /// The message is for the other direction.
     #[error("a {0:?} does not come from this side")]
     WrongWay(Kind),
     /// A value that no device can have.
@@ -169,7 +170,7 @@ impl FromDevice {
     /// Reads a message.
     ///
     /// # Errors
-    /// It is none that a device may send.
+    /// It is not a message of a device.
     pub fn read(view: View<'_>) -> Result<Self, MessageError> {
         Ok(match view.kind() {
             Kind::DeviceHello => {
@@ -267,7 +268,7 @@ impl FromHost {
     /// Reads a message.
     ///
     /// # Errors
-    /// It is none that a host may send.
+    /// It is not a message of a host.
     pub fn read(view: View<'_>) -> Result<Self, MessageError> {
         let enabled = view.u8(2) & ENABLED != 0;
         Ok(match view.kind() {

@@ -1,7 +1,8 @@
-//! The link protocol, version 1: what a rig's firmware and hapticd say to each other. `docs/device-protocol.md` specifies it.
+//! The link protocol, version 1, between a rig's firmware and hapticd. `docs/device-protocol.md`
+//! specifies it.
 //!
-//! [`message`] holds the values, [`view`] the bytes that they are on the link, [`frame`] how a byte stream is cut into them. A HID report carries the
-//! bytes as they are.
+//! [`message`] has the values, [`view`] their bytes, and [`frame`] cuts a byte stream into
+//! messages. A HID report carries the bytes unchanged.
 
 pub mod frame;
 pub mod message;

@@ -1,5 +1,5 @@
-//! Messages as bytes: which field lies where. Nothing is interpreted here but the byte order, and nothing can panic: a view exists only over bytes of
-//! the right kind, version and length.
+//! Messages as bytes: the place of every field. Only the byte order is interpreted here, and
+//! nothing can panic: a view exists only over bytes of the right kind, version and length.
 
 use super::VERSION;
 use thiserror::Error;
@@ -61,7 +61,7 @@ impl Kind {
 /// Longest message, bytes.
 pub const LONGEST: usize = 48;
 
-/// Why bytes are no message.
+/// Why bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ViewError {
     /// There is no such kind of message.
@@ -73,7 +73,7 @@ pub enum ViewError {
     /// It is too short or too long.
     #[error("a message of {got} bytes where {kind:?} has {}", .kind.length())]
     Length {
-        /// What it claims to be.
+        /// Its kind.
         kind: Kind,
         /// Its length, bytes.
         got: usize,
@@ -91,7 +91,7 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// Looks at bytes that are one message and nothing else.
+    /// A view of bytes that are exactly one message.
     ///
     /// # Errors
     /// They are not.
@@ -106,7 +106,7 @@ impl<'a> View<'a> {
         Ok(view)
     }
 
-    /// Looks at bytes that begin with a message, as a HID report does.
+    /// A view of bytes that begin with a message, as a HID report does.
     ///
     /// # Errors
     /// They do not.
@@ -114,7 +114,8 @@ impl<'a> View<'a> {
         let [first, version, ..] = *bytes else {
             return Err(ViewError::Empty);
         };
-        // The first two bytes are where they are in every version, so that a device of another version is known as one.
+        // The first two bytes are where they are in every version, so that a device of another
+        // version is known as one.
         if version != VERSION {
             return Err(ViewError::Version(version));
         }
@@ -125,7 +126,7 @@ impl<'a> View<'a> {
         Ok(Self { kind, bytes })
     }
 
-    /// What it is.
+    /// Its kind.
     #[must_use]
     pub fn kind(&self) -> Kind {
         self.kind
@@ -192,7 +193,7 @@ impl Bytes {
         }
     }
 
-    /// The same with a field at an offset.
+    /// The same message with a field at an offset.
     ///
     /// # Panics
     /// The field does not lie within the longest message; every field of this protocol does.

@@ -18,20 +18,12 @@ pub(crate) struct Device {
 impl Device {
     fn of(monitor: &LinkMonitor) -> Option<Self> {
         match monitor.state() {
-            LinkState::Connected {
-                firmware,
-                force_limit_n,
-                resolution_m,
-                watchdog_ms,
-                rig,
-                connection,
-                ..
-            } => Some(Self {
-                firmware,
-                force_limit_n,
-                resolution_m,
-                watchdog_ms,
-                rig,
+            LinkState::Connected { device, connection } => Some(Self {
+                firmware: device.firmware,
+                force_limit_n: device.force_limit_n,
+                resolution_m: device.resolution_m,
+                watchdog_ms: device.watchdog_ms,
+                rig: device.rig,
                 connection,
             }),
             LinkState::Looking | LinkState::Waiting(_) => None,

@@ -1,19 +1,22 @@
-//! `devices`: what is plugged in, and why one cannot be used.
+//! `devices`: the devices that are plugged in, and why one of them cannot be used.
 
 use crate::control::RigHandle;
-use device_io::Address;
-use device_io::discovery::{Found, list, probe};
+use crate::telemetry::link::linked;
+use device_boards::Address;
+use device_io::discovery::{Candidate, list, probe};
 use device_io::link::ConnectError;
-use haptic_ipc::{DevicesReply, ErrorCode, FoundDevice, LinkedDevice, Problem, WireError};
+use haptic_ipc::{DevicesReply, ErrorCode, FoundDevice, Problem, WireError};
 use std::time::Duration;
 
-/// How long looking through the nodes may take.
+/// Longest time for looking through the nodes.
 const LIST_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// How long opening and greeting a device may take: a serial line is given more than two seconds to answer.
+/// Longest time for opening and greeting a device: a serial line has more than two seconds to
+/// answer.
 const PROBE_TIMEOUT: Duration = Duration::from_secs(4);
 
-/// Lists what is plugged in, or asks one device who it is. Either may take a while, so a thread of its own does it.
+/// Lists the devices that are plugged in, or asks one device who it is. Either may take a while, so
+/// a thread of its own does it.
 ///
 /// # Errors
 /// The address names no device, or this daemon uses it and nobody else may open it.
@@ -21,7 +24,7 @@ pub(super) async fn devices(rig: &RigHandle, asked: Option<String>) -> Result<De
     let ours = rig.facts.address.clone();
     let done = match asked {
         None => {
-            let look = move || list().iter().map(|found| one(found, &ours)).collect();
+            let look = move || list().iter().map(|found| listed(found, &ours)).collect();
             rig.devices().run(LIST_TIMEOUT, look).await
         }
         Some(asked) => {
@@ -31,10 +34,10 @@ pub(super) async fn devices(rig: &RigHandle, asked: Option<String>) -> Result<De
             let name = address.to_string();
             let probed = rig.devices().run(PROBE_TIMEOUT, move || {
                 // A path may lead anywhere, so it is not even looked at elsewhere.
-                (!is_same(&address, &ours)).then(|| vec![greeted(&address)])
+                (!is_same(&address, &ours)).then(|| vec![probed(&address)])
             });
             match probed.await {
-                Ok(Some(told)) => Ok(told),
+                Ok(Some(found)) => Ok(found),
                 Ok(None) => {
                     let message = format!("{name} is in use by this daemon: `status` shows what it answered");
                     return Err(WireError::new(ErrorCode::WrongState, message).about("probe"));
@@ -54,11 +57,11 @@ fn is_same(address: &Address, other: &Address) -> bool {
     address == other || node(address).is_some_and(|here| node(other) == Some(here))
 }
 
-fn one(found: &Found, ours: &Address) -> FoundDevice {
+fn listed(found: &Candidate, ours: &Address) -> FoundDevice {
     FoundDevice {
         address: found.address.to_string(),
         description: found.description.clone(),
-        in_use: is_same(&found.address, ours),
+        in_use: is_same(&Address::Native(found.address.clone()), ours),
         problem: found.obstacle.as_ref().map(|obstacle| Problem {
             what: obstacle.why.clone(),
             remedy: obstacle.remedy.clone(),
@@ -67,31 +70,35 @@ fn one(found: &Found, ours: &Address) -> FoundDevice {
     }
 }
 
-fn greeted(address: &Address) -> FoundDevice {
-    let mut told = FoundDevice {
-        address: address.to_string(),
-        ..FoundDevice::default()
+fn probed(address: &Address) -> FoundDevice {
+    let greeted = match address.connector() {
+        Some(mut connector) => probe(&mut *connector),
+        None => Err(ConnectError::Refused {
+            what: address.to_string(),
+            why: "it is simulated in the daemon".to_owned(),
+            remedy: "there is nothing to be asked; `fake-rig` simulates one behind a serial line".to_owned(),
+        }),
     };
-    match probe(address) {
-        Ok(greeting) => {
-            told.device = Some(LinkedDevice {
-                firmware: greeting.firmware,
-                force_limit_n: greeting.force_limit_n,
-                sample_rate_hz: greeting.sample_rate_hz,
-                resolution_m: greeting.resolution_m,
-                watchdog_ms: greeting.watchdog_ms,
-                rig: None,
-            });
-        }
-        Err(error) => {
-            let what = error.to_string();
-            let remedy = match error {
-                ConnectError::Absent { .. } => "plug it in; `haptic-ctl devices` lists what is there".to_owned(),
-                ConnectError::Refused { remedy, .. } => remedy,
-                ConnectError::Protocol { .. } => "docs/device-protocol.md says what a firmware is to answer".to_owned(),
-            };
-            told.problem = Some(Problem { what, remedy });
-        }
+    let (device, problem) = match greeted {
+        Ok(facts) => (Some(linked(facts)), None),
+        Err(error) => (None, Some(problem(&error))),
+    };
+    FoundDevice {
+        address: address.to_string(),
+        device,
+        problem,
+        ..FoundDevice::default()
     }
-    told
+}
+
+fn problem(error: &ConnectError) -> Problem {
+    let remedy = match error {
+        ConnectError::Absent { .. } => "plug it in; `haptic-ctl devices` lists what is there",
+        ConnectError::Refused { remedy, .. } => remedy,
+        ConnectError::Protocol { .. } => "docs/device-protocol.md says what a firmware is to answer",
+    };
+    Problem {
+        what: error.to_string(),
+        remedy: remedy.to_owned(),
+    }
 }

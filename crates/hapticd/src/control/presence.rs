@@ -40,14 +40,14 @@ impl Presence {
         match state {
             // The same connection, of which the loop may know already that it is lost.
             LinkState::Connected { .. } if connections == self.connections => {}
-            LinkState::Connected { firmware, .. } => {
+            LinkState::Connected { device, .. } => {
                 if self.lost() {
                     // It came back before anybody looked.
                     changes.push(Change::Lost);
                 }
                 (self.is_connected, self.connections) = (true, connections);
                 changes.push(Change::Found {
-                    firmware: firmware.clone(),
+                    firmware: device.firmware.clone(),
                 });
             }
             LinkState::Looking | LinkState::Waiting(_) => {
@@ -67,15 +67,13 @@ mod tests {
     #[test]
     fn each_loss_and_each_return_is_told_once() {
         let there = LinkState::Connected {
-            firmware: "f".to_owned(),
-            force_limit_n: 1.0,
-            sample_rate_hz: 1000.0,
-            resolution_m: 1e-5,
-            watchdog_ms: Some(50),
-            rig: device_io::link::RigIdentity {
-                key: "serial-rig".to_owned(),
-                has_serial_number: false,
-                reversed: false,
+            device: device_io::link::DeviceFacts {
+                firmware: "f".to_owned(),
+                force_limit_n: 1.0,
+                sample_rate_hz: 1000.0,
+                resolution_m: 1e-5,
+                watchdog_ms: Some(50),
+                rig: device_io::link::RigIdentity::default(),
             },
             connection: 1,
         };

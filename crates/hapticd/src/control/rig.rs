@@ -17,7 +17,7 @@ use crate::rt::handoff::{Heard, Outcome, Shared, Stopped};
 use crate::rt::outbox::TickRecord;
 use crate::telemetry::feed::Feed;
 use crate::telemetry::link;
-use device_io::Address;
+use device_boards::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::adviser::RigFacts;
 use haptic_core::limiter::Limits;
@@ -70,14 +70,9 @@ impl Facts {
         let Some(link) = &self.link else { return self.rig };
         let mut times = link::times(link);
         let mut rig = self.rig;
-        if let LinkState::Connected {
-            resolution_m,
-            sample_rate_hz,
-            ..
-        } = link.state()
-        {
-            rig.resolution = resolution_m;
-            times.sample_period_s = 1.0 / sample_rate_hz;
+        if let LinkState::Connected { device, .. } = link.state() {
+            rig.resolution = device.resolution_m;
+            times.sample_period_s = 1.0 / device.sample_rate_hz;
         }
         rig.sample_period_s = times.sample_period_s;
         rig.delay_s = times.delay_s(rig.period_s);
@@ -113,8 +108,8 @@ impl Facts {
     /// The largest force that goes to the rig, N, and whose limit that is.
     pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
         match self.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected { force_limit_n, .. }) if force_limit_n < self.limits.force_n => {
-                (force_limit_n, ForceLimitBy::Device)
+            Some(LinkState::Connected { device, .. }) if device.force_limit_n < self.limits.force_n => {
+                (device.force_limit_n, ForceLimitBy::Device)
             }
             _ => (self.limits.force_n, ForceLimitBy::Configuration),
         }

@@ -1,7 +1,7 @@
 //! How the link to a rig is, for those who ask and for those who listen.
 
 use crate::rt::clock::now_ns;
-use device_io::link::{ConnectError, LinkCounters, LinkMonitor, LinkState, UNKNOWN_DRIFT};
+use device_io::link::{ConnectError, DeviceFacts, LinkCounters, LinkMonitor, LinkState, UNKNOWN_DRIFT};
 use haptic_core::adviser::LinkTimes;
 use haptic_ipc::{LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -18,6 +18,18 @@ pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {
     }
 }
 
+/// A device as the protocol shows it, without its key.
+pub(crate) fn linked(device: DeviceFacts) -> LinkedDevice {
+    LinkedDevice {
+        firmware: device.firmware,
+        force_limit_n: device.force_limit_n,
+        sample_rate_hz: device.sample_rate_hz,
+        resolution_m: device.resolution_m,
+        watchdog_ms: device.watchdog_ms,
+        rig: None,
+    }
+}
+
 /// How the link to the rig is.
 pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
     let counters = monitor.counters();
@@ -25,25 +37,10 @@ pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
     #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
     let us = |counter: &AtomicU64| count(counter) as f64 * 1e-3;
     let (device, waiting) = match monitor.state() {
-        LinkState::Connected {
-            firmware,
-            force_limit_n,
-            sample_rate_hz,
-            resolution_m,
-            watchdog_ms,
-            rig,
-            ..
-        } => (
-            Some(LinkedDevice {
-                firmware,
-                force_limit_n,
-                sample_rate_hz,
-                resolution_m,
-                watchdog_ms,
-                rig: Some(rig.key),
-            }),
-            None,
-        ),
+        LinkState::Connected { device, .. } => {
+            let rig = Some(device.rig.key.clone());
+            (Some(LinkedDevice { rig, ..linked(device) }), None)
+        }
         state => (None, Some(waiting(&state, counters))),
     };
     let drift_ppb = counters.drift_ppb.load(Relaxed);

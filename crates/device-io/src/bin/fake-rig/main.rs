@@ -1,24 +1,27 @@
-//! The fake rig behind a link: the same plant as in the daemon, with a firmware that speaks the link protocol, and a link that can be made to fail.
+//! The fake rig behind a link: the plant of the daemon's own fake rig, a firmware that speaks the
+//! link protocol, and a link that fails on request.
 
 mod port;
 
 use clap::Parser;
+use device_io::clock::now_ns;
 use device_io::fake::{
     Channel, Fault, Firmware, FirmwareProperties, HandOptions, Order, Quality, RigProperties, Script, TimedFault,
-    now_ns, take_priority,
+    take_priority,
 };
 use device_io::protocol::message::{DeviceHello, FromDevice};
-use port::{Gone, Place, Port};
+use port::{Place, Port, PortClosed};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// A fake rig behind a pseudo-terminal, for `hapticd --device serial:LINK`, or on the device's side of a USB function.
+/// A fake rig behind a pseudo-terminal, for `hapticd --device serial:LINK`, or on the device's side
+/// of a USB function.
 ///
-/// It speaks the link protocol as a microcontroller does. Faults are lines such as `loss 0.05` or `at 2.5 hang-up 0.3`,
-/// from --fault, from a script, or on standard input while it runs.
+/// It speaks the link protocol as a microcontroller does. Faults are lines such as `loss 0.05` or
+/// `at 2.5 hang-up 0.3`, from --fault, from a script, or on standard input while it runs.
 #[derive(Debug, Parser)]
 #[command(name = "fake-rig", version, max_term_width = 110)]
 struct Options {
@@ -33,7 +36,8 @@ struct Options {
     #[arg(long, value_name = "N", default_value_t = 20.0)]
     force_limit_n: f64,
 
-    /// The firmware's watchdog switches the motor off after so long without a command, ms; 0: it has none
+    /// The firmware's watchdog switches the motor off after so long without a command, ms; 0: it
+    /// has none
     #[arg(long, value_name = "MS", default_value_t = 50)]
     watchdog_ms: u16,
 
@@ -45,7 +49,8 @@ struct Options {
     #[arg(long, value_name = "PPM", default_value_t = 0.0, allow_negative_numbers = true)]
     clock_ppm: f64,
 
-    /// Name of the firmware, up to 24 letters, instead of the fake rig's own. With its own it counts as commissioned
+    /// Name of the firmware, up to 24 letters, instead of the fake rig's own. With its own it
+    /// counts as commissioned
     #[arg(long, value_name = "NAME")]
     firmware_name: Option<String>,
 
@@ -79,7 +84,8 @@ struct Options {
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
 
-    /// Stay at an ordinary priority; otherwise it takes a real-time one where it may, as a microcontroller is never late
+    /// Stay at an ordinary priority; otherwise it takes a real-time one where it may, as a
+    /// microcontroller is never late
     #[arg(long)]
     ordinary_priority: bool,
 
@@ -99,7 +105,8 @@ struct PlaceOptions {
     #[arg(long, value_name = "PATH")]
     tty: Option<PathBuf>,
 
-    /// Speak in reports of 64 bytes on this node of a USB gadget, such as /dev/hidg0, whenever it is there
+    /// Speak in reports of 64 bytes on this node of a USB gadget, such as /dev/hidg0, whenever it
+    /// is there
     #[arg(long, value_name = "PATH")]
     hid: Option<PathBuf>,
 }
@@ -139,7 +146,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Between two looks whether the place has come or gone, ns.
+/// Time between two looks for the place, ns.
 const LOOK_NS: u64 = 20_000_000;
 
 struct Rig {
@@ -183,7 +190,7 @@ impl Rig {
         Ok(Self {
             port: match &place {
                 Place::Pty(_) => Some(Port::open(&place)?),
-                // They are not ours, and may come later.
+                // These are not made here, and may appear later.
                 Place::Tty(_) | Place::Hid(_) => None,
             },
             place,
@@ -231,7 +238,7 @@ impl Rig {
         }
     }
 
-    /// Opens the place when it comes, and leaves it when it has gone.
+    /// Opens the place when it appears, and leaves it when it disappears.
     fn look(&mut self, now: u64) -> io::Result<()> {
         if self.port.as_ref().is_some_and(|port| !port.is_there()) {
             self.leave();
@@ -253,7 +260,7 @@ impl Rig {
         self.down.clear();
     }
 
-    /// Carries out what is due of the script and of what was asked for; whether that was to end.
+    /// Carries out all orders that are due; whether one of them was to end.
     fn take_orders(&mut self, now: u64) -> bool {
         while let Some(order) = self.script.next(now) {
             match order {
@@ -299,7 +306,7 @@ impl Rig {
     fn read(&mut self, now: u64) {
         let Some(port) = &mut self.port else { return };
         let Self { down, quality, .. } = self;
-        if let Err(Gone) = port.read(|frame| down.send(frame, quality, now)) {
+        if let Err(PortClosed) = port.read(|frame| down.send(frame, quality, now)) {
             self.leave();
         }
     }
@@ -331,12 +338,12 @@ impl Rig {
         {
             written = port.write(frame);
         }
-        if let Err(Gone) = written {
+        if let Err(PortClosed) = written {
             self.leave();
         }
     }
 
-    /// Until something is due or comes.
+    /// Waits until a frame is due or bytes come.
     fn wait(&self) {
         let due_ns = [self.up.next_due_ns(), self.down.next_due_ns()]
             .into_iter()

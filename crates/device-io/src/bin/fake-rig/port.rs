@@ -1,4 +1,4 @@
-//! Where the fake rig speaks, and in which frames.
+//! The place of the fake rig's link, and its frames.
 
 use device_io::fake::plug_in;
 use device_io::protocol::frame::{Decoder, Frame};
@@ -13,12 +13,13 @@ use std::collections::VecDeque;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// Where the rig speaks.
+/// The place of the rig's link.
 #[derive(Clone, Debug)]
 pub(crate) enum Place {
     /// Behind a pseudo-terminal of its own, at which this link is made to point.
     Pty(PathBuf),
-    /// On a terminal that there is: the device's side of a USB serial function (/dev/ttyGS0), or one end of a cable.
+    /// On a terminal that there is: the device's side of a USB serial function (/dev/ttyGS0), or
+    /// one end of a cable.
     Tty(PathBuf),
     /// On the device's side of a USB HID function (/dev/hidg0).
     Hid(PathBuf),
@@ -34,7 +35,7 @@ impl Place {
 
 /// The place is no longer there.
 #[derive(Debug)]
-pub(crate) struct Gone;
+pub(crate) struct PortClosed;
 
 /// Bytes of a HID report.
 const REPORT: usize = 64;
@@ -73,14 +74,14 @@ impl Port {
         })
     }
 
-    /// Gives away the frames that have come, each as it came.
-    pub(crate) fn read(&mut self, mut each: impl FnMut(Vec<u8>)) -> Result<(), Gone> {
+    /// Passes each frame that has come on, as it came.
+    pub(crate) fn read(&mut self, mut each: impl FnMut(Vec<u8>)) -> Result<(), PortClosed> {
         let mut buffer = [0; 1024];
         loop {
             match (rustix::io::read(&self.node, &mut buffer), &self.place) {
                 // Nobody has the other end open, who may come again.
                 (Ok(0) | Err(Errno::IO), Place::Pty(_)) => return Ok(()),
-                (Ok(0), _) => return Err(Gone),
+                (Ok(0), _) => return Err(PortClosed),
                 (Ok(count), Place::Hid(_)) => each(buffer[..count].to_vec()),
                 (Ok(count), _) => {
                     for &byte in &buffer[..count] {
@@ -92,7 +93,7 @@ impl Port {
                 }
                 (Err(Errno::AGAIN), _) => return Ok(()),
                 (Err(Errno::INTR), _) => {}
-                (Err(_), _) => return Err(Gone),
+                (Err(_), _) => return Err(PortClosed),
             }
         }
     }
@@ -124,16 +125,16 @@ impl Port {
         }
     }
 
-    /// Sends a frame. What does not fit is lost, as on a line that nobody reads.
-    pub(crate) fn write(&mut self, frame: Vec<u8>) -> Result<(), Gone> {
+    /// Sends a frame. A frame that does not fit is lost, as on a line that nobody reads.
+    pub(crate) fn write(&mut self, frame: Vec<u8>) -> Result<(), PortClosed> {
         if self.unsent.len() < MOST_UNSENT {
             self.unsent.push_back(frame);
         }
         self.flush()
     }
 
-    /// Sends what waits.
-    pub(crate) fn flush(&mut self) -> Result<(), Gone> {
+    /// Sends the waiting frames.
+    pub(crate) fn flush(&mut self) -> Result<(), PortClosed> {
         while let Some(frame) = self.unsent.front() {
             match (rustix::io::write(&self.node, frame), &self.place) {
                 // The host asks for one report at a time.
@@ -141,13 +142,14 @@ impl Port {
                 (Ok(_) | Err(Errno::AGAIN | Errno::INTR), _) | (Err(Errno::IO), Place::Pty(_)) => {
                     self.unsent.pop_front();
                 }
-                (Err(_), _) => return Err(Gone),
+                (Err(_), _) => return Err(PortClosed),
             }
         }
         Ok(())
     }
 
-    /// Whether its node is still the one that was opened: that of a function that has been taken off the bus says nothing when it is read.
+    /// Whether its node is still the one that was opened: reading the node of a function that has
+    /// left the bus gives no error.
     pub(crate) fn is_there(&self) -> bool {
         let Place::Hid(path) = &self.place else { return true };
         match (fstat(&self.node), stat(path)) {
@@ -156,7 +158,7 @@ impl Port {
         }
     }
 
-    /// What to wait for.
+    /// The events to wait for.
     pub(crate) fn events(&self) -> PollFlags {
         if self.unsent.is_empty() {
             PollFlags::IN
@@ -175,13 +177,13 @@ impl AsFd for Port {
 impl Drop for Port {
     fn drop(&mut self) {
         if let Place::Pty(link) = &self.place {
-            // Gone already, or not ours to take away: there is nobody to tell.
+            // The link is gone already, or belongs to somebody else: nothing depends on it.
             drop(std::fs::remove_file(link));
         }
     }
 }
 
-/// Has a terminal pass bytes on as they are. What is no terminal does that by itself.
+/// Makes a terminal pass bytes on unchanged. A node that is not a terminal does so by itself.
 fn make_raw(node: &OwnedFd) -> io::Result<()> {
     match tcgetattr(node) {
         Ok(mut settings) => {

@@ -1,0 +1,146 @@
+//! Every address of a rig: those of `device-io`, and those of the boards here.
+
+use crate::connector::BoardConnector;
+use crate::odrive::ODriveOptions;
+use crate::simplefoc::SimpleFocOptions;
+use device_io::address::{FORMS, place_and_options};
+use device_io::link::Connector;
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// Where a rig is, and which protocol it speaks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Address {
+    /// The simulated rig in this process, or a rig that speaks the link protocol.
+    Native(device_io::Address),
+    /// An ODrive by its ASCII protocol. Never tried on a real one.
+    ODrive(ODriveOptions),
+    /// A board with SimpleFOC's Commander. Never tried on a real one.
+    SimpleFoc(SimpleFocOptions),
+}
+
+/// A text that names no rig.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error(
+    "`{address}` names no device: {why}; write {}, odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1[&axis=0] or \
+     simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05[&motor=M][&target=A][&host_timeout_ms=50], \
+     these two with [&direction=-1][&baud=115200]",
+    FORMS
+)]
+pub struct AddressError {
+    address: String,
+    why: String,
+}
+
+impl FromStr for Address {
+    type Err = AddressError;
+
+    fn from_str(text: &str) -> Result<Self, AddressError> {
+        let board = |rest: &str, parse: fn(&str, Option<&str>) -> Result<Self, String>| {
+            place_and_options(rest).and_then(|(place, options)| parse(place, options))
+        };
+        match text.split_once(':') {
+            Some(("odrive", rest)) => board(rest, |place, options| {
+                ODriveOptions::parse(place, options).map(Self::ODrive)
+            }),
+            Some(("simplefoc", rest)) => board(rest, |place, options| {
+                SimpleFocOptions::parse(place, options).map(Self::SimpleFoc)
+            }),
+            _ => text
+                .parse()
+                .map(Self::Native)
+                .map_err(|error: device_io::address::AddressError| error.why),
+        }
+        .map_err(|why| AddressError {
+            address: text.to_owned(),
+            why,
+        })
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Native(address) => address.fmt(f),
+            Self::ODrive(options) => options.fmt(f),
+            Self::SimpleFoc(options) => options.fmt(f),
+        }
+    }
+}
+
+impl Address {
+    /// The simulated rig in this process.
+    pub const FAKE: Self = Self::Native(device_io::Address::Fake);
+
+    /// The node of a serial line.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::Native(address) => address.path(),
+            Self::ODrive(options) => Some(&options.motor.path),
+            Self::SimpleFoc(options) => Some(&options.motor.path),
+        }
+    }
+
+    /// The connector of the rig; nothing for the rig in this process.
+    #[must_use]
+    pub fn connector(&self) -> Option<Box<dyn Connector>> {
+        match self {
+            Self::Native(address) => address.connector(),
+            Self::ODrive(options) => Some(Box::new(BoardConnector::new(options.clone()))),
+            Self::SimpleFoc(options) => Some(Box::new(BoardConnector::new(options.clone()))),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_controller_is_named_with_its_mechanism() {
+        for text in [
+            "odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.5",
+            "odrive:/dev/ttyACM0?axis=1&torque_limit_nm=0.5&radius_mm=4.7625&direction=-1&baud=921600",
+            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05",
+            "simplefoc:rig?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05&motor=A&target=V&host_timeout_ms=50",
+        ] {
+            let address: Address = text.parse().expect(text);
+            assert_eq!(address.to_string().parse(), Ok(address));
+        }
+        let error = "odrive:/dev/x?radius_mm=5".parse::<Address>().expect_err("no limit");
+        assert!(error.to_string().contains("torque_limit_nm"), "{error}");
+    }
+
+    #[test]
+    fn every_kind_of_device_io_is_one_here_and_an_error_lists_all_kinds() {
+        for text in ["fake", "serial:/dev/ttyACM0?baud=500000", "hid:1209:000a:17"] {
+            let address: Address = text.parse().expect(text);
+            assert_eq!(Ok(address.clone()), text.parse().map(Address::Native));
+            assert_eq!(address.to_string(), text);
+        }
+        assert_eq!("fake".parse(), Ok(Address::FAKE));
+        for (text, why) in [
+            (
+                "usb:1",
+                "`usb:1` names no device: there is no kind `usb`; write fake, serial:",
+            ),
+            (
+                "odrive:",
+                "`odrive:` names no device: nothing follows its kind; write fake, serial:",
+            ),
+            (
+                "odrive",
+                "`odrive` names no device: it has no kind before a colon; write fake, serial:",
+            ),
+        ] {
+            let error = text.parse::<Address>().expect_err(text).to_string();
+            assert!(error.starts_with(why), "{error}");
+            for kind in ["hid:VID:PID[:SERIAL], odrive:/dev/", " or simplefoc:/dev/"] {
+                assert!(error.contains(kind), "{error}");
+            }
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! Fakes of other makers' motor controllers behind a pseudo-terminal: the carriage of the fake rig,
+//! with an ODrive or a SimpleFOC board that speaks its published protocol, and a line that can be
+//! made to fail.
+
+use clap::{Parser, ValueEnum};
+use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties, SimpleFocBoard, SimpleFocProperties};
+use device_io::clock::now_ns;
+use device_io::fake::{
+    Channel, Fault, HandOptions, Order, Quality, RigProperties, Script, Terminal, TimedFault, take_priority,
+};
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// A fake motor controller behind a pseudo-terminal, for `hapticd --device odrive:LINK?...` or
+/// `simplefoc:LINK?...`.
+///
+/// It speaks the protocol as its maker publishes it; it has not been compared with a real board.
+/// Faults are lines such as `loss 0.05` or `at 2.5 hang-up 0.3`, from --fault, from a script, or on
+/// standard input while it runs; `force` there asks what the motor gives, and `quit` ends it.
+#[derive(Debug, Parser)]
+#[command(name = "fake-board", version, max_term_width = 110)]
+struct Options {
+    /// What it is
+    kind: BoardKind,
+
+    /// Make this path point at the terminal, and take it away at the end
+    #[arg(long, value_name = "LINK")]
+    pty: PathBuf,
+
+    /// Radius of the pulley, mm
+    #[arg(long, value_name = "MM", default_value_t = 5.0)]
+    radius_mm: f64,
+
+    /// SimpleFOC: torque to one unit of the target, Nm
+    #[arg(long, value_name = "NM", default_value_t = 0.05)]
+    nm_per_unit: f64,
+
+    /// SimpleFOC: disable the motor after so long without a command, ms, as a builder may have
+    /// added; the library has no such thing
+    #[arg(long, value_name = "MS")]
+    host_timeout_ms: Option<u32>,
+
+    /// SimpleFOC: how it makes torque
+    #[arg(long, value_enum, default_value = "foc-current")]
+    torque: Torque,
+
+    /// SimpleFOC: resistance of a phase, ohm; 0 where it is not set
+    #[arg(long, value_name = "OHM", default_value_t = 0.0)]
+    phase_resistance: f64,
+
+    /// ODrive: firmware 0.6 instead of 0.5.6
+    #[arg(long)]
+    firmware_0_6: bool,
+
+    /// ODrive: it has not been calibrated, and closes no loop
+    #[arg(long)]
+    uncalibrated: bool,
+
+    #[command(flatten)]
+    hand: HandOptions,
+
+    /// A fault, now or `at` a time in seconds; may be given again
+    #[arg(long, value_name = "FAULT", long_help = concat!("A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, ",
+        "reorder SHARE, stall S, hang-up S, jump COUNTS; a share is of lines"))]
+    fault: Vec<TimedFault>,
+
+    /// A file of faults, one a line; what follows a `#` is a comment
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+
+    /// Take no real-time priority, with which it keeps time as hardware does where it may have one
+    #[arg(long)]
+    ordinary_priority: bool,
+
+    /// What is random is the same again with the same number
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum BoardKind {
+    /// An ODrive with its ASCII protocol
+    Odrive,
+    /// A board with the Commander of SimpleFOC 2.3
+    Simplefoc,
+}
+
+/// How a SimpleFOC board makes torque.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Torque {
+    Voltage,
+    DcCurrent,
+    FocCurrent,
+    /// From SimpleFOC 2.4 on
+    EstimatedCurrent,
+}
+
+fn main() -> ExitCode {
+    let options = Options::parse();
+    if !options.ordinary_priority {
+        take_priority();
+    }
+    let done = Script::new(&options.fault, options.script.as_deref(), now_ns()).and_then(|script| {
+        let mut desk = Desk::new(&options, script).map_err(|error| format!("{}: {error}", options.pty.display()))?;
+        desk.run().map_err(|error| error.to_string())
+    });
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("fake-board: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn board(options: &Options) -> Box<dyn FakeBoard> {
+    let radius_m = options.radius_mm * 1e-3;
+    match options.kind {
+        BoardKind::Odrive => {
+            let properties = ODriveProperties {
+                firmware: if options.firmware_0_6 { [0, 6, 9] } else { [0, 5, 6] },
+                radius_m,
+                calibrated: !options.uncalibrated,
+                ..ODriveProperties::default()
+            };
+            Box::new(ODriveBoard::new(
+                RigProperties::default(),
+                options.hand.hand(),
+                properties,
+            ))
+        }
+        BoardKind::Simplefoc => {
+            let properties = SimpleFocProperties {
+                radius_m,
+                nm_per_unit: options.nm_per_unit,
+                torque: match options.torque {
+                    Torque::Voltage => "volt",
+                    Torque::DcCurrent => "dc curr",
+                    Torque::FocCurrent => "foc curr",
+                    Torque::EstimatedCurrent => "est. curr",
+                },
+                phase_resistance_ohm: options.phase_resistance,
+                host_timeout_ns: options.host_timeout_ms.map(|ms| u64::from(ms) * 1_000_000),
+                ..SimpleFocProperties::default()
+            };
+            Box::new(SimpleFocBoard::new(
+                RigProperties::default(),
+                options.hand.hand(),
+                properties,
+            ))
+        }
+    }
+}
+
+/// Step of the board's clock while nothing comes, ns.
+const STEP_NS: u64 = 1_000_000;
+
+/// Longest step of the board's clock, ns. If this process did not run for longer, the rest of that
+/// time does not pass on the board: a real board never stands still because a machine is busy.
+const LONGEST_STEP_NS: u64 = 5_000_000;
+
+struct Desk {
+    link: PathBuf,
+    terminal: Option<Terminal>,
+    plug_in_at_ns: u64,
+    stalled_until_ns: u64,
+    board: Box<dyn FakeBoard>,
+    quality: Quality,
+    up: Channel,
+    down: Channel,
+    /// Bytes of a line of the host's, as they come.
+    raw: Vec<u8>,
+    script: Script,
+    /// The board's clock, and ours at the same time, ns.
+    board_ns: u64,
+    seen_ns: u64,
+}
+
+impl Desk {
+    fn new(options: &Options, script: Script) -> io::Result<Self> {
+        let began_ns = now_ns();
+        Ok(Self {
+            link: options.pty.clone(),
+            terminal: Some(Terminal::plug_in(&options.pty)?),
+            plug_in_at_ns: 0,
+            stalled_until_ns: 0,
+            board: board(options),
+            quality: Quality::default(),
+            up: Channel::new(options.seed),
+            down: Channel::new(options.seed.wrapping_add(1)),
+            raw: Vec::new(),
+            script,
+            board_ns: began_ns,
+            seen_ns: began_ns,
+        })
+    }
+
+    /// Until standard input says `quit`, or for ever.
+    fn run(&mut self) -> io::Result<()> {
+        println!("fake-board: {}", self.link.display());
+        io::stdout().flush()?;
+        loop {
+            let now = now_ns();
+            self.board_ns += now.saturating_sub(self.seen_ns).min(LONGEST_STEP_NS);
+            self.seen_ns = now;
+            if self.take_orders(now) {
+                return Ok(());
+            }
+            if self.terminal.is_none() && now >= self.plug_in_at_ns {
+                self.terminal = Some(Terminal::plug_in(&self.link)?);
+            }
+            self.read_terminal(now)?;
+            while now >= self.stalled_until_ns
+                && let Some(line) = self.down.receive(now)
+            {
+                for answer in self.board.hear(&line, self.board_ns) {
+                    self.up.send(answer, &self.quality, now);
+                }
+            }
+            self.board.live_until(self.board_ns);
+            while let Some(line) = self.up.receive(now) {
+                if let Some(terminal) = &self.terminal {
+                    terminal.write(&line)?;
+                }
+            }
+            self.wait();
+        }
+    }
+
+    fn read_terminal(&mut self, now: u64) -> io::Result<()> {
+        let Self {
+            terminal: Some(terminal),
+            raw,
+            down,
+            quality,
+            ..
+        } = self
+        else {
+            return Ok(());
+        };
+        terminal.read(|bytes| {
+            for &byte in bytes {
+                raw.push(byte);
+                if byte == b'\n' {
+                    down.send(std::mem::take(raw), quality, now);
+                }
+            }
+        })
+    }
+
+    /// Carries out all orders that are due; whether one of them was to end.
+    fn take_orders(&mut self, now: u64) -> bool {
+        while let Some(order) = self.script.next(now) {
+            match order {
+                Order::Fail(fault) => self.fail(fault, now),
+                Order::TellForce => println!(
+                    "force {} largest {} on {} watchdog {}",
+                    self.board.force_n(),
+                    self.board.take_largest_force_n(),
+                    u8::from(self.board.is_on()),
+                    u8::from(self.board.watchdog_has_bitten())
+                ),
+                Order::Quit => return true,
+            }
+        }
+        false
+    }
+
+    fn fail(&mut self, fault: Fault, now: u64) {
+        let after =
+            |seconds: f64| now + u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX / 2);
+        match self.quality.take(fault) {
+            Ok(()) => {}
+            Err(Fault::Stall(seconds)) => self.stalled_until_ns = after(seconds),
+            Err(Fault::HangUp(seconds)) => {
+                self.terminal = None;
+                self.plug_in_at_ns = after(seconds);
+                self.up.clear();
+                self.down.clear();
+                self.raw.clear();
+            }
+            Err(Fault::Jump(counts)) => self.board.jump(counts),
+            // A text protocol has neither a version nor a clock to falsify.
+            Err(_) => {}
+        }
+    }
+
+    /// Waits until a frame is due or bytes come.
+    fn wait(&self) {
+        let now = now_ns();
+        let due_ns = [self.up.next_due_ns(), self.down.next_due_ns()]
+            .into_iter()
+            .flatten()
+            .fold(now + STEP_NS, u64::min)
+            // While it stalls nothing is taken.
+            .max(if now < self.stalled_until_ns { now + STEP_NS } else { 0 });
+        Terminal::wait(self.terminal.as_ref(), Duration::from_nanos(due_ns.saturating_sub(now)));
+    }
+}

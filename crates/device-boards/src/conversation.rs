@@ -1,0 +1,179 @@
+//! The conversation with a controller, tick by tick, in any dialect: it asks for positions,
+//! switches the motor on and off, and watches that the motor stays so.
+
+use crate::axis::{Axis, Motor, is_due};
+use crate::dialect::Dialect;
+use crate::feedback::{Feedback, target};
+use crate::text::{Text, TooLong};
+use device_io::link::{LinkCounters, add};
+use device_io::{DeviceError, Measurement};
+use std::sync::Arc;
+
+/// Longest time from the first command to a motor that is on, ns.
+const ARMING_NS: u64 = 300_000_000;
+
+/// Progress of a command's force, or of the switching off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CommandState {
+    /// Not sent: the controller is slow, or not ready for forces.
+    NotSent,
+    /// In the text that is sent now.
+    InThisText,
+    /// Sent before. Only the switching off is not sent again in every tick.
+    SentBefore,
+    /// The controller has answered that its motor is off.
+    Confirmed,
+}
+
+/// The controller's units, and its limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Scale {
+    /// First position of the shaft, in the controller's unit of angle.
+    pub(crate) first_angle: f64,
+    /// Way of the handle to one unit of angle, m, with its sign.
+    pub(crate) metres_per_angle: f64,
+    /// Distance between two positions that the controller can tell apart, m.
+    pub(crate) resolution_m: f64,
+    /// Force on the handle to one unit of the target, N, with its sign.
+    pub(crate) newtons_per_target: f64,
+    /// Largest target, in its unit.
+    pub(crate) target_limit: f64,
+}
+
+impl Scale {
+    /// Largest force on the handle, N.
+    pub(crate) fn force_limit_n(&self) -> f64 {
+        self.target_limit * self.newtons_per_target.abs()
+    }
+}
+
+/// A conversation with one motor of a controller. It knows nothing of serial lines, and waits for
+/// nothing.
+#[derive(Debug)]
+pub(crate) struct Conversation<D> {
+    dialect: D,
+    axis: Axis,
+    scale: Scale,
+}
+
+impl<D: Dialect> Conversation<D> {
+    /// Begins at the first position, at a time of ours, ns, for a host with such a period, ns.
+    pub(crate) fn new(dialect: D, scale: Scale, period_ns: u64, now_ns: u64, counters: Arc<LinkCounters>) -> Self {
+        let feedback = Feedback::new(scale.first_angle, scale.metres_per_angle, period_ns, now_ns, counters);
+        Self {
+            dialect,
+            axis: Axis::new(feedback),
+            scale,
+        }
+    }
+
+    /// Takes in a line, without its end, that came at a time of ours, ns.
+    pub(crate) fn take(&mut self, line: Result<&[u8], TooLong>, now_ns: u64) {
+        match line {
+            Ok(line) => self.dialect.hear(line, &mut self.axis, now_ns),
+            Err(TooLong) => add(&self.axis.counters().malformed, 1),
+        }
+    }
+
+    /// The newest sample.
+    ///
+    /// # Errors
+    /// The controller is silent, its motor is off though force is wanted, or its sensor fails.
+    pub(crate) fn measurement(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
+        let sample = self.axis.feedback.measurement(now_ns)?;
+        if let Motor::Failed(error) = self.axis.motor {
+            return Err(error);
+        }
+        self.dialect.sensor_error().map_or(Ok(sample), Err)
+    }
+
+    /// Writes what is to be sent for a force on the hand, N.
+    pub(crate) fn command(&mut self, force_n: f64, enabled: bool, now_ns: u64, out: &mut Text) -> CommandState {
+        let mut state = CommandState::NotSent;
+        if !enabled {
+            state = self.stay_off(now_ns, out);
+        } else if let Motor::Off { .. } = self.axis.motor {
+            self.axis.motor = Motor::Arming {
+                since_ns: now_ns,
+                told_at_ns: None,
+            };
+            self.dialect.begin_arming();
+        }
+        if self.axis.motor == Motor::On && self.dialect.is_contradicted(now_ns) {
+            self.fail(out);
+        }
+        let room = self.axis.feedback.may_ask(now_ns);
+        if !room && enabled {
+            add(&self.axis.counters().not_sent, 1);
+        }
+        if self.axis.feedback.is_overdue(now_ns) {
+            self.axis.ask_after_ns = self.axis.ask_after_ns.min(now_ns + D::ASK_OVERDUE_NS);
+        }
+        match self.axis.motor {
+            Motor::On => {
+                if room {
+                    state = CommandState::InThisText;
+                    let Scale {
+                        newtons_per_target,
+                        target_limit,
+                        ..
+                    } = self.scale;
+                    let target = target(force_n, newtons_per_target, target_limit, self.axis.counters());
+                    self.dialect.drive(target, out);
+                }
+                self.dialect.watch_on(&mut self.axis, now_ns, out);
+            }
+            Motor::Arming { since_ns, .. } if room => {
+                if now_ns.saturating_sub(since_ns) > ARMING_NS {
+                    self.fail(out);
+                } else {
+                    self.dialect.arm(&mut self.axis, now_ns, out);
+                }
+            }
+            Motor::Arming { .. } | Motor::Off { .. } | Motor::Failed(_) => {}
+        }
+        if room && self.dialect.ask_position(out) {
+            self.axis.feedback.ask(now_ns);
+        }
+        state
+    }
+
+    /// Writes the last words, which leave the motor off.
+    pub(crate) fn farewell(&self, out: &mut Text) {
+        self.dialect.switch_off(out);
+    }
+
+    fn fail(&mut self, out: &mut Text) {
+        self.axis.motor = Motor::Failed(DeviceError::MotorOff { watchdog: false });
+        self.dialect.switch_off(out);
+    }
+
+    /// Switches the motor off until the controller confirms it, and watches it from then on.
+    fn stay_off(&mut self, now_ns: u64, out: &mut Text) -> CommandState {
+        let told_now = Motor::Off {
+            told_at_ns: Some(now_ns),
+            confirmed: false,
+        };
+        let Motor::Off { told_at_ns, confirmed } = self.axis.motor else {
+            self.axis.motor = told_now;
+            self.dialect.begin_off(&mut self.axis);
+            self.dialect.switch_off(out);
+            return CommandState::InThisText;
+        };
+        if confirmed {
+            self.dialect.watch_off(&mut self.axis, now_ns, out);
+            return CommandState::Confirmed;
+        }
+        let tell = is_due(told_at_ns, now_ns);
+        if tell {
+            self.axis.motor = told_now;
+            self.dialect.switch_off(out);
+        }
+        self.dialect.confirm_off(&mut self.axis, now_ns, out);
+        if tell {
+            CommandState::InThisText
+        } else {
+            CommandState::SentBefore
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Motor controllers of other makers: ODrive and SimpleFOC.
+//!
+//! They speak the text protocols that their makers publish, not the link protocol, so something is
+//! lost against our own firmware:
+//!
+//! - No controller stamps or numbers its samples. A sample's time is the time of its question, and
+//!   the answers are counted here.
+//! - The answer to a tick's question is read in the next tick, or later: the position is a tick
+//!   old, and the force is later by as much.
+//! - The number of questions without an answer is limited, so that a slow line fills no buffer with
+//!   old forces.
+//!
+//! None of this has been tried on a real board; the fakes in [`fake`] speak the published
+//! protocols. docs/adapters.md says how to set a board up.
+//!
+//! A board is a folder with its options, its greeting and its dialect: the words of its protocol.
+//! What all boards share exists once: the conversation (questions for positions, switching on and
+//! off, time limits), the connection over a serial line, and the connector. [`Address`] lists the
+//! boards.
+// The real-time thread comes through here: no locks (clippy.toml).
+#![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
+
+mod address;
+mod axis;
+mod connection;
+mod connector;
+mod conversation;
+mod dialect;
+pub mod fake;
+mod feedback;
+mod greeting;
+mod motor_options;
+mod odrive;
+mod simplefoc;
+mod text;
+#[cfg(test)]
+mod virtual_line;
+
+pub use address::{Address, AddressError};
+pub use motor_options::MotorOptions;
+pub use odrive::ODriveOptions;
+pub use simplefoc::{SimpleFocOptions, TargetUnit};

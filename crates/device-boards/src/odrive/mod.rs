@@ -1,0 +1,15 @@
+//! An ODrive, by its ASCII protocol: firmware 0.5.4 and later on ODrive 3.x, and 0.6 on S1 and Pro.
+//! Tried against a fake, never on a real board.
+//!
+//! Source: ODrive's documentation, "ASCII Protocol" and "API reference" (docs.odriverobotics.com,
+//! firmware 0.5.6 and 0.6).
+
+mod dialect;
+mod generation;
+mod greeting;
+mod options;
+#[cfg(test)]
+mod tests;
+mod words;
+
+pub use options::ODriveOptions;

@@ -1,0 +1,183 @@
+//! The boards over a real pseudo-terminal, as the real-time thread uses them: the greeting, ticks
+//! without an allocation, and the last words.
+#![allow(unsafe_code, reason = "a counting allocator")]
+
+use device_boards::Address;
+use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties, SimpleFocBoard, SimpleFocProperties};
+use device_io::Device;
+use device_io::fake::{Hand, RigProperties, Terminal};
+use device_io::link::{Keeper, LinkState};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Longest that anything may take on a busy machine before a test gives up.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// Counts what the thread that asks allocates and frees.
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    COUNT.set(COUNT.get() + 1);
+}
+
+// SAFETY: the system's allocator does it all.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: as the caller promises.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: as the caller promises.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// A fake board behind a terminal, on a thread of its own.
+struct RunningBoard {
+    board: Arc<Mutex<Box<dyn FakeBoard>>>,
+    began: Instant,
+    quit: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl RunningBoard {
+    fn start(board: Box<dyn FakeBoard>, link: &Path) -> Self {
+        let terminal = Terminal::plug_in(link).expect("a terminal");
+        let board = Arc::new(Mutex::new(board));
+        let quit = Arc::new(AtomicBool::new(false));
+        let (its, told) = (Arc::clone(&board), Arc::clone(&quit));
+        let began = Instant::now();
+        let thread = std::thread::spawn(move || {
+            while !told.load(Relaxed) {
+                let now_ns = u64::try_from(began.elapsed().as_nanos()).expect("soon");
+                let mut board = its.lock().expect("alive");
+                let mut answers = Vec::new();
+                terminal
+                    .read(|bytes| answers.extend(board.hear(bytes, now_ns)))
+                    .expect("it reads");
+                board.live_until(now_ns);
+                drop(board);
+                for answer in answers {
+                    terminal.write(&answer).expect("it writes");
+                }
+                Terminal::wait(Some(&terminal), Duration::from_millis(1));
+            }
+        });
+        Self {
+            board,
+            began,
+            quit,
+            thread: Some(thread),
+        }
+    }
+
+    fn wait_for(&self, what: &str, wanted: impl Fn(&dyn FakeBoard) -> bool) {
+        let began = Instant::now();
+        while !wanted(self.board.lock().expect("alive").as_ref()) {
+            assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
+            std::thread::yield_now();
+        }
+    }
+}
+
+impl Drop for RunningBoard {
+    fn drop(&mut self) {
+        self.quit.store(true, Relaxed);
+        if let Some(thread) = self.thread.take() {
+            drop(thread.join());
+        }
+    }
+}
+
+#[test]
+fn a_tick_on_a_board_allocates_nothing_and_the_last_word_switches_it_off() {
+    let odrive = || {
+        let properties = ODriveProperties::default();
+        Box::new(ODriveBoard::new(RigProperties::default(), Hand::Free, properties)) as Box<dyn FakeBoard>
+    };
+    let simplefoc = || {
+        let properties = SimpleFocProperties::default();
+        Box::new(SimpleFocBoard::new(RigProperties::default(), Hand::Free, properties)) as Box<dyn FakeBoard>
+    };
+    let kinds = [
+        ("odrive", "", odrive()),
+        ("simplefoc", "&nm_per_unit=0.05", simplefoc()),
+    ];
+    for (kind, more, board) in kinds {
+        let directory = tempfile::tempdir().expect("a directory");
+        let link = directory.path().join("board");
+        let played = RunningBoard::start(board, &link);
+        let address: Address = format!("{kind}:{}?radius_mm=5&torque_limit_nm=0.1{more}", link.display())
+            .parse()
+            .expect("an address");
+        let connector = address.connector().expect("a link");
+        let (mut device, monitor, keeper) = Keeper::new(connector, 1_000_000);
+        let keeper = keeper.start().expect("a thread");
+        let began = Instant::now();
+        let now_ns = || u64::try_from(began.elapsed().as_nanos()).expect("soon");
+        while !matches!(monitor.state(), LinkState::Connected { .. }) {
+            assert!(began.elapsed() < PATIENCE, "{kind}: {:?}", monitor.state());
+            std::thread::yield_now();
+        }
+        while device.read(now_ns()).is_err() {
+            assert!(began.elapsed() < PATIENCE, "{kind}: no sample");
+        }
+        let mut sequence = 0;
+        // A tick, as soon as there is an answer; whether it brought a new sample.
+        let mut tick = |enabled: bool| {
+            assert!(began.elapsed() < PATIENCE, "{kind}: {:?}", monitor.counters());
+            let before = COUNT.get();
+            let sample = device.read(now_ns());
+            // Where this thread waited for a processor longer than a watchdog waits for it, it lets
+            // go and begins anew.
+            let written = device.write(2.0, enabled && sample.is_ok());
+            assert_eq!(COUNT.get(), before, "{kind}: a tick allocates");
+            std::thread::yield_now();
+            let new = written.is_ok() && sample.is_ok_and(|sample| sample.sequence != sequence);
+            sequence = sample.map_or(sequence, |sample| sample.sequence);
+            new
+        };
+        // Idle, arming, on, and idle again.
+        for (enabled, samples) in [(false, 100), (true, 500), (false, 100)] {
+            let mut seen = 0;
+            while seen < samples {
+                seen += u32::from(tick(enabled));
+            }
+        }
+        let pulls = |board: &dyn FakeBoard| board.is_on() && (board.force_n() - 2.0).abs() < 0.01;
+        loop {
+            tick(true);
+            let mut board = played.board.lock().expect("alive");
+            if !pulls(board.as_ref()) {
+                continue;
+            }
+            if kind == "odrive" {
+                // A damaged command that has lost its checksum is believed, and cut by the board
+                // itself.
+                let now_ns = u64::try_from(played.began.elapsed().as_nanos()).expect("soon");
+                board.take_largest_force_n();
+                board.hear(b"c 0 9\n", now_ns);
+                assert!((board.take_largest_force_n() - 20.0).abs() < 0.01);
+            }
+            break;
+        }
+        drop(keeper);
+        drop(device);
+        played.wait_for("the last word", |board| !board.is_on() && board.force_n() == 0.0);
+    }
+}

@@ -1,0 +1,139 @@
+//! The fake rig as a device in this process.
+
+use super::hand::Hand;
+use super::plant::{Plant, RigProperties};
+use crate::device::{Device, DeviceError, Measurement, Written};
+
+/// A rig in the same process. It has no clock: between two reads it lives through the time that the
+/// caller gives, so a run with the same times is the same to the last bit.
+#[derive(Debug)]
+pub struct FakeRig {
+    properties: RigProperties,
+    plant: Plant,
+    force_n: f64,
+    sequence: u32,
+    started_ns: Option<u64>,
+    last_ns: u64,
+}
+
+impl FakeRig {
+    /// A rig whose hand begins to move at the first read.
+    #[must_use]
+    pub fn new(properties: RigProperties, hand: Hand) -> Self {
+        Self {
+            properties,
+            plant: Plant::new(&properties, hand),
+            force_n: 0.0,
+            sequence: 0,
+            started_ns: None,
+            last_ns: 0,
+        }
+    }
+
+    /// Its properties.
+    #[must_use]
+    pub fn properties(&self) -> &RigProperties {
+        &self.properties
+    }
+
+    /// Lives until `now_ns`, ns. It begins at the first time.
+    #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
+    pub fn live_until(&mut self, now_ns: u64) {
+        let started = *self.started_ns.get_or_insert(now_ns);
+        let now_ns = now_ns.saturating_sub(started);
+        let elapsed_s = now_ns.saturating_sub(self.last_ns) as f64 * 1e-9;
+        self.last_ns = self.last_ns.max(now_ns);
+        self.plant.advance(elapsed_s, now_ns as f64 * 1e-9, self.force_n);
+    }
+
+    /// Sets the force of the motor, N, until the next call.
+    pub fn drive(&mut self, force_n: f64) {
+        self.force_n = force_n;
+    }
+
+    /// The true state of the carriage, which the encoder only counts.
+    #[must_use]
+    pub fn plant(&self) -> &Plant {
+        &self.plant
+    }
+}
+
+impl Device for FakeRig {
+    fn description(&self) -> String {
+        format!(
+            "fake rig: {} kg, {} N and {} N s/m of friction, encoder {} um, hand: {}",
+            self.properties.mass_kg,
+            self.properties.friction_n,
+            self.properties.damping_ns_per_m,
+            self.properties.resolution_m * 1e6,
+            self.plant.hand()
+        )
+    }
+
+    fn resolution_m(&self) -> f64 {
+        self.properties.resolution_m
+    }
+
+    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
+        self.live_until(now_ns);
+        self.sequence = self.sequence.wrapping_add(1);
+        let resolution = self.properties.resolution_m;
+        let position = self.plant.position_m();
+        let counted = if resolution > 0.0 {
+            (position / resolution).round() * resolution
+        } else {
+            position
+        };
+        Ok(Measurement::new(self.sequence, self.last_ns, counted))
+    }
+
+    fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {
+        self.drive(if enabled { force_n } else { 0.0 });
+        Ok(Written::Taken)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fake::Motion;
+    use std::f64::consts::TAU;
+
+    #[test]
+    fn the_encoder_counts_and_the_hand_moves() {
+        let motion = Motion::Sine {
+            amplitude_m: 0.03,
+            frequency_hz: 2.0,
+        };
+        let mut rig = FakeRig::new(RigProperties::default(), Hand::Prescribed(motion));
+        for k in 0..1000_u64 {
+            let sample = rig.read(5_000_000_000 + k * 1_000_000).expect("it is there");
+            let exact = -0.03 * (TAU * 2.0 * k as f64 * 1e-3).cos();
+            assert!((sample.position_m - exact).abs() <= 5.001e-6, "{sample:?} for {exact}");
+            let counts = sample.position_m / 10e-6;
+            assert!((counts - counts.round()).abs() < 1e-6, "{sample:?}");
+            assert_eq!(sample.time_ns, k * 1_000_000);
+        }
+    }
+
+    #[test]
+    fn two_runs_are_the_same_to_the_last_bit() {
+        let run = || {
+            let hand = Hand::Arm {
+                stiffness_n_per_m: 500.0,
+                damping_ns_per_m: 5.0,
+                motion: Motion::Sine {
+                    amplitude_m: 0.03,
+                    frequency_hz: 2.0,
+                },
+            };
+            let mut rig = FakeRig::new(RigProperties::default(), hand);
+            for k in 0..2000_u64 {
+                let sample = rig.read(k * 1_000_000 + (k * 7919) % 300_000).expect("it is there");
+                rig.write(-300.0 * sample.position_m, true).expect("it is there");
+            }
+            rig.plant().position_m()
+        };
+        assert_eq!(run().to_bits(), run().to_bits());
+    }
+}

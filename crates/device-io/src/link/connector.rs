@@ -1,0 +1,83 @@
+//! Finding and greeting a device: what every kind of link does in its own way.
+
+use super::connection::Connection;
+use super::health::LinkCounters;
+use super::identity::RigIdentity;
+use std::ffi::OsStr;
+use std::path::PathBuf;
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Why a device cannot be used, now.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum ConnectError {
+    /// It is not plugged in.
+    #[error("{what} is not there")]
+    Absent {
+        /// What was looked for.
+        what: String,
+    },
+    /// Something is in the way that goes away by itself or by a person: no right, in use, a wrong
+    /// kind of file.
+    #[error("{what}: {why}; {remedy}")]
+    Refused {
+        /// The device.
+        what: String,
+        /// What the system says.
+        why: String,
+        /// The remedy.
+        remedy: String,
+    },
+    /// It is there, and does not speak the protocol.
+    #[error("{what}: {heard}")]
+    Protocol {
+        /// The device.
+        what: String,
+        /// What came instead of an answer.
+        heard: String,
+    },
+}
+
+/// What a device said of itself when it was greeted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceFacts {
+    /// Name and version of its firmware.
+    pub firmware: String,
+    /// Largest force of its motor, N.
+    pub force_limit_n: f64,
+    /// Samples a second, Hz.
+    pub sample_rate_hz: f64,
+    /// Distance between two counts of its encoder, m.
+    pub resolution_m: f64,
+    /// Time without a command after which it switches its motor off, ms; nothing where it is not
+    /// known to do so.
+    pub watchdog_ms: Option<u32>,
+    /// Which rig it is.
+    pub rig: RigIdentity,
+}
+
+/// A device after its greeting.
+pub struct GreetedDevice {
+    /// The way to read and write it.
+    pub connection: Box<dyn Connection>,
+    /// The facts from its greeting.
+    pub device: DeviceFacts,
+}
+
+/// Finds and greets one kind of device.
+pub trait Connector: Send + std::fmt::Debug {
+    /// What it connects to, for people.
+    fn address(&self) -> String;
+
+    /// The folder in which the device's node appears and disappears.
+    fn folder(&self) -> PathBuf;
+
+    /// Whether a change of a node with this name in that folder may be one of the device.
+    fn concerns(&self, node: &OsStr) -> bool;
+
+    /// Finds the device, opens and greets it. May take a second.
+    ///
+    /// # Errors
+    /// Why it cannot be used.
+    fn connect(&mut self, period_ns: u64, counters: &Arc<LinkCounters>) -> Result<GreetedDevice, ConnectError>;
+}
