@@ -15,7 +15,7 @@ pub(crate) struct Waiting {
     #[arg(long)]
     wait: bool,
 
-    /// How long to wait at most
+    /// Timeout of --wait
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s", requires = "wait", allow_hyphen_values = true)]
     timeout: Duration,
 }

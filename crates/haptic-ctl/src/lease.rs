@@ -20,11 +20,11 @@ SIGTERM and SIGHUP are passed on to the command.
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// How long haptic-ctl may be silent before the rig is released, from 20ms to 60s
+    /// Silence of haptic-ctl after which the rig is released, from 20ms to 60s
     #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = duration, allow_hyphen_values = true)]
     timeout: Duration,
 
-    /// What to run, after `--`
+    /// Command to run, after `--`
     #[arg(required = true, last = true, value_name = "COMMAND")]
     command: Vec<OsString>,
 }

@@ -11,11 +11,11 @@ use tokio::net::unix::OwnedReadHalf;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Requests, each a JSON object; an `id` that is left out is filled in [default: lines of standard input]
+    /// Requests, each a JSON object; a missing `id` is filled in [default: lines of standard input]
     #[arg(value_name = "LINE")]
     lines: Vec<String>,
 
-    /// Go on printing events when all has been answered, until interrupted
+    /// Print events after the last answer, until interrupted
     #[arg(long, short)]
     follow: bool,
 }

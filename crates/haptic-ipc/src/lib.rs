@@ -136,6 +136,9 @@ mod journal;
 mod line;
 mod link;
 mod nearest;
+mod object;
+mod parameter;
+mod problem;
 pub mod quantity;
 mod refusal;
 pub mod regular_file;
@@ -148,6 +151,7 @@ pub mod socket_path;
 mod state;
 mod status;
 mod timing;
+mod values;
 
 pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
 pub use async_client::AsyncClient;
@@ -156,19 +160,21 @@ pub use client::{Client, ClientError, Receiver, Sender};
 pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
 pub use describe::{Description, ParameterDescription};
 pub use error::{ErrorCode, WireError};
-pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply};
+pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply, Topic};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use nearest::{meant_in, meant_or_semicolon, nearest};
-pub use request::{BATCH_MS, BadLine, Envelope, LEASE_TIMEOUT_MS, Request, Topic};
+pub use problem::Problem;
+pub use request::{BadLine, ChangeOptions, Envelope, Request};
+
 pub use sample::{SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,
     differences, params_of,
 };
 pub use state::{RigState, StateReply};
-pub use status::{DeviceStatus, ForceLimitBy, Problem, RealTimeStatus, Status};
+pub use status::{DeviceStatus, ForceLimitBy, RealTimeStatus, Status};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
 
 /// The protocol version that this crate speaks.

@@ -1,6 +1,6 @@
 //! The link to a rig, and the devices that may be one.
 
-use crate::status::Problem;
+use crate::problem::Problem;
 use serde::{Deserialize, Serialize};
 
 /// The link to a rig, as `status` shows it.

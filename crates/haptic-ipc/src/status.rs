@@ -2,6 +2,7 @@
 
 use crate::journal::Peer;
 use crate::link::LinkStatus;
+use crate::problem::Problem;
 use crate::state::RigState;
 use serde::{Deserialize, Serialize};
 
@@ -162,14 +163,4 @@ impl RealTimeStatus {
             "memory not locked"
         }
     }
-}
-
-/// Something that the real-time thread could not have.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Problem {
-    /// What it is, and what the system said.
-    pub what: String,
-    /// How to get it.
-    pub remedy: String,
 }

@@ -54,15 +54,15 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Do not ask before each step
+    /// Do not ask for confirmation before each step
     #[arg(long, short)]
     yes: bool,
 
-    /// Largest force of a pulse, N, up to half of what the rig may give [default: a tenth of that, and at most 2]
+    /// Largest force of a pulse, N, at most half of the force limit [default: a tenth of that, at most 2]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     max_force_n: Option<f64>,
 
-    /// How the range of the handle is found
+    /// Method of finding the range of the handle
     #[arg(long, value_name = "HOW", default_value = "pulses")]
     range: Range,
 }
@@ -73,7 +73,7 @@ enum Range {
     Pulses,
     /// By a person, with the motor off
     ByHand,
-    /// Not at all
+    /// None
     Skip,
 }
 

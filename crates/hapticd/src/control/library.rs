@@ -173,7 +173,7 @@ pub(super) async fn save(
     let path = path_of(rig, &name)?;
     let scene = match scene {
         Some(scene) => find(rig, scene).await?,
-        None => rig.scene(),
+        None => rig.scene().clone(),
     };
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
     let shown = path.clone();
