@@ -1,4 +1,5 @@
-//! `accuracy`: what each scheme costs and how far it is from the true motion, on easy and hard scenes.
+//! `accuracy`: what each scheme costs and how far it is from the true motion, on easy and hard
+//! scenes.
 
 use crate::cost;
 use crate::failure::Failure;

@@ -20,11 +20,13 @@ pub(crate) struct Waiting {
     timeout: Duration,
 }
 
-/// After so long without an answer to a stop a person is told what to do, and after so long nobody waits any more.
+/// After so long without an answer to a stop a person is told what to do, and after so long nobody
+/// waits any more.
 const STOP_ALARM: Duration = Duration::from_millis(300);
 const STOP_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Stops the rig. Whatever keeps the daemon from saying that it has, the answer to that is not to start one.
+/// Stops the rig. Whatever keeps the daemon from saying that it has, the answer to that is not to
+/// start one.
 pub(crate) async fn stop(socket: Option<&Path>, request: Request, json: bool) -> Result<(), Failure> {
     let asked = async {
         let mut daemon = Daemon::connect(socket).await?;

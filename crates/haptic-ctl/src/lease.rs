@@ -1,4 +1,5 @@
-//! `lease`: a command as a dead man's switch. The rig is released should haptic-ctl, and with it the command, die or hang.
+//! `lease`: a command as a dead man's switch. The rig is released should haptic-ctl, and with it
+//! the command, die or hang.
 
 use crate::daemon::Daemon;
 use crate::duration::duration;
@@ -44,7 +45,8 @@ impl Arguments {
 
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request()?;
-    // Caught before the command runs, so that none of them ends haptic-ctl and leaves the command behind.
+    // Caught before the command runs, so that none of them ends haptic-ctl and leaves the command
+    // behind.
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;
     let mut hang_up = signal(SignalKind::hangup())?;

@@ -47,8 +47,8 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "haptic-ctl", version, max_term_width = 110, after_help = EXIT_CODES)]
 struct Arguments {
-    /// Control socket of the daemon [default: $HAPTICD_SOCKET, else the first that exists of hapticd/control.sock in
-    /// the user's runtime directory, in ~/.local/state and in /run]
+    /// Control socket of the daemon [default: $HAPTICD_SOCKET, else the first that exists of
+    /// hapticd/control.sock in the user's runtime directory, in ~/.local/state and in /run]
     #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     socket: Option<PathBuf>,
 
@@ -104,8 +104,8 @@ enum Command {
     Stop,
     /// Clear a stop or a fault; the rig is then idle
     Reset,
-    /// Commission the rig: find the direction of its motor, its range and its friction by small pulses, and store
-    /// them. A rig engages only after that
+    /// Commission the rig: find the direction of its motor, its range and its friction by small
+    /// pulses, and store them. A rig engages only after that
     #[command(after_help = commission::HELP)]
     Commission(commission::Arguments),
     /// Wait until a condition holds, as in --until state=engaged
@@ -121,11 +121,13 @@ enum Command {
     Record(record::Arguments),
     /// Show how well the loop keeps time
     Timing,
-    /// Check the active scene against the rig: stability, passivity and chatter, with a fix for each
+    /// Check the active scene against the rig: stability, passivity and chatter, with a fix for
+    /// each
     Advise,
     /// List the devices that are plugged in, their addresses, and problems that keep one from use
     Devices(devices::Arguments),
-    /// Check everything between you and the rig, with a fix for each problem; works without a daemon
+    /// Check everything between you and the rig, with a fix for each problem; works without a
+    /// daemon
     Doctor,
     /// Send raw lines of the control protocol, and print the answers
     Raw(raw::Arguments),
@@ -133,7 +135,8 @@ enum Command {
     Simulate(simulate::Arguments),
     /// Measure the cost and the error of each scheme, offline, on easy and hard scenes
     Accuracy(accuracy::Arguments),
-    /// Measure the cost of a tick of each kind of scene, offline: instructions, bytes of state, nanoseconds
+    /// Measure the cost of a tick of each kind of scene, offline: instructions, bytes of state,
+    /// nanoseconds
     Cost,
     /// Print the completion script of a shell
     Completions { shell: completions::Shell },
@@ -201,8 +204,8 @@ fn main() -> ExitCode {
     };
     let result = runtime.block_on(async {
         tokio::select! {
-            // In this order: offline work is done before the interrupt is caught, which would otherwise be
-            // heard only after that work.
+            // In this order: offline work is done before the interrupt is caught, which would
+            // otherwise be heard only after that work.
             biased;
             ended = run(&arguments) => ended,
             _ = tokio::signal::ctrl_c(), if !arguments.command.handles_interrupts() => Err(Failure::Interrupted),

@@ -88,7 +88,8 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         let mut event = match event {
             Ok(event) => event,
             Err(failure) => {
-                // What there is stays readable; without its end mark it shows that it was not ended on purpose.
+                // What there is stays readable; without its end mark it shows that it was not ended
+                // on purpose.
                 recorder.flush().map_err(failed)?;
                 return Err(failure);
             }

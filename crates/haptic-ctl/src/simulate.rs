@@ -17,7 +17,8 @@ pub(crate) struct Arguments {
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
 
-    /// Motion of the device: CSV with the columns t_s, device_position_m and, where measured, device_velocity_mps
+    /// Motion of the device: CSV with the columns t_s, device_position_m and, where measured,
+    /// device_velocity_mps
     #[arg(long, value_name = "MOTION.csv")]
     motion: PathBuf,
 

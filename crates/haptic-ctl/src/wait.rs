@@ -82,8 +82,8 @@ pub(crate) async fn subscribe(daemon: &mut Daemon, condition: &Condition) -> Res
     Ok(())
 }
 
-/// Waits until a condition that was subscribed to holds. The timeout runs from when all of its fields are
-/// known, so that a condition that holds already needs no time.
+/// Waits until a condition that was subscribed to holds. The timeout runs from when all of its
+/// fields are known, so that a condition that holds already needs no time.
 pub(crate) async fn until(
     daemon: &mut Daemon,
     condition: &Condition,

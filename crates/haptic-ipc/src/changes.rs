@@ -6,7 +6,8 @@ use crate::parameter;
 use haptic_core::{Directional, ParameterKey};
 use serde::{Serialize, Serializer};
 
-/// Changes of parameters in the order given, by name or symbol. Nothing is dropped: a name given twice is there twice.
+/// Changes of parameters in the order given, by name or symbol. Nothing is dropped: a name given
+/// twice is there twice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes(pub Vec<(String, Directional)>);
 

@@ -13,8 +13,8 @@ use serde::de::IgnoredAny;
 /// Ramps, ms.
 const RAMP: Limits = Limits::new(0, 10_000);
 
-/// How long a client with a lease may be silent, ms. Below, an ordinary program would lapse whenever
-/// the machine is busy.
+/// How long a client with a lease may be silent, ms. Below, an ordinary program would lapse
+/// whenever the machine is busy.
 const LEASE: Limits = Limits {
     zero: Some("to end the lease"),
     ..Limits::new(20, 60_000)
@@ -39,7 +39,7 @@ pub struct ChangeOptions {
     /// Time over which to change, ms; at once when absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ramp_ms: Option<f64>,
-    /// Only say what would happen.
+    /// Answer with what would happen, and change nothing.
     #[serde(default, skip_serializing_if = "is_default")]
     pub dry_run: bool,
 }
@@ -159,8 +159,8 @@ operations! {
         /// The changes.
         params: Changes,
     } optional {
-        /// Let `undo` take it back together with the change before, if that was this client's and of the same parameters: for a
-        /// slider that is dragged.
+        /// Undo it together with the change before, if that was this client's and of the same
+        /// parameters: for a slider that is dragged.
         merge: bool,
     } with options -> crate::ChangeReply;
     /// Load a whole scene.
@@ -168,19 +168,19 @@ operations! {
         /// Which one.
         scene: SceneRef,
     } with options -> crate::ChangeReply;
-    /// Keep a scene in the library.
+    /// Save a scene in the library.
     SceneSave "scene.save" {
         /// Its name there.
         name: String,
     } optional {
         /// Which one; the active one when absent.
         scene: Option<SceneRef>,
-        /// Whether it may take the place of one that is there.
+        /// Whether it may replace a scene of this name.
         replace: bool,
     } -> crate::SceneSaveReply;
     /// The scenes in the library.
     SceneList "scene.list" {} -> crate::SceneListReply;
-    /// In what two scenes differ.
+    /// The differences of two scenes.
     SceneDiff "scene.diff" {
         /// The one.
         from: SceneRef,
@@ -188,9 +188,9 @@ operations! {
         /// The other; the active one when absent.
         to: Option<SceneRef>,
     } -> crate::SceneDiffReply;
-    /// Take the newest change back, whoever made it.
+    /// Undo the newest change, of any client.
     Undo "undo" {} with options -> crate::ChangeReply;
-    /// Bring back what was undone last.
+    /// Redo the change that was undone last.
     Redo "redo" {} with options -> crate::ChangeReply;
     /// Ramp the force up.
     Engage "engage" {} -> crate::StateReply;
@@ -200,20 +200,21 @@ operations! {
     Stop "stop" {} -> crate::StateReply;
     /// Clear a stop or a fault.
     Reset "reset" {} -> crate::StateReply;
-    /// How the rig and the daemon are.
+    /// The state of the rig and of the daemon.
     Status "status" {} -> crate::Status;
     /// How well the loop keeps time.
     Timing "timing" {} -> crate::Timing;
-    /// What the active scene will do to the rig.
+    /// Every check of the active scene against the rig.
     Advise "advise" {} -> crate::AdviceReply;
-    /// Which devices are plugged in.
+    /// The devices that are plugged in.
     Devices "devices" {} optional {
-        /// Only this one, by its address, which is opened and asked who it is. That resets many boards.
+        /// Only the device at this address, which is opened and identified. That resets many
+        /// boards.
         probe: Option<String>,
     } -> crate::DevicesReply;
-    /// Events from now on.
+    /// Send events from now on.
     Subscribe "subscribe" {
-        /// What to hear of; nothing ends the subscription.
+        /// Topics of the subscription; an empty list ends it.
         topics: Vec<Topic>,
     } optional {
         /// Samples a second; every tick when absent.
@@ -221,19 +222,19 @@ operations! {
         /// Time between sample events, ms; 10 when absent.
         batch_ms: Option<u32> where BATCH,
     } -> crate::SubscribeReply;
-    /// Who changed what, and when.
+    /// The journal: who changed what, and when.
     Log "log" {} optional {
-        /// Only what came after this number.
+        /// Only entries after this number.
         after: Option<u64>,
-        /// At most so many, the newest; 100 when absent.
+        /// Number of entries, the newest; 100 when absent.
         limit: Option<usize>,
     } -> crate::LogReply;
-    /// Release the rig should this client die or fall silent.
+    /// Release the rig should this client close its connection or fall silent.
     Lease "lease" {
-        /// How long it may be silent, ms; 0 ends the lease.
+        /// Longest silence, ms; 0 ends the lease.
         timeout_ms: u32 where LEASE,
     } -> crate::LeaseReply;
-    /// Have the rig to oneself, to commission it.
+    /// Take the rig alone, to commission it.
     CommissionBegin "commission.begin" {} -> crate::CommissionReply;
     /// Move the handle by a single pulse of force.
     CommissionPulse "commission.pulse" {
@@ -243,9 +244,9 @@ operations! {
         /// Duration of the whole pulse, ms; 200 when absent.
         duration_ms: Option<f64> where PULSE,
     } -> crate::CommissionReply;
-    /// What has been found so far.
+    /// The findings so far.
     CommissionStatus "commission.status" {} -> crate::CommissionReply;
-    /// Keep what was found: the rig counts as commissioned from now on.
+    /// Store the findings: the rig counts as commissioned from now on.
     CommissionStore "commission.store" {} optional {
         /// Travel of the handle between its ends, m.
         range_m: Option<f64> where FOUND,
@@ -303,7 +304,7 @@ impl Request {
         }
     }
 
-    /// Whether it leaves everything as it is, or makes it safer: what a watcher may ask.
+    /// Whether a watcher may ask it: it changes nothing, or makes the rig safer.
     #[must_use]
     pub const fn is_for_watchers(&self) -> bool {
         matches!(

@@ -17,7 +17,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum SceneRef {
-    /// One that was in force, by its revision.
+    /// An earlier or the active one, by its revision.
     Revision(u64),
     /// One in the library, by its name there.
     Name(String),
@@ -52,7 +52,8 @@ impl Field for SceneRef {
     }
 }
 
-/// The block, the coupling or the friction of a scene. Which parameters it has is known to its type.
+/// The block, the coupling or the friction of a scene. Which parameters it has is known to its
+/// type.
 struct Part<T>(T);
 
 impl<T: DeserializeOwned> Field for Part<T> {
@@ -118,7 +119,7 @@ impl schemars::JsonSchema for SceneRef {
         schemars::json_schema!({
             "description": "Which scene is meant.",
             "oneOf": [
-                { "type": "integer", "minimum": 0, "description": "One that was in force, by its revision." },
+                { "type": "integer", "minimum": 0, "description": "An earlier or the active one, by its revision." },
                 { "type": "string", "description": "One in the library, by its name there." },
                 generator.subschema_for::<Scene>(),
             ],
@@ -151,15 +152,16 @@ pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChangeReply {
-    /// Revision of the changed scene; where it was only tried, or is so already, the one that is still the newest.
+    /// Revision of the changed scene; after a dry run or a no-op, the newest revision as it was.
     pub revision: u64,
-    /// The first tick that rendered it, or began to ramp to it; absent where it was only tried.
+    /// The first tick that rendered it, or began to ramp to it; absent after a dry run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// The tick at which the ramp will have come to its end, if none is missed. The force follows within 50 ms, over which its last step is let in.
+    /// The tick at which the ramp ends, if no tick is missed. The force follows within 50 ms, over
+    /// which its last step fades in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ends_tick: Option<u64>,
-    /// Whether it was only tried.
+    /// Whether it was a dry run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub dry_run: bool,
     /// The values set, by full name: those asked for, or those that the scene brought.
@@ -167,7 +169,7 @@ pub struct ChangeReply {
     /// In what the scene differs from the one before.
     #[serde(default)]
     pub changes: Vec<Difference>,
-    /// What the user of the changed scene may not expect, and the bounds that it breaks.
+    /// What may surprise the user of the changed scene, and the bounds that it breaks.
     pub advice: Vec<Advice>,
 }
 
@@ -220,7 +222,8 @@ impl fmt::Display for Difference {
     }
 }
 
-/// In what two scenes differ: name and law first, then the parameters in the order of the table, then what else a law has.
+/// The differences of two scenes: name and law first, then the parameters in the order of the
+/// table, then what else a law has.
 #[must_use]
 pub fn differences(before: &Scene, after: &Scene) -> Vec<Difference> {
     let mut found = Vec::new();

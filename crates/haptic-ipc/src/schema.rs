@@ -1,7 +1,8 @@
 //! The protocol as a JSON Schema, drawn from the types, for clients in other languages.
 //!
-//! `#/$defs/RequestLine` is a line that a client sends and `#/$defs/ServerLine` one that it reads; `#/$defs/Answers/OP` is what `ok` holds in the
-//! answer to an operation. What is sent must not have more fields than the schema says; what is read may, from a later server.
+//! `#/$defs/RequestLine` is a line that a client sends and `#/$defs/ServerLine` one that it reads;
+//! `#/$defs/Answers/OP` is what `ok` holds in the answer to an operation. What is sent must not
+//! have more fields than the schema says; what is read may, from a later server.
 
 use crate::{Envelope, Event, Hello, Request, WireError};
 use haptic_core::parameters::TABLE;
@@ -39,7 +40,8 @@ pub fn protocol() -> Value {
         words.push(json!({ "type": "string", "const": "published", "description": "The same as `slides`." }));
     }
     if let Some(Value::Object(envelope)) = from_client.get_mut("Envelope") {
-        // Said of the operations' own fields in their types; the number beside them is not one of those.
+        // Said of the operations' own fields in their types; the number beside them is not one of
+        // those.
         envelope.insert("unevaluatedProperties".to_owned(), Value::Bool(false));
     }
     let mut from_server = read.take_definitions(true);
@@ -73,7 +75,8 @@ pub fn protocol() -> Value {
     schema
 }
 
-/// Descriptions are the types' own, whose links lead nowhere here: "[`Thing`](place)" becomes "`Thing`".
+/// Descriptions are the types' own, whose links lead nowhere here: "[`Thing`](place)" becomes
+/// "`Thing`".
 fn plain_words(schema: &mut Value) {
     match schema {
         Value::Object(object) => {

@@ -27,9 +27,9 @@ pub struct Status {
     pub scheme: String,
     /// How the device's velocity is estimated from its positions.
     pub velocity_estimator: String,
-    /// Revision of the scene in force.
+    /// Revision of the active scene.
     pub revision: u64,
-    /// Name of the scene in force.
+    /// Name of the active scene.
     pub scene: String,
     /// Force commanded on the hand in the last tick, N.
     #[serde(rename = "command_force_N")]
@@ -39,10 +39,10 @@ pub struct Status {
     pub energy_excess_j: f64,
     /// Position of the device in the last tick, m.
     pub device_position_m: f64,
-    /// Changes that `undo` can take back.
+    /// Changes that `undo` can undo.
     #[serde(default)]
     pub undo_depth: usize,
-    /// Changes that `redo` can bring back.
+    /// Changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
     /// Clients connected.
@@ -50,7 +50,7 @@ pub struct Status {
     /// Clients that hold a lease.
     #[serde(default)]
     pub leases: usize,
-    /// Who is commissioning the rig.
+    /// The client that commissions the rig.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commissioning: Option<Peer>,
     /// The rig.

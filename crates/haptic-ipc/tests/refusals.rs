@@ -1,5 +1,5 @@
-//! Every way in which a line can be wrong is refused with the field, the value, the limits, the unit
-//! and a guess, in plain words.
+//! Every way in which a line can be wrong is refused with the field, the value, the limits, the
+//! unit and a guess, in plain words.
 
 use haptic_ipc::ErrorCode::{BadJson, BadRequest, GivenTwice, OutOfRange, UnknownField, UnknownOp};
 use haptic_ipc::{BadLine, Envelope, WireError};

@@ -15,8 +15,8 @@ pub(crate) struct Known {
 }
 
 impl Known {
-    /// Takes in an event; says whether the condition holds after it, or after any sample in it. A comparison
-    /// with an unknown field does not hold.
+    /// Takes in an event; says whether the condition holds after it, or after any sample in it. A
+    /// comparison with an unknown field does not hold.
     pub(crate) fn take(&mut self, event: Event, condition: &Condition) -> bool {
         match event {
             Event::State(state) => self.state = Some(state),
@@ -58,7 +58,8 @@ impl Known {
     fn holds(&self, comparison: &Comparison) -> Option<bool> {
         let state = self.state.as_ref();
         match comparison.field {
-            // A sample's state and revision are those of its own tick, so that a condition is judged at one moment.
+            // A sample's state and revision are those of its own tick, so that a condition is
+            // judged at one moment.
             Field::State => {
                 let found = self
                     .sample

@@ -7,8 +7,8 @@ use rustix::process::{Resource, getrlimit};
 /// Priority of the real-time thread by default.
 const FIFO_PRIORITY: u64 = 80;
 
-/// The limits of a daemon that this user starts. A running daemon that has them already, as a service does,
-/// passes.
+/// The limits of a daemon that this user starts. A running daemon that has them already, as a
+/// service does, passes.
 pub(super) fn limits(status: Option<&Status>) -> Vec<Check> {
     let real_time = status.map(|status| &status.real_time);
     let person = rustix::process::geteuid().as_raw();

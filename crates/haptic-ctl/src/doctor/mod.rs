@@ -1,5 +1,5 @@
-//! `doctor`: checks everything between a person and the rig, each with the command that fixes it. Works
-//! without a daemon.
+//! `doctor`: checks everything between a person and the rig, each with the command that fixes it.
+//! Works without a daemon.
 
 mod check;
 mod machine;

@@ -1,4 +1,5 @@
-//! Which scene is meant: `viscous-drag` of the library, revision `@42` or `42`, or the file `mine.toml`.
+//! Which scene is meant: `viscous-drag` of the library, revision `@42` or `42`, or the file
+//! `mine.toml`.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -46,7 +47,8 @@ pub(crate) fn file(path: &Path) -> Result<Scene, Failure> {
     Ok(scene)
 }
 
-/// Sends a request about scenes. Where no scene has the name, nor one like it, the error lists the library.
+/// Sends a request about scenes. Where no scene has the name, nor one like it, the error lists the
+/// library.
 pub(crate) async fn ask<R: DeserializeOwned>(daemon: &mut Daemon, request: Request) -> Result<R, Failure> {
     let names: Vec<String> = names_in(&request).into_iter().cloned().collect();
     let failure = match daemon.ask(request).await {

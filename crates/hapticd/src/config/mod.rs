@@ -191,24 +191,26 @@ impl Options {
         reason = "from 0 to 1 000 000"
     )]
     fn spin_ns(&self) -> Result<Option<u64>, ConfigError> {
-        let spin_us = self.spin_us.map(|_| within("spin-us", self.spin_us, 0.0, 0.0, 1000.0, "us"));
+        let spin_us = self
+            .spin_us
+            .map(|_| within("spin-us", self.spin_us, 0.0, 0.0, 1000.0, "us"));
         Ok(spin_us.transpose()?.map(|spin_us| (spin_us * 1e3).round() as u64))
     }
 
     fn limits(&self) -> Result<Limits, ConfigError> {
         Ok(Limits {
-                force_n: within("force-limit-n", self.force_limit_n, 20.0, 0.1, 1000.0, "N")?,
-                slew_n_per_s: within("slew-limit-n-per-s", self.slew_limit_n_per_s, 5000.0, 10.0, 1e9, "N/s")?,
-                speed_mps: within("speed-limit-mps", self.speed_limit_mps, 5.0, 0.01, 100.0, "m/s")?,
-                acceleration_mps2: within(
-                    "acceleration-limit-mps2",
-                    self.acceleration_limit_mps2,
-                    2000.0,
-                    10.0,
-                    1e6,
-                    "m/s^2",
-                )?,
-            })
+            force_n: within("force-limit-n", self.force_limit_n, 20.0, 0.1, 1000.0, "N")?,
+            slew_n_per_s: within("slew-limit-n-per-s", self.slew_limit_n_per_s, 5000.0, 10.0, 1e9, "N/s")?,
+            speed_mps: within("speed-limit-mps", self.speed_limit_mps, 5.0, 0.01, 100.0, "m/s")?,
+            acceleration_mps2: within(
+                "acceleration-limit-mps2",
+                self.acceleration_limit_mps2,
+                2000.0,
+                10.0,
+                1e6,
+                "m/s^2",
+            )?,
+        })
     }
 
     fn watches(&self) -> Result<Watches, ConfigError> {

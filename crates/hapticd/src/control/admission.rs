@@ -1,8 +1,8 @@
 //! Whether the rig may be engaged: what must be known of a device before its motor pulls a hand.
 //!
-//! The checks hold for one connection. Its number goes to the real-time thread with the command, which
-//! engages no other: a device that takes the place of the checked one is refused, however late the
-//! command arrives.
+//! The checks hold for one connection. Its number goes to the real-time thread with the command,
+//! which engages no other: a device that takes the place of the checked one is refused, however
+//! late the command arrives.
 
 use crate::control::RigHandle;
 use crate::control::commission::record::Known;
@@ -11,8 +11,8 @@ use crate::control::facts::EngageRules;
 use crate::rt::handoff::ANY_CONNECTION;
 use haptic_ipc::{ErrorCode, Problem, WireError};
 
-/// Longest time after which a device must have switched its motor off by itself, ms: a hand is pulled
-/// for so long when the daemon dies.
+/// Longest time after which a device must have switched its motor off by itself, ms: a hand is
+/// pulled for so long when the daemon dies.
 pub(crate) const LONGEST_WATCHDOG_MS: u32 = 200;
 
 /// The firmware that `fake-rig` plays says so.

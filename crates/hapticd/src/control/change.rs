@@ -1,5 +1,5 @@
-//! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered it.
-//! `set`, `scene.load`, `undo` and `redo` all go this way.
+//! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered
+//! it. `set`, `scene.load`, `undo` and `redo` all go this way.
 
 use crate::control::history::{Dragged, Move};
 use crate::control::journal::bytes_of_changes;

@@ -38,7 +38,8 @@ impl Device {
         }
     }
 
-    /// The device at the other end of the link, or the rig in this process; nothing where none is connected.
+    /// The device at the other end of the link, or the rig in this process; nothing where none is
+    /// connected.
     pub(super) fn connected(facts: &Facts) -> Option<Self> {
         match &facts.link {
             Some(monitor) => Self::of(monitor),

@@ -54,7 +54,8 @@ pub(crate) struct Facts {
 }
 
 impl Facts {
-    /// What the adviser goes by: with a link, resolution and rate are those of the device that is connected, and the delay is what was measured of it.
+    /// What the adviser goes by: with a link, resolution and rate are those of the device that is
+    /// connected, and the delay is what was measured of it.
     pub(crate) fn rig_facts(&self) -> RigFacts {
         let Some(link) = &self.link else { return self.rig };
         let mut times = link::times(link);

@@ -37,8 +37,8 @@ pub(crate) struct Dragged {
 /// The history of the scene.
 #[derive(Debug)]
 pub(crate) struct History {
-    /// The scenes by revision, oldest first; never empty. The last is the newest, which may still be on
-    /// its way to the real-time thread.
+    /// The scenes by revision, oldest first; never empty. The last is the newest, which may still
+    /// be on its way to the real-time thread.
     scenes: VecDeque<KnownScene>,
     undo: VecDeque<Scene>,
     redo: Vec<Scene>,
@@ -101,8 +101,8 @@ impl History {
         (self.undo.len(), self.redo.len())
     }
 
-    /// Whether a change to the active scene itself is a no-op. `undo` and `redo` are not: a drag may
-    /// have ended where it began.
+    /// Whether a change to the active scene itself is a no-op. `undo` and `redo` are not: a drag
+    /// may have ended where it began.
     pub(crate) fn is_noop(&mut self, step: &Move) -> bool {
         match step {
             Move::Forward => {}

@@ -1,5 +1,6 @@
-//! `lease`: a client as a dead man's switch. The real-time thread itself releases the rig when a lease
-//! expires, so that it does even if this thread hangs; here the leases begin, are renewed and end.
+//! `lease`: a client as a dead man's switch. The real-time thread itself releases the rig when a
+//! lease expires, so that it does even if this thread hangs; here the leases begin, are renewed and
+//! end.
 
 use crate::control::RigHandle;
 use crate::control::journal::Until;
@@ -58,8 +59,8 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
         };
         rig.enter(Until::Done, entry);
     }
-    // The real-time thread has released it already, unless the client closed its connection early. A
-    // rig that is stopped or faulted has no force.
+    // The real-time thread has released it already, unless the client closed its connection early.
+    // A rig that is stopped or faulted has no force.
     if let Err(error) = rig.command(Command::Release, rig.stops(), None).await
         && error.code == ErrorCode::NotResponding
     {

@@ -48,8 +48,8 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    /// Makes the control socket, for a group as well where one is named, and the watchers' socket where it has a
-    /// path.
+    /// Makes the control socket, for a group as well where one is named, and the watchers' socket
+    /// where it has a path.
     pub(crate) fn bind(control: &Path, group: Option<Group>, watch: Option<&Path>) -> Result<Self, SocketError> {
         let access = group.map_or(Access::Owner, Access::Group);
         let control = Listener::bind(control, access, Rights::All)?;

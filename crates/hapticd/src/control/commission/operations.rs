@@ -1,4 +1,5 @@
-//! `commission.begin`, `commission.pulse`, `commission.status`, `commission.store` and `commission.end`.
+//! `commission.begin`, `commission.pulse`, `commission.status`, `commission.store` and
+//! `commission.end`.
 
 use super::pulse as one_pulse;
 use super::record::Record;

@@ -24,7 +24,8 @@ const RAMP_GRACE: Duration = Duration::from_secs(1);
 /// What a pulse may take with its way back to rest.
 const LONGEST: Duration = Duration::from_secs(4);
 
-/// A pulse of a force (N) and duration (ms), on an encoder with such a distance between two counts (m).
+/// A pulse of a force (N) and duration (ms), on an encoder with such a distance between two counts
+/// (m).
 pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseShape {
     let duration_s = duration_ms * 1e-3;
     let edge_s = EDGE * duration_s;
@@ -86,7 +87,8 @@ async fn give(rig: &RigHandle, shape: PulseShape, admission: Admission, stops: u
     .await
 }
 
-/// Waits for a condition, as long as the commissioning goes on and the rig is engaged or about to be.
+/// Waits for a condition, as long as the commissioning goes on and the rig is engaged or about to
+/// be.
 async fn until<T>(rig: &RigHandle, patience: Duration, mut so: impl FnMut(RigState) -> Option<T>) -> Result<T, String> {
     let began = Instant::now();
     loop {

@@ -1,8 +1,8 @@
 //! What is kept of a rig that was commissioned: one file a rig, by its serial number, written whole
 //! or not at all.
 //!
-//! A disk may take its time and a mount may hang: both happen [aside](Aside), on one thread, for which
-//! nothing waits longer than [`PATIENCE`].
+//! A disk may take its time and a mount may hang: both happen [aside](Aside), on one thread, for
+//! which nothing waits longer than [`PATIENCE`].
 
 use crate::control::aside::Aside;
 use crate::control::connected::Device;
@@ -26,7 +26,8 @@ const LARGEST: u64 = 64 * 1024;
 /// Letters of a rig's key in the name of its file.
 const LONGEST_NAME: usize = 150;
 
-/// A rig's counts agree when their distances differ by no more than this share: they travel as numbers of 32 bits.
+/// A rig's counts agree when their distances differ by no more than this share: they travel as
+/// numbers of 32 bits.
 const SAME_RESOLUTION: f64 = 1e-6;
 
 /// What was found.
@@ -186,8 +187,8 @@ fn write(path: &Path, record: &Record) -> Result<(), String> {
         .map_err(|error| error.to_string())
 }
 
-/// The file of a rig. Its key may hold anything that a device says of itself: a byte that is not a plain
-/// letter is written as a number.
+/// The file of a rig. Its key may hold anything that a device says of itself: a byte that is not a
+/// plain letter is written as a number.
 fn path_of(state_dir: &Path, key: &str) -> PathBuf {
     let mut name = String::new();
     for byte in key.bytes() {

@@ -1,5 +1,5 @@
-//! Commands to the real-time thread: admitted, sent, answered, and taken back where nobody waits any
-//! more.
+//! Commands to the real-time thread: admitted, sent, answered, and taken back where nobody waits
+//! any more.
 
 use super::RigHandle;
 use crate::control::admission::{self, Admission, Purpose};
@@ -10,7 +10,8 @@ use crate::rig_state::Command;
 use crate::rt::handoff::Outcome;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
 
-/// Takes a command back when nobody waits for its answer any more, and enters in the journal what has come of it. After the answer there is nothing left to take back.
+/// Takes a command back when nobody waits for its answer any more, and enters in the journal what
+/// has come of it. After the answer there is nothing left to take back.
 struct WithdrawOnDrop<'a> {
     rig: &'a RigHandle,
     serial: u32,
@@ -40,8 +41,9 @@ impl Drop for WithdrawOnDrop<'_> {
 }
 
 impl RigHandle {
-    /// Has a command carried out that was asked for, by a client or by the daemon itself, when there had been `stops_known` stops: one that a stop
-    /// has overtaken since, in whichever queue it waited, is refused.
+    /// Has a command carried out that was asked for, by a client or by the daemon itself, when
+    /// there had been `stops_known` stops: one that a stop has overtaken since, in whichever queue
+    /// it waited, is refused.
     ///
     /// # Errors
     /// The rig's state does not allow it, or the real-time thread does not answer.

@@ -9,8 +9,8 @@ use crate::telemetry::ring::TickRecord;
 use haptic_ipc::{JournalEntry, LogReply, RigState, StateChange};
 
 impl RigHandle {
-    /// Enters what the rig did by itself, completes the entries that waited for their tick, and tells
-    /// the subscribers.
+    /// Enters what the rig did by itself, completes the entries that waited for their tick, and
+    /// tells the subscribers.
     pub(super) fn keep_journal(&self, changes: &[TickRecord]) {
         self.enter_own_events(changes);
         let complete = self
@@ -24,8 +24,8 @@ impl RigHandle {
         }
     }
 
-    /// Enters what no client has asked for: a fault, a release by the enable button, a device that was
-    /// lost or found.
+    /// Enters what no client has asked for: a fault, a release by the enable button, a device that
+    /// was lost or found.
     fn enter_own_events(&self, changes: &[TickRecord]) {
         let mut journal = self.journal.borrow_mut();
         for record in changes {

@@ -1,5 +1,5 @@
-//! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and what
-//! comes back.
+//! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and
+//! what comes back.
 
 mod commands;
 mod entries;
@@ -40,7 +40,8 @@ const MOST_ASIDE: usize = 4;
 /// How long an answer from the real-time thread may take.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Looks for an answer after that: this thread may have been held up itself, and the other not have run since.
+/// Looks for an answer after that: this thread may have been held up itself, and the other not have
+/// run since.
 const LAST_LOOKS: u32 = 20;
 
 /// The control thread's hold on the rig. One thread uses it, so cells suffice.
@@ -104,7 +105,8 @@ impl RigHandle {
         self.keep_journal(&changes);
     }
 
-    /// The feed, with everything taken in that the loop has left: what was answered is also to be seen.
+    /// The feed, with everything taken in that the loop has left: what was answered is also to be
+    /// seen.
     pub(crate) fn feed(&self) -> RefMut<'_, Feed> {
         self.pump();
         self.feed.borrow_mut()
@@ -150,7 +152,8 @@ impl RigHandle {
         &self.records
     }
 
-    /// The state of the rig while no command is on its way, which is kept so as long as the first of the two is.
+    /// The state of the rig while no command is on its way, which is kept so as long as the first
+    /// of the two is.
     pub(super) async fn quiet_state(&self) -> (tokio::sync::MutexGuard<'_, ()>, RigState) {
         let turn = self.commanding.lock().await;
         (turn, self.state())

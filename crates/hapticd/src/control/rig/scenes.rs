@@ -9,7 +9,8 @@ use haptic_core::{Renderer, Scene};
 use haptic_ipc::{JournalEntry, WireError};
 
 impl RigHandle {
-    /// Has the loop render something that is no scene, in the place of the newest one, which stays what it is for everybody.
+    /// Has the loop render something that is no scene, in the place of the newest one, which stays
+    /// what it is for everybody.
     pub(in crate::control) fn lend_loop(&self, renderer: Renderer) {
         // A way to the newest scene ends here: what comes back is its end.
         *self.ramp.borrow_mut() = None;

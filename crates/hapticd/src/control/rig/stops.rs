@@ -12,7 +12,8 @@ impl RigHandle {
         self.shared.stops()
     }
 
-    /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows the stop.
+    /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows
+    /// the stop.
     pub(crate) fn raise_stop(&self, by: &Peer) -> u64 {
         let stop = self.shared.stop();
         self.feed.borrow_mut().stop_begun(stop, now_ns());
@@ -21,7 +22,8 @@ impl RigHandle {
             .borrow()
             .newest()
             .map_or(RigState::Idle, |record| record.state);
-        // Whoever may only watch may stop, again and again: what changes nothing pushes nothing out of the journal.
+        // Whoever may only watch may stop, again and again: what changes nothing pushes nothing out
+        // of the journal.
         let changes_nothing = matches!(before, RigState::Stopped | RigState::Faulted);
         if !changes_nothing && !self.journal.borrow().waits_for_a_stop() {
             let after = RigState::Stopped;

@@ -24,8 +24,8 @@ impl Lines {
         }
     }
 
-    /// The next line that was received. An unterminated last line counts as one: no part of a request
-    /// reads as a whole one.
+    /// The next line that was received. An unterminated last line counts as one: no part of a
+    /// request reads as a whole one.
     pub(super) fn next(&mut self) -> Option<Result<String, LinesCodecError>> {
         let decoded = if self.ended {
             self.codec.decode_eof(&mut self.buffer)

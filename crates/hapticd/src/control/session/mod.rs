@@ -27,10 +27,10 @@ const BLOCKED_FOR: Duration = Duration::from_secs(2);
 /// Clients served at once.
 pub(super) const MOST_CLIENTS: usize = 32;
 
-/// Bytes of a client's requests that may wait to be answered, with what each takes beside its text, of its
-/// changes that may wait to be rendered, and of answers that may wait to be written to it; a longer one
-/// waits alone. A client that pipelines more, some thousand requests, is read no further until there is
-/// room. All of it is held in memory that is locked.
+/// Bytes of a client's requests that may wait to be answered, with what each takes beside its text,
+/// of its changes that may wait to be rendered, and of answers that may wait to be written to it; a
+/// longer one waits alone. A client that pipelines more, some thousand requests, is read no further
+/// until there is room. All of it is held in memory that is locked.
 const WAITING_BYTES: usize = 256 * 1024;
 
 /// Bytes that are searched for stops after the last answer: more than a socket holds.
@@ -60,8 +60,9 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
         peer,
         rights,
     };
-    // Reading and answering run side by side: a stop acts when it is read, not when its turn to be answered
-    // comes. When the writer gives up on a client that does not read, the conversation ends too.
+    // Reading and answering run side by side: a stop acts when it is read, not when its turn to be
+    // answered comes. When the writer gives up on a client that does not read, the conversation
+    // ends too.
     tokio::select! {
         ((), ()) = async { tokio::join!(client.read(&mut incoming, requests), client.converse(waiting)) } => {}
         () = client.lines.closed() => {}
@@ -216,9 +217,9 @@ impl Client {
         })
     }
 
-    /// Raises the stops among the lines that were sent and never read: a client that asks for a stop and
-    /// closes its connection at once has asked for it. All else in them is dropped, as nobody would hear
-    /// of it.
+    /// Raises the stops among the lines that were sent and never read: a client that asks for a
+    /// stop and closes its connection at once has asked for it. All else in them is dropped, as
+    /// nobody would hear of it.
     async fn raise_last_stops(&self, lines: &mut Lines) {
         let mut left = LAST_BYTES;
         loop {
@@ -247,8 +248,8 @@ impl Client {
         if self.send(line(&Greeting { hello })).await.is_err() {
             return;
         }
-        // The next change begins before the last one is rendered: a client may send more changes than
-        // there are ticks.
+        // The next change begins before the last one is rendered: a client may send more changes
+        // than there are ticks.
         let mut pending = VecDeque::new();
         loop {
             let next = tokio::select! {
