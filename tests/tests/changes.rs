@@ -1,8 +1,8 @@
 //! How the scene changes, by whom, and back again.
 
 use haptic_ipc::{
-    ChangeReply, Changes, Client, ClientError, ErrorCode, Event, JournalEntry, LogReply, Request, Sample, SceneRef,
-    SceneReply, StateReply, SubscribeReply, Topic,
+    ChangeOptions, ChangeReply, Changes, Client, ClientError, ErrorCode, Event, JournalEntry, LogReply, Request,
+    Sample, SceneRef, SceneReply, StateReply, SubscribeReply, Topic,
 };
 use system_tests::{Daemon, engage, status, wait_for, wait_for_state};
 
@@ -89,10 +89,8 @@ fn what_is_dragged_goes_back_in_one_step() {
     for step in 0..20 {
         let request = Request::Set {
             params: params(&[("M", 1.0 + f64::from(step))]),
-            if_revision: None,
-            ramp_ms: None,
-            dry_run: false,
             merge: step > 0,
+            options: ChangeOptions::default(),
         };
         change(&mut client, request);
     }
@@ -119,10 +117,11 @@ fn what_is_so_already_is_no_change() {
     // A ramp that is still going is cut short by the same value at once.
     let slowly = Request::Set {
         params: params(&[("M", 3.0)]),
-        if_revision: None,
-        ramp_ms: Some(10_000.0),
-        dry_run: false,
         merge: false,
+        options: ChangeOptions {
+            ramp_ms: Some(10_000.0),
+            ..ChangeOptions::default()
+        },
     };
     // Steps are taken slowly only where there is force.
     engage(&mut client);
@@ -137,10 +136,12 @@ fn a_change_on_an_older_revision_is_refused_and_one_that_is_only_tried_changes_n
     let mut client = daemon.client();
     let set = |if_revision, dry_run, mass| Request::Set {
         params: params(&[("M", mass)]),
-        if_revision,
-        ramp_ms: None,
-        dry_run,
         merge: false,
+        options: ChangeOptions {
+            if_revision,
+            ramp_ms: None,
+            dry_run,
+        },
     };
     change(&mut client, set(Some(1), false, 1.0));
     let error = refused(&mut client, set(Some(1), false, 2.0));
@@ -232,10 +233,11 @@ fn a_ramp_moves_the_force_evenly_and_the_next_change_goes_on_from_where_it_is() 
     let _: SubscribeReply = listener.request(subscribe).expect("a subscription");
     let set = |drag, ramp_ms| Request::Set {
         params: params(&[("b", drag)]),
-        if_revision: None,
-        ramp_ms: Some(ramp_ms),
-        dry_run: false,
         merge: false,
+        options: ChangeOptions {
+            ramp_ms: Some(ramp_ms),
+            ..ChangeOptions::default()
+        },
     };
     let (tick, turned, rows) = loop {
         let begun = change(&mut client, set(70.0, 400.0));

@@ -3,8 +3,8 @@
 #![allow(unsafe_code, reason = "ptrace has no safe wrapper")]
 
 use haptic_ipc::{
-    ChangeReply, Changes, Client, ClientError, ErrorCode, Event, Request, SceneRef, SceneReply, StateReply,
-    SubscribeReply, Timing, Topic,
+    ChangeOptions, ChangeReply, Changes, Client, ClientError, ErrorCode, Event, Request, SceneRef, SceneReply,
+    StateReply, SubscribeReply, Timing, Topic,
 };
 use rustix::process::{Pid, Signal, WaitOptions, kill_process, waitpid};
 use std::collections::{BTreeMap, BTreeSet};
@@ -178,21 +178,18 @@ fn check_grid(from: Moment, to: Moment) {
 
 /// A change that takes a while: back a step, or to another law and home again.
 fn slowly(name: &str) -> Request {
-    let ramp_ms = Some(20.0);
+    let options = ChangeOptions {
+        ramp_ms: Some(20.0),
+        ..ChangeOptions::default()
+    };
     let load = |name: &str| Request::SceneLoad {
         scene: SceneRef::Name(name.to_owned()),
-        if_revision: None,
-        ramp_ms,
-        dry_run: false,
+        options,
     };
     match name {
         "mass" => load("viscous-drag"),
         "damping" => load("simulated-friction"),
-        _ => Request::Undo {
-            if_revision: None,
-            ramp_ms,
-            dry_run: false,
-        },
+        _ => Request::Undo { options },
     }
 }
 

@@ -1,4 +1,5 @@
-//! `accuracy`: what each scheme costs and how far it is from the true motion, on easy and hard scenes.
+//! `accuracy`: what each scheme costs and how far it is from the true motion, on easy and hard
+//! scenes.
 
 use crate::cost;
 use crate::failure::Failure;
@@ -13,11 +14,11 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Where to write accuracy.csv, accuracy.json and accuracy.html, a page with a plot
+    /// Directory for accuracy.csv, accuracy.json and accuracy.html, a page with a plot
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
-    /// Only the targets: what the exact scheme is held to, and what it reaches here
+    /// Show only the targets of the exact scheme, and what it reaches here
     #[arg(long, conflicts_with = "out")]
     targets: bool,
 }

@@ -1,32 +1,37 @@
-//! What every change of the scene has in common: how it is made, and what it is answered with.
+//! What every change of the scene shares: its options and its answer.
 
 use crate::duration::{duration, milliseconds};
 use crate::failure::Failure;
 use crate::output;
 use clap::Args;
 use haptic_core::ParameterKey;
-use haptic_ipc::ChangeReply;
+use haptic_ipc::{ChangeOptions, ChangeReply};
 use std::time::Duration;
 
-/// How a change is made.
+/// The options of every change.
 #[derive(Clone, Debug, Args)]
-pub(crate) struct How {
-    /// Only if this is still the newest revision, so that nobody's work is undone unawares
+pub(crate) struct ChangeArguments {
+    /// Refuse unless N is the newest revision, so that no other client's change is lost
     #[arg(long, value_name = "N")]
-    pub(crate) if_revision: Option<u64>,
+    if_revision: Option<u64>,
 
-    /// Go there over this time, as in 50ms or 2s, at most 10s
+    /// Ramp to the change over TIME, at most 10s [default: 0s]
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     ramp: Option<Duration>,
 
-    /// Only say what would change, and what advice there would be
+    /// Show the change and its advice, and change nothing
     #[arg(long)]
-    pub(crate) dry_run: bool,
+    dry_run: bool,
 }
 
-impl How {
-    pub(crate) fn ramp_ms(&self) -> Option<f64> {
-        self.ramp.map(milliseconds)
+impl ChangeArguments {
+    /// The options as the protocol has them.
+    pub(crate) fn options(&self) -> ChangeOptions {
+        ChangeOptions {
+            if_revision: self.if_revision,
+            ramp_ms: self.ramp.map(milliseconds),
+            dry_run: self.dry_run,
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! Colour, where there is somebody to see it: on a terminal, unless NO_COLOR is set (<https://no-color.org>).
+//! Colour, where there is somebody to see it: on a terminal, unless NO_COLOR is set
+//! (<https://no-color.org>).
 
 use clap::builder::styling::{AnsiColor, Style};
 use std::io::IsTerminal;

@@ -1,4 +1,5 @@
-//! What the shell completes beyond the command line's own words: parameters, and the scenes of a running daemon.
+//! What the shell completes beyond the command line's own words: parameters, and the scenes of a
+//! running daemon.
 
 use crate::{condition, units};
 use clap_complete::engine::CompletionCandidate;
@@ -28,8 +29,8 @@ pub(crate) fn assignments(current: &OsStr) -> Vec<CompletionCandidate> {
         .collect()
 }
 
-/// Fields and parameters of a condition, after whatever comparisons there are already, and the words that a field can be; operators and numbers are a
-/// person's.
+/// Fields and parameters of a condition, after whatever comparisons there are already, and the
+/// words that a field can be; operators and numbers are a person's.
 pub(crate) fn conditions(current: &OsStr) -> Vec<CompletionCandidate> {
     let text = current.to_string_lossy();
     let begins = text.rfind(char::is_whitespace).map_or(0, |space| space + 1);

@@ -37,7 +37,8 @@ impl Daemon {
         Ok(self.client.next_event().await?)
     }
 
-    /// Waits for the next event of a subscription that brings one each second. Safe to drop half-way.
+    /// Waits for the next event of a subscription that brings one each second. Safe to drop
+    /// half-way.
     pub(crate) async fn regular_event(&mut self) -> Result<Event, Failure> {
         in_time(self.client.next_event()).await
     }

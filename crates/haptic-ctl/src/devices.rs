@@ -7,7 +7,7 @@ use haptic_ipc::{DevicesReply, FoundDevice, Request};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Ask one device who it is, by its address. That opens it, which resets many boards
+    /// Identify one device by its address. That opens it, which resets many boards
     #[arg(long, value_name = "ADDRESS")]
     probe: Option<String>,
 }

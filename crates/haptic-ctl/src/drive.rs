@@ -15,16 +15,18 @@ pub(crate) struct Waiting {
     #[arg(long)]
     wait: bool,
 
-    /// How long to wait at most
+    /// Timeout of --wait
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s", requires = "wait", allow_hyphen_values = true)]
     timeout: Duration,
 }
 
-/// After so long without an answer to a stop a person is told what to do, and after so long nobody waits any more.
+/// After so long without an answer to a stop a person is told what to do, and after so long nobody
+/// waits any more.
 const STOP_ALARM: Duration = Duration::from_millis(300);
 const STOP_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Stops the rig. Whatever keeps the daemon from saying that it has, the answer to that is not to start one.
+/// Stops the rig. Whatever keeps the daemon from saying that it has, the answer to that is not to
+/// start one.
 pub(crate) async fn stop(socket: Option<&Path>, request: Request, json: bool) -> Result<(), Failure> {
     let asked = async {
         let mut daemon = Daemon::connect(socket).await?;

@@ -1,4 +1,5 @@
-//! `lease`: a command as a dead man's switch. The rig is released should haptic-ctl, and with it the command, die or hang.
+//! `lease`: a command as a dead man's switch. The rig is released should haptic-ctl, and with it
+//! the command, die or hang.
 
 use crate::daemon::Daemon;
 use crate::duration::duration;
@@ -20,11 +21,11 @@ SIGTERM and SIGHUP are passed on to the command.
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// How long haptic-ctl may be silent before the rig is released, from 20ms to 60s
+    /// Silence of haptic-ctl after which the rig is released, from 20ms to 60s
     #[arg(long, value_name = "TIME", default_value = "500ms", value_parser = duration, allow_hyphen_values = true)]
     timeout: Duration,
 
-    /// What to run, after `--`
+    /// Command to run, after `--`
     #[arg(required = true, last = true, value_name = "COMMAND")]
     command: Vec<OsString>,
 }
@@ -44,7 +45,8 @@ impl Arguments {
 
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<(), Failure> {
     let request = arguments.request()?;
-    // Caught before the command runs, so that none of them ends haptic-ctl and leaves the command behind.
+    // Caught before the command runs, so that none of them ends haptic-ctl and leaves the command
+    // behind.
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;
     let mut hang_up = signal(SignalKind::hangup())?;

@@ -9,11 +9,11 @@ use jiff::tz::TimeZone;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// At most so many entries, the newest
+    /// Number of entries, the newest
     #[arg(short = 'n', long, value_name = "N", default_value = "20")]
     limit: usize,
 
-    /// Go on with every change that is made, until interrupted
+    /// Follow new changes, until interrupted
     #[arg(long, short)]
     follow: bool,
 }

@@ -35,7 +35,7 @@ mod units;
 mod wait;
 mod watch;
 
-use change::How;
+use change::ChangeArguments;
 use clap::{CommandFactory, Parser, Subcommand};
 use daemon::Daemon;
 use failure::Failure;
@@ -43,12 +43,12 @@ use haptic_ipc::{Envelope, Request, RigState};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Steers a running hapticd: shows and changes what the rig feels like.
+/// Controls a running hapticd: shows and changes how the rig feels.
 #[derive(Debug, Parser)]
 #[command(name = "haptic-ctl", version, max_term_width = 110, after_help = EXIT_CODES)]
 struct Arguments {
-    /// The daemon's control socket [default: $HAPTICD_SOCKET, else the first that exists of hapticd/control.sock in
-    /// the user's runtime directory, in ~/.local/state and in /run]
+    /// Control socket of the daemon [default: $HAPTICD_SOCKET, else the first that exists of
+    /// hapticd/control.sock in the user's runtime directory, in ~/.local/state and in /run]
     #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     socket: Option<PathBuf>,
 
@@ -56,7 +56,7 @@ struct Arguments {
     #[arg(long, global = true, help_heading = GLOBAL)]
     json: bool,
 
-    /// Print what would be sent to the daemon, and send nothing
+    /// Print the requests to the daemon instead of sending them
     #[arg(long, global = true, help_heading = GLOBAL)]
     print_request: bool,
 
@@ -64,11 +64,11 @@ struct Arguments {
     command: Command,
 }
 
-/// Below those of a subcommand itself.
+/// The heading of the options of every subcommand.
 const GLOBAL: &str = "Options of every subcommand";
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer or not so in time, \
+Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer, or timed out, \
 6 the rig is stopped or faulted, 130 interrupted.
 
 With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of these: usage (exit code 2), \
@@ -76,75 +76,79 @@ no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Show the rig's state, the scene, the device and what the real-time thread has
+    /// Show the state of the rig, the scene, the device and the real-time thread
     Status,
-    /// Show everything that moves, live, with keys to stop, engage and release
+    /// Show the rig live, with keys to stop, engage and release it
     Top,
     /// Show the parameter table: names, symbols, units, ranges, and what each makes the hand feel
     Describe,
-    /// Show the scene in force, or another one
+    /// Show the active scene, or another
     Get(get::Arguments),
-    /// Change parameters, all of them or none, between two ticks
+    /// Set parameters: all of them or none, between two ticks
     #[command(after_help = set::parameter_help())]
     Set(set::Arguments),
-    /// Take the newest change back, whoever made it
-    Undo(How),
-    /// Bring back what was undone last
-    Redo(How),
-    /// Whole scenes: list, load, save, compare and show them
+    /// Undo the newest change, of any client
+    Undo(ChangeArguments),
+    /// Redo the change that was undone last
+    Redo(ChangeArguments),
+    /// List, load, save, compare and show whole scenes
     #[command(subcommand)]
     Scene(scene::Command),
     /// Show who changed what, and when
     Log(log::Arguments),
-    /// Let the force in, along a ramp
+    /// Ramp the force up
     Engage(drive::Waiting),
-    /// Let the force out, along a ramp
+    /// Ramp the force down
     Release(drive::Waiting),
-    /// Zero force, at once; exits 0 only when the daemon has confirmed it
+    /// Set zero force at once; exits 0 only when the daemon has confirmed it
     Stop,
     /// Clear a stop or a fault; the rig is then idle
     Reset,
-    /// Find out by small pulses which way a rig's motor pulls, its range and friction, and keep it: a rig engages only after that
+    /// Commission the rig: find the direction of its motor, its range and its friction by small
+    /// pulses, and store them. A rig engages only after that
     #[command(after_help = commission::HELP)]
     Commission(commission::Arguments),
-    /// Wait until something is so, as in --until state=engaged
+    /// Wait until a condition holds, as in --until state=engaged
     #[command(after_help = wait::help())]
     Wait(wait::Arguments),
-    /// Run a command, and release the rig should it fail, or haptic-ctl die or hang
+    /// Run a command, and release the rig should the command fail, or haptic-ctl die or hang
     #[command(after_help = lease::HELP)]
     Lease(lease::Arguments),
-    /// Show samples as they come, until interrupted; with --json an object a line
+    /// Print samples live, until interrupted; with --json one object a line
     #[command(visible_alias = "stream")]
     Watch(watch::Arguments),
     /// Record every tick to a file, until interrupted
     Record(record::Arguments),
     /// Show how well the loop keeps time
     Timing,
-    /// Show what the scene in force will do to the rig: stability, passivity and chatter, with what would mend each
+    /// Check the active scene against the rig: stability, passivity and chatter, with a fix for
+    /// each
     Advise,
-    /// List the devices that are plugged in, how to name them, and why one cannot be used
+    /// List the devices that are plugged in, their addresses, and problems that keep one from use
     Devices(devices::Arguments),
-    /// Check everything between you and the rig, with what mends it; works without a daemon
+    /// Check everything between you and the rig, with a fix for each problem; works without a
+    /// daemon
     Doctor,
-    /// Send lines of the control protocol as they are, and print the answers
+    /// Send raw lines of the control protocol, and print the answers
     Raw(raw::Arguments),
-    /// Render a scene along a recorded motion, offline, by the code that the daemon runs
+    /// Render a scene along a recorded motion, offline, with the code of the daemon
     Simulate(simulate::Arguments),
-    /// Measure what each scheme costs and how far it is from the true motion, offline, on easy and hard scenes
+    /// Measure the cost and the error of each scheme, offline, on easy and hard scenes
     Accuracy(accuracy::Arguments),
-    /// Measure what a tick of each kind of scene costs, offline: instructions, bytes of state, nanoseconds
+    /// Measure the cost of a tick of each kind of scene, offline: instructions, bytes of state,
+    /// nanoseconds
     Cost,
-    /// Print what makes a shell complete this command line
+    /// Print the completion script of a shell
     Completions { shell: completions::Shell },
     /// Write the manual pages
     Man(man::Arguments),
-    /// What callgrind counts
+    /// The code that callgrind counts
     #[command(hide = true, name = cost::PROBE)]
     Probe { probe: haptic_lab::cost::Probe },
 }
 
 impl Command {
-    /// What the subcommand asks the daemon, in that order; nothing where it works offline.
+    /// The requests of the subcommand, in order; none where it works offline.
     fn requests(&self) -> Result<Vec<Request>, Failure> {
         Ok(vec![match self {
             Self::Status => Request::Status {},
@@ -152,8 +156,8 @@ impl Command {
             Self::Describe => Request::Describe {},
             Self::Get(get) => get.request()?,
             Self::Set(set) => set.request()?,
-            Self::Undo(how) => undo::undo(how),
-            Self::Redo(how) => undo::redo(how),
+            Self::Undo(change) => undo::undo(change),
+            Self::Redo(change) => undo::redo(change),
             Self::Scene(scene) => scene.request()?,
             Self::Log(log) => return Ok(log.requests()),
             Self::Engage(_) => Request::Engage {},
@@ -179,8 +183,8 @@ impl Command {
         }])
     }
 
-    /// Whether it ends as it should by itself when it is interrupted.
-    const fn heeds_interrupts(&self) -> bool {
+    /// Whether it ends cleanly by itself when it is interrupted.
+    const fn handles_interrupts(&self) -> bool {
         matches!(self, Self::Record(_) | Self::Lease(_) | Self::Top)
     }
 }
@@ -200,31 +204,32 @@ fn main() -> ExitCode {
     };
     let result = runtime.block_on(async {
         tokio::select! {
-            // In this order, so that offline work is done before the interrupt is caught, which would then be heard only after it.
+            // In this order: offline work is done before the interrupt is caught, which would
+            // otherwise be heard only after that work.
             biased;
             ended = run(&arguments) => ended,
-            _ = tokio::signal::ctrl_c(), if !arguments.command.heeds_interrupts() => Err(Failure::Interrupted),
+            _ = tokio::signal::ctrl_c(), if !arguments.command.handles_interrupts() => Err(Failure::Interrupted),
         }
     });
-    // A thread that reads the terminal may still wait for a key; nobody waits for it.
+    // A thread that reads the terminal may still wait for a key: it is left behind.
     runtime.shutdown_background();
     ended(result, arguments.json)
 }
 
-/// Ends with what is wrong with the command line, or with the help that was asked for.
+/// Ends with an error of the command line, or with its help.
 fn wrong_usage(error: &clap::Error) -> ExitCode {
-    // After `--` comes somebody else's command line.
+    // After `--` stands the command line of another program.
     let wants_json = std::env::args_os()
         .take_while(|argument| argument != "--")
         .any(|argument| argument == "--json");
     if wants_json && error.use_stderr() {
-        return Failure::Usage(said_of(error)).report(true);
+        return Failure::Usage(error_text(error)).report(true);
     }
     error.exit()
 }
 
-/// What is wrong, without the summary of the options that stands below it.
-fn said_of(error: &clap::Error) -> String {
+/// The error alone, without the summary of the options below it.
+fn error_text(error: &clap::Error) -> String {
     let text = error.render().to_string();
     let text = text.split("\n\nUsage:").next().unwrap_or(&text);
     let text = text.split("\n\nFor more information").next().unwrap_or(text);
@@ -244,7 +249,7 @@ fn print_requests(command: &Command) -> Result<(), Failure> {
     }
     let requests = command.requests()?;
     if requests.is_empty() {
-        return Err(Failure::Usage("this subcommand asks nothing of the daemon".to_owned()));
+        return Err(Failure::Usage("this subcommand sends the daemon no request".to_owned()));
     }
     for (id, request) in (1..).zip(requests) {
         output::json(&Envelope { id, request })?;
@@ -266,7 +271,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Probe { probe } => return cost::run_probe(*probe),
         _ => {}
     }
-    // What can be refused here is refused before anybody is asked.
+    // A wrong command line is refused before the daemon is asked.
     let mut requests = command.requests()?;
     let request = requests.remove(0);
     if let Command::Stop = command {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Where to write them, a page for each subcommand
+    /// Directory for the pages, one for each subcommand
     directory: PathBuf,
 }
 

@@ -1,10 +1,12 @@
-//! A line that shows how far something is. Only on a terminal; where the output is piped nothing of it is written.
+//! A line that shows how far something is. Only on a terminal; where the output is piped nothing of
+//! it is written.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// A line for something that takes this long, or until it is ended. Its position is set by [`position`].
+/// A line for something that takes this long, or until it is ended. Its position is set by
+/// [`position`].
 pub(crate) fn bar(length: Option<Duration>) -> ProgressBar {
     match length {
         Some(length) => styled(

@@ -11,11 +11,11 @@ use tokio::net::unix::OwnedReadHalf;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Requests, each a JSON object; an `id` that is left out is filled in [default: lines of standard input]
+    /// Requests, each a JSON object; a missing `id` is filled in [default: lines of standard input]
     #[arg(value_name = "LINE")]
     lines: Vec<String>,
 
-    /// Go on printing events when all has been answered, until interrupted
+    /// Print events after the last answer, until interrupted
     #[arg(long, short)]
     follow: bool,
 }
@@ -124,7 +124,8 @@ const fn code(code: ErrorCode) -> u8 {
     }
 }
 
-/// The line, with an `id` if it is an object that has none. What is no object is sent as it is: the daemon says what is wrong with it.
+/// The line, with an `id` if it is an object that has none. What is no object is sent as it is: the
+/// daemon says what is wrong with it.
 fn with_id(line: &str, next_id: &mut u64) -> String {
     match serde_json::from_str(line) {
         Ok(Value::Object(request)) if !request.contains_key("id") => {

@@ -15,22 +15,22 @@ use tokio::signal::unix::{SignalKind, signal};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The recording: CSV with lines of # between, as `cargo doc -p haptic-lab` describes it
+    /// Recording: CSV with lines of # between, as `cargo doc -p haptic-lab` describes it
     file: PathBuf,
 
-    /// End after this time, as in 10s [default: when interrupted]
+    /// Duration, as in 10s [default: until interrupted]
     #[arg(long = "for", value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     length: Option<Duration>,
 
-    /// End when this is so, as in state=stopped; `haptic-ctl wait --help` says what can be asked for
+    /// End when a condition holds, as in state=stopped; see `haptic-ctl wait --help`
     #[arg(long, value_name = "CONDITION", add = ArgValueCompleter::new(complete::conditions))]
     until: Option<Condition>,
 
-    /// Samples a second, Hz [default: every tick]
+    /// Rate of samples, Hz [default: every tick]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
 
-    /// Write over a file that is there
+    /// Replace an existing file
     #[arg(long)]
     force: bool,
 }
@@ -49,7 +49,7 @@ impl Arguments {
 /// How a recording came to its end.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum End {
-    /// As it was told to.
+    /// The recording ended as the command line says.
     Reached,
     Interrupted,
 }
@@ -88,7 +88,8 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         let mut event = match event {
             Ok(event) => event,
             Err(failure) => {
-                // What there is stays readable; without its end mark it shows that it was not ended on purpose.
+                // What there is stays readable; without its end mark it shows that it was not ended
+                // on purpose.
                 recorder.flush().map_err(failed)?;
                 return Err(failure);
             }

@@ -1,6 +1,6 @@
 //! `set`: change parameters.
 
-use crate::change::{How, Shown};
+use crate::change::{ChangeArguments, Shown};
 use crate::complete;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -12,16 +12,16 @@ use haptic_ipc::{ChangeReply, Changes, Request};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// What to change: `mass=500g Fs=5 Fd=3.5N b=2 DV=2mm/s`, one direction as `Fs+=5 Fs-=3`
+    /// Parameters: `mass=500g Fs=5 Fd=3.5N b=2 DV=2mm/s`, one direction as `Fs+=5 Fs-=3`
     #[arg(required = true, value_name = "NAME=VALUE", add = ArgValueCompleter::new(complete::assignments))]
     changes: Vec<String>,
 
     #[command(flatten)]
-    how: How,
+    change: ChangeArguments,
 }
 
 impl Arguments {
-    /// Reads the changes; whether they fit the scene is for the daemon to say.
+    /// Reads the changes; the daemon checks them against the scene.
     pub(crate) fn request(&self) -> Result<Request, Failure> {
         let params: Changes = self
             .changes
@@ -30,10 +30,8 @@ impl Arguments {
             .collect::<Result<_, _>>()?;
         Ok(Request::Set {
             params,
-            if_revision: self.how.if_revision,
-            ramp_ms: self.how.ramp_ms(),
-            dry_run: self.how.dry_run,
             merge: false,
+            options: self.change.options(),
         })
     }
 }
@@ -41,7 +39,7 @@ impl Arguments {
 fn assignment(text: &str) -> Result<(String, f64), Failure> {
     let Some((name, value)) = text.split_once('=') else {
         return Err(Failure::Usage(format!(
-            "`{text}` is no change: write NAME=VALUE, as in mass=1.5"
+            "`{text}` is not a change: write NAME=VALUE, as in mass=1.5"
         )));
     };
     let name = name.trim();

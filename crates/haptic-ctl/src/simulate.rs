@@ -13,31 +13,32 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// The scene, a TOML file
+    /// Scene, a TOML file
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
 
-    /// The device's motion: CSV with the columns t_s, device_position_m and, if it was measured, device_velocity_mps
+    /// Motion of the device: CSV with the columns t_s, device_position_m and, where measured,
+    /// device_velocity_mps
     #[arg(long, value_name = "MOTION.csv")]
     motion: PathBuf,
 
-    /// Where to write the block's motion and the force, a row for each sample
+    /// Output: motion of the block and force, one row a sample
     #[arg(long, value_name = "OUT.csv")]
     out: PathBuf,
 
-    /// Where to write the changes of contact: t_s, from, to, with 0 stuck, 1 and -1 sliding
+    /// Output: changes of contact, t_s, from, to, with 0 stuck, 1 and -1 sliding
     #[arg(long, value_name = "EVENTS.csv")]
     events: Option<PathBuf>,
 
-    /// exact, literal as the paper prints it, literal:N with N steps a tick, or implicit
+    /// Scheme: exact, literal as the paper prints it, literal:N with N steps a tick, or implicit
     #[arg(long, value_name = "SCHEME", default_value = "exact")]
     scheme: Scheme,
 
-    /// Where the block starts, m [default: the device's first position]
+    /// Initial position of the block, m [default: first position of the device]
     #[arg(long, value_name = "M", allow_negative_numbers = true)]
     block_position: Option<f64>,
 
-    /// How fast the block starts, m/s; one that moves starts sliding
+    /// Initial velocity of the block, m/s; a moving block starts sliding
     #[arg(long, value_name = "M/S", allow_negative_numbers = true, default_value = "0")]
     block_velocity: f64,
 }

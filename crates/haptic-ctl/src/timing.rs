@@ -28,7 +28,8 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     Ok(())
 }
 
-/// A bar for each bucket, as long as the logarithm of its count: the rare ones are those to be seen. The longest is as long as `width`.
+/// A bar for each bucket, as long as the logarithm of its count: the rare ones are those to be
+/// seen. The longest is as long as `width`.
 pub(crate) fn histogram(buckets: &[Bucket], width: f64) -> String {
     #[expect(clippy::cast_precision_loss, reason = "counts of ticks")]
     let size = |count: u64| (1.0 + count as f64).log10();

@@ -1,23 +1,19 @@
 //! `undo` and `redo`: back and forth through the changes of all clients.
 
-use crate::change::{self, How, Shown};
+use crate::change::{self, ChangeArguments, Shown};
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_ipc::{ChangeReply, Request};
 
-pub(crate) fn undo(how: &How) -> Request {
+pub(crate) fn undo(change: &ChangeArguments) -> Request {
     Request::Undo {
-        if_revision: how.if_revision,
-        ramp_ms: how.ramp_ms(),
-        dry_run: how.dry_run,
+        options: change.options(),
     }
 }
 
-pub(crate) fn redo(how: &How) -> Request {
+pub(crate) fn redo(change: &ChangeArguments) -> Request {
     Request::Redo {
-        if_revision: how.if_revision,
-        ramp_ms: how.ramp_ms(),
-        dry_run: how.dry_run,
+        options: change.options(),
     }
 }
 

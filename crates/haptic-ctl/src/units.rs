@@ -3,7 +3,8 @@
 use haptic_core::ParameterKey;
 use haptic_ipc::quantity::{self, BadQuantity};
 
-/// Reads the value of a parameter, in the parameter's SI unit. Without a unit it is in that unit already.
+/// Reads the value of a parameter, in the parameter's SI unit. Without a unit it is in that unit
+/// already.
 pub(crate) fn value(name: &str, text: &str) -> Result<f64, String> {
     let si = match name.parse::<ParameterKey>() {
         Ok(key) => key.parameter.info().unit,

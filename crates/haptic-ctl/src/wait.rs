@@ -1,4 +1,4 @@
-//! `wait`: until something is so. The daemon tells of every change; nothing is asked again and again.
+//! `wait`: until a condition holds. The daemon sends every change; nothing is polled.
 
 use crate::condition::{self, Condition, Known};
 use crate::daemon::Daemon;
@@ -11,22 +11,22 @@ use std::time::{Duration, Instant};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// What is waited for: comparisons of a field with a value by = != < <= > >=, joined by `and`, as in
+    /// Condition: comparisons of a field with a value by = != < <= > >=, joined by `and`, as in
     /// 'state=engaged and device_position_m>0.01'
     #[arg(long, value_name = "CONDITION", add = ArgValueCompleter::new(complete::conditions))]
     until: Condition,
 
-    /// How long at most, as in 5s; 0s only looks whether it is so [default: for ever]
+    /// Timeout, as in 5s; 0s checks once [default: none]
     #[arg(long, value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
     timeout: Option<Duration>,
 }
 
-/// For the help text.
+/// The text below the options.
 pub(crate) fn help() -> String {
     format!(
         "Fields: {}; and the parameters of the scene by name or symbol. Numbers take units where you like (device_position_m>1cm). A contact is a \
          number or one of {}. A word with spaces is put in quotes.\n\n\
-         Exits 5 when the time is over, and 6 when the rig is stopped or faulted while another state is waited for.",
+         Exits 5 on a timeout, and 6 when the rig is stopped or faulted while another state is waited for.",
         condition::fields(),
         condition::words("contact").join(", ")
     )
@@ -68,7 +68,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
 }
 
 fn subscription(condition: &Condition) -> Request {
-    // Every tick: what holds for one of them is not missed.
+    // Every tick: a condition that holds for one tick is not missed.
     Request::Subscribe {
         topics: condition.topics(),
         rate_hz: None,
@@ -76,13 +76,14 @@ fn subscription(condition: &Condition) -> Request {
     }
 }
 
-/// From here on nothing is missed.
+/// Subscribes to what the condition needs. From here on nothing is missed.
 pub(crate) async fn subscribe(daemon: &mut Daemon, condition: &Condition) -> Result<(), Failure> {
     let _: SubscribeReply = daemon.ask(subscription(condition)).await?;
     Ok(())
 }
 
-/// Waits until a condition that was subscribed to holds. The time runs from when all is known that it speaks of, so that what is so already needs none.
+/// Waits until a condition that was subscribed to holds. The timeout runs from when all of its
+/// fields are known, so that a condition that holds already needs no time.
 pub(crate) async fn until(
     daemon: &mut Daemon,
     condition: &Condition,

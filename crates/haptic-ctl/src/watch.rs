@@ -8,11 +8,11 @@ use haptic_ipc::{Event, Request, Sample, SubscribeReply, Topic};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Samples a second, Hz, or `all` for every tick
+    /// Rate of samples, Hz, or `all` for every tick
     #[arg(long, value_name = "HZ", default_value = "10", allow_negative_numbers = true)]
     rate: Rate,
 
-    /// End after so many samples
+    /// Number of samples [default: until interrupted]
     #[arg(long, value_name = "N")]
     count: Option<u64>,
 }

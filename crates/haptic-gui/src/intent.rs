@@ -1,7 +1,7 @@
 //! What the user asked for.
 
 use haptic_core::Direction;
-use haptic_ipc::{Request, SceneRef};
+use haptic_ipc::{ChangeOptions, Request, SceneRef};
 use haptic_lab::recording::Metadata;
 use std::fmt;
 use std::path::PathBuf;
@@ -143,23 +143,23 @@ impl Intent {
             Self::Reset => Request::Reset {},
             Self::Set { target, value, merge } => Request::Set {
                 params: [(target.to_string(), *value)].into_iter().collect(),
-                if_revision: None,
-                ramp_ms: None,
-                dry_run: false,
                 merge: *merge,
+                options: ChangeOptions::default(),
             },
             Self::Load { scene, ramp_ms, .. } => Request::SceneLoad {
                 scene: scene.clone(),
-                if_revision: None,
-                ramp_ms: *ramp_ms,
-                dry_run: false,
+                options: ChangeOptions {
+                    ramp_ms: *ramp_ms,
+                    ..ChangeOptions::default()
+                },
             },
             Self::Undo => Request::undo(),
             Self::Redo => Request::redo(),
             Self::TakeBack { revision } => Request::Undo {
-                if_revision: Some(*revision),
-                ramp_ms: None,
-                dry_run: false,
+                options: ChangeOptions {
+                    if_revision: Some(*revision),
+                    ..ChangeOptions::default()
+                },
             },
             Self::Save { name, replace } => Request::SceneSave {
                 name: name.clone(),

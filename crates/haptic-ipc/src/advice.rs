@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Advice {
-    /// The parameter concerned: the one to change, where changing one mends it.
+    /// The parameter concerned: the one to change, where one change fixes it.
     pub param: String,
     /// The remark.
     pub message: String,
@@ -33,7 +33,7 @@ pub struct Finding {
     pub unit: String,
     /// How far inside the bound, as a ratio; below 1 it is broken.
     pub margin: Option<f64>,
-    /// The value of `param` that would mend it.
+    /// The value of `param` that would fix it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mending: Option<f64>,
 }

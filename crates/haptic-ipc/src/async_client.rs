@@ -70,7 +70,8 @@ impl AsyncClient {
         &self.hello
     }
 
-    /// Asks, and waits for the answer. Events that come in between are kept for [`next_event`](Self::next_event).
+    /// Asks, and waits for the answer. Events that come in between are kept for
+    /// [`next_event`](Self::next_event).
     ///
     /// # Errors
     /// The request was refused, or the connection failed.

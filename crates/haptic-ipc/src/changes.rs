@@ -1,12 +1,13 @@
 //! Changes of parameters, as `set` takes them.
 
 use crate::error::{ErrorCode, WireError};
+use crate::object::{Field, Given, Limits, Object};
+use crate::parameter;
 use haptic_core::{Directional, ParameterKey};
-use serde::de::{MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::fmt;
+use serde::{Serialize, Serializer};
 
-/// Changes of parameters in the order given, by name or symbol. Nothing is dropped: a name given twice is there twice.
+/// Changes of parameters in the order given, by name or symbol. Nothing is dropped: a name given
+/// twice is there twice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes(pub Vec<(String, Directional)>);
 
@@ -60,25 +61,19 @@ impl Serialize for Changes {
     }
 }
 
-impl<'de> Deserialize<'de> for Changes {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Pairs;
-        impl<'de> Visitor<'de> for Pairs {
-            type Value = Changes;
+impl Field for Changes {
+    fn expected(_: &str, _: Option<Limits>) -> String {
+        r#"an object of parameters and numbers, as in {"mass":1.5}"#.to_owned()
+    }
 
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object of parameter names and numbers")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Changes, A::Error> {
-                let mut changes = Vec::new();
-                while let Some(change) = map.next_entry()? {
-                    changes.push(change);
-                }
-                Ok(Changes(changes))
-            }
-        }
-        deserializer.deserialize_map(Pairs)
+    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+        let params = Object::of(given).ok_or_else(|| given.is_not(&Self::expected(given.name, None)))?;
+        let changes = params.values().map(|value| {
+            // A parameter is told by its own name alone.
+            let value = value.alone();
+            Ok((value.name.to_owned(), parameter::read(&value, true)?))
+        });
+        changes.collect::<Result<_, _>>().map(Self)
     }
 }
 

@@ -127,8 +127,8 @@ impl Receiver {
     /// Waits for the next line.
     ///
     /// # Errors
-    /// The connection ended, failed or timed out ([`io::ErrorKind::WouldBlock`]), or the line is not of the protocol. After
-    /// a time-out the part of a line that was read is kept.
+    /// The connection ended, failed or timed out ([`io::ErrorKind::WouldBlock`]), or the line is
+    /// not of the protocol. After a time-out the part of a line that was read is kept.
     pub fn receive(&mut self) -> Result<ServerLine, ClientError> {
         // An answer may be longer than a request; only its newline ends it.
         let read = self.reader.read_until(b'\n', &mut self.line)?;
@@ -143,7 +143,8 @@ impl Receiver {
         Ok(parsed?)
     }
 
-    /// Ends the connection for both halves: one that is stuck in sending to a daemon that does not read gives up.
+    /// Ends the connection for both halves: one that is stuck in sending to a daemon that does not
+    /// read gives up.
     pub fn hang_up(&self) {
         // It may be gone already.
         drop(self.reader.get_ref().shutdown(std::net::Shutdown::Both));
@@ -171,7 +172,8 @@ impl Client {
     /// Connects, and waits for the greeting.
     ///
     /// # Errors
-    /// Nobody is there, permission is missing, the versions differ, or no greeting comes within five seconds.
+    /// Nobody is there, permission is missing, the versions differ, or no greeting comes within
+    /// five seconds.
     pub fn connect(path: &Path) -> Result<Self, ClientError> {
         let stream = UnixStream::connect(path).map_err(|error| ClientError::connecting(path, error))?;
         let mut receiver = Receiver {
@@ -195,7 +197,8 @@ impl Client {
         &self.hello
     }
 
-    /// Asks, and waits for the answer. Events that come in between are kept for [`next_event`](Self::next_event).
+    /// Asks, and waits for the answer. Events that come in between are kept for
+    /// [`next_event`](Self::next_event).
     ///
     /// # Errors
     /// The request was refused, or the connection failed.

@@ -3,7 +3,8 @@
 use crate::journal::Peer;
 use serde::{Deserialize, Serialize};
 
-/// Longest silence that a client may allow itself while it commissions a rig, ms: its lease must be no longer.
+/// Longest silence that a client may allow itself while it commissions a rig, ms: its lease must be
+/// no longer.
 pub const LONGEST_COMMISSION_LEASE_MS: u32 = 2000;
 
 /// Answer to the operations `commission.*`.
@@ -76,7 +77,8 @@ pub struct PulseReport {
     pub backward_m: f64,
     /// Its largest speed, m/s.
     pub largest_speed_mps: f64,
-    /// Friction of the rig, N: the work of the motor by the way that the handle went until it rested again. Absent where it hardly moved.
+    /// Friction of the rig, N: the work of the motor by the way that the handle went until it
+    /// rested again. Absent where it hardly moved.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
 }

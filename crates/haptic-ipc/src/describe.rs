@@ -51,7 +51,7 @@ pub struct ParameterDescription {
     pub directional: bool,
     /// What a larger value makes the hand feel.
     pub feel: String,
-    /// The value in force.
+    /// The active value.
     pub value: Directional,
 }
 

@@ -45,19 +45,21 @@ pub enum ErrorCode {
     Stopped,
     /// The rig is faulted, by a check: reset it first.
     Faulted,
-    /// The rig is in another state in which this cannot be done; the message says which and what to do.
+    /// The rig is in another state in which this cannot be done; the message says which and what to
+    /// do.
     WrongState,
-    /// The scene is not at the revision that `if_revision` names, which is `value`; `min` and `max` are the newest.
+    /// The scene is not at the revision that `if_revision` names, which is `value`; `min` and `max`
+    /// are the newest.
     Conflict,
-    /// There is no change to take back.
+    /// There is no change to undo.
     NothingToUndo,
-    /// There is no change to bring back.
+    /// There is no change to redo.
     NothingToRedo,
     /// No scene has this name or revision.
     NoSuchScene,
     /// The library has a scene of this name already.
     SceneExists,
-    /// The name is none that a scene can have in the library.
+    /// A scene in the library cannot have this name.
     BadName,
     /// A scene's file cannot be read or written; the message says why.
     SceneFile,
@@ -75,11 +77,12 @@ pub enum ErrorCode {
     NotConfirmed,
     /// The device gives no force at all: its own limit is 0 N.
     NoForce,
-    /// The device does not switch its motor off soon enough when the daemon falls silent; `value` is its time, `max` the longest allowed.
+    /// The device does not switch its motor off soon enough when the daemon falls silent; `value`
+    /// is its time, `max` the longest allowed.
     NoWatchdog,
-    /// The rig was never commissioned, or is another than it was then.
+    /// The rig was never commissioned, or has changed since.
     NotCommissioned,
-    /// Somebody is commissioning the rig; the message says who.
+    /// A client is commissioning the rig; the message says who.
     Commissioning,
     /// The real-time thread did not answer in time.
     NotResponding,
@@ -95,7 +98,7 @@ pub enum ErrorCode {
 pub struct WireError {
     /// What kind of refusal it is.
     pub code: ErrorCode,
-    /// The whole of it, for people.
+    /// The whole error, for people.
     pub message: String,
     /// The parameter or field concerned.
     #[serde(default, skip_serializing_if = "Option::is_none")]

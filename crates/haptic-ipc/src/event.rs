@@ -1,13 +1,52 @@
 //! What a subscriber hears without asking.
 
+use crate::error::WireError;
 use crate::journal::JournalEntry;
-use crate::request::Topic;
+use crate::object::{Field, Given, Limits};
 use crate::sample::Sample;
 use crate::state::RigState;
 use crate::timing::Timing;
+use crate::values::{word, words};
 use haptic_core::Directional;
 use serde::{Deserialize, Serialize};
+use serde_json::value::RawValue;
 use std::collections::BTreeMap;
+
+/// What can be subscribed to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Topic {
+    /// The rig's state and the active scene, at once and at every change.
+    State,
+    /// How well the loop keeps time, once a second.
+    Timing,
+    /// The ticks.
+    Samples,
+    /// Every change, by whom and when, from now on.
+    Log,
+}
+
+impl Field for Vec<Topic> {
+    fn expected(_: &str, _: Option<Limits>) -> String {
+        format!("a list of topics: {}", words::<Topic>().join(", "))
+    }
+
+    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+        if let Some(topics) = given.json() {
+            return Ok(topics);
+        }
+        let expected = Self::expected(given.name, None);
+        let items: Vec<&RawValue> = serde_json::from_str(given.text).map_err(|_| given.is_not(&expected))?;
+        for item in items {
+            let Ok(topic) = serde_json::from_str::<String>(item.get()) else {
+                break;
+            };
+            word(given, "topic", &topic, words::<Topic>())?;
+        }
+        Err(given.is_not(&expected))
+    }
+}
 
 /// A line that answers no request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,7 +67,7 @@ pub enum Event {
     Unknown,
 }
 
-/// The rig's state and the scene in force.
+/// The rig's state and the active scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StateEvent {
@@ -39,9 +78,9 @@ pub struct StateEvent {
     pub fault: Option<String>,
     /// The tick at which this was so.
     pub tick: u64,
-    /// Revision of the scene in force.
+    /// Revision of the active scene.
     pub revision: u64,
-    /// Name of the scene in force.
+    /// Name of the active scene.
     pub scene: String,
     /// Its friction law.
     #[serde(default)]

@@ -32,7 +32,8 @@ pub struct JournalEntry {
     /// Time over which it changed, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ms: Option<f64>,
-    /// What else there is to say: why there is a fault, why a lease has lapsed, which device was lost or found, the file of a scene that was saved.
+    /// What else there is to say: why there is a fault, why a lease has lapsed, which device was
+    /// lost or found, the file of a scene that was saved.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
 }
@@ -56,7 +57,8 @@ impl JournalEntry {
     }
 }
 
-/// Who, what and how, in one line and one more for each change: all but the time, which is a matter of where one is.
+/// Who, what and how, in one line and one more for each change: all but the time, which is a matter
+/// of where one is.
 impl fmt::Display for JournalEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.by {

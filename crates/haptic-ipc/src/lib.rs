@@ -1,8 +1,9 @@
 //! The control protocol of hapticd, version 1. This page is its specification.
 //!
 //! # Transport
-//! A Unix stream socket ([`socket_path`] says where). Both sides send JSON objects, one a line, ended by `\n`, at
-//! most [`MAX_LINE_BYTES`] long. `nc -N -U`, `jq` or ten lines of Python are enough to talk to it.
+//! A Unix stream socket ([`socket_path`] says where). Both sides send JSON objects, one a line,
+//! ended by `\n`, at most [`MAX_LINE_BYTES`] long. `nc -N -U`, `jq` or ten lines of Python are
+//! enough to talk to it.
 //!
 //! # Conversation
 //! The server speaks first, with its [`Hello`]:
@@ -11,8 +12,8 @@
 //! S {"hello":{"protocol":1,"server":"hapticd 0.1.0","session":"4321-7"}}
 //! ```
 //!
-//! Then the client asks, with an `id` of its choice (a whole number) and an operation, and each request is answered once,
-//! by a line with the same `id` that holds either `ok` or `error`:
+//! Then the client asks, with an `id` of its choice (a whole number) and an operation, and each
+//! request is answered once, by a line with the same `id` that holds either `ok` or `error`:
 //!
 //! ```text
 //! C {"id":7,"op":"set","params":{"mass":1.5,"Fs":5}}
@@ -21,77 +22,93 @@
 //! S {"id":8,"error":{"code":"out_of_range","message":"mass = -1 kg is out of range: ...","param":"mass","value":-1.0,"min":1e-6,"max":100.0,"unit":"kg"}}
 //! ```
 //!
-//! A client may send further requests before it has the answers; they are answered in order. A `stop` acts as soon as it is read, ahead of up to 64
-//! requests of the same client that wait (or 256 KiB of them), and even if a field of it is wrong. A line that cannot be read
-//! is answered with an error whose `id` is that of the line, or `null` where none could be found, and the conversation
-//! goes on.
+//! A client may send further requests before it has the answers; requests are answered in order. A
+//! `stop` acts as soon as it is read, ahead of up to 64 requests of the same client that wait (or
+//! 256 KiB of them), and even if a field of it is wrong. A line that cannot be read is answered
+//! with an error whose `id` is that of the line, or `null` where none could be found, and the
+//! conversation goes on.
 //!
 //! # Operations
 //! | `op` | fields | `ok` holds | done when |
 //! |---|---|---|---|
 //! | `describe` | | [`Description`]: the parameter table and the columns of a sample | |
-//! | `get` | `scene`: another than the one in force | [`SceneReply`]: a scene | |
-//! | `set` | `params`: names or symbols to numbers; `merge`; *how* | [`ChangeReply`] | the tick that applied all of it |
-//! | `scene.load` | `scene`; *how* | [`ChangeReply`] | the tick that applied all of it |
-//! | `undo`, `redo` | *how* | [`ChangeReply`] | the tick that applied all of it |
-//! | `scene.save` | `name`; `scene`: another than the one in force; `replace` | [`SceneSaveReply`] | the file is written |
+//! | `get` | `scene` \[default: active\] | [`SceneReply`]: a scene | |
+//! | `set` | `params`: names or symbols to numbers; `merge`; [`ChangeOptions`] | [`ChangeReply`] | the tick that applied all of it |
+//! | `scene.load` | `scene`; [`ChangeOptions`] | [`ChangeReply`] | the tick that applied all of it |
+//! | `undo`, `redo` | [`ChangeOptions`] | [`ChangeReply`] | the tick that applied all of it |
+//! | `scene.save` | `name`; `scene` \[default: active\]; `replace` | [`SceneSaveReply`] | the file is written |
 //! | `scene.list` | | [`SceneListReply`]: the library | |
-//! | `scene.diff` | `from`; `to`: another than the one in force | [`SceneDiffReply`] | |
+//! | `scene.diff` | `from`; `to` \[default: active\] | [`SceneDiffReply`] | |
 //! | `engage` | | [`StateReply`]: `engaging` or `engaged` | the tick that began the ramp |
 //! | `release` | | [`StateReply`]: `releasing` or `idle` | the tick that began the ramp |
-//! | `stop` | | [`StateReply`]: `stopped` or `faulted` | the tick whose zero force the device has taken; `no_device` where there is none to take it |
-//! | `reset` | | [`StateReply`]: `idle`, or the state that there was where nothing was to be cleared | the tick that cleared the stop or fault |
+//! | `stop` | | [`StateReply`]: `stopped` or `faulted` | the tick whose zero force the device has taken; `no_device` without a device |
+//! | `reset` | | [`StateReply`]: `idle`, or the state as it was where nothing was stopped or faulted | the tick that cleared the stop or fault |
 //! | `status` | | [`Status`] | |
 //! | `timing` | | [`Timing`] | |
 //! | `advise` | | [`AdviceReply`]: every check of the scene against the rig | |
-//! | `devices` | `probe`: one address, which is opened and asked who it is | [`DevicesReply`] | with `probe`, up to 3 s later |
+//! | `devices` | `probe`: an address, which is opened and identified | [`DevicesReply`] | with `probe`, up to 3 s later |
 //! | `subscribe` | `topics`, `rate_hz`, `batch_ms` | [`SubscribeReply`] | |
 //! | `log` | `after`, `limit` | [`LogReply`]: who changed what, and when | |
 //! | `lease` | `timeout_ms` | [`LeaseReply`] | |
 //! | `commission.begin` | | [`CommissionReply`] | |
-//! | `commission.pulse` | `force_N`; `duration_ms` | [`CommissionReply`] | the pulse has begun; `commission.status` tells what came of it |
+//! | `commission.pulse` | `force_N`; `duration_ms` | [`CommissionReply`] | the pulse has begun; `commission.status` has its report |
 //! | `commission.status` | | [`CommissionReply`] | |
 //! | `commission.store` | `range_m`, `friction_N` | [`CommissionReply`] | the file is written |
 //! | `commission.end` | | [`CommissionReply`] | |
 //!
-//! In `params` a parameter goes by its name or its symbol; `Fs+` and `Fs-` (and likewise for every parameter that is
-//! `directional`) set one direction. A `scene` is a number (the revision of one that was in force), a string (a name in the library) or an
-//! object (the scene itself, as its file holds it). Fields marked with no more than a name may be left out.
+//! In `params` a parameter goes by its name or its symbol; `Fs+` and `Fs-` (and likewise for every
+//! parameter that is `directional`) set one direction. A `scene` is a number (an earlier revision),
+//! a string (a name in the library) or an object (the scene itself, as its file holds it).
 //!
 //! ## How a scene changes
-//! `set`, `scene.load`, `undo` and `redo` are all-or-nothing. A change lands between two ticks, keeps the block's motion and
-//! leaves the force on the hand as it was. All four take, as *how*:
+//! `set`, `scene.load`, `undo` and `redo` are all-or-nothing. A change lands between two ticks,
+//! keeps the block's motion and leaves the force on the hand as it was. All four take
+//! [`ChangeOptions`]:
 //!
-//! - `if_revision`: refuse with `conflict` unless this is the newest revision, so that two clients do not undo each other's work unawares;
-//! - `ramp_ms`, from 0 to 10000: go there over this time. Parameters of one law move in small steps, each a change as above; between laws, the
-//!   force goes over from one to the other. A newer change begins where the ramp has come to;
-//! - `dry_run`: only say what would change, what advice there would be, or why it would be refused.
+//! - `if_revision`: refuse with `conflict` unless this is the newest revision, so that no client
+//!   undoes the work of another unawares;
+//! - `ramp_ms`, from 0 to 10000: ramp to the change over this time. Parameters of one law move in
+//!   small steps, each a change as above; between laws, the force fades from one to the other. A
+//!   newer change begins where the ramp is;
+//! - `dry_run`: answer with the changes and the advice, or the refusal, and change nothing.
 //!
-//! A client may send one `set` after another without waiting: each is answered with the tick that first rendered it *or a newer one*.
+//! A client may send one `set` after another without waiting: each is answered with the tick that
+//! first rendered it *or a newer one*.
 //!
-//! Every change gets the next revision, `undo` and `redo` as well, which go through the changes of all clients alike. A `set` or `scene.load` of what is so
-//! already is none: it is answered with the revision that there is, and no `changes`. A change after an `undo`
-//! ends what `redo` could bring back. A `set` with `merge` is undone together with the change before it, if that was the same client's and of the
-//! same parameters, so that a slider that was dragged goes back in one step.
+//! Every change gets the next revision. `undo` and `redo` get one as well, and go through the
+//! changes of all clients alike. Setting the current value is a no-op: the answer has the current
+//! revision and no `changes`. A change after an `undo` ends what `redo` could bring back. A `set`
+//! with `merge` is undone together with the change before it, if that was the same client's and of
+//! the same parameters, so that a slider that was dragged goes back in one step.
 //!
 //! ## Lease
-//! A client with a lease is a dead man's switch: should it close its connection, or send no line for `timeout_ms` (20 to 60000), the
-//! rig is released along its ramp, by the real-time thread itself. Any request renews the lease, `lease` with 0 ends it. Every client may
-//! have one; the first to lapse releases.
+//! A client with a lease is a dead man's switch: should it close its connection, or send no line
+//! for `timeout_ms` (20 to 60000), the real-time thread itself releases the rig along its ramp. Any
+//! request renews the lease, `lease` with 0 ends it. Every client may have one; the first to expire
+//! releases.
 //!
 //! ## Commissioning
-//! A rig that was never commissioned is not engaged ([`ErrorCode::NotCommissioned`]), unless the daemon was started with `--uncommissioned`: nobody knows which way its motor pulls.
-//! To commission it a client takes a lease of at most [`LONGEST_COMMISSION_LEASE_MS`] and asks for `commission.begin`, with the rig idle. From then on until
-//! `commission.end` nobody engages it or changes the scene (`commissioning`, which says who it is); whoever wants to may release and stop it, and a stop ends it, as does the end of the lease or of the connection.
+//! A rig that was never commissioned does not engage ([`ErrorCode::NotCommissioned`]), unless the
+//! daemon was started with `--uncommissioned`: the direction of its motor is unknown. To commission
+//! it, a client takes a lease of at most [`LONGEST_COMMISSION_LEASE_MS`] and asks for
+//! `commission.begin`, with the rig idle. Until `commission.end` no client engages the rig or
+//! changes the scene (`commissioning`, which says who commissions); every client may release and
+//! stop it. A stop ends the commissioning, as does the end of the lease or of the connection.
 //!
-//! `commission.pulse` engages the rig without a scene, gives one pulse of force with smooth edges, within all limits of the loop, and releases it again; the scene is then as it was. It is answered when it
-//! has begun; `commission.status` is asked until `pulsing` is false, and `last` then has the [`PulseReport`]. A pulse takes at most 300 ms, and half of the force that the rig may give; its force ends at once when the
-//! handle has gone 20 mm or is faster than 0.3 m/s, or goes the other way: then the commissioning is over, and nothing of it can be stored.
+//! `commission.pulse` engages the rig without a scene, gives one pulse of force with smooth edges,
+//! within all limits of the loop, and releases it again; the scene is then as it was. It is
+//! answered when it has begun; ask `commission.status` until `pulsing` is false: `last` then has
+//! the [`PulseReport`]. A pulse takes at most 300 ms, and half of the force limit. Its force ends
+//! at once when the handle has moved 20 mm, is faster than 0.3 m/s, or moves against the force:
+//! then the commissioning is over, and nothing of it can be stored.
 //!
-//! `commission.store` keeps what was found for this rig, by its serial number, once a positive and a negative pulse have moved the handle each its way. `range_m` and `friction_N` are kept as they are given.
+//! `commission.store` keeps what was found for this rig, by its serial number, once a positive and
+//! a negative pulse have each moved the handle in their direction. `range_m` and `friction_N` are
+//! kept as given.
 //!
 //! # Events
-//! After `subscribe` the server sends lines without `id`, each with the name of its topic in `event`:
+//! After `subscribe` the server sends lines without `id`, each with the name of its topic in
+//! `event`:
 //!
 //! ```text
 //! S {"event":"state","state":"engaged","tick":183042,"revision":42,...}         at once, and at every change
@@ -100,29 +117,33 @@
 //! S {"event":"log","seq":12,"op":"set","by":{"uid":1000,"user":"ada",...},...}  at every change, by anyone
 //! ```
 //!
-//! `samples` holds rows of numbers in the order of [`SAMPLE_COLUMNS`], thinned to `rate_hz` (every tick without it) and sent every
-//! `batch_ms`. `seq` counts the sample events of the subscription; `dropped` says how many rows were lost since the event
-//! before because the client, or the telemetry thread, was too slow. A client that reads nothing for two seconds is
-//! disconnected. A second `subscribe` replaces the first; no topics end it.
+//! `samples` holds rows of numbers in the order of [`SAMPLE_COLUMNS`], thinned to `rate_hz` (every
+//! tick without it) and sent every `batch_ms`. `seq` counts the sample events of the subscription;
+//! `dropped` says how many rows were lost since the event before because the client, or the
+//! telemetry thread, was too slow. A client that reads nothing for two seconds is disconnected. A
+//! second `subscribe` replaces the first; an empty list of topics ends it.
 //!
 //! # Errors
-//! Every error has a `code` ([`ErrorCode`]) and a `message` for people that names the field, the value, the limit and the
-//! unit; the same facts stand in `param`, `value`, `min`, `max` and `unit` where they apply.
+//! Every error has a `code` ([`ErrorCode`]) and a `message` for people that names the field, the
+//! value, the limit and the unit; the same facts stand in `param`, `value`, `min`, `max` and `unit`
+//! where they apply.
 //!
 //! # Compatibility
-//! Additions (operations, fields in answers, columns at the end of a row, error codes) keep the version. A client must
-//! ignore fields that it does not know. The server refuses fields that it does not know, so that a misspelt one is never
-//! silently without effect.
+//! Additions (operations, fields in answers, columns at the end of a row, error codes) keep the
+//! version. A client must ignore fields that it does not know. The server refuses fields that it
+//! does not know, so that a misspelt field is never silently without effect.
 //!
 //! # For machines
 //! `docs/control-protocol.schema.json` is a JSON Schema of all lines, generated from these types.
 //!
 //! # A socket for watchers
-//! The daemon may have a second socket, on which only what leaves everything as it is may be asked, and `stop`
-//! ([`Request::is_for_watchers`]); all else is refused with `read_only`. The greeting says so by `"rights":"watch"`.
+//! The daemon may have a second socket, whose clients may read everything and `stop`
+//! ([`Request::is_for_watchers`]); all else is refused with `read_only`. The greeting says so by
+//! `"rights":"watch"`.
 //!
 //! # Limits
-//! 32 clients on either socket. While all places are taken further ones may still `stop`, and nothing else (`"rights":"stop"`).
+//! 32 clients on either socket. While all places are taken further clients may `stop`, and nothing
+//! else (`"rights":"stop"`).
 
 mod advice;
 mod async_client;
@@ -136,6 +157,9 @@ mod journal;
 mod line;
 mod link;
 mod nearest;
+mod object;
+mod parameter;
+mod problem;
 pub mod quantity;
 mod refusal;
 pub mod regular_file;
@@ -148,6 +172,7 @@ pub mod socket_path;
 mod state;
 mod status;
 mod timing;
+mod values;
 
 pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
 pub use async_client::AsyncClient;
@@ -156,19 +181,20 @@ pub use client::{Client, ClientError, Receiver, Sender};
 pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
 pub use describe::{Description, ParameterDescription};
 pub use error::{ErrorCode, WireError};
-pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply};
+pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply, Topic};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use nearest::{meant_in, meant_or_semicolon, nearest};
-pub use request::{BATCH_MS, BadLine, Envelope, LEASE_TIMEOUT_MS, Request, Topic};
+pub use problem::Problem;
+pub use request::{BadLine, ChangeOptions, Envelope, Request};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,
     differences, params_of,
 };
 pub use state::{RigState, StateReply};
-pub use status::{DeviceStatus, ForceLimitBy, Problem, RealTimeStatus, Status};
+pub use status::{DeviceStatus, ForceLimitBy, RealTimeStatus, Status};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
 
 /// The protocol version that this crate speaks.

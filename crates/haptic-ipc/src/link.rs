@@ -1,6 +1,6 @@
 //! The link to a rig, and the devices that may be one.
 
-use crate::status::Problem;
+use crate::problem::Problem;
 use serde::{Deserialize, Serialize};
 
 /// The link to a rig, as `status` shows it.
@@ -17,16 +17,19 @@ pub struct LinkStatus {
     pub round_trip_us: f64,
     /// The longest of those, us.
     pub round_trip_max_us: f64,
-    /// How old the newest sample was when it was last used, beyond what the quickest ones take to come, us.
+    /// How old the newest sample was when it was last used, beyond what the quickest ones take to
+    /// come, us.
     pub age_us: f64,
-    /// How much faster the device's clock runs than ours, parts in a million; absent until that is known.
+    /// How much faster the device's clock runs than ours, parts in a million; absent until that is
+    /// known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock_drift_ppm: Option<f64>,
     /// Buttons pressed, one bit each.
     pub buttons: u64,
     /// What was counted since the daemon began.
     pub counts: LinkCounts,
-    /// The last thing that went wrong on it: an error that the device reported, or why it was given up.
+    /// The last thing that went wrong on it: an error that the device reported, or why it was given
+    /// up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_error: Option<LinkErrorStatus>,
 }
@@ -54,10 +57,12 @@ pub struct LinkedDevice {
     pub sample_rate_hz: f64,
     /// Distance between two counts of its encoder, m.
     pub resolution_m: f64,
-    /// It switches its motor off by itself after so long without a command, ms; absent where it does not, as far as is known.
+    /// Time without a command after which the device itself switches its motor off, ms; absent
+    /// where it is not known to do so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ms: Option<u32>,
-    /// Which rig it is: by its serial number, else by where it is. What was found when it was commissioned is kept under this.
+    /// The rig: by its serial number, else by its place. What was found when it was commissioned is
+    /// kept under this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig: Option<String>,
 }
@@ -109,7 +114,7 @@ pub struct FoundDevice {
     pub description: String,
     /// Whether this daemon uses it now.
     pub in_use: bool,
-    /// Why it cannot be used as things stand, and how to mend it.
+    /// Why it cannot be used, and the fix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<Problem>,
     /// What it answered, where it was asked.

@@ -1,9 +1,10 @@
-//! What was probably meant by a word that means nothing.
+//! The word that was probably meant by an unknown word.
 
-/// Longest word for which one is looked for, bytes; the time that it takes grows with the word, and anybody may send one.
+/// Longest word that is compared, bytes: the time grows with the word, and any client may send one.
 const LONGEST: usize = 64;
 
-/// The known word that was most likely meant: one that begins so, or one of which at most a third of the letters differ. Upper and lower case are one.
+/// The known word that was most likely meant: one that begins with it, or one of which at most a
+/// third of the letters differ. Case does not matter.
 #[must_use]
 pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     if wrong.len() > LONGEST {
@@ -23,13 +24,15 @@ pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     })
 }
 
-/// The same as a part of a message, on the way to what there is: `, did you mean ...?`, or a semicolon.
+/// The same as a part of a message, on the way to what there is: `, did you mean ...?`, or a
+/// semicolon.
 #[must_use]
 pub fn meant_or_semicolon(wrong: &str, known: &[&str]) -> String {
     nearest(wrong, known).map_or_else(|| ";".to_owned(), |meant| format!(", did you mean `{meant}`?"))
 }
 
-/// The same for a message of serde's about an unknown field or word, which lists those that there are.
+/// The same for a message of serde's about an unknown field or word, which lists those that there
+/// are.
 #[must_use]
 pub fn meant_in(message: &str) -> Option<&str> {
     let (_, listed) = message
@@ -53,11 +56,7 @@ mod tests {
         assert_eq!(nearest("lurge", &known), Some("lugre"));
         assert_eq!(nearest("ice", &known), None);
         let long = "lugre".repeat(20);
-        assert_eq!(
-            nearest(&long[1..], &[&long]),
-            None,
-            "nobody is kept waiting by a long word"
-        );
+        assert_eq!(nearest(&long[1..], &[&long]), None, "a long word takes no time");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Numbers as people type them: `500g`, `2 mm/s`, `25 N/mm`.
 //!
-//! A bare number is in the SI unit that the parameter table gives. A unit must be one of those that measure the same thing.
+//! A bare number is in the SI unit of the parameter table. A unit must measure the same quantity.
 
 use haptic_core::parameters::TABLE;
 use thiserror::Error;
@@ -8,7 +8,8 @@ use thiserror::Error;
 /// A unit that is accepted, and the power of ten that turns it into the SI unit.
 type Accepted = (&'static str, i32);
 
-/// For each unit of the parameter table and of a sample, the units accepted in its place, without spaces.
+/// For each unit of the parameter table and of a sample, the units accepted in its place, without
+/// spaces.
 const UNITS: &[(&str, &[Accepted])] = &[
     ("kg", &[("kg", 0), ("g", -3), ("mg", -6)]),
     ("N", &[("N", 0), ("mN", -3), ("kN", 3)]),
@@ -42,7 +43,7 @@ const UNITS: &[(&str, &[Accepted])] = &[
     ("ns", &[("ns", 0), ("us", 3), ("ms", 6), ("s", 9)]),
 ];
 
-/// Why a text is no quantity.
+/// Why a text is not a quantity.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum BadQuantity {
     /// It does not begin with a number, or with one that no computer holds.
@@ -67,7 +68,8 @@ pub enum BadQuantity {
     },
 }
 
-/// Reads a number with or without a unit, and gives it in `si`, a unit of the parameter table or of a sample.
+/// Reads a number with or without a unit, and gives it in `si`, a unit of the parameter table or of
+/// a sample.
 ///
 /// # Errors
 /// It is not a finite number, it has a comma, or its unit measures something else.
@@ -104,7 +106,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// The unit behind a number; empty where there is none.
+/// The unit behind a number; empty for a bare number.
 #[must_use]
 pub fn unit_of(text: &str) -> &str {
     split(text.trim()).map_or("", |(_, unit)| unit)
@@ -157,7 +159,8 @@ fn plain(unit: &str) -> String {
         .collect()
 }
 
-/// Moves the decimal point in the text, so that 7g is the number nearest to 0.007 kg and not a rounding error beside it.
+/// Moves the decimal point in the text, so that 7g is the number nearest to 0.007 kg and not a
+/// rounding error beside it.
 fn scaled(number: &str, shift: i32) -> Option<f64> {
     let (mantissa, exponent) = number.split_once(['e', 'E']).unwrap_or((number, "0"));
     let exponent = exponent.parse::<i32>().ok()?.checked_add(shift)?;

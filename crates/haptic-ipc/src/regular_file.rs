@@ -1,7 +1,9 @@
 //! Files from outside: scenes and configurations, which anybody may have put there.
 //!
-//! A FIFO without a writer is waited for for ever, /dev/zero has no end, and to open a device is to do something to it. So only regular files are read, and of those that are held in memory no more than
-//! [`LARGEST_BYTES`]. What this does not help against is a mount that does not answer: a daemon reads on a thread that nobody waits for.
+//! A FIFO without a writer is waited for for ever, /dev/zero has no end, and to open a device is to
+//! do something to it. So only regular files are read, and of those that are held in memory no more
+//! than [`LARGEST_BYTES`]. What this does not help against is a mount that does not answer: a
+//! daemon reads on a thread that nobody waits for.
 
 use rustix::fs::OFlags;
 use std::fs::{File, FileType, OpenOptions};
@@ -12,12 +14,13 @@ use std::path::Path;
 /// Largest file that is read into memory, bytes. A scene takes about one thousand.
 pub const LARGEST_BYTES: u64 = 1024 * 1024;
 
-/// Opens a regular file for reading, at once: nothing is opened that could wait for somebody.
+/// Opens a regular file for reading, without waiting.
 ///
 /// # Errors
 /// The system refuses, or it is another kind of file; the message does not name the path.
 pub fn open(path: &Path) -> io::Result<File> {
-    // Looked at before it is opened, since opening a device may act on it; and again after, since it may have been exchanged between.
+    // Looked at before it is opened, since opening a device may act on it; and again after, since
+    // it may have been exchanged between.
     accept(path.metadata()?.file_type())?;
     let flags = OFlags::NONBLOCK | OFlags::NOCTTY;
     let flags = i32::try_from(flags.bits()).map_err(io::Error::other)?;

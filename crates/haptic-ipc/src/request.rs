@@ -1,184 +1,269 @@
-//! Requests, and how a line becomes one.
+//! The operations: their fields, the fields' limits and their answers, and how a line becomes a
+//! request.
 
 use crate::changes::Changes;
-use crate::error::WireError;
-use crate::refusal::{Line, explain};
+use crate::error::{ErrorCode, WireError};
+use crate::event::Topic;
+use crate::object::{Limits, Object};
+use crate::refusal;
 use crate::scene::SceneRef;
-use serde::{Deserialize, Serialize};
-use std::ops::RangeInclusive;
+use serde::Serialize;
+use serde::de::IgnoredAny;
 
-/// What a client asks.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Ramps, ms.
+const RAMP: Limits = Limits::new(0, 10_000);
+
+/// How long a client with a lease may be silent, ms. Below, an ordinary program would lapse
+/// whenever the machine is busy.
+const LEASE: Limits = Limits {
+    zero: Some("to end the lease"),
+    ..Limits::new(20, 60_000)
+};
+
+/// Duration of a pulse, ms.
+const PULSE: Limits = Limits::new(20, 300);
+
+/// Time between sample events, ms.
+const BATCH: Limits = Limits::new(1, 1000);
+
+/// What can be found of a rig for a hand: m, N.
+const FOUND: Limits = Limits::new(0, 1000);
+
+/// How a scene changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(tag = "op", rename_all = "snake_case", deny_unknown_fields)]
-pub enum Request {
+pub struct ChangeOptions {
+    /// Refuse unless this is the newest revision.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub if_revision: Option<u64>,
+    /// Time over which to change, ms; at once when absent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ramp_ms: Option<f64>,
+    /// Answer with what would happen, and change nothing.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub dry_run: bool,
+}
+
+impl ChangeOptions {
+    const FIELDS: [&str; 3] = ["if_revision", "ramp_ms", "dry_run"];
+
+    fn read(line: &Object<'_>) -> Result<Self, WireError> {
+        Ok(Self {
+            if_revision: line.optional("if_revision", None)?,
+            ramp_ms: line.optional("ramp_ms", Some(RAMP))?,
+            dry_run: line.optional("dry_run", None)?,
+        })
+    }
+}
+
+/// Writes the grammar down once: each operation with the fields that it needs, those that may be
+/// left out, whether it takes [`ChangeOptions`], and its answer. From that come the type, its
+/// serialisation and schema, the reading of a line and every refusal.
+macro_rules! operations {
+    (@name $field:ident) => { stringify!($field) };
+    (@name $field:ident $wire:literal) => { $wire };
+    (@limits) => { None };
+    (@limits $limits:ident) => { Some($limits) };
+    ($(
+        $(#[$doc:meta])*
+        $variant:ident $op:literal {$(
+            $(#[$needed_doc:meta])*
+            $needed:ident $(as $needed_wire:literal)?: $needed_type:ty $(where $needed_limits:ident)?,
+        )*}
+        $(optional {$(
+            $(#[$optional_doc:meta])*
+            $optional:ident $(as $optional_wire:literal)?: $optional_type:ty $(where $optional_limits:ident)?,
+        )*})?
+        $(with $options:ident)?
+        -> $answer:ty;
+    )*) => {
+        /// What a client asks.
+        #[derive(Clone, Debug, PartialEq, Serialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+        #[serde(tag = "op")]
+        pub enum Request {$(
+            $(#[$doc])*
+            #[serde(rename = $op)]
+            $variant {
+                $(
+                    $(#[$needed_doc])*
+                    $(#[serde(rename = $needed_wire)])?
+                    $needed: $needed_type,
+                )*
+                $($(
+                    $(#[$optional_doc])*
+                    $(#[serde(rename = $optional_wire)])?
+                    #[serde(default, skip_serializing_if = "is_default")]
+                    $optional: $optional_type,
+                )*)?
+                $(
+                    /// How the scene changes.
+                    #[serde(flatten)]
+                    $options: ChangeOptions,
+                )?
+            },
+        )*}
+
+        impl Request {
+            /// The names of the operations.
+            const OPERATIONS: &[&str] = &[$($op),*];
+
+            /// Reads the fields of an operation, which are those of its line but for `id` and `op`.
+            fn read(op: &str, line: &Object<'_>) -> Result<Self, WireError> {
+                match op {
+                    $($op => {
+                        let known: &[&[&str]] = &[
+                            &[$(operations!(@name $needed $($needed_wire)?)),*],
+                            $(&[$(operations!(@name $optional $($optional_wire)?)),*],)?
+                            $({ let $options = ChangeOptions::FIELDS; &{ $options } },)?
+                        ];
+                        line.no_field_but(op, &known.concat())?;
+                        Ok(Self::$variant {
+                            $($needed: line.needed(
+                                op,
+                                operations!(@name $needed $($needed_wire)?),
+                                operations!(@limits $($needed_limits)?),
+                            )?,)*
+                            $($($optional: line.optional(
+                                operations!(@name $optional $($optional_wire)?),
+                                operations!(@limits $($optional_limits)?),
+                            )?,)*)?
+                            $($options: ChangeOptions::read(line)?,)?
+                        })
+                    })*
+                    _ => Err(refusal::unknown_operation(op, Self::OPERATIONS)),
+                }
+            }
+
+            /// What `ok` holds, by operation.
+            #[cfg(feature = "schema")]
+            pub(crate) fn answers(
+                generator: &mut schemars::SchemaGenerator,
+            ) -> serde_json::Map<String, serde_json::Value> {
+                [$(($op.to_owned(), generator.subschema_for::<$answer>().into())),*].into_iter().collect()
+            }
+        }
+    };
+}
+
+operations! {
     /// The parameter table.
-    Describe {},
+    Describe "describe" {} -> crate::Description;
     /// A scene.
-    Get {
-        /// Which one; the one in force when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+    Get "get" {} optional {
+        /// Which one; the active one when absent.
         scene: Option<SceneRef>,
-    },
+    } -> crate::SceneReply;
     /// Change parameters.
-    Set {
+    Set "set" {
         /// The changes.
         params: Changes,
-        /// Refuse unless this is the newest revision.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        if_revision: Option<u64>,
-        /// Time over which to change, ms; at once when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        ramp_ms: Option<f64>,
-        /// Only say what would happen.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-        dry_run: bool,
-        /// Let `undo` take it back together with the change before, if that was this client's and of the same parameters: for a
-        /// slider that is dragged.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    } optional {
+        /// Undo it together with the change before, if that was this client's and of the same
+        /// parameters: for a slider that is dragged.
         merge: bool,
-    },
-    /// Put a whole scene in force.
-    #[serde(rename = "scene.load")]
-    SceneLoad {
+    } with options -> crate::ChangeReply;
+    /// Load a whole scene.
+    SceneLoad "scene.load" {
         /// Which one.
         scene: SceneRef,
-        /// Refuse unless this is the newest revision.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        if_revision: Option<u64>,
-        /// Time over which to change, ms; at once when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        ramp_ms: Option<f64>,
-        /// Only say what would happen.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-        dry_run: bool,
-    },
-    /// Keep a scene in the library.
-    #[serde(rename = "scene.save")]
-    SceneSave {
+    } with options -> crate::ChangeReply;
+    /// Save a scene in the library.
+    SceneSave "scene.save" {
         /// Its name there.
         name: String,
-        /// Which one; the one in force when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+    } optional {
+        /// Which one; the active one when absent.
         scene: Option<SceneRef>,
-        /// Whether it may take the place of one that is there.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        /// Whether it may replace a scene of this name.
         replace: bool,
-    },
+    } -> crate::SceneSaveReply;
     /// The scenes in the library.
-    #[serde(rename = "scene.list")]
-    SceneList {},
-    /// In what two scenes differ.
-    #[serde(rename = "scene.diff")]
-    SceneDiff {
+    SceneList "scene.list" {} -> crate::SceneListReply;
+    /// The differences of two scenes.
+    SceneDiff "scene.diff" {
         /// The one.
         from: SceneRef,
-        /// The other; the one in force when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+    } optional {
+        /// The other; the active one when absent.
         to: Option<SceneRef>,
-    },
-    /// Take the newest change back, whoever made it.
-    Undo {
-        /// Refuse unless this is the newest revision.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        if_revision: Option<u64>,
-        /// Time over which to change, ms; at once when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        ramp_ms: Option<f64>,
-        /// Only say what would happen.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-        dry_run: bool,
-    },
-    /// Bring back what was undone last.
-    Redo {
-        /// Refuse unless this is the newest revision.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        if_revision: Option<u64>,
-        /// Time over which to change, ms; at once when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        ramp_ms: Option<f64>,
-        /// Only say what would happen.
-        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-        dry_run: bool,
-    },
-    /// Who changed what, and when.
-    Log {
-        /// Only what came after this number.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        after: Option<u64>,
-        /// At most so many, the newest; 100 when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        limit: Option<usize>,
-    },
-    /// Release the rig should this client die or fall silent.
-    Lease {
-        /// How long it may be silent, ms; 0 ends the lease.
-        timeout_ms: u32,
-    },
+    } -> crate::SceneDiffReply;
+    /// Undo the newest change, of any client.
+    Undo "undo" {} with options -> crate::ChangeReply;
+    /// Redo the change that was undone last.
+    Redo "redo" {} with options -> crate::ChangeReply;
     /// Ramp the force up.
-    Engage {},
+    Engage "engage" {} -> crate::StateReply;
     /// Ramp the force down.
-    Release {},
-    /// Have the rig to oneself, to commission it.
-    #[serde(rename = "commission.begin")]
-    CommissionBegin {},
-    /// Move the handle by a single pulse of force.
-    #[serde(rename = "commission.pulse")]
-    CommissionPulse {
-        /// Force on the hand, N, positive in the positive direction.
-        #[serde(rename = "force_N")]
-        force_n: f64,
-        /// Duration of the whole pulse, ms; 200 when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        duration_ms: Option<f64>,
-    },
-    /// What has been found so far.
-    #[serde(rename = "commission.status")]
-    CommissionStatus {},
-    /// Keep what was found: the rig counts as commissioned from now on.
-    #[serde(rename = "commission.store")]
-    CommissionStore {
-        /// Travel of the handle between its ends, m.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        range_m: Option<f64>,
-        /// Friction of the rig itself, N.
-        #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
-        friction_n: Option<f64>,
-    },
-    /// Give the rig back, as it was before.
-    #[serde(rename = "commission.end")]
-    CommissionEnd {},
+    Release "release" {} -> crate::StateReply;
     /// Zero force at once.
-    Stop {},
+    Stop "stop" {} -> crate::StateReply;
     /// Clear a stop or a fault.
-    Reset {},
-    /// How the rig and the daemon are.
-    Status {},
+    Reset "reset" {} -> crate::StateReply;
+    /// The state of the rig and of the daemon.
+    Status "status" {} -> crate::Status;
     /// How well the loop keeps time.
-    Timing {},
-    /// What the scene in force will do to the rig.
-    Advise {},
-    /// Which devices are plugged in.
-    Devices {
-        /// Only this one, by its address, which is opened and asked who it is. That resets many boards.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
+    Timing "timing" {} -> crate::Timing;
+    /// Every check of the active scene against the rig.
+    Advise "advise" {} -> crate::AdviceReply;
+    /// The devices that are plugged in.
+    Devices "devices" {} optional {
+        /// Only the device at this address, which is opened and identified. That resets many
+        /// boards.
         probe: Option<String>,
-    },
-    /// Events from now on.
-    Subscribe {
-        /// What to hear of; nothing ends the subscription.
+    } -> crate::DevicesReply;
+    /// Send events from now on.
+    Subscribe "subscribe" {
+        /// Topics of the subscription; an empty list ends it.
         topics: Vec<Topic>,
+    } optional {
         /// Samples a second; every tick when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         rate_hz: Option<f64>,
         /// Time between sample events, ms; 10 when absent.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        batch_ms: Option<u32>,
-    },
+        batch_ms: Option<u32> where BATCH,
+    } -> crate::SubscribeReply;
+    /// The journal: who changed what, and when.
+    Log "log" {} optional {
+        /// Only entries after this number.
+        after: Option<u64>,
+        /// Number of entries, the newest; 100 when absent.
+        limit: Option<usize>,
+    } -> crate::LogReply;
+    /// Release the rig should this client close its connection or fall silent.
+    Lease "lease" {
+        /// Longest silence, ms; 0 ends the lease.
+        timeout_ms: u32 where LEASE,
+    } -> crate::LeaseReply;
+    /// Take the rig alone, to commission it.
+    CommissionBegin "commission.begin" {} -> crate::CommissionReply;
+    /// Move the handle by a single pulse of force.
+    CommissionPulse "commission.pulse" {
+        /// Force on the hand, N, positive in the positive direction.
+        force_n as "force_N": f64,
+    } optional {
+        /// Duration of the whole pulse, ms; 200 when absent.
+        duration_ms: Option<f64> where PULSE,
+    } -> crate::CommissionReply;
+    /// The findings so far.
+    CommissionStatus "commission.status" {} -> crate::CommissionReply;
+    /// Store the findings: the rig counts as commissioned from now on.
+    CommissionStore "commission.store" {} optional {
+        /// Travel of the handle between its ends, m.
+        range_m: Option<f64> where FOUND,
+        /// Friction of the rig itself, N.
+        friction_n as "friction_N": Option<f64> where FOUND,
+    } -> crate::CommissionReply;
+    /// Give the rig back, as it was before.
+    CommissionEnd "commission.end" {} -> crate::CommissionReply;
+}
+
+/// Whether a field that may be left out is left out.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 impl Request {
-    /// The scene in force.
+    /// The active scene.
     #[must_use]
     pub const fn get() -> Self {
         Self::Get { scene: None }
@@ -186,89 +271,61 @@ impl Request {
 
     /// A change of parameters, at once and whatever the revision.
     #[must_use]
-    pub const fn set(params: Changes) -> Self {
+    pub fn set(params: Changes) -> Self {
         Self::Set {
             params,
-            if_revision: None,
-            ramp_ms: None,
-            dry_run: false,
             merge: false,
+            options: ChangeOptions::default(),
         }
     }
 
     /// A whole scene, at once and whatever the revision.
     #[must_use]
-    pub const fn load(scene: SceneRef) -> Self {
+    pub fn load(scene: SceneRef) -> Self {
         Self::SceneLoad {
             scene,
-            if_revision: None,
-            ramp_ms: None,
-            dry_run: false,
+            options: ChangeOptions::default(),
         }
     }
 
     /// The newest change taken back, at once and whatever the revision.
     #[must_use]
-    pub const fn undo() -> Self {
+    pub fn undo() -> Self {
         Self::Undo {
-            if_revision: None,
-            ramp_ms: None,
-            dry_run: false,
+            options: ChangeOptions::default(),
         }
     }
 
     /// What was undone brought back, at once and whatever the revision.
     #[must_use]
-    pub const fn redo() -> Self {
+    pub fn redo() -> Self {
         Self::Redo {
-            if_revision: None,
-            ramp_ms: None,
-            dry_run: false,
+            options: ChangeOptions::default(),
         }
     }
 
-    /// Whether it leaves everything as it is, or makes it safer: what a watcher may ask.
+    /// Whether a watcher may ask it: it changes nothing, or makes the rig safer.
     #[must_use]
     pub const fn is_for_watchers(&self) -> bool {
-        match self {
+        matches!(
+            self,
             Self::Describe {}
-            | Self::Get { .. }
-            | Self::SceneList {}
-            | Self::SceneDiff { .. }
-            | Self::Log { .. }
-            | Self::Stop {}
-            | Self::Status {}
-            | Self::Timing {}
-            | Self::Advise {}
-            | Self::Subscribe { .. }
-            | Self::Devices { probe: None } => true,
-            Self::Set { .. }
-            | Self::SceneLoad { .. }
-            | Self::SceneSave { .. }
-            | Self::Undo { .. }
-            | Self::Redo { .. }
-            | Self::Lease { .. }
-            | Self::CommissionBegin {}
-            | Self::CommissionPulse { .. }
-            | Self::CommissionStatus {}
-            | Self::CommissionStore { .. }
-            | Self::CommissionEnd {}
-            | Self::Engage {}
-            | Self::Release {}
-            | Self::Reset {}
-            | Self::Devices { probe: Some(_) } => false,
-        }
+                | Self::Get { .. }
+                | Self::SceneList {}
+                | Self::SceneDiff { .. }
+                | Self::Log { .. }
+                | Self::Stop {}
+                | Self::Status {}
+                | Self::Timing {}
+                | Self::Advise {}
+                | Self::Subscribe { .. }
+                | Self::Devices { probe: None }
+        )
     }
 }
 
-/// How long a client with a lease may be silent, ms. Below, an ordinary program would lapse whenever the machine is busy.
-pub const LEASE_TIMEOUT_MS: RangeInclusive<u32> = 20..=60_000;
-
-/// Time between sample events, ms.
-pub const BATCH_MS: RangeInclusive<u32> = 1..=1000;
-
 /// A request with the number that its answer will carry.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Envelope {
     /// Chosen by the client.
@@ -278,7 +335,7 @@ pub struct Envelope {
     pub request: Request,
 }
 
-/// A line that is no request.
+/// A line that is not a request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BadLine {
     /// Its number, where one could be read.
@@ -293,52 +350,56 @@ impl Envelope {
     /// Reads a line.
     ///
     /// # Errors
-    /// The answer to a line that is no request.
+    /// The answer to a line that is not a request.
     pub fn parse(line: &str) -> Result<Self, BadLine> {
-        /// What serde would take for something else: a list for an object, a number for an operation's place among them.
-        #[derive(Deserialize)]
-        struct Head {
-            id: serde_json::Value,
-            op: serde_json::Value,
-        }
-        let read = serde_json::from_str(line).and_then(|head: Head| {
-            if head.id.is_u64() && head.op.is_string() && line.trim_start().starts_with('{') {
-                serde_json::from_str(line)
-            } else {
-                Err(serde::de::Error::custom("no request"))
-            }
-        });
-        read.map_err(|error| {
-            let fields = Line::read(line);
-            BadLine {
-                id: fields.as_ref().and_then(Line::id),
-                means_stop: fields.as_ref().is_some_and(Line::means_stop),
-                error: explain(line, fields.as_ref(), &error),
-            }
-        })
+        let mut object = Object::line(line).map_err(|error| BadLine {
+            id: None,
+            error: not_an_object(line, &error),
+            means_stop: false,
+        })?;
+        let id = object.all("id").find_map(|id| id.parse().ok());
+        let means_stop = object.all("op").any(|op| text(op).as_deref() == Some("stop"));
+        Self::read(&mut object).map_err(|error| BadLine { id, error, means_stop })
+    }
+
+    fn read(line: &mut Object<'_>) -> Result<Self, WireError> {
+        line.no_field_twice()?;
+        let id = line.take("id").ok_or_else(|| {
+            refusal::missing(
+                "the line",
+                "id",
+                "a whole number of your choice, which its answer will have",
+            )
+        })?;
+        let id = id
+            .parse()
+            .map_err(|_| refusal::wrong_type("id", "id", id, "a whole number from 0 to 2^64 - 1"))?;
+        let expected = "the name of an operation in quotes";
+        let op = line
+            .take("op")
+            .ok_or_else(|| refusal::missing("the line", "op", expected))?;
+        let op = text(op).ok_or_else(|| refusal::wrong_type("op", "op", op, expected))?;
+        let request = Request::read(&op, line)?;
+        Ok(Self { id, request })
     }
 }
 
-/// What can be subscribed to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum Topic {
-    /// The rig's state and the scene in force, at once and at every change.
-    State,
-    /// How well the loop keeps time, once a second.
-    Timing,
-    /// The ticks.
-    Samples,
-    /// Every change, by whom and when, from now on.
-    Log,
+fn text(json: &str) -> Option<String> {
+    serde_json::from_str(json).ok()
+}
+
+fn not_an_object(line: &str, error: &serde_json::Error) -> WireError {
+    if serde_json::from_str::<IgnoredAny>(line).is_ok() && !line.trim_start().starts_with('{') {
+        let message = r#"expected a JSON object, as in {"id":1,"op":"get"}"#;
+        return WireError::new(ErrorCode::BadRequest, message);
+    }
+    let message = format!("the line is not JSON: {error} (NaN and infinity are not JSON either)");
+    WireError::new(ErrorCode::BadJson, message)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::ErrorCode;
-    use crate::refusal::OPERATIONS;
     use haptic_core::Scene;
 
     #[test]
@@ -352,8 +413,8 @@ mod tests {
             panic!("{envelope:?}");
         };
         assert_eq!(params.resolve().expect("known names").len(), 3);
-        for op in OPERATIONS.iter().map(|operation| operation.name) {
-            let more = match op {
+        for op in Request::OPERATIONS {
+            let more = match *op {
                 "set" => r#","params":{}"#,
                 "subscribe" => r#","topics":["samples"],"rate_hz":100"#,
                 "scene.load" => r#","scene":"viscous-drag","ramp_ms":50"#,

@@ -1,11 +1,15 @@
 //! Scenes on the wire: which one is meant, what a change of them has done, and in what two differ.
 
 use crate::advice::Advice;
+use crate::error::{ErrorCode, WireError};
+use crate::object::{Field, Given, Limits, Object};
+use crate::values::{is_whole, word, words};
+use crate::{parameter, refusal};
+use haptic_core::friction::{Friction, LAWS, Reseat};
 use haptic_core::parameters::TABLE;
 use haptic_core::{Directional, Scene};
-use serde::de::value::{MapAccessDeserializer, StrDeserializer};
-use serde::de::{self, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -13,7 +17,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum SceneRef {
-    /// One that was in force, by its revision.
+    /// An earlier or the active one, by its revision.
     Revision(u64),
     /// One in the library, by its name there.
     Name(String),
@@ -21,29 +25,87 @@ pub enum SceneRef {
     Scene(Box<Scene>),
 }
 
-impl<'de> Deserialize<'de> for SceneRef {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Any;
-        impl<'de> Visitor<'de> for Any {
-            type Value = SceneRef;
+impl Field for SceneRef {
+    fn expected(_: &str, _: Option<Limits>) -> String {
+        "a scene: the number of a revision, a name of the library in quotes, or the scene itself as an object"
+            .to_owned()
+    }
 
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a scene: its revision, its name in the library, or the scene itself")
-            }
-
-            fn visit_u64<E: de::Error>(self, revision: u64) -> Result<SceneRef, E> {
-                Ok(SceneRef::Revision(revision))
-            }
-
-            fn visit_str<E: de::Error>(self, name: &str) -> Result<SceneRef, E> {
-                String::deserialize(StrDeserializer::new(name)).map(SceneRef::Name)
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SceneRef, A::Error> {
-                Scene::deserialize(MapAccessDeserializer::new(map)).map(|scene| SceneRef::Scene(Box::new(scene)))
-            }
+    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+        if let Some(name) = given.json() {
+            return Ok(Self::Name(name));
         }
-        deserializer.deserialize_any(Any)
+        if is_whole(given.text) {
+            return u64::read(given).map(Self::Revision);
+        }
+        let Some(scene) = Object::of(given) else {
+            return Err(given.is_not(&Self::expected(given.name, None)));
+        };
+        scene.no_field_twice()?;
+        scene.no_field_but(given.name, &["name", "block", "coupling", "friction"])?;
+        Ok(Self::Scene(Box::new(Scene {
+            name: scene.optional("name", None)?,
+            block: scene.optional::<Option<Part<_>>>("block", None)?.map(|part| part.0),
+            coupling: scene.optional::<Option<Part<_>>>("coupling", None)?.map(|part| part.0),
+            friction: scene.needed::<Part<Friction>>(given.name, "friction", None)?.0,
+        })))
+    }
+}
+
+/// The block, the coupling or the friction of a scene. Which parameters it has is known to its
+/// type.
+struct Part<T>(T);
+
+impl<T: DeserializeOwned> Field for Part<T> {
+    fn expected(name: &str, _: Option<Limits>) -> String {
+        match name {
+            "friction" => "an object with the `law` and its parameters".to_owned(),
+            _ => "an object of parameters and numbers".to_owned(),
+        }
+    }
+
+    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+        let Some(part) = Object::of(given) else {
+            return Err(given.is_not("an object of parameters and numbers"));
+        };
+        part.no_field_twice()?;
+        for value in part.values() {
+            let known = match value.name {
+                "law" => &LAWS,
+                "reseat" => words::<Reseat>(),
+                name => {
+                    if let Some(row) = TABLE.iter().find(|row| row.is_called(name)) {
+                        parameter::read(&value, row.directional)?;
+                    }
+                    continue;
+                }
+            };
+            let said: Option<String> = value.json();
+            let said = said.ok_or_else(|| value.is_not(&format!("one of {}", known.join(", "))))?;
+            word(&value, value.name, &said, known)?;
+        }
+        serde_json::from_str(given.text)
+            .map(Self)
+            .map_err(|error| refused_part(given, &error.to_string()))
+    }
+}
+
+/// Why serde refused a part of a scene. Its message is the only place where it names the culprit.
+fn refused_part(given: &Given<'_>, message: &str) -> WireError {
+    let path = given.path();
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    match quoted.next() {
+        Some(field) if message.starts_with("unknown field") => {
+            refusal::unknown_field(&path, field, &quoted.collect::<Vec<_>>())
+        }
+        Some(field) if message.starts_with("missing field") => {
+            let expected = match TABLE.iter().find(|row| row.is_called(field)) {
+                Some(row) => parameter::expected(row.unit, row.directional),
+                None => format!("one of {}", LAWS.join(", ")),
+            };
+            refusal::missing(&format!("`{path}`"), field, &expected)
+        }
+        _ => WireError::new(ErrorCode::BadRequest, format!("{path}: {message}")).about(given.name),
     }
 }
 
@@ -57,7 +119,7 @@ impl schemars::JsonSchema for SceneRef {
         schemars::json_schema!({
             "description": "Which scene is meant.",
             "oneOf": [
-                { "type": "integer", "minimum": 0, "description": "One that was in force, by its revision." },
+                { "type": "integer", "minimum": 0, "description": "An earlier or the active one, by its revision." },
                 { "type": "string", "description": "One in the library, by its name there." },
                 generator.subschema_for::<Scene>(),
             ],
@@ -90,15 +152,16 @@ pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChangeReply {
-    /// Revision of the changed scene; where it was only tried, or is so already, the one that is still the newest.
+    /// Revision of the changed scene; after a dry run or a no-op, the newest revision as it was.
     pub revision: u64,
-    /// The first tick that rendered it, or began to ramp to it; absent where it was only tried.
+    /// The first tick that rendered it, or began to ramp to it; absent after a dry run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// The tick at which the ramp will have come to its end, if none is missed. The force follows within 50 ms, over which its last step is let in.
+    /// The tick at which the ramp ends, if no tick is missed. The force follows within 50 ms, over
+    /// which its last step fades in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ends_tick: Option<u64>,
-    /// Whether it was only tried.
+    /// Whether it was a dry run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub dry_run: bool,
     /// The values set, by full name: those asked for, or those that the scene brought.
@@ -106,7 +169,7 @@ pub struct ChangeReply {
     /// In what the scene differs from the one before.
     #[serde(default)]
     pub changes: Vec<Difference>,
-    /// What the user of the changed scene may not expect, and the bounds that it breaks.
+    /// What may surprise the user of the changed scene, and the bounds that it breaks.
     pub advice: Vec<Advice>,
 }
 
@@ -159,7 +222,8 @@ impl fmt::Display for Difference {
     }
 }
 
-/// In what two scenes differ: name and law first, then the parameters in the order of the table, then what else a law has.
+/// The differences of two scenes: name and law first, then the parameters in the order of the
+/// table, then what else a law has.
 #[must_use]
 pub fn differences(before: &Scene, after: &Scene) -> Vec<Difference> {
     let mut found = Vec::new();

@@ -1,57 +1,14 @@
 //! The protocol as a JSON Schema, drawn from the types, for clients in other languages.
 //!
-//! `#/$defs/RequestLine` is a line that a client sends and `#/$defs/ServerLine` one that it reads; `#/$defs/Answers/OP` is what `ok` holds in the
-//! answer to an operation. What is sent must not have more fields than the schema says; what is read may, from a later server.
+//! `#/$defs/RequestLine` is a line that a client sends and `#/$defs/ServerLine` one that it reads;
+//! `#/$defs/Answers/OP` is what `ok` holds in the answer to an operation. What is sent must not
+//! have more fields than the schema says; what is read may, from a later server.
 
-use crate::{
-    AdviceReply, ChangeReply, CommissionReply, Description, DevicesReply, Envelope, Event, Hello, LeaseReply, LogReply,
-    SceneDiffReply, SceneListReply, SceneReply, SceneSaveReply, StateReply, Status, SubscribeReply, Timing, WireError,
-};
+use crate::{Envelope, Event, Hello, Request, WireError};
 use haptic_core::parameters::TABLE;
-use schemars::generate::{SchemaGenerator, SchemaSettings};
-use schemars::{Schema, json_schema};
-use serde_json::{Map, Value, json};
-
-/// What `ok` holds, by operation.
-fn answers(generator: &mut SchemaGenerator) -> Map<String, Value> {
-    let mut answers = Map::new();
-    let mut answer = |operations: &[&str], schema: Schema| {
-        for operation in operations {
-            answers.insert((*operation).to_owned(), schema.clone().into());
-        }
-    };
-    answer(&["describe"], generator.subschema_for::<Description>());
-    answer(&["get"], generator.subschema_for::<SceneReply>());
-    answer(
-        &["set", "scene.load", "undo", "redo"],
-        generator.subschema_for::<ChangeReply>(),
-    );
-    answer(&["scene.save"], generator.subschema_for::<SceneSaveReply>());
-    answer(&["scene.list"], generator.subschema_for::<SceneListReply>());
-    answer(&["scene.diff"], generator.subschema_for::<SceneDiffReply>());
-    answer(
-        &["engage", "release", "stop", "reset"],
-        generator.subschema_for::<StateReply>(),
-    );
-    answer(&["status"], generator.subschema_for::<Status>());
-    answer(&["timing"], generator.subschema_for::<Timing>());
-    answer(&["advise"], generator.subschema_for::<AdviceReply>());
-    answer(&["devices"], generator.subschema_for::<DevicesReply>());
-    answer(&["subscribe"], generator.subschema_for::<SubscribeReply>());
-    answer(&["log"], generator.subschema_for::<LogReply>());
-    answer(&["lease"], generator.subschema_for::<LeaseReply>());
-    answer(
-        &[
-            "commission.begin",
-            "commission.pulse",
-            "commission.status",
-            "commission.store",
-            "commission.end",
-        ],
-        generator.subschema_for::<CommissionReply>(),
-    );
-    answers
-}
+use schemars::generate::SchemaSettings;
+use schemars::json_schema;
+use serde_json::{Value, json};
 
 /// The schema of all lines.
 ///
@@ -69,7 +26,7 @@ pub fn protocol() -> Value {
     let hello = read.subschema_for::<Hello>();
     let event = read.subschema_for::<Event>();
     let error = read.subschema_for::<WireError>();
-    let answers = answers(&mut read);
+    let answers = Request::answers(&mut read);
     let any_answer: Vec<Value> = answers
         .keys()
         .map(|op| json!({ "$ref": format!("#/$defs/Answers/{op}") }))
@@ -83,7 +40,8 @@ pub fn protocol() -> Value {
         words.push(json!({ "type": "string", "const": "published", "description": "The same as `slides`." }));
     }
     if let Some(Value::Object(envelope)) = from_client.get_mut("Envelope") {
-        // Said of the operations' own fields in their types; the number beside them is not one of those.
+        // Said of the operations' own fields in their types; the number beside them is not one of
+        // those.
         envelope.insert("unevaluatedProperties".to_owned(), Value::Bool(false));
     }
     let mut from_server = read.take_definitions(true);
@@ -117,7 +75,8 @@ pub fn protocol() -> Value {
     schema
 }
 
-/// Descriptions are the types' own, whose links lead nowhere here: "[`Thing`](place)" becomes "`Thing`".
+/// Descriptions are the types' own, whose links lead nowhere here: "[`Thing`](place)" becomes
+/// "`Thing`".
 fn plain_words(schema: &mut Value) {
     match schema {
         Value::Object(object) => {

@@ -1,8 +1,9 @@
 //! Where the control socket is.
 //!
-//! In this order: the path given, `$HAPTICD_SOCKET`, `$XDG_RUNTIME_DIR/hapticd/control.sock`, `/run/user/UID/hapticd/control.sock`
-//! (where a login session exists but the variable is not set, as in a cron job), `~/.local/state/hapticd/control.sock` (an account
-//! without a session), `/run/hapticd/control.sock` (the service, and root). Never a directory that others can write to.
+//! In this order: the path given, `$HAPTICD_SOCKET`, `$XDG_RUNTIME_DIR/hapticd/control.sock`,
+//! `/run/user/UID/hapticd/control.sock` (where a login session exists but the variable is not set,
+//! as in a cron job), `~/.local/state/hapticd/control.sock` (an account without a session),
+//! `/run/hapticd/control.sock` (the service, and root). Never a directory that others can write to.
 
 use std::path::{Path, PathBuf};
 

@@ -2,6 +2,7 @@
 
 use crate::journal::Peer;
 use crate::link::LinkStatus;
+use crate::problem::Problem;
 use crate::state::RigState;
 use serde::{Deserialize, Serialize};
 
@@ -26,9 +27,9 @@ pub struct Status {
     pub scheme: String,
     /// How the device's velocity is estimated from its positions.
     pub velocity_estimator: String,
-    /// Revision of the scene in force.
+    /// Revision of the active scene.
     pub revision: u64,
-    /// Name of the scene in force.
+    /// Name of the active scene.
     pub scene: String,
     /// Force commanded on the hand in the last tick, N.
     #[serde(rename = "command_force_N")]
@@ -38,10 +39,10 @@ pub struct Status {
     pub energy_excess_j: f64,
     /// Position of the device in the last tick, m.
     pub device_position_m: f64,
-    /// Changes that `undo` can take back.
+    /// Changes that `undo` can undo.
     #[serde(default)]
     pub undo_depth: usize,
-    /// Changes that `redo` can bring back.
+    /// Changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
     /// Clients connected.
@@ -49,7 +50,7 @@ pub struct Status {
     /// Clients that hold a lease.
     #[serde(default)]
     pub leases: usize,
-    /// Who is commissioning the rig.
+    /// The client that commissions the rig.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commissioning: Option<Peer>,
     /// The rig.
@@ -162,14 +163,4 @@ impl RealTimeStatus {
             "memory not locked"
         }
     }
-}
-
-/// Something that the real-time thread could not have.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Problem {
-    /// What it is, and what the system said.
-    pub what: String,
-    /// How to get it.
-    pub remedy: String,
 }

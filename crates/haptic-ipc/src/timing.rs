@@ -53,13 +53,15 @@ pub struct TimingWindow {
 pub struct StopTimes {
     /// Stops after which the device had its motor off.
     pub confirmed: u64,
-    /// Stops after which the device was sent zero force and did not say within 100 ms that its motor is off.
+    /// Stops after which the device was sent zero force and did not say within 100 ms that its
+    /// motor is off.
     pub unconfirmed: u64,
     /// Stops that no device was there to hear.
     pub without_device: u64,
     /// Until zero force was written.
     pub to_written_ns: Percentiles,
-    /// Until the device had said that its motor is off; a rig that says nothing of its motor, until it had taken the zero force.
+    /// Until the device had said that its motor is off; a rig that says nothing of its motor, until
+    /// it had taken the zero force.
     pub to_confirmed_ns: Percentiles,
 }
 

@@ -40,7 +40,8 @@ impl Pair {
 pub(super) struct Findings {
     pub(super) rig: String,
     pub(super) firmware: String,
-    /// 1: a positive force moves the handle in the positive direction. With another nothing comes so far.
+    /// 1: a positive force moves the handle in the positive direction. With another nothing comes
+    /// so far.
     sign: i8,
     /// The force of the first pulse that moved the handle, N.
     #[serde(rename = "breakaway_N")]

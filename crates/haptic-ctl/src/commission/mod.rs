@@ -1,4 +1,5 @@
-//! `commission`: finds out by small pulses whether a rig's motor pulls the right way, how far its handle goes and how much it rubs, and has the daemon keep it.
+//! `commission`: finds out by small pulses whether a rig's motor pulls the right way, how far its
+//! handle goes and how much it rubs, and has the daemon keep it.
 
 mod console;
 mod findings;
@@ -27,7 +28,8 @@ const FIRST_SHARE: f64 = 0.1;
 /// Each pulse has so much more force than the one before, until the handle moves.
 const GROWTH: f64 = 1.25;
 
-/// Largest force unless another is named: this share of the rig's limit, and no more than so many N.
+/// Largest force unless another is named: this share of the rig's limit, and no more than so many
+/// N.
 const USUAL_SHARE: f64 = 0.1;
 const USUAL_MOST_N: f64 = 2.0;
 
@@ -54,15 +56,16 @@ const PATIENCE: Duration = Duration::from_secs(10);
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Do not ask before each step
+    /// Do not ask for confirmation before each step
     #[arg(long, short)]
     yes: bool,
 
-    /// Largest force of a pulse, N, up to half of what the rig may give [default: a tenth of that, and at most 2]
+    /// Largest force of a pulse, N, at most half of the force limit [default: a tenth of that, at
+    /// most 2]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     max_force_n: Option<f64>,
 
-    /// How the range of the handle is found
+    /// Method of finding the range of the handle
     #[arg(long, value_name = "HOW", default_value = "pulses")]
     range: Range,
 }
@@ -73,7 +76,7 @@ enum Range {
     Pulses,
     /// By a person, with the motor off
     ByHand,
-    /// Not at all
+    /// None
     Skip,
 }
 
@@ -219,7 +222,8 @@ impl Work<'_> {
 
     /// Gives a pulse, and waits until the rig is idle again.
     async fn pulse(&mut self, force_n: f64) -> Result<PulseReport, Failure> {
-        // A machine that is held up for seconds may lose records; the pulse was none the worse for it.
+        // A machine that is held up for seconds may lose records; the pulse was none the worse for
+        // it.
         for _ in 0..3 {
             let _: CommissionReply = self
                 .daemon

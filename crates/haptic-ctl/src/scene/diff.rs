@@ -12,7 +12,7 @@ pub(crate) struct Arguments {
     #[arg(help = reference::HELP, add = ArgValueCompleter::new(complete::scenes))]
     from: String,
 
-    /// The other, likewise [default: the one in force]
+    /// The other, likewise [default: active]
     #[arg(add = ArgValueCompleter::new(complete::scenes))]
     to: Option<String>,
 }

@@ -1,7 +1,7 @@
-//! `scene load`: a whole scene comes into force.
+//! `scene load`: load a whole scene.
 
 use super::reference;
-use crate::change::{self, How, Shown};
+use crate::change::{self, ChangeArguments, Shown};
 use crate::complete;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -14,16 +14,14 @@ pub(crate) struct Arguments {
     scene: String,
 
     #[command(flatten)]
-    how: How,
+    change: ChangeArguments,
 }
 
 impl Arguments {
     pub(super) fn request(&self) -> Result<Request, Failure> {
         Ok(Request::SceneLoad {
             scene: reference::read(&self.scene)?,
-            if_revision: self.how.if_revision,
-            ramp_ms: self.how.ramp_ms(),
-            dry_run: self.how.dry_run,
+            options: self.change.options(),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! `scene`: whole scenes, from the library, from what was in force before, or from a file.
+//! `scene`: whole scenes, from the library, from an earlier revision, or from a file.
 
 mod diff;
 mod list;
@@ -13,13 +13,13 @@ use haptic_ipc::Request;
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Command {
-    /// List the library: the scenes that come with the daemon, and those that were saved
+    /// List the scenes of the library: built in, and saved
     List,
-    /// Put a whole scene in force
+    /// Load a scene
     Load(load::Arguments),
-    /// Keep a scene in the library
+    /// Save a scene in the library
     Save(save::Arguments),
-    /// Show in what two scenes differ
+    /// Show the differences of two scenes
     Diff(diff::Arguments),
     /// Print a scene as TOML, as `scene load` takes it
     Show(show::Arguments),

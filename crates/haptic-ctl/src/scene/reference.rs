@@ -1,4 +1,5 @@
-//! Which scene is meant: `viscous-drag` of the library, revision `@42` or `42`, or the file `mine.toml`.
+//! Which scene is meant: `viscous-drag` of the library, revision `@42` or `42`, or the file
+//! `mine.toml`.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -7,8 +8,8 @@ use haptic_ipc::{ClientError, ErrorCode, Request, SceneListReply, SceneRef, mean
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
-/// What the argument's help says everywhere.
-pub(crate) const HELP: &str = "A name of the library, a revision as @42, or a FILE.toml";
+/// The help of an argument that names a scene.
+pub(crate) const HELP: &str = "Scene: a name of the library, a revision as @42, or a FILE.toml";
 
 /// Reads which scene is meant; a file is read here, and sent whole.
 pub(crate) fn read(text: &str) -> Result<SceneRef, Failure> {
@@ -17,7 +18,7 @@ pub(crate) fn read(text: &str) -> Result<SceneRef, Failure> {
         return Ok(SceneRef::Revision(revision));
     }
     if number.len() < text.len() {
-        return Err(Failure::Usage(format!("`{text}` is no revision: write @42")));
+        return Err(Failure::Usage(format!("`{text}` is not a revision: write @42")));
     }
     if text.contains('/') || Path::new(text).extension().is_some_and(|extension| extension == "toml") {
         return file(Path::new(text)).map(|scene| SceneRef::Scene(Box::new(scene)));
@@ -46,7 +47,8 @@ pub(crate) fn file(path: &Path) -> Result<Scene, Failure> {
     Ok(scene)
 }
 
-/// Asks something about scenes. To a name that no scene has, and that is like none, those that there are are listed.
+/// Sends a request about scenes. Where no scene has the name, nor one like it, the error lists the
+/// library.
 pub(crate) async fn ask<R: DeserializeOwned>(daemon: &mut Daemon, request: Request) -> Result<R, Failure> {
     let names: Vec<String> = names_in(&request).into_iter().cloned().collect();
     let failure = match daemon.ask(request).await {

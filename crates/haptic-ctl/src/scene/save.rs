@@ -9,14 +9,14 @@ use haptic_ipc::{Request, SceneSaveReply};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Its name in the library
+    /// Name in the library
     name: String,
 
-    /// Another than the one in force: a name of the library, a revision as @42, or a FILE.toml
+    /// Scene: a name of the library, a revision as @42, or a FILE.toml [default: active]
     #[arg(long, add = ArgValueCompleter::new(complete::scenes))]
     scene: Option<String>,
 
-    /// Write over one that has this name already
+    /// Replace a saved scene of this name
     #[arg(long)]
     replace: bool,
 }

@@ -9,7 +9,7 @@ use haptic_ipc::{Request, SceneReply};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Another than the one in force: a name of the library, a revision as @42, or a FILE.toml
+    /// Scene: a name of the library, a revision as @42, or a FILE.toml [default: active]
     #[arg(add = ArgValueCompleter::new(complete::scenes))]
     scene: Option<String>,
 }

@@ -1,6 +1,7 @@
 //! `top`: everything that moves, live on a terminal, with keys to stop, engage and release.
 //!
-//! One connection listens; another asks, in a task of its own, so that no answer that is late keeps the keys or the picture waiting.
+//! One connection listens; another asks, in a task of its own, so that no answer that is late keeps
+//! the keys or the picture waiting.
 
 mod draw;
 mod model;

@@ -198,10 +198,7 @@ fn a_try_goes_back_by_itself_after_two_seconds() {
     assert!(
         matches!(
             take_back.request(),
-            Some(haptic_ipc::Request::Undo {
-                if_revision: Some(7),
-                ..
-            })
+            Some(haptic_ipc::Request::Undo { options }) if options.if_revision == Some(7)
         ),
         "bound to the revision of the try"
     );

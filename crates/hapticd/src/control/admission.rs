@@ -1,24 +1,18 @@
 //! Whether the rig may be engaged: what must be known of a device before its motor pulls a hand.
 //!
-//! What is checked here is checked for one connection, whose number goes to the real-time thread with the command: it engages no other. So a device that is put in the place of
-//! the one that was checked is refused, however long the command was on its way.
+//! The checks hold for one connection. Its number goes to the real-time thread with the command,
+//! which engages no other: a device that takes the place of the checked one is refused, however
+//! late the command arrives.
 
 use crate::control::RigHandle;
-use crate::control::commission::record::{self, Known};
+use crate::control::commission::record::Known;
 use crate::control::connected::Device;
+use crate::control::facts::EngageRules;
 use crate::rt::handoff::ANY_CONNECTION;
 use haptic_ipc::{ErrorCode, Problem, WireError};
 
-/// What the daemon was told to put up with.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct EngageRules {
-    /// A rig that was not commissioned is engaged.
-    pub(crate) uncommissioned: bool,
-    /// A device that does not switch its motor off soon enough by itself is engaged.
-    pub(crate) allow_no_watchdog: bool,
-}
-
-/// Longest time after which a device must have switched its motor off by itself, ms: a hand is pulled for so long when the daemon dies.
+/// Longest time after which a device must have switched its motor off by itself, ms: a hand is
+/// pulled for so long when the daemon dies.
 pub(crate) const LONGEST_WATCHDOG_MS: u32 = 200;
 
 /// The firmware that `fake-rig` plays says so.
@@ -53,7 +47,7 @@ impl Admission {
 /// # Errors
 /// It may not be engaged as it is; the error says why and what to do.
 pub(super) async fn admit(rig: &RigHandle, purpose: Purpose) -> Result<Admission, WireError> {
-    let Some(device) = Device::connected(rig) else {
+    let Some(device) = Device::connected(&rig.facts) else {
         // The loop refuses by its state; a device that comes in the meantime has number 1 or more.
         return Ok(Admission { purpose, connection: 0 });
     };
@@ -69,7 +63,7 @@ pub(super) async fn admit(rig: &RigHandle, purpose: Purpose) -> Result<Admission
 
 /// Why the device that is connected would not be engaged, for people.
 pub(super) async fn problems(rig: &RigHandle) -> Vec<Problem> {
-    let Some(device) = Device::connected(rig) else {
+    let Some(device) = Device::connected(&rig.facts) else {
         return Vec::new();
     };
     let obstacles = obstacles(rig, &device, Purpose::Scene, true).await;
@@ -80,7 +74,7 @@ pub(super) async fn problems(rig: &RigHandle) -> Vec<Problem> {
     obstacles.into_iter().map(problem).collect()
 }
 
-/// Something that is in the way.
+/// A reason not to engage.
 #[derive(Debug)]
 struct Obstacle {
     error: WireError,
@@ -95,7 +89,9 @@ async fn obstacles(rig: &RigHandle, device: &Device, purpose: Purpose, only_look
     let mut found: Vec<Obstacle> = no_force(device).into_iter().chain(no_watchdog(device, rules)).collect();
     let counts_as_commissioned =
         purpose == Purpose::Commissioning || rules.uncommissioned || device.firmware.starts_with(SIMULATED);
-    if !counts_as_commissioned && let Known::Not(why) = record::known(rig, device, only_looks).await {
+    if !counts_as_commissioned
+        && let Known::Not(why) = rig.records().known(&rig.facts.state_dir, device, only_looks).await
+    {
         found.push(not_commissioned(device, &why));
     }
     found

@@ -1,4 +1,4 @@
-//! `advise`: what the scene in force will do to the rig.
+//! `advise`: what the active scene will do to the rig.
 
 use crate::control::RigHandle;
 use haptic_core::Scene;

@@ -1,6 +1,9 @@
-//! Work that may wait for a disk or a device: on threads of their own, for a limited time, and never waited for at the end of the daemon.
+//! Work that may wait for a disk or a device: on threads of their own, for a limited time, and
+//! never waited for at the end of the daemon.
 //!
-//! Not on the runtime's threads: the end of the runtime would wait for those. A thread that stands on a mount that does not answer stays there until the process ends, so there are only a few of them.
+//! Not on the runtime's threads: the end of the runtime would wait for those. A thread that stands
+//! on a mount that does not answer stays there until the process ends, so there are only a few of
+//! them.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -40,7 +43,8 @@ impl Aside {
         self.places.available_permits() == 0
     }
 
-    /// Does some work, and waits so long for a thread and for the result. What was begun may still be done after that.
+    /// Does some work, and waits so long for a thread and for the result. What was begun may still
+    /// be done after that.
     ///
     /// # Errors
     /// It takes longer, or has panicked, or the system has no thread left.

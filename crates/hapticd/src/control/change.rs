@@ -1,38 +1,29 @@
-//! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered it. `set`, `scene.load`, `undo` and `redo` all go this way.
+//! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered
+//! it. `set`, `scene.load`, `undo` and `redo` all go this way.
 
 use crate::control::history::{Dragged, Move};
 use crate::control::journal::bytes_of_changes;
 use crate::control::requester::Requester;
 use crate::control::{RigHandle, advise, commission, library};
 use haptic_core::{Direction, ParameterKey, Scene};
-use haptic_ipc::quantity::number;
-use haptic_ipc::{ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences};
+use haptic_ipc::{
+    ChangeOptions, ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences,
+};
 use std::collections::BTreeMap;
 
 /// A name and its value in a map.
 const BYTES_OF_A_VALUE: usize = 96;
 
-/// Longest ramp, ms.
-const LONGEST_RAMP_MS: f64 = 10_000.0;
-
-/// What all changes may ask for.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct How {
-    pub(super) if_revision: Option<u64>,
-    pub(super) ramp_ms: Option<f64>,
-    pub(super) dry_run: bool,
-}
-
 /// A change that is on its way to the real-time thread, or was only tried.
 #[derive(Debug)]
-pub(super) struct Begun {
+pub(super) struct PendingChange {
     reply: ChangeReply,
-    /// Ticks that the way there takes.
+    /// Ticks that the ramp takes.
     ramp_ticks: Option<u64>,
 }
 
-impl Begun {
-    /// What it holds until it is answered, bytes.
+impl PendingChange {
+    /// Memory that it takes until it is answered, bytes.
     pub(super) fn bytes(&self) -> usize {
         let ChangeReply {
             applied,
@@ -48,7 +39,7 @@ impl Begun {
         size_of::<Self>() + applied.len() * BYTES_OF_A_VALUE + bytes_of_changes(changes) + advice
     }
 
-    /// What it is answered with once it is rendered.
+    /// The answer, once it is rendered.
     ///
     /// # Errors
     /// The real-time thread does not answer; should it go on, it will render the scene.
@@ -72,8 +63,8 @@ pub(super) fn set(
     by: Requester<'_>,
     params: &Changes,
     merge: bool,
-    how: How,
-) -> Result<Begun, WireError> {
+    options: ChangeOptions,
+) -> Result<PendingChange, WireError> {
     let changes = params.resolve()?;
     let scene = rig.scene().with(&changes)?;
     let dragged = Dragged {
@@ -81,86 +72,77 @@ pub(super) fn set(
         parameters: changes.iter().map(|(key, _)| *key).collect(),
         goes_on: merge,
     };
-    let mut begun = begin(rig, by, "set", scene, how, Move::Merge(dragged))?;
+    let mut begun = begin(rig, by, "set", scene, options, Move::Merge(dragged))?;
     begun.reply.applied = changes.iter().map(|(key, value)| (key.to_string(), *value)).collect();
     Ok(begun)
 }
 
-/// Begins to put another scene in force.
+/// Begins to load another scene.
 ///
 /// # Errors
 /// There is no such scene, or it is refused, and nothing has changed.
-pub(super) async fn load(rig: &RigHandle, by: Requester<'_>, scene: SceneRef, how: How) -> Result<Begun, WireError> {
+pub(super) async fn load(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    scene: SceneRef,
+    options: ChangeOptions,
+) -> Result<PendingChange, WireError> {
     let scene = library::find(rig, scene).await?;
-    begin(rig, by, "scene.load", scene, how, Move::Forward)
+    begin(rig, by, "scene.load", scene, options, Move::Forward)
 }
 
 /// Begins to take the newest change back.
 ///
 /// # Errors
 /// There is none, or the scene cannot be rendered, and nothing has changed.
-pub(super) fn undo(rig: &RigHandle, by: Requester<'_>, how: How) -> Result<Begun, WireError> {
+pub(super) fn undo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -> Result<PendingChange, WireError> {
     let before = rig
         .history()
         .back()
         .cloned()
         .ok_or_else(|| WireError::new(ErrorCode::NothingToUndo, "there is no change to take back"))?;
-    begin(rig, by, "undo", before, how, Move::Undo)
+    begin(rig, by, "undo", before, options, Move::Undo)
 }
 
 /// Begins to bring back what was undone.
 ///
 /// # Errors
 /// There is nothing, or the scene cannot be rendered, and nothing has changed.
-pub(super) fn redo(rig: &RigHandle, by: Requester<'_>, how: How) -> Result<Begun, WireError> {
+pub(super) fn redo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -> Result<PendingChange, WireError> {
     let after = rig.history().forth().cloned().ok_or_else(|| {
         let message = "there is no change to bring back: nothing was undone, or something else was changed since";
         WireError::new(ErrorCode::NothingToRedo, message)
     })?;
-    begin(rig, by, "redo", after, how, Move::Redo)
+    begin(rig, by, "redo", after, options, Move::Redo)
 }
 
-fn begin(rig: &RigHandle, by: Requester<'_>, op: &str, scene: Scene, how: How, step: Move) -> Result<Begun, WireError> {
+fn begin(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    op: &str,
+    scene: Scene,
+    options: ChangeOptions,
+    step: Move,
+) -> Result<PendingChange, WireError> {
     let newest = rig.revision();
-    if let Some(wanted) = how.if_revision.filter(|wanted| *wanted != newest) {
-        let message = format!(
-            "if_revision = {wanted}, but the scene is at revision {newest}: somebody has changed it since; look at it again"
-        );
-        #[expect(clippy::cast_precision_loss, reason = "revisions are below 2^53")]
-        let (wanted, newest) = (wanted as f64, newest as f64);
-        return Err(WireError::new(ErrorCode::Conflict, message)
-            .about("if_revision")
-            .within(wanted, newest, newest, "1"));
-    }
-    let ramp_ms = how.ramp_ms.unwrap_or(0.0);
-    if !(0.0..=LONGEST_RAMP_MS).contains(&ramp_ms) {
-        let message = format!(
-            "ramp_ms = {} ms is out of range: it must be from 0 to {LONGEST_RAMP_MS} ms",
-            number(ramp_ms)
-        );
-        return Err(WireError::new(ErrorCode::OutOfRange, message).about("ramp_ms").within(
-            ramp_ms,
-            0.0,
-            LONGEST_RAMP_MS,
-            "ms",
-        ));
-    }
-    let before = rig.scene();
-    let changes = differences(&before, &scene);
+    check_revision(options, newest)?;
+    let ramp_ms = options.ramp_ms.unwrap_or(0.0);
+    let compiled = rig.compile(&scene, ramp_ms * 1e-3)?;
+    let changes = differences(&rig.scene(), &scene);
     let reply = ChangeReply {
         revision: newest,
         tick: None,
         ramp_ends_tick: None,
-        dry_run: how.dry_run,
-        applied: brought(&changes),
+        dry_run: options.dry_run,
+        applied: values_set(&changes),
         advice: advise::warnings(rig, &scene),
         changes,
     };
-    let compiled = rig.compile(&scene, ramp_ms * 1e-3)?;
-    let ramp_ticks = compiled.ramp_ticks();
-    // What is so already takes no step of the history, and nobody else's revision goes out of date by it.
-    if how.dry_run || (scene == before && !rig.is_on_its_way() && rig.history_mut().stays(&step)) {
-        return Ok(Begun {
+    // Setting the current value is a no-op: it takes no step of the history, and no other client's
+    // revision goes out of date.
+    let is_noop = *rig.scene() == scene && !rig.is_on_its_way();
+    if options.dry_run || (is_noop && rig.history_mut().is_noop(&step)) {
+        return Ok(PendingChange {
             reply,
             ramp_ticks: None,
         });
@@ -172,15 +154,31 @@ fn begin(rig: &RigHandle, by: Requester<'_>, op: &str, scene: Scene, how: How, s
         ramp_ms: (ramp_ms > 0.0).then_some(ramp_ms),
         ..JournalEntry::of(op)
     };
-    let revision = rig.put(scene, compiled, step, entry);
-    Ok(Begun {
+    let ramp_ticks = compiled.ramp_ticks();
+    let revision = rig.apply(scene, compiled, step, entry);
+    Ok(PendingChange {
         reply: ChangeReply { revision, ..reply },
         ramp_ticks,
     })
 }
 
-/// The values that a scene brought, by full name.
-fn brought(changes: &[Difference]) -> BTreeMap<String, f64> {
+/// Refuses a change that was meant for another revision than the newest.
+fn check_revision(options: ChangeOptions, newest: u64) -> Result<(), WireError> {
+    let Some(wanted) = options.if_revision.filter(|wanted| *wanted != newest) else {
+        return Ok(());
+    };
+    let message = format!(
+        "if_revision = {wanted}, but the scene is at revision {newest}: somebody has changed it since; look at it again"
+    );
+    #[expect(clippy::cast_precision_loss, reason = "revisions are below 2^53")]
+    let (wanted, newest) = (wanted as f64, newest as f64);
+    Err(WireError::new(ErrorCode::Conflict, message)
+        .about("if_revision")
+        .within(wanted, newest, newest, "1"))
+}
+
+/// The values that the change of scene sets, by full name.
+fn values_set(changes: &[Difference]) -> BTreeMap<String, f64> {
     let mut applied = BTreeMap::new();
     for change in changes {
         let (Some(Value::Number(value)), Ok(key)) = (&change.after, change.param.parse::<ParameterKey>()) else {

@@ -4,7 +4,8 @@ use haptic_core::servo::{CompiledScene, Steps, Transition};
 use haptic_core::{Renderer, Scene, SceneError, Scheme};
 use haptic_ipc::WireError;
 
-/// Scenes that a way is made of at most: a force moves by less than a hundredth of its range in one.
+/// Scenes that a way is made of at most: a force moves by less than a hundredth of its range in
+/// one.
 const MOST_STEPS: f64 = 250.0;
 
 /// The way to a scene in steps.
@@ -37,7 +38,8 @@ pub(crate) struct Compiled {
 }
 
 impl Compiled {
-    /// Compiles a scene and, where it shall take `ramp_s` seconds to get there, the way from another.
+    /// Compiles a scene and, where it shall take `ramp_s` seconds to get there, the way from
+    /// another.
     ///
     /// # Errors
     /// The scene cannot be rendered.

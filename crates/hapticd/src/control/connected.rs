@@ -1,6 +1,6 @@
 //! The device that is connected: what is known of it before its motor pulls a hand.
 
-use crate::control::RigHandle;
+use crate::control::facts::Facts;
 use crate::rt::handoff::ANY_CONNECTION;
 use device_io::link::{LinkMonitor, LinkState, RigIdentity};
 
@@ -30,17 +30,18 @@ impl Device {
         }
     }
 
-    /// The device at the other end of the link, or the rig in this process; nothing where none is connected.
-    pub(super) fn connected(rig: &RigHandle) -> Option<Self> {
-        match &rig.facts.link {
+    /// The device at the other end of the link, or the rig in this process; nothing where none is
+    /// connected.
+    pub(super) fn connected(facts: &Facts) -> Option<Self> {
+        match &facts.link {
             Some(monitor) => Self::of(monitor),
             None => Some(Self {
-                firmware: rig.facts.device.clone(),
-                force_limit_n: rig.facts.limits.force_n,
-                resolution_m: rig.facts.rig.resolution,
+                firmware: facts.device.clone(),
+                force_limit_n: facts.limits.force_n,
+                resolution_m: facts.rig.resolution,
                 watchdog_ms: None,
                 rig: RigIdentity {
-                    key: rig.facts.address.to_string(),
+                    key: facts.address.to_string(),
                     has_serial_number: true,
                     reversed: false,
                 },

@@ -7,7 +7,7 @@ pub(super) async fn diff(rig: &RigHandle, from: SceneRef, to: Option<SceneRef>) 
     let from = library::find(rig, from).await?;
     let to = match to {
         Some(to) => library::find(rig, to).await?,
-        None => rig.scene(),
+        None => rig.scene().clone(),
     };
     Ok(SceneDiffReply {
         differences: differences(&from, &to),

@@ -1,4 +1,4 @@
-//! The scenes that were in force, and the way back through them: one way for all clients.
+//! The scenes that were active, and the way back through them: one way for all clients.
 
 use crate::telemetry::feed::KnownScene;
 use haptic_core::{ParameterKey, Scene};
@@ -7,18 +7,19 @@ use std::collections::VecDeque;
 /// Scenes kept, and steps that can be taken back.
 const KEPT: usize = 1000;
 
-/// Longest name that a scene may call itself, bytes: all else of a scene has a size of its own.
+/// Longest title of a scene, bytes: all else in a scene has a fixed size.
 pub(crate) const LONGEST_TITLE: usize = 256;
 
 // Scenes by revision, back and forth: what clients can make the history hold.
 const _: () = assert!(3 * KEPT * (size_of::<KnownScene>() + LONGEST_TITLE) <= 4 * 1024 * 1024);
 
-/// What a change is to the history.
+/// What a change does to the history.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Move {
     /// Something new.
     Forward,
-    /// Something new, which may be one step with what the same session did to the same parameters just before.
+    /// Something new, which may be one step with the change before, of the same session to the same
+    /// parameters.
     Merge(Dragged),
     Undo,
     Redo,
@@ -36,11 +37,12 @@ pub(crate) struct Dragged {
 /// The history of the scene.
 #[derive(Debug)]
 pub(crate) struct History {
-    /// The scenes by revision, oldest first; never empty. The last is the newest, which may still be on its way to the real-time thread.
+    /// The scenes by revision, oldest first; never empty. The last is the newest, which may still
+    /// be on its way to the real-time thread.
     scenes: VecDeque<KnownScene>,
     undo: VecDeque<Scene>,
     redo: Vec<Scene>,
-    /// What the newest step back would take back, where it can grow.
+    /// What the newest step back would take back, where that can grow.
     dragged: Option<Dragged>,
 }
 
@@ -70,7 +72,7 @@ impl History {
         self.scenes.back().expect("there is always a scene")
     }
 
-    /// A scene that was in force.
+    /// A scene that was active.
     pub(crate) fn scene(&self, revision: u64) -> Option<&Scene> {
         let index = self
             .scenes
@@ -99,9 +101,10 @@ impl History {
         (self.undo.len(), self.redo.len())
     }
 
-    /// Whether a change that leads to where one is already is none. A step back or forth is one all the same: a drag may have ended where it began.
-    pub(crate) fn stays(&mut self, how: &Move) -> bool {
-        match how {
+    /// Whether a change to the active scene itself is a no-op. `undo` and `redo` are not: a drag
+    /// may have ended where it began.
+    pub(crate) fn is_noop(&mut self, step: &Move) -> bool {
+        match step {
             Move::Forward => {}
             Move::Merge(now) => {
                 if now.goes_on {
@@ -116,9 +119,9 @@ impl History {
     }
 
     /// Takes a change in; returns the revision of the scene that it leads to.
-    pub(crate) fn moved(&mut self, how: Move, scene: Scene) -> u64 {
+    pub(crate) fn moved(&mut self, step: Move, scene: Scene) -> u64 {
         let before = self.newest().scene.clone();
-        let dragged = match how {
+        let dragged = match step {
             Move::Forward => {
                 self.push(before);
                 None
@@ -201,10 +204,10 @@ mod tests {
         assert_eq!((history.depth().0, history.back()), (3, Some(&named(3))));
         history.moved(dragged(1, false), named(5));
         assert_eq!(history.depth().0, 4, "a new drag is a new step");
-        assert!(history.stays(&dragged(1, false)) && history.stays(&dragged(1, true)));
+        assert!(history.is_noop(&dragged(1, false)) && history.is_noop(&dragged(1, true)));
         history.moved(dragged(1, true), named(6));
         assert_eq!(history.depth().0, 5, "also one that begins where the last one ended");
-        assert!(!history.stays(&Move::Undo), "a step back is always one");
+        assert!(!history.is_noop(&Move::Undo), "a step back is always one");
     }
 
     proptest! {

@@ -4,16 +4,19 @@ use haptic_ipc::{Difference, JournalEntry, LogReply, Value};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Entries kept: some hours of work by hand, two seconds of a program that changes something at every tick.
+/// Entries kept: some hours of work by hand, two seconds of a program that changes something at
+/// every tick.
 const KEPT: usize = 2000;
 
-/// Bytes that the entries kept may take, and those that wait to be whole as much: two thousand of a single parameter take half of it. A client chooses how long an entry is.
+/// Bytes that the entries kept may take, and those that wait to be whole as much: two thousand of a
+/// single parameter take half of it. A client chooses how long an entry is.
 const KEPT_BYTES: usize = 2 * 1024 * 1024;
 
 /// Bytes of the entries in one answer.
 const ANSWER_BYTES: usize = 512 * 1024;
 
-/// How long an entry waits for its tick: longer than whoever asked for it waits for an answer. What comes after it waits as well, be it a fault.
+/// How long an entry waits for its tick: longer than whoever asked for it waits for an answer. What
+/// comes after it waits as well, be it a fault.
 const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 
 /// What an entry waits for before it is whole.
@@ -114,8 +117,9 @@ impl Journal {
         self.waiting.push(bytes, waiting);
     }
 
-    /// The entries that are whole by now, in the order in which they came; `tick` fills in what is still missing, or says that it is not known yet. One that has waited for long, or for which there is no room,
-    /// appears without it.
+    /// The entries that are whole by now, in the order in which they came; `tick` fills in what is
+    /// still missing, or says that it is not known yet. One that has waited for long, or for which
+    /// there is no room, appears without it.
     pub(crate) fn completed(&mut self, mut fill: impl FnMut(Until, &mut JournalEntry) -> bool) -> Vec<JournalEntry> {
         let mut whole = Vec::new();
         while let Some((_, Waiting { until, since, entry })) = self.waiting.entries.front_mut() {
@@ -145,7 +149,8 @@ impl Journal {
         self.waiting.entries.iter().any(|(_, waiting)| is_stop(waiting))
     }
 
-    /// The newest entries, at most `limit` of them and what one answer may hold, that came after number `after`.
+    /// The newest entries, at most `limit` of them and what one answer may hold, that came after
+    /// number `after`.
     pub(crate) fn entries(&self, after: u64, limit: usize) -> LogReply {
         let mut left = ANSWER_BYTES;
         let newest = self.kept.entries.iter().rev().take(limit);

@@ -1,4 +1,5 @@
-//! The library of scenes: those that come with the daemon, and those that were saved, one TOML file each.
+//! The library of scenes: those that come with the daemon, and those that were saved, one TOML file
+//! each.
 
 use crate::control::RigHandle;
 use crate::control::aside::{Aside, AsideError};
@@ -40,10 +41,12 @@ const BUILT_IN: &[(&str, &str)] = &[
 /// Longest name.
 const LONGEST_NAME: usize = 64;
 
-/// Scenes that are kept. With the two lengths below this bounds the answer to `scene.list`, which is held for a client until it has read it.
+/// Scenes that are kept. With the two lengths below this bounds the answer to `scene.list`, which
+/// is held for a client until it has read it.
 const MOST_SAVED: usize = 500;
 
-/// What is told of why a scene cannot be loaded, bytes: the reader of TOML shows the line, which may be of any length.
+/// What is told of why a scene cannot be loaded, bytes: the reader of TOML shows the line, which
+/// may be of any length.
 const LONGEST_PROBLEM: usize = 400;
 
 /// How long the disk may take. Nothing that stops waits for it, but the client that asked does.
@@ -173,7 +176,7 @@ pub(super) async fn save(
     let path = path_of(rig, &name)?;
     let scene = match scene {
         Some(scene) => find(rig, scene).await?,
-        None => rig.scene(),
+        None => rig.scene().clone(),
     };
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
     let shown = path.clone();
@@ -257,7 +260,8 @@ fn file_error(path: &Path, error: &std::io::Error) -> WireError {
     WireError::new(ErrorCode::SceneFile, format!("{}: {error}", path.display())).about("scene")
 }
 
-/// A disk may take its time, or never answer; a stop must not wait for it, nor the end of the daemon.
+/// A disk may take its time, or never answer; a stop must not wait for it, nor the end of the
+/// daemon.
 async fn on_a_thread<T: Send + 'static>(
     library: &Aside,
     path: &Path,

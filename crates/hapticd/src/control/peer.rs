@@ -1,7 +1,8 @@
-//! Who is at the other end of a connection, as the kernel tells it: no client can claim to be somebody else.
+//! Who is at the other end of a connection, as the kernel tells it: no client can claim to be
+//! somebody else.
 //!
-//! User and groups are those of the moment at which the client connected. Its program may have become another since, so the
-//! program is for people to read and nothing is decided by it.
+//! User and groups are those of the moment at which the client connected. Its program may have
+//! become another since, so the program is for people to read and nothing is decided by it.
 #![allow(unsafe_code, reason = "SO_PEERGROUPS has no safe wrapper")]
 
 use haptic_ipc::Peer;
@@ -14,13 +15,15 @@ use std::time::Duration;
 use tokio::net::UnixStream;
 use tokio::sync::watch;
 
-/// How long a client waits for the name of its user. The directory may be one on a network that does not answer.
+/// How long a client waits for the name of its user. The directory may be one on a network that
+/// does not answer.
 const NAME_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Groups of a client that are looked at; Linux gives a process no more.
 const MOST_GROUPS: usize = 65_536;
 
-/// Users whose names are remembered; further ones go by their number. Whoever may make namespaces has thousands of users.
+/// Users whose names are remembered; further ones go by their number. Whoever may make namespaces
+/// has thousands of users.
 const MOST_USERS: usize = 256;
 
 /// The name of a user: nothing while it is looked for, and then what was found.
@@ -36,8 +39,9 @@ struct Answer {
 pub(crate) struct UserNames(RefCell<HashMap<u32, Answer>>);
 
 impl UserNames {
-    /// The name of a user. Each is looked for once, on a thread of its own; a client goes without a name that does not come in time, and later ones of that
-    /// user do not wait for it: their first word may be a stop.
+    /// The name of a user. Each is looked for once, on a thread of its own; a client goes without a
+    /// name that does not come in time, and later ones of that user do not wait for it: their first
+    /// word may be a stop.
     async fn of(&self, uid: u32) -> Option<String> {
         let known = self.0.borrow().get(&uid).cloned();
         let mut answer = match known {
@@ -61,7 +65,8 @@ impl UserNames {
     }
 }
 
-/// Has a user looked for. On no thread of the runtime's own: the daemon would wait for that at its end.
+/// Has a user looked for. On no thread of the runtime's own: the daemon would wait for that at its
+/// end.
 fn look_up(uid: u32) -> Option<Answer> {
     let (sender, found) = watch::channel(None);
     let looking = std::thread::Builder::new()
@@ -74,7 +79,8 @@ fn look_up(uid: u32) -> Option<Answer> {
     looking.ok().map(|_| Answer { found, is_slow: false })
 }
 
-/// Who is at the other end of a connection; `session` is its name in the greeting. Nothing where the kernel does not say.
+/// Who is at the other end of a connection; `session` is its name in the greeting. Nothing where
+/// the kernel does not say.
 pub(crate) async fn peer_of(stream: &UnixStream, session: String, names: &UserNames) -> Option<Peer> {
     let credentials = stream.peer_cred().ok()?;
     // 0 is a process that cannot be seen from here, in another container.
@@ -90,7 +96,8 @@ pub(crate) async fn peer_of(stream: &UnixStream, session: String, names: &UserNa
     })
 }
 
-/// The program that a process runs, by the name that it gives itself: at most 15 bytes, with what cannot be printed replaced.
+/// The program that a process runs, by the name that it gives itself: at most 15 bytes, with what
+/// cannot be printed replaced.
 fn program(pid: i32) -> Option<String> {
     let name = std::fs::read(format!("/proc/{pid}/comm")).ok()?;
     let name = String::from_utf8_lossy(name.strip_suffix(b"\n").unwrap_or(&name)).into_owned();
@@ -111,7 +118,8 @@ fn further_groups(socket: impl AsFd) -> rustix::io::Result<Vec<u32>> {
     loop {
         let room = libc::socklen_t::try_from(size_of_val(&groups[..])).map_err(|_| Errno::NOMEM)?;
         let mut length = room;
-        // SAFETY: `groups` has `length` bytes to be written, and both pointers are good for the call.
+        // SAFETY: `groups` has `length` bytes to be written, and both pointers are good for the
+        // call.
         let done = unsafe {
             libc::getsockopt(
                 socket,

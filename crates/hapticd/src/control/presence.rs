@@ -1,6 +1,7 @@
 //! Whether the device of a link is there, as the journal tells it.
 //!
-//! Two sources: the records of the loop tell the very tick at which a device was lost, but nothing while the rig is stopped or faulted; the link tells that too, some milliseconds later.
+//! Two sources: the records of the loop tell the very tick at which a device was lost, but nothing
+//! while the rig is stopped or faulted; the link tells that too, some milliseconds later.
 
 use device_io::link::{LinkMonitor, LinkState};
 use std::sync::atomic::Ordering::Relaxed;

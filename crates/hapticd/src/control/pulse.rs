@@ -1,4 +1,5 @@
-//! Waiting for the next tick to end, as nearly as an ordinary thread can: tokio's own timers count whole milliseconds, which are whole ticks.
+//! Waiting for the next tick to end, as nearly as an ordinary thread can: tokio's own timers count
+//! whole milliseconds, which are whole ticks.
 #![allow(
     unsafe_code,
     reason = "tokio wants to be promised that the timer stays open; see Pulse::new"
@@ -34,7 +35,8 @@ impl Pulse {
             TimerfdClockId::Monotonic,
             TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC,
         );
-        // SAFETY: the descriptor is owned by the AsyncFd alone, which never hands it out but to be borrowed.
+        // SAFETY: the descriptor is owned by the AsyncFd alone, which never hands it out but to be
+        // borrowed.
         let register = |timer| unsafe { AsyncFd::register(timer) }.ok();
         Self {
             period_ns,

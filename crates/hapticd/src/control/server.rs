@@ -21,14 +21,14 @@ const STOPPING_TIME: Duration = Duration::from_secs(2);
 
 /// A socket and the clients on it.
 #[derive(Debug)]
-struct Door {
+struct Listener {
     socket: Socket,
     rights: Rights,
     clients: Rc<Cell<usize>>,
 }
 
-impl Door {
-    fn open(path: &Path, access: Access, rights: Rights) -> Result<Self, SocketError> {
+impl Listener {
+    fn bind(path: &Path, access: Access, rights: Rights) -> Result<Self, SocketError> {
         Ok(Self {
             socket: Socket::bind(path, access)?,
             rights,
@@ -37,22 +37,23 @@ impl Door {
     }
 }
 
-/// Where clients come in.
+/// The sockets that clients connect to.
 #[derive(Debug)]
 pub(crate) struct Server {
-    control: Door,
-    watch: Option<Door>,
+    control: Listener,
+    watch: Option<Listener>,
     /// Sessions begun so far.
     sessions: Cell<u64>,
     names: Rc<UserNames>,
 }
 
 impl Server {
-    /// Makes the control socket, for a group as well where there is one, and that for watchers where it has a place.
+    /// Makes the control socket, for a group as well where one is named, and the watchers' socket
+    /// where it has a path.
     pub(crate) fn bind(control: &Path, group: Option<Group>, watch: Option<&Path>) -> Result<Self, SocketError> {
         let access = group.map_or(Access::Owner, Access::Group);
-        let control = Door::open(control, access, Rights::All)?;
-        let watch = watch.map(|path| Door::open(path, Access::Watchers, Rights::Watch));
+        let control = Listener::bind(control, access, Rights::All)?;
+        let watch = watch.map(|path| Listener::bind(path, Access::Watchers, Rights::Watch));
         Ok(Self {
             control,
             watch: watch.transpose()?,
@@ -68,40 +69,40 @@ impl Server {
 
     /// Where the watchers' socket is.
     pub(crate) fn watch_path(&self) -> Option<&Path> {
-        self.watch.as_ref().map(|door| door.socket.path())
+        self.watch.as_ref().map(|listener| listener.socket.path())
     }
 
-    /// What keeps those whom the sockets are for from reaching them.
+    /// What keeps the clients that the sockets are for from reaching them.
     pub(crate) fn problems(&self) -> impl Iterator<Item = Problem> {
         [Some(&self.control), self.watch.as_ref()]
             .into_iter()
             .flatten()
-            .filter_map(|door| door.socket.problem())
+            .filter_map(|listener| listener.socket.problem())
     }
 
     /// Serves clients for ever. Within a `LocalSet`.
     pub(crate) async fn serve(&self, rig: Rc<RigHandle>) {
         let watching = async {
             match &self.watch {
-                Some(door) => self.welcome(door, &rig).await,
+                Some(listener) => self.accept(listener, &rig).await,
                 None => std::future::pending().await,
             }
         };
-        tokio::join!(self.welcome(&self.control, &rig), watching);
+        tokio::join!(self.accept(&self.control, &rig), watching);
     }
 
-    async fn welcome(&self, door: &Door, rig: &Rc<RigHandle>) {
+    async fn accept(&self, listener: &Listener, rig: &Rc<RigHandle>) {
         loop {
-            // Those who are in come first: taken in as fast as they knock, a crowd at the door would keep a stop waiting.
+            // Connected clients come first: a crowd that connects would otherwise delay a stop.
             tokio::task::yield_now().await;
-            let Ok((stream, _)) = door.socket.listener.accept().await else {
+            let Ok((stream, _)) = listener.socket.listener.accept().await else {
                 // Out of descriptors, most likely: let a client go before the next try.
                 tokio::time::sleep(Duration::from_millis(100)).await;
                 continue;
             };
-            let connected = door.clients.get();
-            if !door.socket.access.admits(&stream) {
-                let error = WireError::new(ErrorCode::NotPermitted, door.socket.access.who());
+            let connected = listener.clients.get();
+            if !listener.socket.access.admits(&stream) {
+                let error = WireError::new(ErrorCode::NotPermitted, listener.socket.access.who());
                 refuse(&stream, &error);
                 continue;
             }
@@ -111,11 +112,11 @@ impl Server {
                 continue;
             }
             let rights = if connected < MOST_CLIENTS {
-                door.rights
+                listener.rights
             } else {
                 Rights::Stop
             };
-            let place = Place::take(&door.clients, rig);
+            let place = Place::take(&listener.clients, rig);
             let (number, names) = (self.sessions.get() + 1, Rc::clone(&self.names));
             self.sessions.set(number);
             tokio::task::spawn_local(serve(stream, place, number, rights, names));
@@ -123,7 +124,7 @@ impl Server {
     }
 }
 
-/// Talks to one client until it goes.
+/// Serves one client until it closes its connection.
 async fn serve(stream: UnixStream, place: Place, number: u64, rights: Rights, names: Rc<UserNames>) {
     let session = format!("{}-{number}", std::process::id());
     let Some(peer) = peer_of(&stream, session, &names).await else {
@@ -131,7 +132,7 @@ async fn serve(stream: UnixStream, place: Place, number: u64, rights: Rights, na
     };
     let served = session::run(Rc::clone(&place.rig), stream, number, peer, rights);
     if rights == Rights::Stop {
-        // It has had its chance to stop; nothing is lost with the rest.
+        // It has had time to stop the rig; the rest is dropped.
         drop(tokio::time::timeout(STOPPING_TIME, served).await);
     } else {
         served.await;
@@ -140,16 +141,16 @@ async fn serve(stream: UnixStream, place: Place, number: u64, rights: Rights, na
 
 /// One of the places for clients, given back however its session ends.
 struct Place {
-    at_door: Rc<Cell<usize>>,
+    on_listener: Rc<Cell<usize>>,
     rig: Rc<RigHandle>,
 }
 
 impl Place {
-    fn take(at_door: &Rc<Cell<usize>>, rig: &Rc<RigHandle>) -> Self {
-        at_door.set(at_door.get() + 1);
+    fn take(on_listener: &Rc<Cell<usize>>, rig: &Rc<RigHandle>) -> Self {
+        on_listener.set(on_listener.get() + 1);
         rig.clients().set(rig.clients().get() + 1);
         Self {
-            at_door: Rc::clone(at_door),
+            on_listener: Rc::clone(on_listener),
             rig: Rc::clone(rig),
         }
     }
@@ -157,14 +158,14 @@ impl Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
-        self.at_door.set(self.at_door.get() - 1);
+        self.on_listener.set(self.on_listener.get() - 1);
         self.rig.clients().set(self.rig.clients().get() - 1);
     }
 }
 
-/// Tells a client why it is not served. At once: one that is not served must not take anything, not even time.
+/// Tells a client why it is not served, without waiting.
 fn refuse(stream: &UnixStream, error: &WireError) {
     let line = format!("{}\n", json!({ "id": null, "error": error }));
-    // Nothing was sent before, so that there is room; whether it hears or not, it is not served.
+    // Nothing was sent before, so there is room.
     rustix::net::send(stream, line.as_bytes(), SendFlags::DONTWAIT | SendFlags::NOSIGNAL).unwrap_or_default();
 }

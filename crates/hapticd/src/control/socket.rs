@@ -1,4 +1,5 @@
-//! A socket in the file system, made so that nobody can use it before its mode is right, and nobody beyond that later.
+//! A socket in the file system, made so that nobody can use it before its mode is right, and nobody
+//! beyond that later.
 //!
 //! | socket | directory made | socket | admitted |
 //! |---|---|---|---|
@@ -6,8 +7,8 @@
 //! | control with `--socket-group` | 0750 and the group | 0660 and the group | these and the members of the group |
 //! | `--watch-socket` | 0755 | 0666 | whoever can reach it |
 //!
-//! A directory that exists is left as it is. Whom the control socket admits is asked of the kernel for every client: a mode that somebody has
-//! changed lets nobody in.
+//! A directory that exists is left as it is. Whom the control socket admits is asked of the kernel
+//! for every client: a mode that somebody has changed lets nobody in.
 
 use crate::control::peer::is_member;
 use haptic_ipc::Problem;
@@ -255,7 +256,8 @@ fn missing_directories(path: &Path) -> Vec<&Path> {
         .collect()
 }
 
-/// Takes the lock beside the socket, if nobody has it. The kernel lets it go with the process, however that ends.
+/// Takes the lock beside the socket, if nobody has it. The kernel lets it go with the process,
+/// however that ends.
 fn lock(path: &Path) -> io::Result<Option<File>> {
     let mut name = path.as_os_str().to_owned();
     name.push(".lock");

@@ -22,7 +22,7 @@ pub(super) async fn status(rig: &RigHandle) -> Status {
         scheme: facts.scheme.to_string(),
         velocity_estimator: facts.velocity.to_string(),
         revision: rig.revision(),
-        scene: rig.scene().name,
+        scene: rig.scene().name.clone(),
         command_force_n: newest.map_or(0.0, |record| record.command_force),
         energy_excess_j: newest.map_or(0.0, |record| record.energy_excess),
         device_position_m: newest.map_or(0.0, |record| record.device_position),

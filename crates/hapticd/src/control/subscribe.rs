@@ -3,13 +3,13 @@
 use crate::control::RigHandle;
 use crate::telemetry::feed::{Line, Subscription};
 use haptic_ipc::quantity::number;
-use haptic_ipc::{BATCH_MS, ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
+use haptic_ipc::{ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc};
 
 const DEFAULT_BATCH_MS: u32 = 10;
-/// Slowest rate of samples; whoever wants fewer can ask for `status`.
+/// Slowest rate of samples; a client that wants fewer asks for `status`.
 const SLOWEST_HZ: f64 = 0.1;
 
 pub(super) fn subscribe(
@@ -37,15 +37,6 @@ pub(super) fn subscribe(
         .within(rate_hz, SLOWEST_HZ, loop_rate_hz, "Hz"));
     }
     let batch_ms = batch_ms.unwrap_or(DEFAULT_BATCH_MS);
-    if !BATCH_MS.contains(&batch_ms) {
-        let (min, max) = (*BATCH_MS.start(), *BATCH_MS.end());
-        return Err(WireError::new(
-            ErrorCode::OutOfRange,
-            format!("batch_ms = {batch_ms} ms is out of range: it must be from {min} to {max} ms"),
-        )
-        .about("batch_ms")
-        .within(batch_ms.into(), min.into(), max.into(), "ms"));
-    }
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -1,4 +1,5 @@
-//! Files that are written whole or not at all: whoever reads one finds what it was before or what it is now.
+//! Files that are written whole or not at all: whoever reads one finds what it was before or what
+//! it is now.
 
 use std::fs::Permissions;
 use std::io::{self, Write};

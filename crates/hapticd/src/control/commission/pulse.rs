@@ -1,5 +1,6 @@
 //! One pulse, from the engagement to the release, and the scene back in its place.
 
+use super::watch;
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
 use haptic_core::pulse::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
@@ -11,7 +12,7 @@ use std::time::{Duration, Instant};
 /// Share of a pulse that each of its edges takes.
 const EDGE: f64 = 0.25;
 
-/// How far the handle may go against the force: in counts of the encoder, and m. A count more or less is none.
+/// How far the handle may go against the force: in counts of the encoder, and m. A count is noise.
 const WRONG_WAY: (f64, f64) = (5.0, 1e-4);
 
 /// Between two looks at the rig.
@@ -23,7 +24,8 @@ const RAMP_GRACE: Duration = Duration::from_secs(1);
 /// What a pulse may take with its way back to rest.
 const LONGEST: Duration = Duration::from_secs(4);
 
-/// A pulse of a force (N) and duration (ms), on an encoder with such a distance between two counts (m).
+/// A pulse of a force (N) and duration (ms), on an encoder with such a distance between two counts
+/// (m).
 pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseShape {
     let duration_s = duration_ms * 1e-3;
     let edge_s = EDGE * duration_s;
@@ -39,8 +41,8 @@ pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseS
     }
 }
 
-/// Takes the force of a pulse away, in the tick that hears of it.
-pub(super) fn let_go(rig: &RigHandle) {
+/// Ends the force of a pulse, in the tick that hears of it.
+pub(super) fn rest(rig: &RigHandle) {
     if let Ok(rest) = Renderer::pulse(PulseShape::REST, rig.facts.period_s()) {
         rig.lend_loop(rest);
     }
@@ -56,16 +58,16 @@ pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission
         .motion
         .as_mut()
         .and_then(|motion| motion.end_pulse(was_interrupted));
-    super::pulse_ended(rig, report, given.err());
+    watch::pulse_ended(rig, report, given.err());
 }
 
 /// Until the handle rests again.
 ///
 /// # Errors
-/// What came in between.
+/// What has interrupted it.
 async fn give(rig: &RigHandle, shape: PulseShape, admission: Admission, stops: u64, by: &Peer) -> Result<(), String> {
     let pulse = Renderer::pulse(shape, rig.facts.period_s()).map_err(|error| error.to_string())?;
-    let_go(rig);
+    rest(rig);
     rig.carry_out(Command::Engage, admission, stops, Some(by))
         .await
         .map_err(|error| error.message)?;
@@ -85,12 +87,13 @@ async fn give(rig: &RigHandle, shape: PulseShape, admission: Admission, stops: u
     .await
 }
 
-/// Looks until something is so, as long as the commissioning goes on and the rig is engaged or about to be.
+/// Waits for a condition, as long as the commissioning goes on and the rig is engaged or about to
+/// be.
 async fn until<T>(rig: &RigHandle, patience: Duration, mut so: impl FnMut(RigState) -> Option<T>) -> Result<T, String> {
     let began = Instant::now();
     loop {
         let state = rig.state();
-        super::look(rig);
+        watch::look(rig);
         let ended = rig
             .commissioning()
             .borrow()
@@ -116,7 +119,7 @@ async fn until<T>(rig: &RigHandle, patience: Duration, mut so: impl FnMut(RigSta
 
 /// Without force, and with the scene that there was.
 async fn take_back(rig: &RigHandle, by: &Peer) {
-    let_go(rig);
+    rest(rig);
     // A rig that is stopped, faulted or disconnected refuses, and has no force.
     rig.carry_out(Command::Release, Admission::NONE, rig.stops(), Some(by))
         .await

@@ -1,8 +1,9 @@
-//! What is kept of a rig that was commissioned: a file for each, by its serial number, written whole or not at all.
+//! What is kept of a rig that was commissioned: one file a rig, by its serial number, written whole
+//! or not at all.
 //!
-//! A disk may take its time and a mount may hang: both happen [aside](Aside), on one thread, for which nothing waits longer than [`PATIENCE`].
+//! A disk may take its time and a mount may hang: both happen [aside](Aside), on one thread, for
+//! which nothing waits longer than [`PATIENCE`].
 
-use crate::control::RigHandle;
 use crate::control::aside::Aside;
 use crate::control::connected::Device;
 use crate::control::whole_file;
@@ -16,7 +17,7 @@ use std::time::{Duration, Instant};
 /// How long a disk may take.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// How old the knowledge that is only shown may be.
+/// How old the answer for a status line may be.
 const FRESH: Duration = Duration::from_secs(1);
 
 /// The largest file that is read, bytes.
@@ -25,7 +26,8 @@ const LARGEST: u64 = 64 * 1024;
 /// Letters of a rig's key in the name of its file.
 const LONGEST_NAME: usize = 150;
 
-/// A rig's counts agree when their distances differ by no more than this share: they travel as numbers of 32 bits.
+/// A rig's counts agree when their distances differ by no more than this share: they travel as
+/// numbers of 32 bits.
 const SAME_RESOLUTION: f64 = 1e-6;
 
 /// What was found.
@@ -95,26 +97,44 @@ impl Records {
         let (of, at, known) = shown.as_ref()?;
         (*of == connection && at.elapsed() < FRESH).then(|| known.clone())
     }
-}
 
-/// Whether a rig was commissioned, and is as it was then; as it may have been known a moment ago, for somebody who only looks.
-pub(in crate::control) async fn known(rig: &RigHandle, device: &Device, only_looks: bool) -> Known {
-    let records = rig.records();
-    if only_looks && let Some(known) = records.fresh(device.connection) {
-        return known;
+    /// Whether a rig was commissioned, and is as it was then. The answer for a status line may be a
+    /// moment old.
+    pub(in crate::control) async fn known(&self, state_dir: &Path, device: &Device, only_looks: bool) -> Known {
+        if only_looks && let Some(known) = self.fresh(device.connection) {
+            return known;
+        }
+        let path = path_of(state_dir, &device.rig.key);
+        let asked = path.clone();
+        let known = match self.run(move || read(&asked)).await {
+            Ok(None) => Known::Not("it was never commissioned".to_owned()),
+            Ok(Some(record)) => difference(&record, device).map_or(Known::Commissioned, Known::Not),
+            Err(why) => Known::Not(format!(
+                "whether it was commissioned cannot be read: {}: {why}",
+                path.display()
+            )),
+        };
+        *self.shown.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
+        known
     }
-    let path = path_of(&rig.facts.state_dir, &device.rig.key);
-    let asked = path.clone();
-    let known = match records.run(move || read(&asked)).await {
-        Ok(None) => Known::Not("it was never commissioned".to_owned()),
-        Ok(Some(record)) => difference(&record, device).map_or(Known::Commissioned, Known::Not),
-        Err(why) => Known::Not(format!(
-            "whether it was commissioned cannot be read: {}: {why}",
-            path.display()
-        )),
-    };
-    *records.shown.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
-    known
+
+    /// Keeps what was found; returns its file.
+    ///
+    /// # Errors
+    /// It cannot be written, or not in time.
+    pub(super) async fn store(&self, state_dir: &Path, record: Record) -> Result<PathBuf, WireError> {
+        let path = path_of(state_dir, &record.rig);
+        let to = path.clone();
+        let written = self.run(move || write(&to, &record)).await;
+        *self.shown.borrow_mut() = None;
+        match written {
+            Ok(()) => Ok(path),
+            Err(why) => Err(WireError::new(
+                ErrorCode::StateFile,
+                format!("{}: {why}; --state-dir names another place", path.display()),
+            )),
+        }
+    }
 }
 
 /// In what a rig differs from what it was when it was commissioned.
@@ -139,24 +159,6 @@ fn difference(record: &Record, device: &Device) -> Option<String> {
         ));
     }
     None
-}
-
-/// Keeps what was found; where.
-///
-/// # Errors
-/// It cannot be written, or not in time.
-pub(super) async fn store(rig: &RigHandle, record: Record) -> Result<PathBuf, WireError> {
-    let path = path_of(&rig.facts.state_dir, &record.rig);
-    let to = path.clone();
-    let written = rig.records().run(move || write(&to, &record)).await;
-    *rig.records().shown.borrow_mut() = None;
-    match written {
-        Ok(()) => Ok(path),
-        Err(why) => Err(WireError::new(
-            ErrorCode::StateFile,
-            format!("{}: {why}; --state-dir names another place", path.display()),
-        )),
-    }
 }
 
 fn read(path: &Path) -> Result<Option<Record>, String> {
@@ -185,7 +187,8 @@ fn write(path: &Path, record: &Record) -> Result<(), String> {
         .map_err(|error| error.to_string())
 }
 
-/// The file of a rig. Its key may hold anything that a device says of itself: what is no plain letter is written as a number.
+/// The file of a rig. Its key may hold anything that a device says of itself: a byte that is not a
+/// plain letter is written as a number.
 fn path_of(state_dir: &Path, key: &str) -> PathBuf {
     let mut name = String::new();
     for byte in key.bytes() {

@@ -1,0 +1,184 @@
+//! The fields that a condition can compare, and the values of each.
+
+use crate::watch;
+use haptic_core::ParameterKey;
+use haptic_core::friction::LAWS;
+use haptic_core::parameters::TABLE;
+use haptic_ipc::{RigState, Sample, TimingWindow, meant_or_semicolon};
+use std::str::FromStr;
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Field {
+    State,
+    Scene,
+    Law,
+    Sample(usize),
+    Count(usize),
+    Parameter(ParameterKey),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    State(RigState),
+    Word(String),
+    Number(f64),
+}
+
+/// A name, and how its number is read.
+type Column<T> = (&'static str, fn(&T) -> f64);
+
+/// The columns of a sample that are numbers.
+#[expect(clippy::cast_precision_loss, reason = "counts and durations below 2^53")]
+pub(super) const COLUMNS: [Column<Sample>; 13] = [
+    ("tick", |sample| sample.tick as f64),
+    ("t_s", |sample| sample.t_s),
+    ("contact", |sample| f64::from(sample.contact)),
+    ("device_position_m", |sample| sample.device_position_m),
+    ("device_velocity_mps", |sample| sample.device_velocity_mps),
+    ("block_position_m", |sample| sample.block_position_m),
+    ("block_velocity_mps", |sample| sample.block_velocity_mps),
+    ("coupling_force_N", |sample| sample.coupling_force_n),
+    ("command_force_N", |sample| sample.command_force_n),
+    ("revision", |sample| sample.revision as f64),
+    ("wake_latency_ns", |sample| sample.wake_latency_ns as f64),
+    ("tick_ns", |sample| sample.tick_ns as f64),
+    ("device_round_trip_ns", |sample| sample.device_round_trip_ns as f64),
+];
+
+/// The place of the revision in [`COLUMNS`]; the state event has it as well.
+pub(super) const REVISION: usize = 9;
+
+/// The place of the contact in [`COLUMNS`]; it has words as well.
+const CONTACT: usize = 2;
+
+/// Counts since the loop began, sent once a second.
+#[expect(clippy::cast_precision_loss, reason = "counts below 2^53")]
+pub(super) const COUNTS: [Column<TimingWindow>; 3] = [
+    ("overruns", |timing| timing.overruns as f64),
+    ("missed_periods", |timing| timing.missed_periods as f64),
+    ("telemetry_dropped", |timing| timing.telemetry_dropped as f64),
+];
+
+/// All fields but the parameters, for messages and help.
+pub(crate) fn fields() -> String {
+    let mut names = vec!["state", "scene", "law"];
+    names.extend(COLUMNS.iter().map(|(name, _)| *name));
+    names.extend(COUNTS.iter().map(|(name, _)| *name));
+    names.join(", ")
+}
+
+/// The words that a field can be, as a condition takes them.
+pub(crate) fn words(field: &str) -> Vec<String> {
+    match field {
+        "state" => RigState::ALL.map(|state| state.to_string()).to_vec(),
+        "law" => LAWS.map(str::to_owned).to_vec(),
+        "contact" => contacts()
+            .map(|(word, _)| {
+                if word.contains(' ') {
+                    format!("'{word}'")
+                } else {
+                    word.to_owned()
+                }
+            })
+            .to_vec(),
+        _ => Vec::new(),
+    }
+}
+
+impl FromStr for Field {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "state" => return Ok(Self::State),
+            "scene" => return Ok(Self::Scene),
+            "law" => return Ok(Self::Law),
+            _ => {}
+        }
+        if let Some(column) = COLUMNS.iter().position(|(column, _)| *column == name) {
+            return Ok(Self::Sample(column));
+        }
+        if let Some(count) = COUNTS.iter().position(|(count, _)| *count == name) {
+            return Ok(Self::Count(count));
+        }
+        name.parse().map(Self::Parameter).map_err(|_| {
+            let fields = fields();
+            let parameters = TABLE.iter().flat_map(|row| [row.name, row.symbol]);
+            let known: Vec<&str> = fields.split(", ").chain(parameters).collect();
+            format!(
+                "there is no field `{name}`{} there are {fields}, and the parameters of the scene by name or symbol",
+                meant_or_semicolon(name, &known)
+            )
+        })
+    }
+}
+
+/// The unit of a column or count, which its name ends with; empty where it is a bare number.
+fn unit(name: &str) -> &'static str {
+    const UNITS: [(&str, &str); 5] = [("_m", "m"), ("_mps", "m/s"), ("_N", "N"), ("_s", "s"), ("_ns", "ns")];
+    UNITS
+        .iter()
+        .find(|(ending, _)| name.ends_with(ending))
+        .map_or("", |(_, unit)| unit)
+}
+
+/// The words for a contact, with the numbers that a sample has for them.
+fn contacts() -> [(&'static str, i8); 3] {
+    [0, 1, -1].map(|direction| (watch::contact(direction), direction))
+}
+
+impl Field {
+    pub(super) fn value(self, name: &str, word: &str) -> Result<Value, String> {
+        match self {
+            Self::State => RigState::ALL
+                .into_iter()
+                .find(|state| state.to_string() == word)
+                .map(Value::State)
+                .ok_or_else(|| {
+                    let states = RigState::ALL.map(|state| state.to_string());
+                    let known: Vec<&str> = states.iter().map(String::as_str).collect();
+                    format!(
+                        "state = `{word}`: there is no such state{} there are {}",
+                        meant_or_semicolon(word, &known),
+                        known.join(", ")
+                    )
+                }),
+            Self::Law if !LAWS.contains(&word) => Err(format!(
+                "law = `{word}`: there is no such law{} there are {}",
+                meant_or_semicolon(word, &LAWS),
+                LAWS.join(", ")
+            )),
+            Self::Scene | Self::Law => Ok(Value::Word(word.to_owned())),
+            // Units are accepted here as well.
+            Self::Parameter(_) => crate::units::value(name, word).map(Value::Number),
+            Self::Sample(CONTACT) if contacts().iter().any(|(known, _)| *known == word) => {
+                let found = contacts().into_iter().find(|(known, _)| *known == word);
+                Ok(Value::Number(found.map_or(0.0, |(_, direction)| direction.into())))
+            }
+            Self::Sample(CONTACT) => word
+                .parse()
+                .ok()
+                .filter(|number: &f64| number.is_finite())
+                .map(Value::Number)
+                .ok_or_else(|| {
+                    let words = contacts().map(|(word, _)| format!("`{word}`")).join(", ");
+                    format!("{name} = `{word}` is not a finite number, nor one of {words}")
+                }),
+            Self::Sample(_) | Self::Count(_) => crate::units::value_in(name, word, unit(name)).map(Value::Number),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_ipc::SAMPLE_COLUMNS;
+
+    #[test]
+    fn every_column_of_a_sample_is_a_field() {
+        for column in SAMPLE_COLUMNS {
+            assert!(fields().split(", ").any(|field| field == *column), "{column}");
+        }
+        assert_eq!((COLUMNS[REVISION].0, COLUMNS[CONTACT].0), ("revision", "contact"));
+    }
+}

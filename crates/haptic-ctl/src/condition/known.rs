@@ -1,0 +1,183 @@
+//! Whether a condition holds, by the events so far.
+
+use super::comparison::{Comparison, Condition};
+use super::field::{COLUMNS, COUNTS, Field, REVISION};
+
+use haptic_core::Directional;
+use haptic_ipc::{Event, Sample, StateEvent, TimingWindow, Topic};
+
+/// The newest state, sample and counts, from the events so far.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Known {
+    pub(crate) state: Option<StateEvent>,
+    sample: Option<Sample>,
+    counts: Option<TimingWindow>,
+}
+
+impl Known {
+    /// Takes in an event; says whether the condition holds after it, or after any sample in it. A
+    /// comparison with an unknown field does not hold.
+    pub(crate) fn take(&mut self, event: Event, condition: &Condition) -> bool {
+        match event {
+            Event::State(state) => self.state = Some(state),
+            Event::Timing(timing) => self.counts = Some(timing.since_start),
+            Event::Samples(samples) => {
+                return samples.rows.into_iter().any(|row| {
+                    self.sample = Some(row);
+                    self.fulfils(condition)
+                });
+            }
+            Event::Log(_) | Event::Unknown => return false,
+        }
+        self.fulfils(condition)
+    }
+
+    /// Whether all fields of the condition are known, and the rig's state.
+    pub(crate) fn is_enough_for(&self, condition: &Condition) -> bool {
+        self.state.is_some()
+            && condition.topics().iter().all(|topic| match topic {
+                Topic::Samples => self.sample.is_some(),
+                Topic::Timing => self.counts.is_some(),
+                Topic::State | Topic::Log => true,
+            })
+    }
+
+    /// The newest tick that is known.
+    pub(crate) fn tick(&self) -> Option<u64> {
+        let of_state = self.state.as_ref().map(|state| state.tick);
+        of_state.max(self.sample.map(|sample| sample.tick))
+    }
+
+    fn fulfils(&self, condition: &Condition) -> bool {
+        condition
+            .comparisons
+            .iter()
+            .all(|comparison| self.holds(comparison).unwrap_or(false))
+    }
+
+    fn holds(&self, comparison: &Comparison) -> Option<bool> {
+        let state = self.state.as_ref();
+        match comparison.field {
+            // A sample's state and revision are those of its own tick, so that a condition is
+            // judged at one moment.
+            Field::State => {
+                let found = self
+                    .sample
+                    .map(|sample| sample.state)
+                    .or(state.map(|state| state.state))?;
+                Some(comparison.word_holds(&found.to_string()))
+            }
+            Field::Sample(REVISION) if self.sample.is_none() => {
+                #[expect(clippy::cast_precision_loss, reason = "a count below 2^53")]
+                let revision = state?.revision as f64;
+                Some(comparison.number_holds(revision))
+            }
+            Field::Scene => Some(comparison.word_holds(&state?.scene)),
+            Field::Law => Some(comparison.word_holds(&state?.law)),
+            Field::Sample(column) => Some(comparison.number_holds(COLUMNS[column].1(&self.sample?))),
+            Field::Count(count) => Some(comparison.number_holds(COUNTS[count].1(self.counts.as_ref()?))),
+            Field::Parameter(key) => {
+                let found: &Directional = state?.params.get(key.parameter.info().name)?;
+                Some(match key.direction {
+                    Some(direction) => comparison.number_holds(found.get(direction)),
+                    None => comparison.number_holds(found.positive) && comparison.number_holds(found.negative),
+                })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_ipc::{RigState, SamplesEvent};
+
+    fn state(state: RigState, revision: u64) -> Event {
+        let mut scene = haptic_core::Scene::paper();
+        scene.name = "steel and ice".into();
+        Event::State(StateEvent {
+            state,
+            fault: None,
+            tick: 5,
+            revision,
+            scene: scene.name.clone(),
+            law: "karnopp".into(),
+            params: haptic_ipc::params_of(&scene),
+            undo_depth: 0,
+            redo_depth: 0,
+        })
+    }
+
+    fn sample(position: f64, contact: i8) -> Sample {
+        Sample {
+            tick: 9,
+            t_s: 0.009,
+            state: RigState::Engaged,
+            contact,
+            device_position_m: position,
+            device_velocity_mps: 0.0,
+            block_position_m: 0.0,
+            block_velocity_mps: 0.0,
+            coupling_force_n: 0.0,
+            command_force_n: 0.0,
+            revision: 42,
+            wake_latency_ns: 0,
+            tick_ns: 0,
+            device_round_trip_ns: 0,
+            ..Sample::default()
+        }
+    }
+
+    fn condition(text: &str) -> Condition {
+        text.parse().unwrap_or_else(|error| panic!("{text}: {error}"))
+    }
+
+    #[test]
+    fn a_condition_holds_when_all_of_it_does() {
+        let after = |event: Event, text: &str| Known::default().take(event, &condition(text));
+        for (text, holds) in [
+            ("state=engaged", true),
+            ("state == engaged", true),
+            ("state!=engaged", false),
+            ("state=engaged and revision>=42", true),
+            ("state=engaged and revision>42", false),
+            ("state = engaged and revision <= 42 and revision < 43", true),
+            ("scene='steel and ice'", true),
+            ("scene=\"steel and ice\" and law=karnopp", true),
+            ("scene!='steel and ice'", false),
+            ("mass=0.5", true),
+            ("mass=500g and M<1", true),
+            ("Fs>=4 and Fs+=4N", true),
+            ("Fs->4", false),
+            ("stribeck_velocity>=0", true),
+            ("contact_stiffness>0", false),
+        ] {
+            assert_eq!(after(state(RigState::Engaged, 42), text), holds, "{text}");
+        }
+    }
+
+    #[test]
+    fn any_sample_of_a_batch_fulfils_it() {
+        let batch = || {
+            Event::Samples(SamplesEvent {
+                seq: 0,
+                dropped: 0,
+                rows: vec![sample(0.0, 0), sample(0.02, 1), sample(0.0, -1)],
+            })
+        };
+        for (text, holds) in [
+            ("device_position_m>0.01", true),
+            ("device_position_m>0.01 and contact=1", true),
+            ("device_position_m>0.01 and contact=0", false),
+            ("contact=-1", true),
+            ("device_position_m>1cm and contact='slides +'", true),
+            ("device_position_m>=20mm", true),
+            ("device_position_m>3cm", false),
+            ("t_s<10ms and contact!=stuck", true),
+            ("state=engaged and contact=-1", true),
+            ("overruns=0", false),
+        ] {
+            assert_eq!(Known::default().take(batch(), &condition(text)), holds, "{text}");
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! The limits of this user, and the processors.
+
+use super::check::Check;
+use haptic_ipc::Status;
+use rustix::process::{Resource, getrlimit};
+
+/// Priority of the real-time thread by default.
+const FIFO_PRIORITY: u64 = 80;
+
+/// The limits of a daemon that this user starts. A running daemon that has them already, as a
+/// service does, passes.
+pub(super) fn limits(status: Option<&Status>) -> Vec<Check> {
+    let real_time = status.map(|status| &status.real_time);
+    let person = rustix::process::geteuid().as_raw();
+    let fix = |what: &str| {
+        format!(
+            "`echo '{} - {what}' | sudo tee -a /etc/security/limits.d/hapticd.conf`, and log in again",
+            limited(person)
+        )
+    };
+    let is_root = person == 0;
+    let priority = getrlimit(Resource::Rtprio).current;
+    let memory = getrlimit(Resource::Memlock).current;
+    let shown = |limit: Option<u64>| limit.map_or_else(|| "unlimited".to_owned(), |limit| limit.to_string());
+    let priority_text = format!("RLIMIT_RTPRIO is {} for this user", shown(priority));
+    let memory_text = match memory {
+        None => "RLIMIT_MEMLOCK is unlimited for this user".to_owned(),
+        Some(bytes) => format!("RLIMIT_MEMLOCK is {} KiB for this user", bytes / 1024),
+    };
+    let has_priority = real_time.is_some_and(|thread| thread.fifo_priority.is_some() || thread.deadline_scheduled);
+    let has_memory = real_time.is_some_and(|thread| thread.memory_locked);
+    vec![
+        limit(
+            "priority limit",
+            priority_text,
+            priority.is_none_or(|limit| limit >= FIFO_PRIORITY),
+            is_root,
+            has_priority.then_some("its priority"),
+            fix(&format!("rtprio {FIFO_PRIORITY}")),
+        ),
+        limit(
+            "memory limit",
+            memory_text,
+            memory.is_none(),
+            is_root,
+            has_memory.then_some("its memory locked"),
+            fix("memlock unlimited"),
+        ),
+    ]
+}
+
+/// A user as the system's file of limits takes it: a name, or a range of numbers.
+fn limited(uid: u32) -> String {
+    let user = nix::unistd::User::from_uid(uid.into()).ok().flatten();
+    user.map_or_else(|| format!("{uid}:{uid}"), |user| user.name)
+}
+
+/// A limit, which may be low for a reason.
+fn limit(
+    check: &'static str,
+    found: String,
+    is_enough: bool,
+    is_root: bool,
+    daemon_has: Option<&str>,
+    fix: String,
+) -> Check {
+    match daemon_has {
+        _ if is_enough => Check::ok(check, found),
+        Some(what) => Check::ok(check, format!("{found}, and the daemon has {what} all the same")),
+        None if is_root => Check::ok(check, format!("{found}, which does not bind root")),
+        None => Check::warn(check, found, fix),
+    }
+}
+
+pub(super) fn governor() -> Check {
+    let Ok(processors) = std::fs::read_dir("/sys/devices/system/cpu") else {
+        return Check::skip("governor", "this system does not say");
+    };
+    let mut governors: Vec<String> = processors
+        .filter_map(|entry| std::fs::read_to_string(entry.ok()?.path().join("cpufreq/scaling_governor")).ok())
+        .map(|text| text.trim().to_owned())
+        .collect();
+    governors.sort();
+    governors.dedup();
+    if governors.is_empty() {
+        return Check::skip(
+            "governor",
+            "this system does not tell how it scales its processors' frequency",
+        );
+    }
+    let found = governors.join(", ");
+    if governors == ["performance"] {
+        Check::ok("governor", found)
+    } else {
+        Check::warn(
+            "governor",
+            format!("{found}: a processor that has slowed down wakes up late"),
+            "`echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor`",
+        )
+    }
+}
+
+/// Whether the real-time thread's processor is kept free of other work.
+pub(super) fn isolation(status: Option<&Status>) -> Check {
+    let list = |name: &str| {
+        let text = std::fs::read_to_string(format!("/sys/devices/system/cpu/{name}")).unwrap_or_default();
+        processors(text.trim())
+    };
+    let (isolated, tickless) = (list("isolated"), list("nohz_full"));
+    let Some(status) = status else {
+        return Check::skip(
+            "isolation",
+            "without a daemon there is no real-time thread to keep a processor for",
+        );
+    };
+    let Some(cpu) = status.real_time.cpu else {
+        return Check::skip(
+            "isolation",
+            "the real-time thread is pinned to no processor that could be kept for it",
+        );
+    };
+    if isolated.contains(&cpu) && tickless.contains(&cpu) {
+        return Check::ok("isolation", format!("processor {cpu} is kept for the real-time thread"));
+    }
+    Check::warn(
+        "isolation",
+        format!("other work may run on processor {cpu}, where the real-time thread is"),
+        format!(
+            "boot with the kernel parameters `isolcpus={cpu} nohz_full={cpu}`; where GRUB is the boot loader, add them to GRUB_CMDLINE_LINUX in \
+             /etc/default/grub, then `sudo update-grub` (Fedora: `sudo grub2-mkconfig -o /boot/grub2/grub.cfg`) and `sudo reboot`"
+        ),
+    )
+}
+
+/// Reads the kernel's lists, such as `1,4-6`.
+fn processors(list: &str) -> Vec<usize> {
+    list.split(',')
+        .filter_map(|part| {
+            let (first, last) = part.split_once('-').unwrap_or((part, part));
+            Some(first.trim().parse().ok()?..=last.trim().parse().ok()?)
+        })
+        .flatten()
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::doctor::check::Level;
+
+    #[test]
+    fn the_kernels_lists_are_read() {
+        assert_eq!(processors("1,4-6"), [1, 4, 5, 6]);
+        assert_eq!(processors("3"), [3]);
+        assert!(processors("").is_empty());
+        assert!(processors("(null)").is_empty());
+    }
+
+    #[test]
+    fn a_low_limit_is_in_order_for_a_reason_that_is_told() {
+        let check = |root, has| {
+            limit(
+                "priority limit",
+                "it is 0".to_owned(),
+                false,
+                root,
+                has,
+                "fix".to_owned(),
+            )
+        };
+        assert!(check(true, None).found.contains("root"));
+        assert!(
+            check(false, Some("its priority"))
+                .found
+                .contains("the daemon has its priority all the same")
+        );
+        assert_eq!(check(false, None).level, Level::Warn);
+        assert_eq!(limited(0), "root");
+        assert_eq!(limited(4_000_000_001), "4000000001:4000000001");
+    }
+
+    #[test]
+    fn isolation_is_skipped_without_a_daemon() {
+        assert_eq!(isolation(None).level, Level::Skip);
+    }
+}

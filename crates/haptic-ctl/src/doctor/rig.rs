@@ -1,0 +1,120 @@
+//! The state of the rig, its link, the real-time thread and the devices, as the daemon tells them.
+
+use super::check::Check;
+use haptic_ipc::{DevicesReply, LinkCounts, Problem, RigState, Status};
+
+pub(super) fn rig(status: &Status) -> Vec<Check> {
+    let device = &status.device;
+    let what = format!("{}, {}", status.state, device.description);
+    let state = match status.state {
+        RigState::Faulted => {
+            let why = status.fault.as_deref().unwrap_or("for no known reason");
+            Check::warn("rig", format!("{what}: {why}"), "`haptic-ctl reset`")
+        }
+        RigState::Stopped => Check::warn("rig", what, "`haptic-ctl reset`"),
+        RigState::Disconnected => {
+            let why = device.link.as_ref().and_then(|link| link.waiting.clone());
+            Check::fail(
+                "rig",
+                format!("{what}: {}", why.unwrap_or_else(|| "it does not answer".to_owned())),
+                "plug it in, and see `haptic-ctl devices`",
+            )
+        }
+        _ => Check::ok("rig", what),
+    };
+    let mut checks = vec![state];
+    checks.extend(device.link.as_ref().map(|link| self::link(&link.counts, status.state)));
+    checks.extend(device.engage_refused.iter().map(refused));
+    checks
+}
+
+/// A reason why the rig would not engage.
+fn refused(problem: &Problem) -> Check {
+    Check::fail("engage", problem.what.clone(), problem.remedy.clone())
+}
+
+/// The quality of the link.
+fn link(counts: &LinkCounts, state: RigState) -> Check {
+    let found = format!(
+        "{} samples, {} lost, {} late, {} with a bad CRC, {} malformed",
+        counts.samples, counts.lost, counts.late, counts.bad_crc, counts.malformed
+    );
+    // One in a thousand is felt.
+    let many = |count: u64| count * 1000 > counts.samples;
+    if many(counts.lost + counts.bad_crc + counts.malformed) {
+        return Check::warn(
+            "link",
+            found,
+            "try another cable and another port; `haptic-ctl status` shows whether it helped",
+        );
+    }
+    if many(counts.late) {
+        return Check::warn(
+            "link",
+            found,
+            "give the rig a port without a hub, and see above whether the real-time thread has what it needs; `haptic-ctl status` shows whether it helped",
+        );
+    }
+    match state {
+        RigState::Disconnected => Check::skip(
+            "link",
+            format!("nothing comes while the rig is disconnected; so far {found}"),
+        ),
+        _ if counts.samples == 0 => {
+            Check::warn("link", "no sample has come yet", "see `haptic-ctl status` in a second")
+        }
+        _ => Check::ok("link", found),
+    }
+}
+
+/// The scheduling of the real-time thread, and what it lacks.
+pub(super) fn thread(status: &Status) -> Vec<Check> {
+    let thread = &status.real_time;
+    if thread.problems.is_empty() {
+        let found = format!("{}, {}, {}", thread.scheduling(), thread.place(), thread.memory());
+        return vec![Check::ok("real-time thread", found)];
+    }
+    thread
+        .problems
+        .iter()
+        .map(|problem| Check::warn("real-time thread", problem.what.clone(), problem.remedy.clone()))
+        .collect()
+}
+
+pub(super) fn devices(found: &DevicesReply) -> Vec<Check> {
+    if found.devices.is_empty() {
+        return vec![Check::ok("devices", "no serial line and no HID device is plugged in")];
+    }
+    found
+        .devices
+        .iter()
+        .map(|device| match &device.problem {
+            Some(problem) => Check::warn(
+                "device",
+                format!("{}: {}", device.address, problem.what),
+                problem.remedy.clone(),
+            ),
+            None if device.in_use => Check::ok("device", format!("{} is in use by the daemon", device.address)),
+            None => Check::ok("device", format!("{} can be opened", device.address)),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::doctor::check::Level;
+
+    #[test]
+    fn one_lost_or_late_sample_in_a_thousand_is_a_warning() {
+        let counts = |samples, late| LinkCounts {
+            samples,
+            late,
+            ..LinkCounts::default()
+        };
+        assert_eq!(link(&counts(0, 0), RigState::Disconnected).level, Level::Skip);
+        assert_eq!(link(&counts(0, 0), RigState::Idle).level, Level::Warn);
+        assert_eq!(link(&counts(100_000, 99), RigState::Idle).level, Level::Ok);
+        assert_eq!(link(&counts(100_000, 101), RigState::Idle).level, Level::Warn);
+    }
+}

@@ -1,0 +1,132 @@
+//! Whether the daemon answers at its socket.
+
+use super::check::Check;
+use crate::failure::Failure;
+use haptic_ipc::{ClientError, ErrorCode, Rights, socket_path};
+use std::path::Path;
+
+pub(super) fn version(server: &str) -> Check {
+    let own = env!("CARGO_PKG_VERSION");
+    let theirs = server.rsplit(' ').next().unwrap_or(server);
+    let found = format!(
+        "{server}, haptic-ctl {own}, both of protocol {}",
+        haptic_ipc::PROTOCOL_VERSION
+    );
+    if theirs == own {
+        Check::ok("version", found)
+    } else {
+        Check::warn(
+            "version",
+            found,
+            "install both from one release, then `sudo systemctl restart hapticd`",
+        )
+    }
+}
+
+/// Whether the socket is served.
+pub(super) fn served(path: &Path, rights: Rights) -> Check {
+    let path = path.display();
+    match rights {
+        Rights::Watch => Check::ok(
+            "socket",
+            format!("{path} is served; it is the watchers' socket, on which one may look and stop, and no more"),
+        ),
+        Rights::Stop => Check::warn(
+            "socket",
+            format!("{path} is served, but has no place left"),
+            CLOSE_A_CLIENT,
+        ),
+        Rights::All | Rights::Unknown => Check::ok("socket", format!("{path} is served")),
+    }
+}
+
+const CLOSE_A_CLIENT: &str = "close a client, such as a panel or a `haptic-ctl top`: `pgrep -a haptic` lists them";
+
+/// The fix for a failure of the conversation itself.
+pub(super) fn fix(failure: &Failure) -> String {
+    let refused = match failure {
+        Failure::Client(ClientError::Refused(error)) => Some(error.code),
+        _ => None,
+    };
+    match refused {
+        Some(ErrorCode::TooManyClients) => CLOSE_A_CLIENT.to_owned(),
+        Some(ErrorCode::NotPermitted) => "the check of the permission says how to get it".to_owned(),
+        _ => "restart it, which takes the force away: `sudo systemctl restart hapticd`".to_owned(),
+    }
+}
+
+/// Why the socket does not answer.
+pub(super) fn unreachable(path: &Path, failure: &Failure) -> Check {
+    let Failure::Client(error) = failure else {
+        return Check::fail("socket", failure.to_string(), fix(failure));
+    };
+    match error {
+        ClientError::Permission { .. } => Check::fail(
+            "socket",
+            error.to_string(),
+            "the check of the permission says how to get it",
+        ),
+        ClientError::NoDaemon { source, .. } if path.exists() => Check::fail(
+            "socket",
+            format!("{} is there, but nobody listens: {source}", path.display()),
+            "the daemon has died; start it: `sudo systemctl start hapticd`, or `hapticd --demo` to try it without a rig",
+        ),
+        ClientError::NoDaemon { .. } => {
+            let looked: Vec<String> = socket_path::Surroundings::of_process()
+                .candidates()
+                .iter()
+                .map(|path| path.display().to_string())
+                .collect();
+            Check::fail(
+                "socket",
+                format!(
+                    "{} is not there (without --socket these are tried: {})",
+                    path.display(),
+                    looked.join(", ")
+                ),
+                "start a daemon: `hapticd --demo` to try it without a rig, `sudo systemctl start hapticd` for the service",
+            )
+        }
+        ClientError::Version { .. } => Check::fail(
+            "version",
+            error.to_string(),
+            "install both from one release, then `sudo systemctl restart hapticd`",
+        ),
+        _ => Check::fail("socket", error.to_string(), fix(failure)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::doctor::check::Level;
+    use haptic_ipc::WireError;
+
+    #[test]
+    fn a_refusal_is_not_fixed_by_a_restart_that_drops_the_force() {
+        for (code, fixed) in [
+            (ErrorCode::TooManyClients, "close a client"),
+            (ErrorCode::NotPermitted, "permission"),
+        ] {
+            let failure = Failure::from(ClientError::Refused(WireError::new(code, "no")));
+            let check = unreachable(Path::new("/nonexistent"), &failure);
+            let fix = check.fix.expect("a fix");
+            assert!(fix.contains(fixed) && !fix.contains("restart"), "{fix}");
+        }
+        assert!(fix(&Failure::NoAnswer(std::time::Duration::from_secs(5))).contains("takes the force away"));
+    }
+
+    #[test]
+    fn the_watchers_socket_is_told_from_the_control_socket() {
+        let found = |rights| served(Path::new("/run/x.sock"), rights).found;
+        assert!(found(Rights::Watch).contains("the watchers' socket"));
+        assert_eq!(found(Rights::All), "/run/x.sock is served");
+        assert!(found(Rights::Stop).contains("no place left"));
+    }
+
+    #[test]
+    fn another_release_is_only_doubtful_while_the_protocol_is_the_same() {
+        assert_eq!(version(concat!("hapticd ", env!("CARGO_PKG_VERSION"))).level, Level::Ok);
+        assert_eq!(version("hapticd 99.0.0").level, Level::Warn);
+    }
+}

@@ -1,0 +1,65 @@
+//! The value of a parameter: a number, or one for each direction.
+
+use crate::error::WireError;
+use crate::object::{Given, Object};
+use crate::quantity;
+use crate::refusal;
+use haptic_core::parameters::ParameterInfo;
+use haptic_core::{Directional, ParameterKey};
+
+/// Reads the value of the parameter that the field is named after, by name or symbol.
+///
+/// # Errors
+/// It is not a number, nor a pair of them where a pair is allowed.
+pub(crate) fn read(given: &Given<'_>, pair: bool) -> Result<Directional, WireError> {
+    let key = given.name.parse::<ParameterKey>().ok();
+    let info = key.map(|key| key.parameter.info());
+    let unit = info.map_or("1", |info| info.unit);
+    if pair {
+        if let Some(value) = given.json() {
+            return Ok(value);
+        }
+        if let Some(directions) = Object::of(given) {
+            directions.no_field_twice()?;
+            let not_a_number = directions.values().find(|value| value.text.parse::<f64>().is_err());
+            let text = not_a_number.map_or(given.text, |value| value.text);
+            return Err(not_a_value(&Given { text, ..*given }, info));
+        }
+    } else if let Some(value) = given.json::<f64>() {
+        return Ok(Directional::both(value));
+    }
+    if given.text.parse::<f64>().is_err() {
+        return Err(not_a_value(given, info));
+    }
+    let error = refusal::too_large(&given.path(), given.name, given.text, unit);
+    Err(match info {
+        Some(info) => error.within(f64::INFINITY, info.min, info.max, info.unit),
+        None => error,
+    })
+}
+
+fn not_a_value(given: &Given<'_>, info: Option<&ParameterInfo>) -> WireError {
+    let unit = info.map_or("1", |info| info.unit);
+    let mut error = given.is_not(&expected(unit, info.is_some_and(|info| info.directional)));
+    if let Some(meant) = given
+        .json::<String>()
+        .and_then(|text| quantity::parse(&text, unit).ok())
+    {
+        error.message.push_str(&format!("; write {meant}"));
+    }
+    error
+}
+
+/// What a parameter takes.
+pub(crate) fn expected(unit: &str, directional: bool) -> String {
+    let number = if unit == "1" {
+        "a number".to_owned()
+    } else {
+        format!("a number in {unit}")
+    };
+    if directional {
+        format!(r#"{number}, or one for each direction as in {{"positive":5,"negative":3}}"#)
+    } else {
+        number
+    }
+}

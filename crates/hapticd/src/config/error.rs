@@ -1,0 +1,83 @@
+//! What is wrong with an option, by its name, value, limits and unit.
+
+use device_io::fake::MotionError;
+use haptic_core::SceneError;
+use haptic_ipc::regular_file;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Why the daemon cannot start with its options.
+#[derive(Debug, Error)]
+pub(crate) enum ConfigError {
+    #[error("{}: {source}", .path.display())]
+    Read { path: PathBuf, source: std::io::Error },
+    #[error("{}: {source}", .path.display())]
+    Parse {
+        path: PathBuf,
+        source: Box<toml::de::Error>,
+    },
+    #[error("{}: {source}", .path.display())]
+    Scene { path: PathBuf, source: SceneError },
+    #[error(transparent)]
+    StartScene(SceneError),
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    #[error("{}", format!("{name} = {value} {unit} is out of range: it must be from {min} to {max} {unit}").replace("  ", " ").trim_end())]
+    OutOfRange {
+        name: &'static str,
+        value: f64,
+        min: f64,
+        max: f64,
+        unit: &'static str,
+    },
+    #[error("cpu = {cpu} is not available: this process may use the processors {available:?}")]
+    NoSuchCpu { cpu: usize, available: Vec<usize> },
+    #[error(
+        "name the rig: --device serial:/dev/ttyACM0, or --device fake for a simulated one; or try `hapticd --demo`"
+    )]
+    NoDevice,
+    #[error(
+        "socket-group = {0}: there is no such group; make it with `sudo groupadd --system {0}`, and its members with `sudo usermod -aG {0} USER`"
+    )]
+    NoSuchGroup(String),
+    #[error("watch-socket = {} is the control socket: name another place for the watchers", .0.display())]
+    WatchOnControl(PathBuf),
+    #[error("--demo and --self-test run on the built-in fake rig: leave --device out")]
+    OnlyFake,
+}
+
+/// Reads a TOML file.
+pub(super) fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T, ConfigError> {
+    let text = regular_file::read_text(path).map_err(|source| ConfigError::Read {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    toml::from_str(&text).map_err(|source| ConfigError::Parse {
+        path: path.to_path_buf(),
+        source: Box::new(source),
+    })
+}
+
+/// The value given, else the default, if it lies within its range.
+pub(super) fn within(
+    name: &'static str,
+    given: Option<f64>,
+    default: f64,
+    min: f64,
+    max: f64,
+    unit: &'static str,
+) -> Result<f64, ConfigError> {
+    let value = given.unwrap_or(default);
+    // NaN is within nothing.
+    if (min..=max).contains(&value) {
+        Ok(value)
+    } else {
+        Err(ConfigError::OutOfRange {
+            name,
+            value,
+            min,
+            max,
+            unit,
+        })
+    }
+}

@@ -1,0 +1,329 @@
+//! The options of the command line, which are those of the configuration file as well.
+
+use crate::rt::lateness::LatePolicy;
+use clap::{Parser, ValueEnum};
+use device_boards::Address;
+use haptic_core::Scheme;
+use haptic_core::velocity::Method;
+use serde::Deserialize;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Makes a one-axis force-feedback rig feel like a block sliding on a surface.
+///
+/// A pinned real-time thread renders the block; haptic-ctl and haptic-gui control it over the
+/// control socket. Try it without hardware: `hapticd --demo`.
+#[derive(Clone, Debug, Default, Parser, Deserialize)]
+#[command(name = "hapticd", version, max_term_width = 110)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub(crate) struct Options {
+    /// TOML file of options, named as here without the dashes: `rate = 2000`. The command line wins
+    #[arg(long, value_name = "FILE")]
+    #[serde(skip)]
+    pub(crate) config: Option<PathBuf>,
+
+    /// Run on the built-in fake rig, engage at once, and show a live status line
+    #[arg(long)]
+    #[serde(skip)]
+    pub(crate) demo: bool,
+
+    /// Measure how well this machine keeps time: the loop on the fake rig and a bare loop that only
+    /// waits, in turn on the same processor, five turns of 2 s each, or of SECONDS. No socket, no
+    /// clients
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "2",
+        value_parser = clap::value_parser!(u64).range(1..=3600)
+    )]
+    #[serde(skip)]
+    pub(crate) self_test: Option<u64>,
+
+    /// Rig: `fake` is simulated in this process; `serial:/dev/ttyACM0` speaks the link protocol on
+    /// a serial line, at 1000000 baud unless `?baud=N` follows, and `hid:VID:PID[:SERIAL]` on USB
+    /// HID; `haptic-ctl devices` lists them. `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1`
+    /// and `simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05` speak to an
+    /// ODrive and to a SimpleFOC board in their makers' protocols, see docs/adapters.md: never
+    /// tried on a real board
+    #[arg(long, value_name = "DEVICE")]
+    pub(super) device: Option<Named<Address>>,
+
+    /// Path of the control socket [default: $HAPTICD_SOCKET, else hapticd/control.sock in the
+    /// user's runtime directory, else /run/hapticd/control.sock]
+    #[arg(long, value_name = "PATH")]
+    pub(super) socket: Option<PathBuf>,
+
+    /// Group, by name or number, that the control socket serves beside the daemon's own user and
+    /// root [default: none]
+    #[arg(long, value_name = "GROUP")]
+    pub(super) socket_group: Option<String>,
+
+    /// Path of a second socket for watchers: its clients may read everything and stop the rig, and
+    /// nothing else [default: none]
+    #[arg(long, value_name = "PATH")]
+    pub(super) watch_socket: Option<PathBuf>,
+
+    /// Rate of the loop, Hz, from 100 to 20000 [default: 1000]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    pub(super) rate: Option<f64>,
+
+    /// Processor for the real-time thread [default: the last one, where there are several]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(super) cpu: Option<usize>,
+
+    /// Scheduling of the real-time thread: `fifo`, or `deadline`, which guarantees it half of every
+    /// period but does not pin it [default: fifo]
+    #[arg(long, value_name = "POLICY")]
+    pub(super) policy: Option<PolicyName>,
+
+    /// SCHED_FIFO priority of the real-time thread, from 1 to 99 [default: 80]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(super) priority: Option<i64>,
+
+    /// Wake up this long before each tick and spin until it is due, us, from 0 to 1000; at most
+    /// half a period [default: 100 where the thread has a priority and a processor of its own, else
+    /// 0]
+    #[arg(long, value_name = "US", allow_negative_numbers = true)]
+    pub(super) spin_us: Option<f64>,
+
+    /// Keep the processors out of deep sleep, from which they wake up late; costs power [default:
+    /// true]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    pub(super) keep_cpus_awake: Option<bool>,
+
+    /// Policy for missed periods: `warn`, or `fault:N` to take the force away at the Nth within any
+    /// second of force, with N from 1 to 1000 [default: warn]
+    #[arg(long, value_name = "POLICY")]
+    pub(super) late_policy: Option<Named<LatePolicy>>,
+
+    /// Scene to start with, a TOML file [default: the paper's block, 0.5 kg on 4 N of stiction]
+    #[arg(long, value_name = "FILE")]
+    pub(super) scene: Option<PathBuf>,
+
+    /// Directory of saved scenes [default: scenes in the service's state directory, else
+    /// hapticd/scenes in the user's data directory, else /var/lib/hapticd/scenes]
+    #[arg(long, value_name = "DIR")]
+    pub(super) scene_dir: Option<PathBuf>,
+
+    /// Directory of what `haptic-ctl commission` found of rigs [default: the service's state
+    /// directory, else hapticd in the user's state directory, else /var/lib/hapticd]
+    #[arg(long, value_name = "DIR")]
+    pub(super) state_dir: Option<PathBuf>,
+
+    /// Engage a rig that was never commissioned (`haptic-ctl commission`), or has changed since:
+    /// the direction of its motor is unknown [default: false]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    pub(super) uncommissioned: Option<bool>,
+
+    /// Engage a device that does not switch its motor off by itself within 200 ms when hapticd dies
+    /// [default: false]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    pub(super) allow_no_watchdog: Option<bool>,
+
+    /// Integration of the block: `exact`, `literal` as the paper prints it, or `literal:N` with N
+    /// steps a tick [default: exact]
+    #[arg(long, value_name = "SCHEME")]
+    pub(super) scheme: Option<Named<Scheme>>,
+
+    /// Estimator of velocity from positions: finite-difference, low-pass, alpha-beta-gamma,
+    /// foaw-end-fit or foaw-best-fit [default: alpha-beta-gamma]
+    #[arg(long, value_name = "METHOD")]
+    pub(super) velocity: Option<Named<Method>>,
+
+    /// Largest force on the hand, N, from 0.1 to 1000; a larger force is clamped [default: 20]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(super) force_limit_n: Option<f64>,
+
+    /// Fastest change of the force on the hand, N/s, from 10 to 1000000000; a fall to zero is not
+    /// limited [default: 5000]
+    #[arg(long, value_name = "N/S", allow_negative_numbers = true)]
+    pub(super) slew_limit_n_per_s: Option<f64>,
+
+    /// Speed of the device at which the force is taken away, m/s, from 0.01 to 100 [default: 5]
+    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
+    pub(super) speed_limit_mps: Option<f64>,
+
+    /// Acceleration of the device that counts as a jump of its encoder and takes the force away,
+    /// m/s^2, from 10 to 1000000 [default: 2000]
+    #[arg(long, value_name = "M/S^2", allow_negative_numbers = true)]
+    pub(super) acceleration_limit_mps2: Option<f64>,
+
+    /// Largest force of passivity control, which takes out the energy that the sampled loop
+    /// creates, N, from 0 to 100; 0 only observes [default: 0]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(super) passivity_control_n: Option<f64>,
+
+    /// Duration of engaging and releasing, ms, from 1 to 10000 [default: 200]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    pub(super) ramp_ms: Option<f64>,
+
+    /// Time without a new sample of the device, or without a tick of the loop, at which the force
+    /// is taken away, ms, from 1 to 1000 [default: 20; 500 in the demo]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    pub(super) stale_ms: Option<f64>,
+
+    /// Time without a beat of the control thread, which hears stops, at which the rig is released,
+    /// ms, from 50 to 10000 [default: 250]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    pub(super) control_timeout_ms: Option<f64>,
+
+    /// Stop button of the rig, by its number from 1 to 8: zero force until a reset [default: none]
+    #[arg(long, value_name = "N")]
+    pub(super) stop_button: Option<u8>,
+
+    /// Enable button of the rig (dead man's switch), by its number from 1 to 8: zero force at once
+    /// unless it is held [default: none]
+    #[arg(long, value_name = "N")]
+    pub(super) enable_button: Option<u8>,
+
+    /// Coulomb friction of the rig itself, N, which helps to keep it stable [default: 0.8 on the
+    /// fake rig, else 0]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    pub(super) rig_friction_n: Option<f64>,
+
+    /// Viscous damping of the rig itself, N s/m [default: 0]
+    #[arg(long, value_name = "NS/M", allow_negative_numbers = true)]
+    pub(super) rig_damping_ns_per_m: Option<f64>,
+
+    /// Hand on the fake rig: `sine` moves the handle to and fro, `arm` pulls it likewise through a
+    /// spring and damper, `free` is no hand, `file:MOTION.csv` follows a recording (columns t_s,
+    /// position_m), `arm:file:MOTION.csv` pulls along it [default: sine]
+    #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
+    pub(super) hand: Option<Named<HandName>>,
+
+    /// Amplitude of a sine hand, m [default: 0.03]
+    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_negative_numbers = true)]
+    pub(super) hand_amplitude_m: Option<f64>,
+
+    /// Frequency of a sine hand, Hz [default: 0.5]
+    #[arg(long, value_name = "HZ", help_heading = "Fake rig", allow_negative_numbers = true)]
+    pub(super) hand_frequency_hz: Option<f64>,
+
+    /// Factor on the positions of a recorded motion [default: 1]
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        help_heading = "Fake rig",
+        allow_negative_numbers = true
+    )]
+    pub(super) hand_scale: Option<f64>,
+
+    /// Behaviour after the end of a recorded motion: `hold` the last position, or `loop` [default:
+    /// hold]
+    #[arg(long, value_name = "HOW", help_heading = "Fake rig")]
+    pub(super) hand_after_end: Option<AfterEndName>,
+
+    /// Stiffness of the arm, N/m [default: 500]
+    #[arg(long, value_name = "N/M", help_heading = "Fake rig", allow_negative_numbers = true)]
+    pub(super) arm_stiffness_n_per_m: Option<f64>,
+
+    /// Damping of the arm, N s/m [default: 5]
+    #[arg(long, value_name = "NS/M", help_heading = "Fake rig", allow_negative_numbers = true)]
+    pub(super) arm_damping_ns_per_m: Option<f64>,
+
+    /// Mass of the fake rig's moving part, kg [default: 1.4]
+    #[arg(long, value_name = "KG", help_heading = "Fake rig", allow_negative_numbers = true)]
+    pub(super) rig_mass_kg: Option<f64>,
+
+    /// Distance between two counts of the fake encoder, m; 0 for a perfect one [default: 0.00001]
+    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_negative_numbers = true)]
+    pub(super) encoder_resolution_m: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum PolicyName {
+    Fifo,
+    Deadline,
+}
+
+/// A value that is read from its text, on the command line and in the file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Named<T>(pub(super) T);
+
+impl<T: FromStr> FromStr for Named<T> {
+    type Err = T::Err;
+
+    fn from_str(text: &str) -> Result<Self, T::Err> {
+        text.parse().map(Self)
+    }
+}
+
+impl<'de, T: FromStr<Err: std::fmt::Display>> Deserialize<'de> for Named<T> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        text.parse().map_err(serde::de::Error::custom)
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum AfterEndName {
+    Hold,
+    Loop,
+}
+
+/// `sine`, `arm`, `free`, `file:PATH` or `arm:file:PATH`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum HandName {
+    Free,
+    Prescribed(MotionName),
+    Arm(MotionName),
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum MotionName {
+    Sine,
+    File(PathBuf),
+}
+
+impl FromStr for HandName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let file = |path: &str| {
+            if path.is_empty() {
+                return Err(format!("`{text}` names no file: write file:MOTION.csv"));
+            }
+            Ok(MotionName::File(path.into()))
+        };
+        match text {
+            "free" => Ok(Self::Free),
+            "sine" => Ok(Self::Prescribed(MotionName::Sine)),
+            "arm" | "arm:sine" => Ok(Self::Arm(MotionName::Sine)),
+            _ => match (text.strip_prefix("file:"), text.strip_prefix("arm:file:")) {
+                (Some(path), _) => file(path).map(Self::Prescribed),
+                (_, Some(path)) => file(path).map(Self::Arm),
+                _ => Err(format!(
+                    "there is no hand `{text}`; there are sine, arm, free, file:MOTION.csv and arm:file:MOTION.csv"
+                )),
+            },
+        }
+    }
+}
+
+/// Takes each field of the file that the command line leaves out.
+macro_rules! fall_back {
+    ($options:ident, $file:ident: $($field:ident),* $(,)?) => {
+        $(if $options.$field.is_none() {
+            $options.$field = $file.$field;
+        })*
+    };
+}
+
+impl Options {
+    /// These options, and those of the file where these say nothing.
+    pub(super) fn or(mut self, file: Self) -> Self {
+        fall_back!(self, file:
+                device, socket, socket_group, watch_socket, rate, cpu, policy, priority, spin_us,
+                keep_cpus_awake, late_policy, scene, scene_dir, state_dir, uncommissioned, allow_no_watchdog,
+                scheme, velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2,
+                passivity_control_n, ramp_ms, stale_ms, control_timeout_ms, stop_button, enable_button, hand,
+                hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
+                arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m
+        );
+        self
+    }
+}

@@ -1,0 +1,112 @@
+//! The rig that the options name.
+
+use super::error::{ConfigError, within};
+use super::options::{AfterEndName, HandName, MotionName, Options};
+use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, Recording, RigProperties};
+use device_io::link::Connector;
+use haptic_core::passivity::RigLosses;
+use haptic_ipc::regular_file;
+use std::sync::Arc;
+
+/// The rig: simulated, or behind a link.
+#[derive(Debug)]
+pub(crate) enum RigChoice {
+    Fake(FakeRig),
+    Linked {
+        connector: Box<dyn Connector>,
+        /// As far as they were measured.
+        losses: RigLosses,
+    },
+}
+
+impl Options {
+    /// What the rig itself takes up, with the friction that is supposed where nobody names one, N.
+    pub(super) fn losses(&self, usual_friction_n: f64) -> Result<RigLosses, ConfigError> {
+        Ok(RigLosses {
+            friction: within(
+                "rig-friction-n",
+                self.rig_friction_n,
+                usual_friction_n,
+                0.0,
+                1000.0,
+                "N",
+            )?,
+            damping: within(
+                "rig-damping-ns-per-m",
+                self.rig_damping_ns_per_m,
+                0.0,
+                0.0,
+                1e4,
+                "N s/m",
+            )?,
+        })
+    }
+
+    pub(super) fn fake_rig(&self) -> Result<FakeRig, ConfigError> {
+        let usual = RigProperties::default();
+        let RigLosses { friction, damping } = self.losses(usual.friction_n)?;
+        let properties = RigProperties {
+            mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
+            friction_n: friction,
+            damping_ns_per_m: damping,
+            resolution_m: within(
+                "encoder-resolution-m",
+                self.encoder_resolution_m,
+                usual.resolution_m,
+                0.0,
+                0.01,
+                "m",
+            )?,
+            ..usual
+        };
+        let stiffness_n_per_m = within(
+            "arm-stiffness-n-per-m",
+            self.arm_stiffness_n_per_m,
+            500.0,
+            0.0,
+            1e6,
+            "N/m",
+        )?;
+        let damping_ns_per_m = within(
+            "arm-damping-ns-per-m",
+            self.arm_damping_ns_per_m,
+            5.0,
+            0.0,
+            1e4,
+            "N s/m",
+        )?;
+        let hand = match self
+            .hand
+            .as_ref()
+            .map_or(&HandName::Prescribed(MotionName::Sine), |name| &name.0)
+        {
+            HandName::Free => Hand::Free,
+            HandName::Prescribed(motion) => Hand::Prescribed(self.motion(motion)?),
+            HandName::Arm(motion) => Hand::Arm {
+                stiffness_n_per_m,
+                damping_ns_per_m,
+                motion: self.motion(motion)?,
+            },
+        };
+        Ok(FakeRig::new(properties, hand))
+    }
+
+    fn motion(&self, name: &MotionName) -> Result<Motion, ConfigError> {
+        match name {
+            MotionName::Sine => Ok(Motion::Sine {
+                amplitude_m: within("hand-amplitude-m", self.hand_amplitude_m, 0.03, 0.0, 1.0, "m")?,
+                frequency_hz: within("hand-frequency-hz", self.hand_frequency_hz, 0.5, 0.0, 50.0, "Hz")?,
+            }),
+            MotionName::File(path) => {
+                let scale = within("hand-scale", self.hand_scale, 1.0, -1e3, 1e3, "")?;
+                let after_end = match self.hand_after_end {
+                    Some(AfterEndName::Loop) => AfterEnd::Loop,
+                    Some(AfterEndName::Hold) | None => AfterEnd::Hold,
+                };
+                let file = regular_file::open(path);
+                let recording = Recording::read_opened(path, file, scale, after_end)?;
+                Ok(Motion::Recorded(Arc::new(recording)))
+            }
+        }
+    }
+}

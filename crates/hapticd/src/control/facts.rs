@@ -1,0 +1,113 @@
+//! What does not change while the daemon runs: the rig's limits, the loop's rate, and where things
+//! are kept.
+
+use crate::processor_share::ProcessorShare;
+use crate::telemetry::link;
+use device_boards::Address;
+use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
+use haptic_core::Scheme;
+use haptic_core::adviser::RigFacts;
+use haptic_core::limiter::Limits;
+use haptic_core::velocity::Method;
+use haptic_ipc::{AdviceBasis, ForceLimitBy, RealTimeStatus};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Devices that are engaged although a check is against it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct EngageRules {
+    /// A rig that was not commissioned is engaged.
+    pub(crate) uncommissioned: bool,
+    /// A device that does not switch its motor off soon enough by itself is engaged.
+    pub(crate) allow_no_watchdog: bool,
+}
+
+/// What does not change while the daemon runs.
+#[derive(Debug)]
+pub(crate) struct Facts {
+    pub(crate) server: String,
+    pub(crate) device: String,
+    pub(crate) address: Address,
+    pub(crate) limits: Limits,
+    /// Keeps the processors awake as long as it is open.
+    pub(crate) _awake: Option<std::fs::File>,
+    /// The loop's share of its processor, where it is pinned to one.
+    pub(crate) share: Option<ProcessorShare>,
+    pub(crate) rig: RigFacts,
+    /// The link to the rig, where it is not in this process.
+    pub(crate) link: Option<LinkMonitor>,
+    /// Looks after that link as long as it is here.
+    pub(crate) keeper: Option<RunningKeeper>,
+    pub(crate) period_ns: u64,
+    /// Time that engaging and releasing take.
+    pub(crate) ramp: Duration,
+    /// What is put up with of a device.
+    pub(crate) rules: EngageRules,
+    /// Where it is kept what was found of rigs.
+    pub(crate) state_dir: PathBuf,
+    pub(crate) scheme: Scheme,
+    pub(crate) velocity: Method,
+    /// Where saved scenes are.
+    pub(crate) scene_dir: PathBuf,
+    /// As it was when the loop began.
+    pub(crate) real_time: RealTimeStatus,
+}
+
+impl Facts {
+    /// What the adviser goes by: with a link, resolution and rate are those of the device that is
+    /// connected, and the delay is what was measured of it.
+    pub(crate) fn rig_facts(&self) -> RigFacts {
+        let Some(link) = &self.link else { return self.rig };
+        let mut times = link::times(link);
+        let mut rig = self.rig;
+        if let LinkState::Connected { device, .. } = link.state() {
+            rig.resolution = device.resolution_m;
+            times.sample_period_s = 1.0 / device.sample_rate_hz;
+        }
+        rig.sample_period_s = times.sample_period_s;
+        rig.delay_s = times.delay_s(rig.period_s);
+        rig
+    }
+
+    /// What the adviser goes by, for people.
+    pub(crate) fn advice_basis(&self) -> AdviceBasis {
+        let rig = self.rig_facts();
+        AdviceBasis {
+            period_us: rig.period_s * 1e6,
+            sample_period_us: (rig.sample_period_s > 0.0).then_some(rig.sample_period_s * 1e6),
+            delay_us: rig.delay_s * 1e6,
+            delay_measured: self
+                .link
+                .as_ref()
+                .is_none_or(|monitor| link::times(monitor).round_trip_s > 0.0),
+            damping_ns_per_m: rig.damping,
+            friction_n: rig.friction,
+            resolution_m: rig.resolution,
+        }
+    }
+
+    /// The real-time thread, with what has come between it and its processor since.
+    pub(crate) fn real_time(&self) -> RealTimeStatus {
+        let mut status = self.real_time.clone();
+        status
+            .problems
+            .extend(self.share.as_ref().and_then(ProcessorShare::problem));
+        status
+    }
+
+    /// The largest force that goes to the rig, N, and whose limit that is.
+    pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
+        match self.link.as_ref().map(LinkMonitor::state) {
+            Some(LinkState::Connected { device, .. }) if device.force_limit_n < self.limits.force_n => {
+                (device.force_limit_n, ForceLimitBy::Device)
+            }
+            _ => (self.limits.force_n, ForceLimitBy::Configuration),
+        }
+    }
+
+    pub(crate) fn period_s(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "a period is far below 2^53 ns")]
+        let period_ns = self.period_ns as f64;
+        period_ns * 1e-9
+    }
+}

@@ -1,0 +1,88 @@
+//! The leases that clients hold, and when the first expires.
+
+use crate::rt::clock::now_ns;
+use haptic_ipc::Peer;
+use std::cell::RefCell;
+use tokio::sync::Notify;
+
+/// The leases of all clients.
+#[derive(Debug, Default)]
+pub(crate) struct Leases {
+    held: RefCell<Vec<Lease>>,
+    changed: Notify,
+}
+
+/// The lease of one client.
+#[derive(Clone, Debug)]
+pub(super) struct Lease {
+    pub(super) session: u64,
+    pub(super) by: Peer,
+    timeout_ns: u64,
+    pub(super) until_ns: u64,
+}
+
+impl Leases {
+    /// Leases held.
+    pub(crate) fn count(&self) -> usize {
+        self.held.borrow().len()
+    }
+
+    /// Whether a client has one.
+    pub(super) fn is_held_by(&self, session: u64) -> bool {
+        self.held.borrow().iter().any(|lease| lease.session == session)
+    }
+
+    /// The timeout of a client's lease, ms.
+    pub(super) fn timeout_ms(&self, session: u64) -> u32 {
+        let held = self.held.borrow();
+        let lease = held.iter().find(|lease| lease.session == session);
+        let timeout_ns = lease.map_or(0, |lease| lease.timeout_ns);
+        u32::try_from(timeout_ns / 1_000_000).unwrap_or(u32::MAX)
+    }
+
+    /// When the first expires, ns.
+    pub(super) fn until_ns(&self) -> u64 {
+        let held = self.held.borrow();
+        held.iter().map(|lease| lease.until_ns).min().unwrap_or(u64::MAX)
+    }
+
+    /// Gives a client a lease in the place of the one it had, or none where the timeout is 0.
+    pub(super) fn replace(&self, session: u64, by: &Peer, timeout_ms: u32) {
+        let mut held = self.held.borrow_mut();
+        held.retain(|lease| lease.session != session);
+        if timeout_ms != 0 {
+            let timeout_ns = u64::from(timeout_ms) * 1_000_000;
+            held.push(Lease {
+                session,
+                by: by.clone(),
+                timeout_ns,
+                until_ns: now_ns() + timeout_ns,
+            });
+        }
+    }
+
+    /// Restarts the time of a client's lease; says whether it has one.
+    pub(super) fn renew(&self, session: u64) -> bool {
+        let mut held = self.held.borrow_mut();
+        let lease = held.iter_mut().find(|lease| lease.session == session);
+        lease.is_some_and(|lease| {
+            lease.until_ns = now_ns() + lease.timeout_ns;
+            true
+        })
+    }
+
+    /// Takes leases out.
+    pub(super) fn take(&self, which: impl Fn(&Lease) -> bool) -> Vec<Lease> {
+        self.held.borrow_mut().extract_if(.., |lease| which(lease)).collect()
+    }
+
+    /// Notifies the task that waits for the first to expire.
+    pub(super) fn notify(&self) {
+        self.changed.notify_one();
+    }
+
+    /// Waits for [`notify`](Self::notify).
+    pub(super) async fn changed(&self) {
+        self.changed.notified().await;
+    }
+}

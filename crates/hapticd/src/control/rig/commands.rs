@@ -1,0 +1,124 @@
+//! Commands to the real-time thread: admitted, sent, answered, and taken back where nobody waits
+//! any more.
+
+use super::RigHandle;
+use crate::control::admission::{self, Admission, Purpose};
+use crate::control::commission;
+use crate::control::connected::Device;
+use crate::control::journal::Until;
+use crate::rt::handoff::Outcome;
+use haptic_core::servo::Command;
+use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
+
+/// Takes a command back when nobody waits for its answer any more, and enters in the journal what
+/// has come of it. After the answer there is nothing left to take back.
+struct WithdrawOnDrop<'a> {
+    rig: &'a RigHandle,
+    serial: u32,
+    command: Command,
+    before: RigState,
+    by: Option<&'a Peer>,
+}
+
+impl Drop for WithdrawOnDrop<'_> {
+    fn drop(&mut self) {
+        let shared = &self.rig.shared;
+        shared.withdraw();
+        let Some(outcome) = shared.answers.command(self.serial).filter(|outcome| !outcome.refused) else {
+            return;
+        };
+        let entry = JournalEntry {
+            tick: Some(outcome.tick),
+            by: self.by.cloned(),
+            state: Some(StateChange {
+                before: self.before,
+                after: outcome.state,
+            }),
+            ..JournalEntry::of(self.command.name())
+        };
+        self.rig.enter(Until::Done, entry);
+    }
+}
+
+impl RigHandle {
+    /// Has a command carried out that was asked for, by a client or by the daemon itself, when
+    /// there had been `stops_known` stops: one that a stop has overtaken since, in whichever queue
+    /// it waited, is refused.
+    ///
+    /// # Errors
+    /// The rig's state does not allow it, or the real-time thread does not answer.
+    pub(crate) async fn command(
+        &self,
+        command: Command,
+        stops_known: u64,
+        by: Option<&Peer>,
+    ) -> Result<Outcome, WireError> {
+        let admission = match command {
+            Command::Engage => admission::admit(self, Purpose::Scene).await?,
+            // What lets force out, or only clears, needs no leave.
+            Command::Release | Command::Reset => Admission::NONE,
+        };
+        self.carry_out(command, admission, stops_known, by).await
+    }
+
+    /// The same, for somebody who has the permission already.
+    ///
+    /// # Errors
+    /// As [`Self::command`].
+    pub(in crate::control) async fn carry_out(
+        &self,
+        command: Command,
+        admission: Admission,
+        stops_known: u64,
+        by: Option<&Peer>,
+    ) -> Result<Outcome, WireError> {
+        let _turn = self.commanding.lock().await;
+        if command == Command::Engage && admission.purpose == Purpose::Scene {
+            // Somebody may have begun while it was looked whether this is allowed.
+            commission::keep_out(self, "engage")?;
+        }
+        if self.closing.get() && command == Command::Engage {
+            return Err(WireError::new(ErrorCode::WrongState, "cannot engage: the daemon is ending").about("state"));
+        }
+        let before = self.state();
+        let serial = self.serial.get().wrapping_add(1);
+        self.serial.set(serial);
+        self.shared.admit(admission.connection);
+        self.shared.send(serial, command, stops_known);
+        // Nobody may find later that a command was carried out which was given up here.
+        let withdraw = WithdrawOnDrop {
+            rig: self,
+            serial,
+            command,
+            before,
+            by,
+        };
+        let outcome = self.answer(|shared| shared.answers.command(serial)).await?;
+        drop(withdraw);
+        if !outcome.refused {
+            return Ok(outcome);
+        }
+        let verb = command.name();
+        let (code, hint) = match outcome.state {
+            RigState::Stopped if command == Command::Reset => (ErrorCode::Stopped, "another stop came in between"),
+            RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
+            RigState::Faulted => (ErrorCode::Faulted, "reset it first"),
+            RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
+            _ if admission.connection != self.connection() => (
+                ErrorCode::WrongState,
+                "another device was connected in between; try again",
+            ),
+            _ => (ErrorCode::WrongState, "a stop came in between"),
+        };
+        Err(WireError::new(
+            code,
+            format!("cannot {verb} while the rig is {}: {hint}", outcome.state),
+        )
+        .about("state"))
+    }
+
+    /// The number of the connection to the device; any, where there is no link.
+    fn connection(&self) -> u64 {
+        Device::connected(&self.facts).map_or(0, |device| device.connection)
+    }
+}

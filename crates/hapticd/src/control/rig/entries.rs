@@ -1,0 +1,112 @@
+//! Entries of the journal, completed by the loop's records.
+
+use super::RigHandle;
+use super::seen::Seen;
+use crate::control::journal::Until;
+use crate::control::presence;
+use crate::rt::handoff::{Heard, Stopped};
+use crate::rt::outbox::TickRecord;
+use haptic_ipc::{JournalEntry, LogReply, RigState, StateChange};
+
+impl RigHandle {
+    /// Enters what the rig did by itself, completes the entries that waited for their tick, and
+    /// tells the subscribers.
+    pub(super) fn keep_journal(&self, changes: &[TickRecord]) {
+        self.enter_own_events(changes);
+        let complete = self
+            .journal
+            .borrow_mut()
+            .completed(|until, entry| self.complete(until, entry, changes));
+        let feed = self.feed.borrow();
+        for entry in &complete {
+            crate::log::journal(entry);
+            feed.tell(entry);
+        }
+    }
+
+    /// Enters what no client has asked for: a fault, a release by the enable button, a device that
+    /// was lost or found.
+    fn enter_own_events(&self, changes: &[TickRecord]) {
+        let mut journal = self.journal.borrow_mut();
+        for record in changes {
+            let before = self.seen.replace(Seen::of(record));
+            if let Some((op, message)) = Seen::of(record).news_since(before) {
+                let entry = JournalEntry {
+                    tick: Some(record.tick),
+                    revision: record.revision,
+                    message: Some(message),
+                    ..JournalEntry::of(op)
+                };
+                journal.enter(Until::Done, entry);
+            }
+            if record.state == RigState::Disconnected && self.presence.borrow_mut().lost() {
+                journal.enter(Until::Done, self.lost(Some(record.tick)));
+            }
+        }
+        let Some(link) = &self.facts.link else { return };
+        for change in self.presence.borrow_mut().look(link) {
+            let entry = match change {
+                presence::Change::Lost => self.lost(None),
+                presence::Change::Found { firmware } => JournalEntry {
+                    message: Some(format!("{}: {firmware}", self.facts.device)),
+                    revision: self.revision(),
+                    ..JournalEntry::of("connected")
+                },
+            };
+            journal.enter(Until::Done, entry);
+        }
+    }
+
+    /// Completes an entry, where what it waits for has happened.
+    fn complete(&self, until: Until, entry: &mut JournalEntry, changes: &[TickRecord]) -> bool {
+        match until {
+            Until::Done => true,
+            Until::Rendered(revision) => {
+                // A record at hand names the exact tick.
+                let seen = changes.iter().find(|record| record.revision >= revision);
+                let tick = seen
+                    .map(|record| record.tick)
+                    .or_else(|| self.shared.answers.applied(revision));
+                entry.tick = tick;
+                tick.is_some()
+            }
+            Until::Stopped(stop) => {
+                let Some(Stopped { tick, state, heard, .. }) = self.shared.answers.stop(stop) else {
+                    return false;
+                };
+                entry.tick = Some(tick);
+                entry.state = entry.state.map(|change| StateChange { after: state, ..change });
+                entry.message = match heard {
+                    Heard::Confirmed => None,
+                    Heard::Unconfirmed => Some("the device has not confirmed that its motor is off".to_owned()),
+                    Heard::NoDevice => Some("no device was connected to take the zero force".to_owned()),
+                };
+                true
+            }
+        }
+    }
+
+    /// The device can no longer be read, from this tick on where that is known.
+    fn lost(&self, tick: Option<u64>) -> JournalEntry {
+        JournalEntry {
+            tick,
+            revision: self.revision(),
+            message: Some(self.facts.device.clone()),
+            ..JournalEntry::of("disconnected")
+        }
+    }
+
+    /// Takes an entry into the journal, at the newest revision.
+    pub(crate) fn enter(&self, until: Until, entry: JournalEntry) {
+        let revision = self.revision();
+        self.journal
+            .borrow_mut()
+            .enter(until, JournalEntry { revision, ..entry });
+    }
+
+    /// The newest entries of the journal.
+    pub(crate) fn journal(&self, after: u64, limit: usize) -> LogReply {
+        self.pump();
+        self.journal.borrow().entries(after, limit)
+    }
+}

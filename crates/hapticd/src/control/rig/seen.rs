@@ -1,0 +1,37 @@
+//! What the rig does by itself, as the records of its ticks show it.
+
+use crate::rt::outbox::TickRecord;
+use haptic_core::servo::Fault;
+use haptic_ipc::RigState;
+
+/// What the rig does by itself, as the newest record shows it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Seen {
+    state: Option<RigState>,
+    fault: Option<Fault>,
+}
+
+impl Seen {
+    pub(super) fn of(record: &TickRecord) -> Self {
+        Self {
+            state: Some(record.state),
+            fault: record.fault,
+        }
+    }
+
+    /// What is to be told of it that no client has asked for: the name of the entry, and its words.
+    pub(super) fn news_since(self, before: Self) -> Option<(&'static str, String)> {
+        if let Some(fault) = self.fault.filter(|_| self.fault != before.fault) {
+            let op = if self.state == Some(RigState::Faulted) {
+                "fault"
+            } else {
+                "stop"
+            };
+            return Some((op, fault.to_string()));
+        }
+        // Nothing else leads from force to idle without a ramp.
+        let had_force = matches!(before.state, Some(RigState::Engaging | RigState::Engaged));
+        (had_force && self.state == Some(RigState::Idle))
+            .then(|| ("release", "the rig's enable button was let go".to_owned()))
+    }
+}

@@ -1,0 +1,102 @@
+//! Each request goes to the file of its operation.
+
+use super::{Answer, Client, MOST_CLIENTS, PendingAnswer};
+use crate::control::change::{self, PendingChange};
+use crate::control::requester::Requester;
+use crate::control::session::reply::answer;
+use crate::control::{
+    advise, commission, describe, devices, diff, drive, get, lease, library, log, status, subscribe, timing,
+};
+use haptic_core::servo::Command;
+use haptic_ipc::{Envelope, ErrorCode, Request, Rights, WireError};
+
+impl Client {
+    /// Carries out a request, or begins it where it changes the scene.
+    pub(super) async fn dispatch(&self, envelope: Envelope, stops: u64) -> Answer {
+        let id = Some(envelope.id);
+        let (rig, by) = (&*self.rig, self.by());
+        if let Some(refusal) = self.refusal(&envelope.request) {
+            return Answer::Now(answer::<()>(id, Err(refusal)));
+        }
+        let command = async |command| drive::command(rig, command, stops, by.peer).await;
+        let begun = |begun: Result<PendingChange, WireError>| match begun {
+            Ok(change) => Answer::OnceRendered(PendingAnswer {
+                id: envelope.id,
+                change,
+                room: None,
+            }),
+            Err(error) => Answer::Now(answer::<()>(id, Err(error))),
+        };
+        Answer::Now(match envelope.request {
+            Request::Set { params, merge, options } => return begun(change::set(rig, by, &params, merge, options)),
+            Request::SceneLoad { scene, options } => return begun(change::load(rig, by, scene, options).await),
+            Request::Undo { options } => return begun(change::undo(rig, by, options)),
+            Request::Redo { options } => return begun(change::redo(rig, by, options)),
+            Request::Describe {} => answer(id, Ok(describe::describe(rig))),
+            Request::Get { scene } => answer(id, get::get(rig, scene).await),
+            Request::SceneSave { name, scene, replace } => {
+                answer(id, library::save(rig, by.peer, name, scene, replace).await)
+            }
+            Request::SceneList {} => answer(id, library::list(rig).await),
+            Request::SceneDiff { from, to } => answer(id, diff::diff(rig, from, to).await),
+            Request::Engage {} => answer(id, command(Command::Engage).await),
+            Request::Release {} => answer(id, command(Command::Release).await),
+            Request::Reset {} => answer(id, command(Command::Reset).await),
+            Request::Stop {} => answer(id, drive::stopped(rig, stops).await),
+            Request::Status {} => answer(id, Ok(status::status(rig).await)),
+            Request::Timing {} => answer(id, Ok(timing::timing(rig))),
+            Request::Devices { probe } => answer(id, devices::devices(rig, probe).await),
+            Request::Advise {} => answer(id, Ok(advise::advise(rig))),
+            Request::Subscribe {
+                topics,
+                rate_hz,
+                batch_ms,
+            } => {
+                let outlet = (&self.lines, &self.events);
+                answer(
+                    id,
+                    subscribe::subscribe(rig, self.session, outlet, &topics, rate_hz, batch_ms),
+                )
+            }
+            Request::Log { after, limit } => answer(id, Ok(log::log(rig, after, limit))),
+            Request::Lease { timeout_ms } => answer(id, Ok(lease::lease(rig, by, timeout_ms))),
+            Request::CommissionBegin {} => answer(id, commission::begin(rig, by).await),
+            Request::CommissionPulse { force_n, duration_ms } => {
+                answer(id, commission::pulse(&self.rig, by, force_n, duration_ms).await)
+            }
+            Request::CommissionStatus {} => answer(id, commission::status(rig, by)),
+            Request::CommissionStore { range_m, friction_n } => {
+                answer(id, commission::store(rig, by, range_m, friction_n).await)
+            }
+            Request::CommissionEnd {} => answer(id, commission::end(rig, by)),
+        })
+    }
+
+    /// Why the client may not ask this, where its rights do not cover it.
+    fn refusal(&self, request: &Request) -> Option<WireError> {
+        match self.rights {
+            Rights::All => None,
+            Rights::Watch => (!request.is_for_watchers()).then(only_watching),
+            // No client has rights without a name; every client may stop.
+            Rights::Stop | Rights::Unknown => (*request != (Request::Stop {})).then(only_stopping),
+        }
+    }
+
+    fn by(&self) -> Requester<'_> {
+        Requester {
+            session: self.session,
+            peer: &self.peer,
+        }
+    }
+}
+
+fn only_stopping() -> WireError {
+    let message =
+        format!("{MOST_CLIENTS} clients are connected, the most that are served: close one first; you may only stop");
+    WireError::new(ErrorCode::TooManyClients, message)
+}
+
+fn only_watching() -> WireError {
+    let message = "this socket is for watching and for stopping: connect to the control socket to change anything";
+    WireError::new(ErrorCode::ReadOnly, message)
+}

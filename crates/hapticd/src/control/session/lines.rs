@@ -1,0 +1,71 @@
+//! What a client sends, line by line.
+
+use haptic_ipc::{ErrorCode, MAX_LINE_BYTES, WireError};
+use tokio::io::AsyncReadExt;
+use tokio::net::unix::OwnedReadHalf;
+use tokio_util::bytes::BytesMut;
+use tokio_util::codec::{Decoder, LinesCodec, LinesCodecError};
+
+/// The lines of a client.
+pub(super) struct Lines {
+    reader: OwnedReadHalf,
+    codec: LinesCodec,
+    buffer: BytesMut,
+    pub(super) ended: bool,
+}
+
+impl Lines {
+    pub(super) fn new(reader: OwnedReadHalf) -> Self {
+        Self {
+            reader,
+            codec: LinesCodec::new_with_max_length(MAX_LINE_BYTES),
+            buffer: BytesMut::new(),
+            ended: false,
+        }
+    }
+
+    /// The next line that was received. An unterminated last line counts as one: no part of a
+    /// request reads as a whole one.
+    pub(super) fn next(&mut self) -> Option<Result<String, LinesCodecError>> {
+        let decoded = if self.ended {
+            self.codec.decode_eof(&mut self.buffer)
+        } else {
+            self.codec.decode(&mut self.buffer)
+        };
+        decoded.transpose()
+    }
+
+    /// Waits for more; says whether there is more, be it only the end.
+    pub(super) async fn wait(&mut self) -> bool {
+        if self.ended {
+            return false;
+        }
+        self.ended = !matches!(self.reader.read_buf(&mut self.buffer).await, Ok(1..));
+        true
+    }
+
+    /// Reads what was received by now, without waiting; returns the bytes.
+    pub(super) fn read_now(&mut self) -> usize {
+        let mut chunk = [0; 16 * 1024];
+        // The system itself is asked: what the runtime knows of the socket may be old.
+        let read = rustix::io::read(self.reader.as_ref(), &mut chunk[..]).unwrap_or(0);
+        self.buffer.extend_from_slice(&chunk[..read]);
+        read
+    }
+}
+
+/// The refusal of a line that cannot be read.
+pub(super) fn unreadable(error: &LinesCodecError) -> WireError {
+    match error {
+        LinesCodecError::MaxLineLengthExceeded => WireError {
+            max: u32::try_from(MAX_LINE_BYTES).ok().map(f64::from),
+            unit: Some("bytes".to_owned()),
+            ..WireError::new(
+                ErrorCode::LineTooLong,
+                format!("the line is longer than the limit of {MAX_LINE_BYTES} bytes"),
+            )
+            .about("line")
+        },
+        LinesCodecError::Io(error) => WireError::new(ErrorCode::BadJson, format!("the line cannot be read: {error}")),
+    }
+}

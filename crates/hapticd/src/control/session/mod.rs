@@ -1,0 +1,344 @@
+//! One client: its lines are read, each is answered, and its events are sent.
+
+mod dispatch;
+mod lines;
+mod reply;
+
+use crate::control::change::PendingChange;
+use crate::control::session::lines::{Lines, unreadable};
+use crate::control::session::reply::{answer, line};
+use crate::control::{RigHandle, commission, lease};
+use crate::telemetry::feed::{BACKLOG_BYTES, BACKLOG_LINES, Line};
+use haptic_ipc::{BadLine, Envelope, Hello, PROTOCOL_VERSION, Peer, Request, Rights, WireError};
+use serde::Serialize;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::io::AsyncWriteExt;
+use tokio::net::UnixStream;
+use tokio::net::unix::OwnedWriteHalf;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
+use tokio_util::codec::LinesCodecError;
+
+/// How long a client may leave its lines unread.
+const BLOCKED_FOR: Duration = Duration::from_secs(2);
+
+/// Clients served at once.
+pub(super) const MOST_CLIENTS: usize = 32;
+
+/// Bytes of a client's requests that may wait to be answered, with what each takes beside its text,
+/// of its changes that may wait to be rendered, and of answers that may wait to be written to it; a
+/// longer one waits alone. A client that pipelines more, some thousand requests, is read no further
+/// until there is room. All of it is held in memory that is locked.
+const WAITING_BYTES: usize = 256 * 1024;
+
+/// Bytes that are searched for stops after the last answer: more than a socket holds.
+const LAST_BYTES: usize = 1024 * 1024;
+
+/// Bytes of a name and its value, with the name's own allocation.
+const BYTES_OF_A_CHANGE: usize = 96;
+
+/// Changes of a client that may wait for the real-time thread at once.
+const MOST_PENDING: usize = 64;
+
+/// Serves one client until it closes its connection.
+pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, peer: Peer, rights: Rights) {
+    let (reader, writer) = stream.into_split();
+    let mut incoming = Lines::new(reader);
+    let (lines, outgoing) = mpsc::channel(BACKLOG_LINES);
+    // What it holds is bounded by the room that each request takes.
+    let (requests, waiting) = mpsc::unbounded_channel();
+    let writing = tokio::task::spawn_local(write(writer, outgoing));
+    let client = Client {
+        rig,
+        lines,
+        unwritten: room(),
+        unrendered: room(),
+        events: Arc::new(Semaphore::new(BACKLOG_BYTES)),
+        session,
+        peer,
+        rights,
+    };
+    // Reading and answering run side by side: a stop acts when it is read, not when its turn to be
+    // answered comes. When the writer gives up on a client that does not read, the conversation
+    // ends too.
+    tokio::select! {
+        ((), ()) = async { tokio::join!(client.read(&mut incoming, requests), client.converse(waiting)) } => {}
+        () = client.lines.closed() => {}
+    }
+    client.raise_last_stops(&mut incoming).await;
+    client.rig.feed().unsubscribe(session);
+    commission::closed(&client.rig, session);
+    lease::closed(&client.rig, session).await;
+    drop(client);
+    // What is still queued is written, or given up after the time that every line has.
+    drop(writing.await);
+}
+
+/// Room for what waits.
+fn room() -> Arc<Semaphore> {
+    Arc::new(Semaphore::new(WAITING_BYTES))
+}
+
+/// Waits until there is room for so many bytes.
+async fn take_room(room: &Arc<Semaphore>, bytes: usize) -> Option<OwnedSemaphorePermit> {
+    let bytes = u32::try_from(bytes.clamp(1, WAITING_BYTES)).ok()?;
+    Arc::clone(room).acquire_many_owned(bytes).await.ok()
+}
+
+/// A line that waits for its turn, and the room that it takes.
+struct QueuedLine {
+    incoming: Incoming,
+    room: Option<OwnedSemaphorePermit>,
+}
+
+/// A line, as it was read.
+enum Incoming {
+    /// A request, with the count of stops when it was read, its own among them.
+    Request { envelope: Envelope, stops: u64 },
+    /// A line that is not a request.
+    Refused { id: Option<u64>, error: WireError },
+}
+
+impl Incoming {
+    /// Bytes that it takes in memory beside those of its text.
+    fn beside_its_text(&self) -> usize {
+        let changes = match self {
+            Self::Request {
+                envelope:
+                    Envelope {
+                        request: Request::Set { params, .. },
+                        ..
+                    },
+                ..
+            } => params.0.len(),
+            _ => 0,
+        };
+        size_of::<QueuedLine>() + changes * BYTES_OF_A_CHANGE
+    }
+}
+
+/// Writes the lines queued for a client, until there are no more or the client stops reading.
+async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<Line>) {
+    while let Some(Line { text, room }) = outgoing.recv().await {
+        let written = tokio::time::timeout(BLOCKED_FOR, writer.write_all(text.as_bytes())).await;
+        if !matches!(written, Ok(Ok(()))) {
+            return;
+        }
+        drop(room);
+    }
+}
+
+struct Client {
+    rig: Rc<RigHandle>,
+    lines: mpsc::Sender<Line>,
+    /// Room for answers.
+    unwritten: Arc<Semaphore>,
+    /// Room for changes that have none yet.
+    unrendered: Arc<Semaphore>,
+    /// Room for events.
+    events: Arc<Semaphore>,
+    session: u64,
+    peer: Peer,
+    rights: Rights,
+}
+
+/// The answer to a change that the real-time thread has yet to render.
+struct PendingAnswer {
+    id: u64,
+    change: PendingChange,
+    room: Option<OwnedSemaphorePermit>,
+}
+
+/// The answer to a request.
+enum Answer {
+    Now(String),
+    OnceRendered(PendingAnswer),
+}
+
+/// Whether a request may begin before the requests before it are answered.
+fn is_change(request: &Request) -> bool {
+    matches!(
+        request,
+        Request::Set { .. } | Request::SceneLoad { .. } | Request::Undo { .. } | Request::Redo { .. }
+    )
+}
+
+impl Client {
+    /// Reads the client's lines until it hangs up. Raises its stops at once.
+    async fn read(&self, lines: &mut Lines, requests: mpsc::UnboundedSender<QueuedLine>) {
+        let unanswered = room();
+        loop {
+            while let Some(line) = lines.next() {
+                lease::renew(&self.rig, self.session);
+                let bytes = line.as_ref().map_or(0, String::len);
+                let Some(incoming) = self.receive(line) else { continue };
+                // A stop has been raised by now, whether or not there is room.
+                let room = take_room(&unanswered, bytes + incoming.beside_its_text()).await;
+                let waiting = QueuedLine { incoming, room };
+                if requests.send(waiting).is_err() {
+                    return;
+                }
+                // One client with much to say must not keep the others waiting.
+                tokio::task::yield_now().await;
+            }
+            if !lines.wait().await {
+                return;
+            }
+        }
+    }
+
+    /// Reads a line and raises its stop; nothing where the line is blank.
+    fn receive(&self, line: Result<String, LinesCodecError>) -> Option<Incoming> {
+        let rig = &*self.rig;
+        let line = match line {
+            Ok(line) if line.trim().is_empty() => return None,
+            Ok(line) => line,
+            Err(error) => {
+                let error = unreadable(&error);
+                return Some(Incoming::Refused { id: None, error });
+            }
+        };
+        Some(match Envelope::parse(&line) {
+            Ok(envelope) => Incoming::Request {
+                stops: match envelope.request {
+                    Request::Stop {} => rig.raise_stop(&self.peer),
+                    _ => rig.stops(),
+                },
+                envelope,
+            },
+            Err(BadLine { id, error, means_stop }) => {
+                if means_stop {
+                    rig.raise_stop(&self.peer);
+                }
+                Incoming::Refused { id, error }
+            }
+        })
+    }
+
+    /// Raises the stops among the lines that were sent and never read: a client that asks for a
+    /// stop and closes its connection at once has asked for it. All else in them is dropped, as
+    /// nobody would hear of it.
+    async fn raise_last_stops(&self, lines: &mut Lines) {
+        let mut left = LAST_BYTES;
+        loop {
+            while let Some(line) = lines.next() {
+                drop(self.receive(line));
+                // The other clients have their turn here too.
+                tokio::task::yield_now().await;
+            }
+            if lines.ended {
+                return;
+            }
+            let read = lines.read_now();
+            // An unterminated line counts as it stands.
+            lines.ended = read == 0 || read > left;
+            left = left.saturating_sub(read);
+        }
+    }
+
+    async fn converse(&self, mut waiting: mpsc::UnboundedReceiver<QueuedLine>) {
+        let hello = Hello {
+            protocol: PROTOCOL_VERSION,
+            server: self.rig.facts.server.clone(),
+            session: self.peer.session.clone(),
+            rights: self.rights,
+        };
+        if self.send(line(&Greeting { hello })).await.is_err() {
+            return;
+        }
+        // The next change begins before the last one is rendered: a client may send more changes
+        // than there are ticks.
+        let mut pending = VecDeque::new();
+        loop {
+            let next = tokio::select! {
+                biased;
+                reply = self.rendered(&pending), if !pending.is_empty() => {
+                    pending.pop_front();
+                    if self.send(reply).await.is_err() {
+                        return;
+                    }
+                    continue;
+                }
+                next = waiting.recv(), if pending.len() < MOST_PENDING => next,
+            };
+            let Some(QueuedLine { incoming, room }) = next else {
+                // Whether or not the client hears it: this is the end.
+                self.settle(&mut pending).await.unwrap_or_default();
+                return;
+            };
+            let reply = match incoming {
+                Incoming::Request { envelope, stops } => {
+                    if !is_change(&envelope.request) && self.settle(&mut pending).await.is_err() {
+                        return;
+                    }
+                    match self.dispatch(envelope, stops).await {
+                        Answer::Now(reply) => Some(reply),
+                        Answer::OnceRendered(change) => {
+                            if self.admit(change, &mut pending).await.is_err() {
+                                return;
+                            }
+                            None
+                        }
+                    }
+                }
+                Incoming::Refused { id, error } => Some(answer::<()>(id, Err(error))),
+            };
+            drop(room);
+            if let Some(reply) = reply
+                && (self.settle(&mut pending).await.is_err() || self.send(reply).await.is_err())
+            {
+                return;
+            }
+            // One client with much to ask must not keep the others waiting.
+            tokio::task::yield_now().await;
+        }
+    }
+
+    /// Waits until the oldest change is rendered; returns its answer.
+    async fn rendered(&self, pending: &VecDeque<PendingAnswer>) -> String {
+        match pending.front() {
+            Some(PendingAnswer { id, change, .. }) => answer(Some(*id), change.finished(&self.rig).await),
+            None => std::future::pending().await,
+        }
+    }
+
+    /// Queues a change, once the answers before it have left enough room.
+    async fn admit(&self, mut change: PendingAnswer, pending: &mut VecDeque<PendingAnswer>) -> Result<(), Closed> {
+        let bytes = change.change.bytes();
+        while !pending.is_empty() && self.unrendered.available_permits() < bytes.min(WAITING_BYTES) {
+            let reply = self.rendered(pending).await;
+            pending.pop_front();
+            self.send(reply).await?;
+        }
+        // No other task takes of it.
+        change.room = take_room(&self.unrendered, bytes).await;
+        pending.push_back(change);
+        Ok(())
+    }
+
+    /// Answers all pending changes.
+    async fn settle(&self, pending: &mut VecDeque<PendingAnswer>) -> Result<(), Closed> {
+        while !pending.is_empty() {
+            let reply = self.rendered(pending).await;
+            pending.pop_front();
+            self.send(reply).await?;
+        }
+        Ok(())
+    }
+
+    async fn send(&self, text: String) -> Result<(), Closed> {
+        let room = take_room(&self.unwritten, text.len()).await;
+        self.lines.send(Line { text, room }).await.map_err(|_| Closed)
+    }
+}
+
+/// The client has closed its connection.
+struct Closed;
+
+/// The first line.
+#[derive(Serialize)]
+struct Greeting {
+    hello: Hello,
+}
