@@ -126,6 +126,7 @@ fn stick_slip() -> SamplesEvent {
             wake_latency_ns: 0,
             tick_ns: 0,
             device_round_trip_ns: 0,
+            ..Sample::default()
         }
     };
     SamplesEvent {
