@@ -1,7 +1,9 @@
-//! What the panel's own work costs: a minute of samples at 1 kHz in sight, 30 frames a second, and an hour's recording.
+//! The cost of a frame of the panel: a minute of samples at 1 kHz in sight, 30 frames a second, and
+//! an hour's recording.
 //!
-//! Counted are the reading of what the daemon sends, the layout of the whole window and its triangles; not the drawing of those, which is
-//! the graphics card's work. Run with `cargo bench -p haptic-gui`.
+//! Counted are the reading of what the daemon sends, the layout of the whole window and its
+//! triangles; not the drawing of those, which is the graphics card's work. Run with `cargo bench -p
+//! haptic-gui`.
 
 #[path = "../tests/fixture/metadata.rs"]
 mod metadata;

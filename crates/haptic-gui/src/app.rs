@@ -1,26 +1,27 @@
-//! Ties the connection and the files to the panel: what the window calls. Nothing here waits.
+//! Ties connection and files to the panel, for the window to call. Nothing here waits.
 
 use crate::connection::Connection;
 use crate::files::Files;
 use crate::intent::{Format, Intent};
 use crate::model::Model;
+use crate::shell;
 use crate::stop_button::is_stop_key;
 use crate::update::Update;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// The panel with everything that it talks to.
+/// The panel with its connection and its files.
 #[derive(Debug)]
 pub struct App {
     model: Model,
     connection: Connection,
     files: Files,
-    /// The key that stops was seen before the frame was drawn.
+    /// A stop was sent by key before the frame was drawn.
     stopped_by_key: bool,
 }
 
 impl App {
-    /// The panel at a connection, with files whose news makes the same window draw.
+    /// The panel with a connection and files that repaint the same window.
     #[must_use]
     pub fn new(connection: Connection, files: Files) -> Self {
         Self {
@@ -31,13 +32,13 @@ impl App {
         }
     }
 
-    /// What it shows.
+    /// What the panel shows.
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.model
     }
 
-    /// Takes a piece of news from elsewhere.
+    /// Takes an update from elsewhere.
     pub fn hear(&mut self, update: Update) {
         self.model.apply(update);
     }
@@ -48,7 +49,7 @@ impl App {
         &self.files
     }
 
-    /// Takes the keys that stop, before anything is laid out or drawn.
+    /// Takes the keys of Stop, before anything is laid out or drawn.
     pub fn take_keys(&mut self, input: &egui::RawInput) {
         self.stopped_by_key = input.events.iter().any(is_stop_key);
         if self.stopped_by_key {
@@ -56,8 +57,8 @@ impl App {
         }
     }
 
-    /// Takes the news, and does what is due. Also called while the window is hidden, so that news does not pile up and a try goes back though nobody
-    /// looks.
+    /// Takes the updates, and carries out what is due. A hidden window calls it too: updates must
+    /// not pile up, and a try goes back while nobody looks.
     pub fn take_news(&mut self, ctx: &egui::Context) {
         for update in self.connection.updates() {
             self.model.apply(update);
@@ -74,18 +75,18 @@ impl App {
         }
     }
 
-    /// Draws the panel, and does what the user asks for.
+    /// Draws the panel, and carries out the intents of the user.
     pub fn show(&mut self, ui: &mut egui::Ui) {
-        for intent in crate::ui(ui, &mut self.model, Instant::now()) {
+        for intent in shell::ui(ui, &mut self.model, Instant::now()) {
             self.carry_out(ui.ctx(), intent);
         }
         self.stopped_by_key = false;
     }
 
-    /// Does what the user asked for.
+    /// Carries out an intent.
     pub fn carry_out(&mut self, ctx: &egui::Context, intent: Intent) {
         match intent {
-            // It is on its way since the key was seen.
+            // It was sent when the key was seen.
             Intent::Stop if std::mem::take(&mut self.stopped_by_key) => {}
             Intent::Export { format, folder } => self.export(ctx, format, folder),
             Intent::Open { path } => self.files.open(path),

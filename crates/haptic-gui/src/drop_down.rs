@@ -1,10 +1,8 @@
-//! A list to choose one from: a choice closes it, by Enter as by a click, and the keyboard goes on from where the list hangs.
+//! A drop-down list. Enter or a click chooses and closes it; the keyboard focus returns to the list.
 
 use egui::{ComboBox, Key, Response, Ui, WidgetText};
 
-/// Shows a list under `name`, `shown` standing in it while it is closed; gives what was chosen.
-///
-/// Each item has its text, a hint (which may be empty), and whether it is the one in force.
+/// Shows a list under `name`, with the text `shown` while it is closed. Returns the chosen item.
 pub(crate) fn show<T>(
     ui: &mut Ui,
     name: &str,
@@ -19,10 +17,10 @@ pub(crate) fn show<T>(
             what,
             text,
             hint,
-            is_in_force,
+            is_active,
         } in items()
         {
-            let mut item = ui.selectable_label(is_in_force, text);
+            let mut item = ui.selectable_label(is_active, text);
             if !hint.is_empty() {
                 item = item.on_hover_text(hint);
             }
@@ -41,20 +39,20 @@ pub(crate) fn show<T>(
     (chosen, response)
 }
 
-/// One to choose.
+/// An item to choose, with a hint that may be empty.
 #[derive(Debug)]
 pub(crate) struct Item<T> {
     pub(crate) what: T,
     pub(crate) text: String,
     pub(crate) hint: String,
-    pub(crate) is_in_force: bool,
+    pub(crate) is_active: bool,
 }
 
 impl<T: PartialEq> Item<T> {
-    /// One that needs no hint.
-    pub(crate) fn new(what: T, text: impl Into<String>, in_force: &T) -> Self {
+    /// An item without a hint.
+    pub(crate) fn new(what: T, text: impl Into<String>, active: &T) -> Self {
         Self {
-            is_in_force: what == *in_force,
+            is_active: what == *active,
             what,
             text: text.into(),
             hint: String::new(),

@@ -1,11 +1,12 @@
-//! The files that the panel reads and writes, each on a thread of its own: a disk that stalls, or an hour of samples, keeps nothing waiting.
+//! Reads and writes files, each on a thread of its own: neither a stalled disk nor an hour of samples keeps
+//! the window waiting.
 
-use crate::export::{self, Rows};
+use crate::export::{self, Picture, Rows};
 use crate::intent::Format;
 use crate::model::Model;
-use crate::news::News;
 use crate::recording::Loaded;
 use crate::update::Update;
+use crate::update_sender::UpdateSender;
 use egui::{ColorImage, Rect};
 use std::io::{BufWriter, Write as _};
 use std::path::PathBuf;
@@ -15,13 +16,13 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-/// Files that are read and written at once, at most: each may wait for its disk for ever.
+/// Most files at once: each may wait for its disk for ever.
 const MOST_AT_ONCE: usize = 4;
 
 /// These threads give way to the window and to the daemon.
 const NICENESS: i32 = 10;
 
-/// The files that are being read or written.
+/// Files that are being read or written.
 #[derive(Debug)]
 pub struct Files {
     updates: mpsc::Receiver<Update>,
@@ -31,7 +32,7 @@ pub struct Files {
 /// Starts the threads.
 #[derive(Clone, Debug)]
 pub(crate) struct Writer {
-    news: News,
+    sender: UpdateSender,
     busy: Arc<AtomicUsize>,
 }
 
@@ -39,11 +40,11 @@ impl Files {
     /// Files that call `repaint` from other threads when there is news to draw.
     #[must_use]
     pub fn new(repaint: impl Fn(Duration) + Send + Sync + 'static) -> Self {
-        let (news, updates) = News::new(repaint);
+        let (sender, updates) = UpdateSender::new(repaint);
         let busy = Arc::default();
         Self {
             updates,
-            writer: Writer { news, busy },
+            writer: Writer { sender, busy },
         }
     }
 
@@ -67,7 +68,7 @@ impl Files {
         });
     }
 
-    /// Writes what is seen as CSV or SVG into a new file in `folder`.
+    /// Writes the plots in sight as CSV or SVG into a new file in `folder`.
     pub fn export(&self, model: &Model, format: Format, folder: PathBuf) {
         let what = format!(
             "Writing {} into {}",
@@ -75,16 +76,17 @@ impl Files {
             folder.display()
         );
         if format == Format::Svg {
-            // It is drawn from as many points as the window is, so this is quick.
-            let content = export::svg(model);
+            let picture = Picture::seen(model);
             self.writer.work(&what, move || {
-                Update::Exported(export::write(&folder, format, content.as_bytes()))
+                Update::Exported(export::write(&folder, format, |file| {
+                    file.write_all(picture.svg().as_bytes())
+                }))
             });
             return;
         }
         let rows = Rows::seen(model);
         self.writer.work(&what, move || {
-            let written = export::write_with(&folder, format, |file| {
+            let written = export::write(&folder, format, |file| {
                 let mut out = BufWriter::with_capacity(1 << 18, file);
                 rows.write(&mut out)?;
                 out.flush()
@@ -93,7 +95,7 @@ impl Files {
         });
     }
 
-    /// For those who have something to write later.
+    /// A handle for later exports.
     pub(crate) fn writer(&self) -> Writer {
         self.writer.clone()
     }
@@ -105,7 +107,9 @@ impl Writer {
         let what = format!("Writing PNG into {}", folder.display());
         self.work(&what, move || {
             let content = export::png(&image, part, scale);
-            Update::Exported(content.and_then(|content| export::write(&folder, Format::Png, &content)))
+            Update::Exported(
+                content.and_then(|content| export::write(&folder, Format::Png, |file| file.write_all(&content))),
+            )
         });
     }
 
@@ -117,14 +121,14 @@ impl Writer {
             return;
         }
         self.tell(Update::Busy(what.to_owned()));
-        let (news, place) = (self.news.clone(), Place(Arc::clone(&self.busy)));
+        let (sender, place) = (self.sender.clone(), Place(Arc::clone(&self.busy)));
         let works = move || {
-            // Of the calling thread alone. Where it is refused, the work is done all the same.
+            // Of this thread alone. If that is refused, the work is done all the same.
             rustix::process::setpriority_process(None, NICENESS).unwrap_or_default();
             let update = work();
             drop(place);
-            // Nobody listens only when the window is gone.
-            news.tell(update).unwrap_or_default();
+            // It fails only if the window is closed.
+            sender.send(update).unwrap_or_default();
         };
         if let Err(error) = thread::Builder::new().name("file".to_owned()).spawn(works) {
             self.tell(Update::Exported(Err(format!("no thread to work with: {error}"))));
@@ -132,11 +136,11 @@ impl Writer {
     }
 
     fn tell(&self, update: Update) {
-        self.news.tell(update).unwrap_or_default();
+        self.sender.send(update).unwrap_or_default();
     }
 }
 
-/// One of the files at once, given back however its work ends.
+/// A place among the files at once, returned however the work ends.
 #[derive(Debug)]
 struct Place(Arc<AtomicUsize>);
 

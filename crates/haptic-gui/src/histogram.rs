@@ -1,4 +1,4 @@
-//! Durations in buckets, drawn so that one among a million is still seen.
+//! Histograms of durations, in which one among a million is visible.
 
 use crate::theme::Palette;
 use egui::{Align2, FontId, Rect, Sense, Ui, pos2, vec2};
@@ -10,7 +10,8 @@ const LABELS_HEIGHT: f32 = 14.0;
 /// Distance between two numbers below the bars, points.
 const LABEL_DISTANCE: f32 = 52.0;
 
-/// Shows the buckets of a duration in `width` points. Each bucket is twice as wide as the one before, and counts are logarithmic.
+/// Shows the buckets of a duration in `width` points. Each bucket is twice as wide as the one before; counts
+/// are logarithmic.
 pub(crate) fn show(ui: &mut Ui, title: &str, buckets: &[Bucket], percentiles: &Percentiles, width: f32) {
     let Percentiles { p50, p99, p999, max } = *percentiles;
     let [p50, p99, p999, max] = [p50, p99, p999, max].map(duration);
@@ -28,7 +29,7 @@ pub(crate) fn show(ui: &mut Ui, title: &str, buckets: &[Bucket], percentiles: &P
     });
 }
 
-/// Without the empty ones at either end.
+/// The buckets without the empty ones at either end.
 fn used(buckets: &[Bucket]) -> &[Bucket] {
     let first = buckets.iter().position(|bucket| bucket.count > 0);
     let last = buckets.iter().rposition(|bucket| bucket.count > 0);
@@ -71,7 +72,7 @@ fn paint(ui: &Ui, rect: Rect, buckets: &[Bucket]) {
     }
 }
 
-/// Logarithmic, and above nothing for a single one.
+/// The logarithmic height of a count; above zero for a single one.
 fn height(count: u64) -> f32 {
     #[expect(clippy::cast_precision_loss, reason = "only its logarithm is drawn")]
     let count = count as f32;

@@ -1,4 +1,4 @@
-//! What the user asked for.
+//! The intents of the user.
 
 use haptic_core::Direction;
 use haptic_ipc::{ChangeOptions, Request, SceneRef};
@@ -8,7 +8,8 @@ use std::path::PathBuf;
 
 /// A parameter, or one direction of it, by its name on the wire.
 ///
-/// The names come from the daemon's `describe`, so a parameter that this program has never heard of can be tuned too.
+/// The names come from the daemon's `describe`, so a parameter that is unknown to this program can be tuned
+/// as well.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Target {
     /// Name of the parameter.
@@ -29,7 +30,7 @@ impl fmt::Display for Target {
     }
 }
 
-/// Something that the user wants.
+/// An intent of the user.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Intent {
     /// Ramp the force up.
@@ -42,74 +43,74 @@ pub enum Intent {
     Reset,
     /// Change a parameter.
     Set {
-        /// Which one.
+        /// The parameter.
         target: Target,
         /// Its new value, in the parameter's unit.
         value: f64,
-        /// Whether `undo` takes it back together with the change before, as all of a drag.
+        /// Whether `undo` takes it back together with the change before, as during a drag.
         merge: bool,
     },
-    /// Put a whole scene in force.
+    /// Activate a whole scene.
     Load {
-        /// What people call it.
+        /// Its name for people.
         what: String,
         /// The scene.
         scene: SceneRef,
-        /// Time over which to go there, ms; at once when absent.
+        /// Duration of the change, ms; at once if absent.
         ramp_ms: Option<f64>,
     },
-    /// Take the newest change back, whoever made it.
+    /// Take back the newest change of any client.
     Undo,
-    /// Bring back what was undone.
+    /// Repeat the change that was undone.
     Redo,
-    /// Take a change back that was only tried, unless another has followed it.
+    /// Take back a try, unless another change has followed it.
     TakeBack {
         /// Its revision.
         revision: u64,
     },
-    /// Keep the scene in force in the library.
+    /// Save the active scene to the library.
     Save {
         /// Its name there.
         name: String,
-        /// Whether it may take the place of one that is there.
+        /// Whether it may replace a scene of the same name.
         replace: bool,
     },
-    /// Say in what a scene that was put in force differs from another.
+    /// List the differences between an active scene and another.
     Compare {
-        /// What people call the other.
+        /// Name of the other scene for people.
         what: String,
-        /// The other.
+        /// The other scene.
         scene: SceneRef,
-        /// Revision of the one that was put in force.
+        /// Revision of the active scene.
         revision: u64,
     },
-    /// Write what the plots show into a file.
+    /// Export the plots into a file.
     Export {
-        /// In this form.
+        /// The format.
         format: Format,
-        /// In this folder.
+        /// The folder.
         folder: PathBuf,
     },
     /// Write every sample from now on into a new file.
     Record {
         /// The folder.
         folder: PathBuf,
-        /// What stands at its head.
+        /// The head of the file.
         metadata: Box<Metadata>,
     },
     /// End the recording.
     EndRecording,
-    /// Look at a recording.
+    /// Open a recording.
     Open {
         /// Its file.
         path: PathBuf,
     },
 }
 
-/// A form in which the plots can be kept.
+/// A format of an export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// The pixels as they are.
+    /// The pixels.
     Png,
     /// Lines and text, for a paper.
     Svg,
@@ -133,7 +134,7 @@ impl Format {
 }
 
 impl Intent {
-    /// The intent as a request of the protocol; nothing where the panel does it itself.
+    /// The intent as a request of the protocol; `None` if the panel carries it out itself.
     #[must_use]
     pub fn request(&self) -> Option<Request> {
         Some(match self {
@@ -174,7 +175,7 @@ impl Intent {
         })
     }
 
-    /// Whether it is about the force being on at all: beside a stop it is void, lest it bring the force back.
+    /// Whether it switches the force: a later stop makes it void, so that it cannot bring the force back.
     #[must_use]
     pub const fn is_void_after_stop(&self) -> bool {
         matches!(self, Self::Engage | Self::Release | Self::Reset | Self::Stop)

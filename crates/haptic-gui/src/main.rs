@@ -10,10 +10,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use window::Window;
 
-/// Tune hapticd while a hand is on the rig: what the block weighs, how it sticks and slides, and what comes of it.
+/// Tune hapticd while a hand is on the rig, and plot what the hand feels.
 ///
-/// Space and Escape stop the rig at once, wherever the focus is. The panel waits for a daemon that is not there yet, and
-/// connects again when it went away.
+/// Space and Escape stop the rig at once, at any focus. The panel waits for its daemon, and
+/// reconnects by itself.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct Arguments {
@@ -23,7 +23,7 @@ struct Arguments {
     #[arg(long, value_name = "PATH")]
     socket: Option<PathBuf>,
 
-    /// A recording to look at; no daemon is needed for it.
+    /// Recording to open; this needs no daemon.
     #[arg(long, value_name = "FILE")]
     open: Option<PathBuf>,
 
@@ -34,7 +34,7 @@ struct Arguments {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Theme {
-    /// Those of the desktop; dark where it has no wish.
+    /// Those of the desktop; dark without a preference.
     System,
     /// Light text on dark.
     Dark,

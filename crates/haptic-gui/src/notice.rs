@@ -1,17 +1,17 @@
-//! What was done, said for a while: it stands where there is better use for the room.
+//! The outcome of an action, shown for a few seconds.
 
 use crate::theme::Palette;
 use egui::{Button, Label, RichText, Ui};
 use std::time::{Duration, Instant};
 
-/// How long it is said.
-const SAID_FOR: Duration = Duration::from_secs(8);
+/// How long a success is shown.
+const SHOWN_FOR: Duration = Duration::from_secs(8);
 
-/// What was done, or why it was not.
+/// The outcome of an action: done, or the reason of its failure.
 #[derive(Debug)]
 pub(crate) struct Notice {
     pub(crate) told: Result<String, String>,
-    /// When it was drawn first.
+    /// The time of its first frame.
     since: Option<Instant>,
 }
 
@@ -21,12 +21,12 @@ impl Notice {
     }
 }
 
-/// Drops what has been said for long enough, or gives how long it is still to be said. What failed stays until it is closed, or something else
-/// takes its place.
-pub(crate) fn let_go(slot: &mut Option<Notice>, now: Instant) -> Option<Duration> {
+/// Drops a success whose time is over, or returns the time that is left. A failure stays until it is
+/// closed or replaced.
+pub(crate) fn expire(slot: &mut Option<Notice>, now: Instant) -> Option<Duration> {
     let notice = slot.as_mut().filter(|notice| notice.told.is_ok())?;
     let since = *notice.since.get_or_insert(now);
-    let left = (since + SAID_FOR).saturating_duration_since(now);
+    let left = (since + SHOWN_FOR).saturating_duration_since(now);
     if left.is_zero() {
         *slot = None;
         return None;
@@ -34,7 +34,7 @@ pub(crate) fn let_go(slot: &mut Option<Notice>, now: Instant) -> Option<Duration
     Some(left)
 }
 
-/// Says it in a line.
+/// Shows it in a line.
 pub(crate) fn show(ui: &mut Ui, slot: &mut Option<Notice>) {
     let Some(notice) = slot else {
         return;
@@ -66,17 +66,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_done_is_said_for_a_while_and_what_failed_until_it_is_closed() {
+    fn a_success_is_shown_for_a_while_and_a_failure_until_it_is_closed() {
         let begin = Instant::now();
         let mut done = Some(Notice::new(Ok("written".to_owned())));
-        assert_eq!(let_go(&mut done, begin), Some(SAID_FOR));
+        assert_eq!(expire(&mut done, begin), Some(SHOWN_FOR));
         let second = Duration::from_secs(1);
-        assert_eq!(let_go(&mut done, begin + second), Some(SAID_FOR - second));
-        assert_eq!(let_go(&mut done, begin + SAID_FOR), None);
+        assert_eq!(expire(&mut done, begin + second), Some(SHOWN_FOR - second));
+        assert_eq!(expire(&mut done, begin + SHOWN_FOR), None);
         assert!(done.is_none());
         let mut failed = Some(Notice::new(Err("no such folder".to_owned())));
-        assert_eq!(let_go(&mut failed, begin), None);
-        assert_eq!(let_go(&mut failed, begin + 100 * SAID_FOR), None);
+        assert_eq!(expire(&mut failed, begin), None);
+        assert_eq!(expire(&mut failed, begin + 100 * SHOWN_FOR), None);
         assert!(failed.is_some());
     }
 }

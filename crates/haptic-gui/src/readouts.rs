@@ -1,7 +1,8 @@
-//! The numbers that are read from across the table.
+//! Large numbers that can be read from across the table.
 
-use crate::model::Model;
-use crate::scope::signal::MM_PER_M;
+use crate::model::daemon::Daemon;
+use crate::model::tapes::Tapes;
+use crate::tape::signal::MM_PER_M;
 use crate::theme::Palette;
 use egui::{Color32, Label, RichText, Ui};
 use haptic_ipc::{RigState, Sample};
@@ -10,17 +11,17 @@ use haptic_ipc::{RigState, Sample};
 const LARGEST: f32 = 28.0;
 const SMALLEST: f32 = 12.0;
 
-/// So many times a number's height fit the longest of them with its unit.
+/// Width of the longest number with its unit, as a multiple of its height.
 const DIGITS: f32 = 5.0;
 
-/// Height of a unit, as a share of that of its number.
+/// Height of a unit, as a share of the height of its number.
 const UNIT_SHARE: f32 = 0.57;
 
-/// Shows the newest sample in large type; dashes where there is none, for a stale number is no measurement.
-pub(crate) fn show(ui: &mut Ui, model: &Model) {
+/// Shows the newest sample in large type, and dashes without one: a stale number is not a measurement.
+pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     let palette = Palette::of(ui);
-    let is_present = model.rig().is_some_and(|rig| rig.state != RigState::Disconnected);
-    let sample = model.scope().last().filter(|_| is_present);
+    let is_present = daemon.rig().is_some_and(|rig| rig.state != RigState::Disconnected);
+    let sample = tapes.newest().filter(|_| is_present);
     let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample)));
     // Without force there is no surface to touch.
     let (contact, contact_color) = match sample
@@ -46,7 +47,7 @@ pub(crate) fn show(ui: &mut Ui, model: &Model) {
 
 fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>) {
     ui.spacing_mut().item_spacing = egui::vec2(4.0, 0.0);
-    // In a narrow window the numbers are smaller, lest one runs into the next.
+    // In a narrow window the numbers are smaller, so that they do not overlap.
     let size = (ui.available_width() / DIGITS).clamp(SMALLEST, LARGEST);
     ui.add(Label::new(RichText::new(title).small()).truncate());
     let color = color.unwrap_or(ui.visuals().strong_text_color());
@@ -57,7 +58,7 @@ fn show_one(ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Col
     });
 }
 
-/// Two decimals, and no "-0.00" that flickers around rest.
+/// Two decimals, without the "-0.00" that would flicker around rest.
 fn fixed(value: f64) -> String {
     let text = format!("{value:.2}");
     match text.as_str() {

@@ -1,13 +1,14 @@
-//! The stop: a button that is always there, and two keys that work wherever the focus is.
+//! Stop: a button that is always visible, and two keys that work at any focus.
 
-use crate::model::{Model, StopReport, is_halted};
+use crate::model::daemon::Daemon;
+use crate::model::stop::{StopReport, is_halted};
 use crate::theme::Palette;
 use egui::{Align2, Button, Color32, Event, FontId, Key, Ui, vec2};
 use haptic_ipc::RigState;
 
 const SIZE: egui::Vec2 = vec2(168.0, 52.0);
 
-/// Whether an event is a press of Space or Escape. A key held down is one stop, not thirty a second.
+/// Whether an event is a press of Space or Escape. A key that is held down is one stop.
 #[must_use]
 pub fn is_stop_key(event: &Event) -> bool {
     let Event::Key {
@@ -19,7 +20,7 @@ pub fn is_stop_key(event: &Event) -> bool {
     matches!(key, Key::Space | Key::Escape) && *pressed && !*repeat
 }
 
-/// Takes Space and Escape away from every widget; says whether one of them was pressed.
+/// Removes Space and Escape from the input of every widget; returns whether one of them was pressed.
 pub(crate) fn take_keys(ui: &Ui) -> bool {
     ui.input_mut(|input| {
         let mut stop = false;
@@ -35,10 +36,10 @@ pub(crate) fn take_keys(ui: &Ui) -> bool {
     })
 }
 
-/// Shows the button; says whether it was pressed.
-pub(crate) fn show(ui: &mut Ui, model: &Model) -> bool {
+/// Shows the button; returns whether it was pressed.
+pub(crate) fn show(ui: &mut Ui, daemon: &Daemon) -> bool {
     let palette = Palette::of(ui);
-    let is_reachable = model.is_connected();
+    let is_reachable = daemon.is_connected();
     let hint = if is_reachable {
         "Space or Escape"
     } else {
@@ -48,27 +49,27 @@ pub(crate) fn show(ui: &mut Ui, model: &Model) -> bool {
     let button = ui
         .add_sized(SIZE, Button::new("").fill(fill))
         .accessible_name("Stop")
-        .on_hover_text("Zero force at once. Space and Escape do the same, wherever the focus is.");
-    // A button lays its text out in one line; this one has two.
+        .on_hover_text("Zero force at once. Space and Escape do the same, at any focus.");
+    // A button has one line of text; this one needs two.
     for (text, size, y) in [("Stop", 22.0, -8.0), (hint, 12.0, 14.0)] {
         let at = button.rect.center() + vec2(0.0, y);
         let font = FontId::proportional(size);
         ui.painter()
             .text(at, Align2::CENTER_CENTER, text, font, palette.on_fill);
     }
-    // On the press, not the release: a hand that is being pulled does not click neatly.
+    // On the press instead of the release: a pulled hand does not click neatly.
     let (pressed, released) = ui.input(|input| (input.pointer.primary_pressed(), input.pointer.primary_released()));
     let by_press = pressed && button.is_pointer_button_down_on();
-    // A click by keyboard or screen reader has no press, and a quick one has both in the same frame.
+    // A click by keyboard or screen reader has no press; a quick click has both in one frame.
     by_press || (button.clicked() && (!released || pressed))
 }
 
-/// What became of the stop, and the colour to say it in.
-pub(crate) fn report(ui: &Ui, model: &Model) -> Option<(String, Color32)> {
+/// The outcome of the stop, and the colour of its text.
+pub(crate) fn report(ui: &Ui, daemon: &Daemon) -> Option<(String, Color32)> {
     let palette = Palette::of(ui);
     let plain = ui.visuals().strong_text_color();
     const CUT: &str = "Cut the motor's power";
-    let confirmed = match model.stop() {
+    let confirmed = match &daemon.stop {
         StopReport::Waiting { .. } => return Some(("Stop asked for, not sent yet".to_owned(), palette.caution_text)),
         StopReport::Sent { is_late: false, .. } => {
             return Some(("Stop sent, not confirmed yet".to_owned(), palette.caution_text));
@@ -88,7 +89,7 @@ pub(crate) fn report(ui: &Ui, model: &Model) -> Option<(String, Color32)> {
         StopReport::Confirmed { after } => after.map(|after| format!(" (confirmed, {} ms)", after.as_millis())),
         StopReport::Settled => None,
     };
-    let rig = model.rig().filter(|rig| is_halted(rig.state))?;
+    let rig = daemon.rig().filter(|rig| is_halted(rig.state))?;
     let what = if rig.state == RigState::Stopped {
         "Stopped"
     } else {

@@ -3,14 +3,14 @@
 use egui::{Color32, FontFamily, FontId, TextStyle, Ui};
 use haptic_ipc::RigState;
 
-/// The colours that mean something. Each is only ever used beside a text that says the same.
+/// The colours that have a meaning. Each is used beside a text with the same meaning.
 #[derive(Debug)]
 pub(crate) struct Palette {
     /// No force, nothing wrong.
     pub(crate) rest: Color32,
     /// Force on the hand.
     pub(crate) live: Color32,
-    /// On the way from one to the other, or less than good.
+    /// On the way from one to the other, or a caution.
     pub(crate) caution: Color32,
     /// Stopped, faulted, and the button that stops.
     pub(crate) halt: Color32,
@@ -24,7 +24,7 @@ pub(crate) struct Palette {
     pub(crate) device: Color32,
     /// The block, and the force in its coupling.
     pub(crate) block: Color32,
-    /// What the law says of a steady slide.
+    /// The law's force of a steady slide.
     pub(crate) law: Color32,
     /// The trigger's level and moment, and thresholds.
     pub(crate) mark: Color32,
@@ -82,7 +82,7 @@ impl Palette {
         &LIGHT
     }
 
-    /// What a state of the rig is filled with.
+    /// The fill of a state of the rig.
     pub(crate) fn state(&self, state: RigState) -> Color32 {
         match state {
             RigState::Disconnected | RigState::Idle => self.rest,
@@ -93,7 +93,7 @@ impl Palette {
     }
 }
 
-/// Sets the sizes and distances that the panel is laid out for, in both themes.
+/// Sets the sizes and distances of the panel in both themes.
 pub fn install(ctx: &egui::Context) {
     ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = egui::vec2(8.0, 4.0);
@@ -105,7 +105,7 @@ pub fn install(ctx: &egui::Context) {
         style.text_styles.insert(TextStyle::Small, small);
         // The default is too faint to be read at arm's length.
         style.visuals.weak_text_alpha = 0.8;
-        // A number that is being read must not be selected by a pointer on its way to a slider.
+        // A pointer on its way to a slider must not select a number.
         style.interaction.selectable_labels = false;
     });
 }

@@ -1,12 +1,13 @@
-//! How well the loop keeps time, what was lost on the way here, how the link to the rig is, and where the force meets its limit.
+//! The timing of the loop, losses, the link to the rig, and the share of time at the force limit.
 
 use crate::histogram;
-use crate::model::{CLIPPING_OVER_S, Model};
+use crate::model::daemon::Daemon;
+use crate::model::tapes::CLIPPING_OVER_S;
 use crate::theme::Palette;
 use egui::{RichText, Ui};
 use haptic_ipc::{LinkStatus, TimingWindow};
 
-/// A figure, in the caution colour where it is not as it should be.
+/// A figure, in the caution colour if it is bad.
 fn count(ui: &mut Ui, text: String, is_clean: bool, hint: &str) {
     let mut text = RichText::new(text).small();
     if !is_clean {
@@ -15,18 +16,19 @@ fn count(ui: &mut Ui, text: String, is_clean: bool, hint: &str) {
     ui.label(text).on_hover_text(hint);
 }
 
-/// From this height of the window on the histograms are shown unless the user hides them, points.
+/// Height of the window from which the histograms are shown by default, points.
 const TALL: f32 = 760.0;
 
-/// In a lower one they would leave no room for the plots, points.
+/// Height of the window below which they would leave no room for the plots, points.
 const LOWEST: f32 = 560.0;
 
-/// Shows the lines, and the histograms above them.
-pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
+/// Shows the lines, and the histograms above them unless the user hides them. `clipping` is the share of
+/// time at the force limit.
+pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>, histograms_shown: &mut Option<bool>) {
     let height = ui.ctx().content_rect().height();
     let has_room = height >= LOWEST;
-    let mut shows = has_room && model.histograms_shown.unwrap_or(height >= TALL);
-    if let Some(timing) = model.timing().filter(|_| shows) {
+    let mut shows = has_room && histograms_shown.unwrap_or(height >= TALL);
+    if let Some(timing) = daemon.timing.as_ref().filter(|_| shows) {
         show_histograms(ui, &timing.last_10_s);
     }
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Min), |ui| {
@@ -38,9 +40,11 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
             .clicked()
         {
             shows = !shows;
-            model.histograms_shown = Some(shows);
+            *histograms_shown = Some(shows);
         }
-        ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| show_lines(ui, model));
+        ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| {
+            show_lines(ui, daemon, clipping);
+        });
     });
 }
 
@@ -68,13 +72,13 @@ fn show_clipping(ui: &mut Ui, share: f64) {
     ui.painter().rect_filled(filled, 2, palette.caution);
 }
 
-fn show_lines(ui: &mut Ui, model: &Model) {
-    if let Some(link) = model.timing().and_then(|timing| timing.link.as_ref()) {
+fn show_lines(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>) {
+    if let Some(link) = daemon.timing.as_ref().and_then(|timing| timing.link.as_ref()) {
         show_link(ui, link);
     }
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 18.0;
-        let Some(timing) = model.timing() else {
+        let Some(timing) = &daemon.timing else {
             count(
                 ui,
                 "No timing heard of yet".to_owned(),
@@ -119,17 +123,17 @@ fn show_lines(ui: &mut Ui, model: &Model) {
             };
             count(ui, format!("{name} {all}{recently}"), recent == 0, hint);
         }
-        let dropped = all.telemetry_dropped.saturating_add(model.losses().rows);
+        let dropped = all.telemetry_dropped.saturating_add(daemon.losses.rows);
         count(
             ui,
             format!("Dropped samples {dropped}"),
             dropped == 0,
             "Samples that never reached this panel; the force on the hand is not affected",
         );
-        if let Some(share) = model.clipping() {
+        if let Some(share) = clipping {
             show_clipping(ui, share);
         }
-        let losses = model.losses();
+        let losses = &daemon.losses;
         if losses.unreadable > 0 {
             let text = format!("Unreadable lines {}", losses.unreadable);
             count(ui, text, false, &losses.unreadable_reason);

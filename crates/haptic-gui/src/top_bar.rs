@@ -1,34 +1,34 @@
 //! The connection, the state of the rig, and the buttons that change it.
 
 use crate::intent::Intent;
-use crate::model::{Link, Model};
+use crate::model::daemon::{Daemon, Link};
 use crate::stop_button;
 use crate::theme::Palette;
 use egui::{Align, Button, Color32, Frame, Label, Layout, RichText, Ui, Vec2, vec2};
 use haptic_ipc::RigState;
 
-/// Room for the longest name of a state.
+/// Size for the longest name of a state.
 const BADGE_SIZE: Vec2 = vec2(136.0, 36.0);
 const COMMAND_SIZE: Vec2 = vec2(84.0, 36.0);
 
-/// Shows the bar; says whether the stop button was pressed.
-pub(crate) fn show(ui: &mut Ui, model: &Model, intents: &mut Vec<Intent>) -> bool {
+/// Shows the bar; returns whether Stop was pressed.
+pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) -> bool {
     ui.add_space(4.0);
     let mut stop = false;
     ui.horizontal(|ui| {
         ui.set_min_height(56.0);
-        show_state(ui, model, intents);
+        show_state(ui, daemon, intents);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            stop = stop_button::show(ui, model);
+            stop = stop_button::show(ui, daemon);
             show_theme_switch(ui);
-            show_reports(ui, model);
+            show_reports(ui, daemon);
         });
     });
     ui.add_space(2.0);
     stop
 }
 
-/// The other theme, at a press.
+/// The button for the other theme.
 fn show_theme_switch(ui: &mut Ui) {
     let (other, name) = if ui.visuals().dark_mode {
         (egui::Theme::Light, "Light")
@@ -45,21 +45,21 @@ fn show_theme_switch(ui: &mut Ui) {
     }
 }
 
-/// What became of the stop, and why the rig or the daemon does not do as it was told. These stand beside the buttons rather
-/// than below them, so that nothing moves away from under the pointer when they come and go.
-fn show_reports(ui: &mut Ui, model: &Model) {
+/// The outcome of the stop, the fault of the rig, and the refusal of the daemon. They stand beside the
+/// buttons, so that nothing moves away from under the pointer.
+fn show_reports(ui: &mut Ui, daemon: &Daemon) {
     let palette = Palette::of(ui);
-    let fault = model.rig().and_then(|rig| rig.fault.as_ref());
+    let fault = daemon.rig().and_then(|rig| rig.fault.as_ref());
     let reports = [
         fault.map(|fault| (format!("Fault: {fault}"), palette.error_text)),
-        model
+        daemon
             .refusal()
             .map(|why| (format!("Refused: {why}"), palette.error_text)),
-        stop_button::report(ui, model),
+        stop_button::report(ui, daemon),
     ];
     let reports: Vec<_> = reports.into_iter().flatten().collect();
     ui.with_layout(Layout::top_down(Align::Max), |ui| {
-        // One report stands in the middle of the bar, more of them share it.
+        // A single report stands in the middle of the bar.
         ui.add_space(if reports.len() == 1 { 16.0 } else { 0.0 });
         for (text, color) in reports {
             ui.add(Label::new(RichText::new(text).color(color)).wrap());
@@ -67,33 +67,33 @@ fn show_reports(ui: &mut Ui, model: &Model) {
     });
 }
 
-fn show_state(ui: &mut Ui, model: &Model, intents: &mut Vec<Intent>) {
+fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
     let palette = Palette::of(ui);
-    let (badge, fill) = match (model.link(), model.rig()) {
+    let (badge, fill) = match (&daemon.link, daemon.rig()) {
         (Link::Connecting { .. }, _) => ("Connecting", palette.caution),
         (Link::Lost { .. }, _) => ("Not connected", palette.halt),
         (Link::Connected { .. }, None) => ("Connected", palette.rest),
         (Link::Connected { .. }, Some(rig)) => (describe(rig.state), palette.state(rig.state)),
     };
     show_badge(ui, badge, fill);
-    if let Some(rig) = model.rig() {
+    if let Some(rig) = daemon.rig() {
         show_commands(ui, rig.state, intents);
     }
-    let Link::Connected { path, server } = model.link() else {
+    let Link::Connected { path, server } = &daemon.link else {
         return;
     };
     ui.vertical(|ui| {
         ui.add_space(8.0);
         ui.label(format!("Connected to {server}"))
             .on_hover_text(path.display().to_string());
-        let scene = &model.scene().name;
+        let scene = &daemon.scene.name;
         if !scene.is_empty() {
             ui.label(RichText::new(format!("Scene: {scene}")).weak());
         }
     });
 }
 
-/// Shows the state. The buttons beside it stay where they are, whatever it is.
+/// Shows the state. The buttons beside it never move.
 fn show_badge(ui: &mut Ui, text: &str, fill: Color32) {
     let palette = Palette::of(ui);
     Frame::new().fill(fill).corner_radius(4).show(ui, |ui| {
@@ -102,8 +102,8 @@ fn show_badge(ui: &mut Ui, text: &str, fill: Color32) {
     });
 }
 
-/// What can be done from this state, besides a stop. Nothing else ever stands where the button does that brings the force up: a second click
-/// on what cleared a stop must not engage the rig.
+/// The commands in a state, except Stop. No other button ever stands in the place of Engage: a second
+/// click on Reset must not engage the rig.
 fn show_commands(ui: &mut Ui, state: RigState, intents: &mut Vec<Intent>) {
     let engages = matches!(state, RigState::Idle | RigState::Releasing);
     show_command(ui, "Engage", "Ramp the force up", engages, Intent::Engage, intents);
@@ -138,10 +138,10 @@ fn describe(state: RigState) -> &'static str {
     }
 }
 
-/// Says in place of the scene and the plots why there are none.
-pub(crate) fn explain_no_daemon(ui: &mut Ui, model: &Model) {
+/// Explains why there is neither a scene nor a plot. Samples of the former connection may be in sight.
+pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, has_samples: bool) {
     let palette = Palette::of(ui);
-    match model.link() {
+    match &daemon.link {
         Link::Connected { .. } => {}
         Link::Connecting { path } => {
             ui.heading("Connecting to the daemon");
@@ -152,7 +152,7 @@ pub(crate) fn explain_no_daemon(ui: &mut Ui, model: &Model) {
             ui.label(format!("Socket: {}", path.display()));
             ui.add(Label::new(RichText::new(reason).color(palette.error_text)).wrap());
             ui.label("The panel keeps trying and connects by itself.");
-            if !model.scope().is_empty() {
+            if has_samples {
                 ui.label("Below is what came last before the connection was lost.");
             }
             ui.add_space(8.0);

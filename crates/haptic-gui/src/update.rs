@@ -1,4 +1,4 @@
-//! What the panel hears from the daemon, and about it.
+//! Updates: what the daemon sends, and news of connection, files and stops.
 
 use crate::intent::Intent;
 use crate::recording::{Loaded, RecordingNews};
@@ -9,72 +9,72 @@ use haptic_ipc::{
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// One piece of news.
+/// One update.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Update {
-    /// The first attempt to reach the daemon began.
+    /// The first attempt to connect began.
     Connecting {
-        /// The socket looked at.
+        /// The socket.
         path: PathBuf,
     },
-    /// The daemon greeted; everything known of an earlier one is void.
+    /// The daemon has greeted; all facts of an earlier connection are void.
     Connected {
         /// Its socket.
         path: PathBuf,
         /// The greeting.
         hello: Hello,
     },
-    /// There is no daemon to talk to; the next attempt follows by itself.
+    /// There is no connection; the next attempt follows by itself.
     Disconnected {
-        /// The socket looked at.
+        /// The socket.
         path: PathBuf,
         /// Why.
         reason: String,
     },
     /// The parameter table.
     Described(Description),
-    /// What the adviser says of a scene. It is asked again whenever the scene changes.
+    /// The advice on a scene. It is requested again whenever the scene changes.
     Advised(Result<AdviceReply, WireError>),
-    /// The scene in force, whole. It is asked for again whenever it changes.
+    /// The whole active scene. It is requested again whenever it changes.
     Scene(Result<Box<SceneReply>, WireError>),
     /// The daemon's library of scenes.
     Library(Result<SceneListReply, WireError>),
-    /// What was changed before the panel listened.
+    /// The changes before the panel listened.
     Journal(Result<LogReply, WireError>),
-    /// How rig and daemon are; asked for once a second.
+    /// The state of rig and daemon; requested once a second.
     Status(Result<Box<Status>, WireError>),
-    /// Something subscribed to.
+    /// An event of a subscribed topic.
     Event(Event),
-    /// The daemon carried out what the user asked for, or refused.
+    /// The daemon has carried out an intent, or refused it.
     Answered {
-        /// What was asked.
+        /// The intent.
         intent: Intent,
-        /// What came of it.
+        /// The outcome.
         result: Result<Answer, WireError>,
     },
-    /// What becomes of the stop that was asked for last.
+    /// The progress of the newest stop.
     Stop(StopNews),
     /// A file is being written or read.
     Busy(String),
-    /// What became of an export: the file, or why there is none.
+    /// The outcome of an export: the file, or why there is none.
     Exported(Result<PathBuf, String>),
-    /// What becomes of the recording that is being made.
+    /// The progress of the recording that is being written.
     Recording(RecordingNews),
-    /// A recording to look at, or why it cannot be.
+    /// An opened recording, or why it cannot be opened.
     Opened {
         /// Its file.
         path: PathBuf,
-        /// What is in it.
+        /// Its content.
         result: Result<Box<Loaded>, String>,
     },
-    /// A line that this program cannot read, as a later daemon may send.
+    /// A line that this program cannot read; a later daemon may send some.
     Unreadable {
-        /// What is wrong with it.
+        /// Why not.
         reason: String,
     },
 }
 
-/// What the daemon says to a request that it carried out.
+/// The answer to a request that the daemon has carried out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
     /// To [`Intent::Set`], [`Intent::Load`], [`Intent::Undo`], [`Intent::Redo`] and [`Intent::TakeBack`].
@@ -87,17 +87,17 @@ pub enum Answer {
     Differs(SceneDiffReply),
 }
 
-/// What became of a stop.
+/// The progress of a stop.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StopNews {
     /// The daemon's socket has it.
     Sent,
-    /// It has not reached the daemon's socket. It is still tried.
+    /// It has not reached the daemon's socket. Attempts go on.
     NotSent {
         /// Why.
         reason: String,
     },
-    /// The daemon answered.
+    /// The daemon has answered.
     Answered {
         /// Time from the press to the answer.
         after: Duration,

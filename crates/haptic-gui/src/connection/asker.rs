@@ -1,44 +1,44 @@
-//! The thread that sends, and the only one that may stand in a write to the daemon.
+//! The thread that sends: the only one that may block in a write to the daemon.
 
-use super::{Asked, Shared};
+use super::shared::{Asked, Shared};
 use crate::intent::Intent;
 use crate::stop_path::Stops;
 use haptic_ipc::{Request, Sender};
 use std::sync::{Arc, mpsc};
 
-/// What there is to send.
+/// Work of the thread.
 #[derive(Debug)]
 pub(super) enum Job {
-    /// A daemon has greeted: what is asked first of it, and the way to it.
+    /// A daemon has greeted: the sender to it, and the first requests.
     Introduce {
         conversation: u64,
         sender: Sender,
         requests: Vec<(Request, Asked)>,
     },
-    /// Something that the panel wants to know.
+    /// A question of the panel.
     Ask {
         conversation: u64,
         request: Request,
         asked: Asked,
     },
-    /// Something that the user wants, and how many stops had been asked for by then.
+    /// An intent of the user, and the number of stops pressed before it.
     Intent { intent: Intent, stops: u64 },
-    /// A stop was asked for: the number of those says so itself.
+    /// A stop was pressed. [`Stops`] has its number.
     Stop,
 }
 
-/// The way to a daemon.
-struct Talk {
-    conversation: u64,
+/// A conversation with a daemon.
+struct Conversation {
+    number: u64,
     sender: Sender,
-    /// The newest stop that was sent on it, or needs not be.
+    /// The newest stop that needs no sending on it.
     stops_sent: u64,
 }
 
 pub(super) struct Asker {
     shared: Arc<Shared>,
     stops: Arc<Stops>,
-    talk: Option<Talk>,
+    conversation: Option<Conversation>,
     /// The newest stop for which the next attempt to connect was hurried.
     hurried_for: u64,
 }
@@ -48,15 +48,15 @@ impl Asker {
         Self {
             shared,
             stops,
-            talk: None,
+            conversation: None,
             hurried_for: 0,
         }
     }
 
-    /// Sends what there is until the panel is gone.
+    /// Sends until the panel is closed.
     pub(super) fn run(mut self, jobs: &mpsc::Receiver<Job>) {
         while let Ok(job) = jobs.recv() {
-            // Ahead of what waited for longer.
+            // Ahead of older work.
             self.stop_if_asked();
             self.carry_out(job);
         }
@@ -69,8 +69,8 @@ impl Asker {
                 sender,
                 requests,
             } => {
-                self.talk = Some(Talk {
-                    conversation,
+                self.conversation = Some(Conversation {
+                    number: conversation,
                     sender,
                     stops_sent: self.stops.settled(),
                 });
@@ -84,13 +84,17 @@ impl Asker {
                 request,
                 asked,
             } => {
-                // What was to be asked of an earlier daemon is of no use.
-                if self.talk.as_ref().is_some_and(|talk| talk.conversation == conversation) {
+                // A question to an earlier daemon is void.
+                if self
+                    .conversation
+                    .as_ref()
+                    .is_some_and(|open| open.number == conversation)
+                {
                     self.send(request, asked);
                 }
             }
             Job::Intent { intent, stops } => {
-                // Nothing that was asked before a stop may bring the force back after it.
+                // An intent from before a stop must not bring the force back after it.
                 if intent.is_void_after_stop() && stops < self.stops.pressed() {
                     return;
                 }
@@ -104,9 +108,9 @@ impl Asker {
 
     fn stop_if_asked(&mut self) {
         let newest = self.stops.pressed();
-        match &mut self.talk {
-            Some(talk) if newest > talk.stops_sent => {
-                talk.stops_sent = newest;
+        match &mut self.conversation {
+            Some(open) if newest > open.stops_sent => {
+                open.stops_sent = newest;
                 self.send(Request::Stop {}, Asked::Stop(newest));
             }
             Some(_) => {}
@@ -118,14 +122,14 @@ impl Asker {
         }
     }
 
-    /// Sends a request. One that cannot be sent is void with its connection, and the listening thread tells of the loss.
+    /// Sends a request. If that fails, the connection is lost, which the listening thread reports.
     fn send(&mut self, request: Request, asked: Asked) {
-        let Some(talk) = &mut self.talk else { return };
-        // Noted first: the answer may be there before the write returns.
-        let key = (talk.conversation, talk.sender.next_id());
+        let Some(open) = &mut self.conversation else { return };
+        // Noted first: the answer may arrive before the write returns.
+        let key = (open.number, open.sender.next_id());
         self.shared.asked().insert(key, asked);
-        if talk.sender.send(request).is_err() {
-            self.talk = None;
+        if open.sender.send(request).is_err() {
+            self.conversation = None;
             self.shared.asked().remove(&key);
             if self.stops.pressed() > self.stops.settled() {
                 self.shared.hurry_up();

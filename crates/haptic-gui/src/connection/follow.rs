@@ -1,17 +1,17 @@
-//! What is asked anew whenever the scene changes.
+//! Requests that are repeated whenever the scene changes.
 
 use haptic_ipc::{ErrorCode, WireError};
 
-/// How far something that follows from the scene has been asked for.
+/// The state of such a request.
 #[derive(Debug)]
 pub(super) struct Follow<K> {
-    /// What it follows, as of the newest news.
+    /// What it depends on, by the newest event.
     pub(super) newest: Option<K>,
-    /// What that was when it was last asked for.
+    /// The same when it was last asked.
     pub(super) asked: Option<K>,
-    /// It is not answered yet. Asked once at a time, the daemon cannot be swamped by a slider that is dragged.
+    /// It has no answer yet. One request at a time: a dragged slider does not swamp the daemon.
     is_unanswered: bool,
-    /// The daemon has none.
+    /// The daemon does not know the request.
     is_missing: bool,
 }
 
@@ -27,7 +27,7 @@ impl<K> Default for Follow<K> {
 }
 
 impl<K: Clone + PartialEq> Follow<K> {
-    /// Whether it is to be asked for now.
+    /// Whether to ask now; then it counts as asked.
     pub(super) fn is_due(&mut self) -> bool {
         if self.is_missing || self.is_unanswered || self.newest == self.asked {
             return false;

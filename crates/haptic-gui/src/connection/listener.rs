@@ -2,12 +2,12 @@
 
 use super::asker::Job;
 use super::follow::Follow;
-use super::{Asked, Patience, Shared};
+use super::shared::{Asked, Patience, Shared};
 use crate::intent::Intent;
-use crate::news::{News, PanelGone};
-use crate::recording::Recordings;
+use crate::recorder::Recorder;
 use crate::stop_path::{Guide, Stops};
 use crate::update::{Answer, Update};
+use crate::update_sender::{PanelGone, UpdateSender};
 use haptic_ipc::{Client, ClientError, ErrorCode, Event, Receiver, Request, ServerLine, StateEvent, Topic, WireError};
 use serde::de::DeserializeOwned;
 use std::convert::Infallible;
@@ -16,10 +16,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
 
-/// Time between batches of samples, ms. Each batch is one repaint, so this is also the frame time: 30 a second.
+/// Time between batches of samples, ms. Each batch causes a frame: 30 a second.
 const BATCH_MS: u32 = 34;
 
-/// Changes made before the panel listened that it asks for.
+/// Entries of the journal that the panel asks for at first.
 const PAST_CHANGES: usize = 20;
 
 /// Why a conversation ended.
@@ -40,22 +40,22 @@ impl From<ClientError> for End {
     }
 }
 
-/// What follows from the scene.
+/// What depends on the scene and is asked for again.
 #[derive(Debug, Default)]
 struct Following {
     advice: Follow<u64>,
     scene: Follow<u64>,
-    /// By law and parameters: the table is another where those are.
+    /// By law and names of parameters, which decide the rows of the table.
     description: Follow<(String, Vec<String>)>,
 }
 
 pub(super) struct Listener {
     shared: Arc<Shared>,
     stops: Arc<Stops>,
-    recordings: Arc<Recordings>,
+    recorder: Arc<Recorder>,
     jobs: mpsc::Sender<Job>,
     guide: Guide,
-    news: News,
+    updates: UpdateSender,
     patience: Patience,
     /// Number of the conversation, from 1.
     conversation: u64,
@@ -67,19 +67,19 @@ impl Listener {
     pub(super) fn new(
         shared: Arc<Shared>,
         stops: Arc<Stops>,
-        recordings: Arc<Recordings>,
+        recorder: Arc<Recorder>,
         jobs: mpsc::Sender<Job>,
         guide: Guide,
-        news: News,
+        updates: UpdateSender,
         patience: Patience,
     ) -> Self {
         Self {
             shared,
             stops,
-            recordings,
+            recorder,
             jobs,
             guide,
-            news,
+            updates,
             patience,
             conversation: 0,
             is_connected: false,
@@ -90,7 +90,7 @@ impl Listener {
     pub(super) fn run(mut self, locate: &impl Fn() -> PathBuf) -> Result<(), PanelGone> {
         let mut path = locate();
         let mut told = None;
-        self.news.tell(Update::Connecting { path: path.clone() })?;
+        self.updates.send(Update::Connecting { path: path.clone() })?;
         loop {
             self.guide.lead_to(path.clone(), false);
             let reason = match self.converse(&path) {
@@ -100,11 +100,11 @@ impl Listener {
             let was_connected = self.hang_up();
             let lost = Update::Disconnected { path, reason };
             if was_connected || told.as_ref() != Some(&lost) {
-                self.news.tell(lost.clone())?;
+                self.updates.send(lost.clone())?;
                 told = Some(lost);
             } else {
-                // Nothing new to draw, but the way to learn that the panel is gone.
-                self.news.tell_undrawn(lost)?;
+                // Nothing new to draw, but it fails once the panel is closed.
+                self.updates.send_undrawn(lost)?;
             }
             self.shared.pause(self.patience.retry);
             path = locate();
@@ -130,18 +130,18 @@ impl Listener {
                 sender,
                 requests: introduction(),
             });
-            self.news.tell(Update::Connected {
+            self.updates.send(Update::Connected {
                 path: path.to_path_buf(),
                 hello,
             })?;
             self.guide.lead_to(path.to_path_buf(), true);
             loop {
                 if let Some(update) = self.next(&mut receiver)? {
-                    self.news.tell(update)?;
+                    self.updates.send(update)?;
                 }
             }
         })();
-        // The other half may be stuck in a write to a daemon that does not read.
+        // The other half may be blocked in a write to a daemon that does not read.
         receiver.hang_up();
         lost.err().unwrap_or(End::PanelGone)
     }
@@ -162,13 +162,13 @@ impl Listener {
     fn next(&mut self, receiver: &mut Receiver) -> Result<Option<Update>, End> {
         match receiver.receive() {
             Ok(ServerLine::Event(event)) => {
-                self.recordings.keep(&event);
+                self.recorder.keep(&event);
                 match &event {
                     Event::State(state) => {
-                        self.hear(state);
+                        self.note_scene(state);
                         self.follow();
                     }
-                    // Once a second, as often as this is news.
+                    // Once a second, as often as the timing.
                     Event::Timing(_) => self.ask(Request::Status {}, Asked::Status),
                     _ => {}
                 }
@@ -203,20 +203,20 @@ impl Listener {
         }
     }
 
-    /// Hears of the scene in force.
-    fn hear(&mut self, state: &StateEvent) {
+    /// Notes the active scene.
+    fn note_scene(&mut self, state: &StateEvent) {
         let following = &mut self.following;
         let revision = following.advice.newest.max(Some(state.revision));
         (following.advice.newest, following.scene.newest) = (revision, revision);
         let shape = (state.law.clone(), state.params.keys().cloned().collect());
         if following.description.asked.is_none() {
-            // That of the first news was asked for with the greeting.
+            // The first description was asked for after the greeting.
             following.description.asked = Some(shape.clone());
         }
         following.description.newest = Some(shape);
     }
 
-    /// Asks for what follows from a scene that is new.
+    /// Asks for what depends on a new scene.
     fn follow(&mut self) {
         if self.following.description.is_due() {
             self.ask(Request::Describe {}, Asked::Describe);
@@ -229,21 +229,21 @@ impl Listener {
         }
     }
 
-    /// Ends a conversation; says whether there was one.
+    /// Ends a conversation; returns whether there was one.
     fn hang_up(&mut self) -> bool {
         self.shared.asked().clear();
-        // What follows from another daemon would be another recording.
-        self.recordings.end();
+        // Samples of another daemon belong to another recording.
+        self.recorder.end();
         self.following = Following::default();
         std::mem::take(&mut self.is_connected)
     }
 }
 
-/// What is asked first: everything that the panel shows.
+/// The first requests: everything that the panel shows.
 fn introduction() -> Vec<(Request, Asked)> {
     let subscribe = Request::Subscribe {
         topics: vec![Topic::State, Topic::Timing, Topic::Samples, Topic::Log],
-        // Every tick: a spike of a single one must be seen.
+        // Every tick: a spike of a single one must be visible.
         rate_hz: None,
         batch_ms: Some(BATCH_MS),
     };
@@ -259,7 +259,7 @@ fn introduction() -> Vec<(Request, Asked)> {
     ]
 }
 
-/// What an answer means to the panel.
+/// The update that an answer causes.
 fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Result<Option<Update>, End> {
     match asked {
         Asked::Subscribe => {
@@ -306,7 +306,7 @@ fn read<T: DeserializeOwned>(
     serde_json::from_value(result?).map_err(|error| unreadable(asked, &error))
 }
 
-/// An answer that cannot be read is as good as a refusal.
+/// An unreadable answer counts as a refusal.
 fn unreadable(asked: impl fmt::Display, error: &serde_json::Error) -> WireError {
     let message = format!("the daemon's answer to {asked} cannot be read: {error}");
     WireError::new(ErrorCode::Unknown, message)

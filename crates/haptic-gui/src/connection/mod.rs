@@ -1,63 +1,47 @@
-//! The daemon at the other end of two channels.
+//! The connection to the daemon, behind two channels.
 //!
-//! One thread connects, listens, and connects again for as long as the panel lives; another sends, so that a daemon that
-//! does not read cannot freeze the window; a third writes what is recorded. None of them holds a lock while it reads, writes or waits.
+//! One thread connects, listens, and reconnects while the panel lives. Another sends, so that a daemon
+//! that does not read cannot freeze the window. A third writes recordings. None of them holds a lock
+//! while it reads, writes or waits.
 //!
-//! Stops have a path of their own (`stop_path`). They are sent here as well, ahead of whatever waits to be sent and behind what was written
-//! before them: what the daemon has yet to read of this connection cannot bring the force back after a stop. One that was not answered is the
-//! first thing said to the next daemon that answers.
+//! Stops have a path of their own (`stop_path`). They are sent here as well, ahead of the requests that
+//! wait, and behind those that were written: a request that the daemon has yet to read cannot bring
+//! the force back after a stop. An unanswered stop is the first request to the next daemon.
 
 mod asker;
 mod follow;
 mod listener;
+mod shared;
 
-use crate::news::News;
+pub use shared::Patience;
 
 use crate::intent::Intent;
-use crate::recording::Recordings;
+use crate::recorder::Recorder;
 use crate::stop_path::StopPath;
 use crate::update::Update;
+use crate::update_sender::UpdateSender;
 use asker::{Asker, Job};
 use listener::Listener;
-use std::collections::HashMap;
+use shared::Shared;
 use std::io;
 use std::path::PathBuf;
-use std::sync::mpsc;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::Duration;
 
-/// How patient the connection is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Patience {
-    /// Wait between two attempts to connect.
-    pub retry: Duration,
-    /// After how long a silent daemon is given up. It reports on its timing every second, so silence is trouble.
-    pub silence: Duration,
-}
-
-impl Default for Patience {
-    fn default() -> Self {
-        Self {
-            retry: Duration::from_millis(500),
-            silence: Duration::from_secs(5),
-        }
-    }
-}
-
-/// A connection that mends itself.
+/// A connection that reconnects by itself.
 #[derive(Debug)]
 pub struct Connection {
     stop: StopPath,
     jobs: mpsc::Sender<Job>,
-    recordings: Arc<Recordings>,
+    recorder: Arc<Recorder>,
     updates: mpsc::Receiver<Update>,
 }
 
 impl Connection {
-    /// Starts to connect to the socket that `locate` names, asked anew before each attempt: the daemon may be started later
-    /// and elsewhere. `repaint` is called from other threads whenever there is news to draw, with how long it may wait: what
-    /// comes in one after the other is drawn at once, 30 times a second at most.
+    /// Connects to the socket that `locate` names. It is called before each attempt: the daemon may be
+    /// started later and elsewhere. Other threads call `repaint` when there is news to draw, with the
+    /// time until the frame is due, so that there are at most 30 frames a second.
     ///
     /// # Errors
     /// The system has no thread left.
@@ -67,22 +51,22 @@ impl Connection {
         repaint: impl Fn(Duration) + Send + Sync + 'static,
     ) -> io::Result<Self> {
         let (jobs, to_do) = mpsc::channel();
-        let (news, updates) = News::new(repaint);
-        let (stop, guide) = StopPath::start(patience.retry, news.clone())?;
+        let (sender, updates) = UpdateSender::new(repaint);
+        let (stop, guide) = StopPath::start(patience.retry, sender.clone())?;
         let shared = Arc::new(Shared::default());
-        let recordings = Arc::new(Recordings::new(news.clone()));
+        let recorder = Arc::new(Recorder::new(sender.clone()));
         let listener = Listener::new(
             Arc::clone(&shared),
             Arc::clone(stop.stops()),
-            Arc::clone(&recordings),
+            Arc::clone(&recorder),
             jobs.clone(),
             guide,
-            news,
+            sender,
             patience,
         );
         thread::Builder::new()
             .name("listen".to_owned())
-            // The only way out is that nobody wants the news any more.
+            // It ends only when the panel is closed.
             .spawn(move || listener.run(&locate).unwrap_or(()))?;
         let asker = Asker::new(shared, Arc::clone(stop.stops()));
         thread::Builder::new()
@@ -91,18 +75,18 @@ impl Connection {
         Ok(Self {
             stop,
             jobs,
-            recordings,
+            recorder,
             updates,
         })
     }
 
-    /// Sends an intent. What comes of it is heard as [`Update::Answered`], or, when the connection is lost first, as
-    /// [`Update::Disconnected`]; of a stop as [`Update::Stop`]. Waits for nothing.
+    /// Sends an intent. Its outcome is [`Update::Answered`], or [`Update::Disconnected`] if the connection
+    /// is lost first; that of a stop is [`Update::Stop`]. Waits for nothing.
     pub fn send(&self, intent: Intent) {
         match intent {
             Intent::Stop => self.stop(),
-            Intent::Record { folder, metadata } => self.recordings.begin(folder, *metadata),
-            Intent::EndRecording => self.recordings.end(),
+            Intent::Record { folder, metadata } => self.recorder.begin(folder, *metadata),
+            Intent::EndRecording => self.recorder.end(),
             intent => {
                 let stops = self.stop.stops().pressed();
                 self.do_next(Job::Intent { intent, stops });
@@ -117,7 +101,7 @@ impl Connection {
     }
 
     fn do_next(&self, job: Job) {
-        // The asking thread lives as long as `self`; were it gone, so would be the connection, which is told elsewhere.
+        // The asking thread lives as long as `self`.
         self.jobs.send(job).unwrap_or(());
     }
 
@@ -135,52 +119,7 @@ impl Connection {
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        // The panel closes: a recording has a moment to be written to its end, and no more on a disk that stalls.
-        self.recordings.close();
-    }
-}
-
-/// What both threads use. Its locks are held for a few instructions, never while something is read, written or waited for.
-#[derive(Debug, Default)]
-struct Shared {
-    /// What the answers to come belong to, by conversation and number.
-    asked: Mutex<HashMap<(u64, u64), Asked>>,
-    /// A stop was asked for since the last attempt to connect: the next is due at once.
-    hurries: Mutex<bool>,
-    hurry: Condvar,
-}
-
-#[derive(Debug)]
-enum Asked {
-    Intent(Intent),
-    /// A stop by its number.
-    Stop(u64),
-    Describe,
-    Subscribe,
-    Advise,
-    Scene,
-    Library,
-    Journal,
-    Status,
-}
-
-impl Shared {
-    fn asked(&self) -> MutexGuard<'_, HashMap<(u64, u64), Asked>> {
-        // The map is whole between any two statements, so a panic elsewhere does not spoil it.
-        self.asked.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Makes the next attempt to connect due.
-    fn hurry_up(&self) {
-        *self.hurries.lock().unwrap_or_else(PoisonError::into_inner) = true;
-        self.hurry.notify_all();
-    }
-
-    /// Waits before the next attempt, but not when a stop is asked for meanwhile.
-    fn pause(&self, time: Duration) {
-        let hurries = self.hurries.lock().unwrap_or_else(PoisonError::into_inner);
-        let waited = self.hurry.wait_timeout_while(hurries, time, |hurries| !*hurries);
-        let (mut hurries, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        *hurries = false;
+        // A recording has a moment to be written to its end; a stalled disk gets no more.
+        self.recorder.close();
     }
 }

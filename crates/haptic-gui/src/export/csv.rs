@@ -1,14 +1,14 @@
-//! Every sample that is seen, as CSV.
+//! The samples in sight, as CSV.
 
 use crate::model::Model;
-use crate::scope::tape::Tape;
+use crate::tape::Tape;
 use haptic_ipc::SAMPLE_COLUMNS;
 use std::io::{self, Write};
 
-/// Every sample that is seen, every column, as CSV.
+/// Every sample in sight with every column, as CSV.
 ///
 /// # Panics
-/// Never: memory can always be written to.
+/// Never: writing to memory cannot fail.
 #[must_use]
 pub fn csv(model: &Model) -> String {
     let mut text = Vec::new();
@@ -16,7 +16,7 @@ pub fn csv(model: &Model) -> String {
     String::from_utf8(text).expect("numbers and names")
 }
 
-/// The samples that are seen, for another thread to write: an hour of them is 400 MB of text.
+/// The samples in sight, for another thread to write: an hour is 400 MB of text.
 #[derive(Debug)]
 pub(crate) struct Rows {
     tape: Tape,
@@ -25,11 +25,12 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// Those that are seen now. Nothing is copied.
+    /// The samples in sight now. Nothing is copied.
     pub(crate) fn seen(model: &Model) -> Self {
-        let seen = model.scope().seen();
+        let (scope, tapes) = (&model.view.scope, &model.tapes);
+        let seen = scope.seen(tapes);
         Self {
-            tape: model.scope().tape().part(seen.from_s, seen.to_s),
+            tape: scope.tape(tapes).part(seen.from_s, seen.to_s),
             from_s: seen.from_s,
             to_s: seen.to_s,
         }
@@ -40,7 +41,7 @@ impl Rows {
         let mut line = Vec::new();
         for sample in self.tape.within(self.from_s, self.to_s) {
             line.clear();
-            // A row is an array of numbers and one word, so what is left of it without the signs of JSON are its cells.
+            // A row is a JSON array of numbers and one word: without JSON's signs it is a row of cells.
             serde_json::to_writer(&mut line, sample)?;
             line.retain(|byte| !matches!(byte, b'[' | b']' | b'"'));
             line.push(b'\n');
@@ -53,12 +54,12 @@ impl Rows {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::tests::with_samples;
+    use crate::export::fixture::with_samples;
 
     #[test]
-    fn the_table_holds_every_sample_that_is_seen() {
+    fn the_table_holds_every_sample_in_sight() {
         let mut model = with_samples();
-        model.scope_mut().zoom(5.0, 0.0);
+        model.view.scope.zoom(5.0, 0.0);
         let text = csv(&model);
         let mut lines = text.lines();
         assert_eq!(lines.next(), Some(SAMPLE_COLUMNS.join(",").as_str()));

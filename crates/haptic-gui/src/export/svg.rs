@@ -1,50 +1,50 @@
-//! The plots as they are seen, as an SVG in the colours for a white page.
+//! A picture as an SVG, in the colours for a white page.
 
-use crate::model::Model;
-use crate::plots::Shown;
+use super::picture::{Group, Picture};
+use crate::model::scope::value_axes::Reach;
 use crate::plots::axis::{USUAL_COUNT, number, steps};
-use crate::plots::contact_ribbon;
-use crate::plots::force_velocity::{Graph, LABELS, dot_name};
-use crate::plots::over_time::{stroke, time_label, traces, value_reach};
-use crate::scope::Scope;
-use crate::scope::signal::Quantity;
-use crate::scope::value_axes::Reach;
+use crate::plots::chart::{Chart, Curve, Ink, Overlay};
+use crate::plots::contact_ribbon::Run;
 use crate::theme::Palette;
 use egui::Color32;
 use std::fmt::Write as _;
 
 /// Size of a plot over time, px.
 const OVER_TIME: (f64, f64) = (800.0, 220.0);
+
 /// Size of force against velocity, px.
 const FORCE_VELOCITY: (f64, f64) = (480.0, 440.0);
+
 /// Room for the numbers and names at a plot's left, right, top and bottom, px.
 const MARGINS: (f64, f64, f64, f64) = (70.0, 20.0, 34.0, 40.0);
+
+/// Height of the contact ribbon, px.
 const RIBBON: f64 = 8.0;
 
-/// The plots that are seen.
-#[must_use]
-pub fn svg(model: &Model) -> String {
-    let scope = model.scope();
-    let (left, right, top, bottom) = MARGINS;
-    let mut drawing = Drawing::default();
-    let mut x = 0.0;
-    for shown in model.plots_seen {
-        match shown {
-            Shown::OverTime => {
-                drawing.over_time(scope, x + left);
-                x += left + OVER_TIME.0 + right;
-            }
-            Shown::ForceVelocity => {
-                let graph = Graph::of(scope, model.scene_seen());
-                drawing.force_velocity(&graph, dot_name(scope), x + left, top);
-                x += left + FORCE_VELOCITY.0 + right;
+impl Picture {
+    /// The picture as an SVG.
+    pub(crate) fn svg(&self) -> String {
+        let (left, right, top, bottom) = MARGINS;
+        let mut drawing = Drawing::default();
+        let mut x = 0.0;
+        for group in &self.0 {
+            match group {
+                Group::OverTime { charts, contacts } => {
+                    drawing.over_time(charts, contacts, x + left);
+                    x += left + OVER_TIME.0 + right;
+                }
+                Group::ForceVelocity(chart) => {
+                    let frame = Frame::of(chart, (x + left, top), FORCE_VELOCITY);
+                    drawing.chart(chart, &frame, true);
+                    x += left + FORCE_VELOCITY.0 + right;
+                }
             }
         }
+        drawing.end(right, bottom)
     }
-    drawing.end(right, bottom)
 }
 
-/// Where a plot lies in the picture, px, and what of its values it shows.
+/// The place of a plot in the picture, px, and the ranges of its axes.
 struct Frame {
     corner: (f64, f64),
     size: (f64, f64),
@@ -53,6 +53,15 @@ struct Frame {
 }
 
 impl Frame {
+    fn of(chart: &Chart, corner: (f64, f64), size: (f64, f64)) -> Self {
+        Self {
+            corner,
+            size,
+            across: chart.across,
+            up: chart.up,
+        }
+    }
+
     fn x(&self, value: f64) -> f64 {
         let (low, high) = self.across;
         self.corner.0 + self.size.0 * (value - low) / (high - low)
@@ -63,7 +72,7 @@ impl Frame {
         self.corner.1 + self.size.1 * (high - value) / (high - low)
     }
 
-    /// The parts of a line that lie within, cut at the edges: not every program that reads the picture can clip.
+    /// The parts of a line within the frame, cut at its edges: not every program can clip.
     fn within(&self, points: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
         let mut parts: Vec<Vec<[f64; 2]>> = Vec::new();
         let mut goes_on = false;
@@ -83,7 +92,7 @@ impl Frame {
     }
 }
 
-/// The part of a straight line within a box, after Liang and Barsky (1984); nothing where it passes by.
+/// The part of a straight line within a box, after Liang and Barsky (1984); `None` outside of it.
 fn cut(from: [f64; 2], to: [f64; 2], within: [Reach; 2]) -> Option<[[f64; 2]; 2]> {
     let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
@@ -106,21 +115,17 @@ fn cut(from: [f64; 2], to: [f64; 2], within: [Reach; 2]) -> Option<[[f64; 2]; 2]
     (enters < leaves).then(|| [at(enters), at(leaves)])
 }
 
-/// How a line is drawn.
-struct Stroke {
-    color: String,
-    width: f32,
-    opacity: f32,
+/// A colour as SVG writes it.
+fn hex(color: fn(&Palette) -> Color32) -> String {
+    let color = color(Palette::for_paper());
+    format!("#{:02x}{:02x}{:02x}", color.r(), color.g(), color.b())
 }
 
-impl Stroke {
-    fn solid(color: Color32, width: f32) -> Self {
-        Self {
-            color: format!("#{:02x}{:02x}{:02x}", color.r(), color.g(), color.b()),
-            width,
-            opacity: 1.0,
-        }
-    }
+/// The attributes of a line.
+fn style(ink: &Ink) -> String {
+    let Ink { color, width, opacity } = ink;
+    let color = hex(*color);
+    format!("stroke=\"{color}\" stroke-width=\"{width}\" stroke-opacity=\"{opacity}\"")
 }
 
 /// An SVG that grows. Writing to a `String` cannot fail.
@@ -146,106 +151,103 @@ impl Drawing {
         self.text.push('\n');
     }
 
-    fn over_time(&mut self, scope: &Scope, left: f64) {
-        let seen = scope.seen();
-        let quantities: Vec<Quantity> = scope.quantities().collect();
+    fn over_time(&mut self, charts: &[Chart], contacts: &[Run], left: f64) {
         let mut y = 0.0;
-        for (place, quantity) in quantities.iter().enumerate() {
+        for (place, chart) in charts.iter().enumerate() {
             y += MARGINS.2;
-            let traces = traces(scope, *quantity, &seen, OVER_TIME.0 * 2.0);
-            let frame = Frame {
-                corner: (left, y),
-                size: OVER_TIME,
-                across: (seen.from_s - seen.zero_s, seen.to_s - seen.zero_s),
-                up: value_reach(scope, *quantity, &traces),
-            };
+            let frame = Frame::of(chart, (left, y), OVER_TIME);
             if place == 0 {
-                self.ribbon(scope, &frame);
+                self.ribbon(contacts, &frame);
             }
-            let is_lowest = place + 1 == quantities.len();
-            let value_label = format!("{} ({})", quantity.name(), quantity.unit());
-            self.frame(&frame, is_lowest.then(|| time_label(scope)), &value_label);
-            let lines = traces.iter().map(|trace| {
-                let (color, width) = stroke(Palette::for_paper(), trace.signal);
-                (trace.signal.name(), Stroke::solid(color, width), &*trace.points)
-            });
-            self.lines(&frame, lines);
+            self.chart(chart, &frame, place + 1 == charts.len());
             y += OVER_TIME.1;
         }
     }
 
-    fn force_velocity(&mut self, graph: &Graph, dot: &str, left: f64, top: f64) {
-        let frame = Frame {
-            corner: (left, top),
-            size: FORCE_VELOCITY,
-            across: graph.velocities,
-            up: graph.forces,
-        };
-        let palette = Palette::for_paper();
-        self.frame(&frame, Some(LABELS[0]), LABELS[1]);
-        let mark = Stroke::solid(palette.mark, 1.0);
-        for threshold in &graph.thresholds {
-            let (x, y, height) = (frame.x(*threshold), frame.corner.1, frame.size.1);
-            if (graph.velocities.0..=graph.velocities.1).contains(threshold) {
-                self.add(format_args!(
-                    "<path d=\"M{x:.2} {y}v{height}\" stroke=\"{}\" stroke-dasharray=\"6 4\"><title>DV</title></path>",
-                    mark.color
-                ));
-                let outwards = threshold.signum();
-                let (x, foot) = (x + 4.0 * outwards, y + height - 8.0);
-                let anchor = if outwards < 0.0 { "end" } else { "start" };
-                self.add(format_args!(
-                    "<text x=\"{x:.2}\" y=\"{foot}\" text-anchor=\"{anchor}\" fill=\"{}\">DV</text>",
-                    mark.color
-                ));
+    /// A chart. Without numbers at the horizontal axis, another one below it has them.
+    fn chart(&mut self, chart: &Chart, frame: &Frame, has_across_numbers: bool) {
+        let [across, up] = &chart.labels;
+        self.frame(frame, has_across_numbers.then_some(across), up);
+        for overlay in &chart.overlays {
+            match overlay {
+                Overlay::Level { value, ink } => self.level(frame, *value, ink),
+                Overlay::Mark {
+                    at,
+                    label,
+                    is_dashed,
+                    ink,
+                } => self.mark(frame, *at, label, *is_dashed, ink),
+                Overlay::Curve(_) | Overlay::Dot { .. } => {}
             }
         }
-        let faint = Stroke {
-            opacity: 0.5,
-            ..Stroke::solid(palette.block, 1.0)
-        };
-        let lines = [
-            ("Law", Stroke::solid(palette.law, 2.0), &*graph.law),
-            ("Trail of the last second", faint, &*graph.trail),
-        ];
-        self.lines(&frame, lines.into_iter());
-        if let Some([velocity, force]) = graph.trail.last() {
-            let (x, y, color) = (
-                frame.x(*velocity),
-                frame.y(*force),
-                Stroke::solid(palette.device, 1.0).color,
-            );
-            if velocity.abs() <= graph.velocities.1 {
-                self.add(format_args!(
-                    "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"5\" fill=\"{color}\"><title>{dot}</title></circle>"
-                ));
+        let under = chart.overlays.iter().filter_map(|overlay| match overlay {
+            Overlay::Curve(curve) => Some(curve),
+            _ => None,
+        });
+        self.curves(frame, under.chain(&chart.curves));
+        for overlay in &chart.overlays {
+            if let Overlay::Dot { name, at, color } = overlay {
+                self.dot(frame, name, *at, *color);
             }
         }
     }
 
-    fn ribbon(&mut self, scope: &Scope, frame: &Frame) {
-        let palette = Palette::for_paper();
-        let seen = scope.seen();
-        let column_s = seen.column_s(OVER_TIME.0 * 2.0);
-        let contacts = scope.tape().contacts((seen.from_s, seen.to_s), column_s);
+    fn level(&mut self, frame: &Frame, value: f64, ink: &Ink) {
+        if !within(value, frame.up) {
+            return;
+        }
+        let (x, y, width, style) = (frame.corner.0, frame.y(value), frame.size.0, style(ink));
+        self.add(format_args!(
+            "<path d=\"M{x:.2} {y:.2}h{width}\" {style} stroke-dasharray=\"6 4\"/>"
+        ));
+    }
+
+    fn mark(&mut self, frame: &Frame, at: f64, label: &str, is_dashed: bool, ink: &Ink) {
+        if !within(at, frame.across) {
+            return;
+        }
+        let (x, y, height, style) = (frame.x(at), frame.corner.1, frame.size.1, style(ink));
+        let dashes = if is_dashed { " stroke-dasharray=\"6 4\"" } else { "" };
+        self.add(format_args!(
+            "<path d=\"M{x:.2} {y}v{height}\" {style}{dashes}><title>{label}</title></path>"
+        ));
+        let (x, foot, color) = (x + 4.0 * at.signum(), y + height - 8.0, hex(ink.color));
+        let anchor = if at < 0.0 { "end" } else { "start" };
+        self.add(format_args!(
+            "<text x=\"{x:.2}\" y=\"{foot}\" text-anchor=\"{anchor}\" fill=\"{color}\">{label}</text>"
+        ));
+    }
+
+    fn dot(&mut self, frame: &Frame, name: &str, [across, up]: [f64; 2], color: fn(&Palette) -> Color32) {
+        if !within(across, frame.across) {
+            return;
+        }
+        let (x, y, color) = (frame.x(across), frame.y(up), hex(color));
+        self.add(format_args!(
+            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"5\" fill=\"{color}\"><title>{name}</title></circle>"
+        ));
+    }
+
+    fn ribbon(&mut self, contacts: &[Run], frame: &Frame) {
         let y = RIBBON / 2.0;
-        for run in contact_ribbon::runs(contacts, seen.zero_s) {
+        for run in contacts {
             let edges = (frame.corner.0, frame.corner.0 + frame.size.0);
             let [from, to] = [run.from, run.to].map(|t_s| frame.x(t_s).clamp(edges.0, edges.1));
             let (color, what) = if run.slides {
-                (palette.sliding, "sliding")
+                (hex(|palette| palette.sliding), "sliding")
             } else {
-                (palette.stuck, "stuck")
+                (hex(|palette| palette.stuck), "stuck")
             };
-            let (color, width) = (Stroke::solid(color, 1.0).color, to - from);
+            let width = to - from;
             self.add(format_args!(
                 "<rect x=\"{from:.2}\" y=\"{y}\" width=\"{width:.2}\" height=\"{RIBBON}\" fill=\"{color}\"><title>{what}</title></rect>"
             ));
         }
     }
 
-    /// A plot's frame, grid and numbers, with names at its axes; no `across_label` leaves the numbers below it out too.
-    fn frame(&mut self, frame: &Frame, across_label: Option<&str>, up_label: &str) {
+    /// A plot's frame, grid, numbers and the names of its axes. Without `across_label` there are no numbers
+    /// below it.
+    fn frame(&mut self, frame: &Frame, across_label: Option<&String>, up_label: &str) {
         let ((left, top), (width, height)) = (frame.corner, frame.size);
         let foot = top + height;
         self.reaches = (self.reaches.0.max(left + width), self.reaches.1.max(foot));
@@ -279,11 +281,11 @@ impl Drawing {
         }
     }
 
-    /// Lines, and above the plot what each of them is.
-    fn lines<'a>(&mut self, frame: &Frame, lines: impl Iterator<Item = (&'a str, Stroke, &'a [[f64; 2]])>) {
+    /// Lines, and their key above the plot.
+    fn curves<'a>(&mut self, frame: &Frame, curves: impl Iterator<Item = &'a Curve>) {
         let (mut x, y) = (frame.corner.0 + 8.0, frame.corner.1 - 4.0);
-        for (name, Stroke { color, width, opacity }, points) in lines {
-            let style = format!("stroke=\"{color}\" stroke-width=\"{width}\" stroke-opacity=\"{opacity}\"");
+        for Curve { name, points, ink } in curves {
+            let style = style(ink);
             for part in frame.within(points) {
                 let points = part
                     .iter()
@@ -302,6 +304,11 @@ impl Drawing {
     }
 }
 
+/// Whether a value lies in a range.
+fn within(value: f64, (low, high): Reach) -> bool {
+    (low..=high).contains(&value)
+}
+
 /// The numbers of an axis.
 fn marks(reach: Reach) -> Vec<(f64, String)> {
     let [_, step, _] = steps(reach, USUAL_COUNT);
@@ -317,7 +324,14 @@ fn marks(reach: Reach) -> Vec<(f64, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::export::tests::with_samples;
+    use crate::export::fixture::with_samples;
+    use crate::model::Model;
+    use crate::model::view::PlotGroup;
+    use crate::tape::signal::Quantity;
+
+    fn svg(model: &Model) -> String {
+        Picture::seen(model).svg()
+    }
 
     #[test]
     fn the_picture_has_every_plot_its_units_and_the_spike() {
@@ -340,9 +354,9 @@ mod tests {
     #[test]
     fn force_against_velocity_is_in_the_picture_where_it_is_seen() {
         let mut model = with_samples();
-        model.plots_seen = &[Shown::OverTime, Shown::ForceVelocity];
+        model.view.layout.drawn = &[PlotGroup::OverTime, PlotGroup::ForceVelocity];
         let threshold = [("DV".parse().expect("a parameter"), 0.005)];
-        model.scene_mut().in_force = haptic_core::Scene::paper().with(&threshold).ok();
+        model.daemon.scene.active = haptic_core::Scene::paper().with(&threshold).ok();
         let text = svg(&model);
         for part in [
             "Block velocity (mm/s)",
@@ -356,14 +370,14 @@ mod tests {
             assert!(text.contains(part), "{part}");
         }
         assert!(!text.contains("NaN") && !text.contains("inf"));
-        model.plots_seen = &[Shown::ForceVelocity];
+        model.view.layout.drawn = &[PlotGroup::ForceVelocity];
         assert!(!svg(&model).contains("Time from"));
     }
 
     #[test]
     fn an_axis_that_is_held_is_held_in_the_picture() {
         let mut model = with_samples();
-        model.scope_mut().value_axes.hold(Quantity::Force, (-1.0, 3.0));
+        model.view.scope.value_axes.hold(Quantity::Force, (-1.0, 3.0));
         let text = svg(&model);
         assert!(text.contains(">3<") && !text.contains(">40<"));
         assert_eq!(text.matches("<polyline").count(), 7, "the spike leaves and comes back");

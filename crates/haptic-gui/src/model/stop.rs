@@ -1,74 +1,91 @@
-//! What became of the user's last stop. Nothing is said of it that is not known.
+//! The outcome of the user's last stop. The panel claims only what it knows.
 
-use super::{Model, is_halted};
-use crate::update::Answer;
-use crate::update::StopNews;
-use haptic_ipc::{ErrorCode, StateReply, WireError};
+use crate::update::{Answer, StopNews};
+use haptic_ipc::{ErrorCode, RigState, StateReply, WireError};
 use std::time::{Duration, Instant};
 
-/// After how long without news a stop counts as not sent, and one that was sent as not heard. A daemon confirms within milliseconds.
+/// Time without news after which a stop counts as not sent, and a sent one as not confirmed. A daemon
+/// confirms within milliseconds.
 const STOP_PATIENCE: Duration = Duration::from_millis(300);
 
-/// What became of the user's last stop.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The outcome of the user's last stop.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) enum StopReport {
-    /// None was asked for, or the rig was reset since: the state of the rig says so.
+    /// No stop is open: the state of the rig says everything.
+    #[default]
     Settled,
-    /// Asked for, and nothing is known of it yet.
+    /// Pressed; nothing is known of it yet.
     Waiting { since: Instant },
-    /// A daemon's socket has it. Late once it should have been answered.
+    /// A daemon's socket has it. Late when the answer is overdue.
     Sent { since: Option<Instant>, is_late: bool },
-    /// The daemon has carried it out, so long after the press where that is known.
+    /// The daemon has carried it out, this long after the press if that is known.
     Confirmed { after: Option<Duration> },
     /// The daemon did not carry it out.
     Failed { reason: String },
-    /// The daemon has carried it out, and there was no device to hear it.
+    /// The daemon has carried it out, but there was no device to receive it.
     Unheard { reason: String },
     /// It reached no daemon.
     NotSent { reason: String },
 }
 
 impl StopReport {
-    /// Whether it is still to be seen what becomes of it.
+    /// The report without a connection: the worst case until there is news.
+    pub(crate) fn no_connection() -> Self {
+        Self::NotSent {
+            reason: "no connection to the daemon".to_owned(),
+        }
+    }
+
+    /// Whether the outcome is still open.
     fn is_open(&self) -> bool {
         matches!(self, Self::Waiting { .. } | Self::Sent { .. } | Self::NotSent { .. })
     }
-}
 
-impl Model {
-    /// The user asked for a stop at `now`.
-    pub(crate) fn stop_asked(&mut self, now: Instant) {
-        self.stop = if self.is_connected() {
-            StopReport::Waiting { since: now }
+    /// The user pressed Stop at `now`.
+    pub(crate) fn press(&mut self, now: Instant, is_connected: bool) {
+        *self = if is_connected {
+            Self::Waiting { since: now }
         } else {
-            // The worst until there is news.
-            no_connection()
+            Self::no_connection()
         };
     }
 
-    /// Whatever hangs: a stop of which nothing is heard is not said to be on its way. Gives how long until that is so.
-    pub(super) fn age_stop(&mut self, now: Instant) -> Option<Duration> {
-        let (StopReport::Waiting { since }
-        | StopReport::Sent {
-            since: Some(since),
-            is_late: false,
-        }) = self.stop
-        else {
-            if let StopReport::Sent { since, .. } = &mut self.stop {
-                since.get_or_insert(now);
-                return Some(STOP_PATIENCE);
-            }
-            return None;
+    /// The connection is lost, and the state of the rig with it. A stop on its way has news of its own.
+    pub(crate) fn lose_connection(&mut self) {
+        match self {
+            Self::Confirmed { .. } => *self = Self::Settled,
+            Self::Failed { .. } => *self = Self::no_connection(),
+            _ => {}
+        }
+    }
+
+    /// The state of the rig has changed.
+    pub(crate) fn take_state(&mut self, before: Option<RigState>, now: RigState) {
+        let is_told = matches!(self, Self::Unheard { .. } | Self::Confirmed { .. });
+        let is_reset = before.is_some_and(is_halted) && !is_halted(now);
+        // The force is off after all, by another client or a check.
+        let is_off = is_halted(now) && matches!(self, Self::Failed { .. });
+        if (is_reset && is_told) || is_off {
+            *self = Self::Settled;
+        }
+    }
+
+    /// Marks a stop without news as late. Returns the time until it is late.
+    pub(crate) fn age(&mut self, now: Instant) -> Option<Duration> {
+        let since = match self {
+            Self::Waiting { since } => *since,
+            Self::Sent { since, is_late: false } => *since.get_or_insert(now),
+            _ => return None,
         };
         let left = (since + STOP_PATIENCE).saturating_duration_since(now);
         if !left.is_zero() {
             return Some(left);
         }
-        self.stop = match self.stop {
-            StopReport::Waiting { .. } => StopReport::NotSent {
+        *self = match self {
+            Self::Waiting { .. } => Self::NotSent {
                 reason: "the panel is stuck".to_owned(),
             },
-            _ => StopReport::Sent {
+            _ => Self::Sent {
                 since: Some(since),
                 is_late: true,
             },
@@ -76,56 +93,65 @@ impl Model {
         None
     }
 
-    pub(super) fn take_stop(&mut self, news: StopNews) {
+    /// Takes news of the stop's own connection, except its answer.
+    pub(crate) fn take_progress(&mut self, news: StopNews) {
+        if !self.is_open() {
+            // The daemon has answered on the other connection.
+            return;
+        }
         match news {
-            StopNews::Sent if self.stop.is_open() => {
-                let (since, is_late) = match self.stop {
-                    StopReport::Waiting { since } => (Some(since), false),
-                    StopReport::Sent { since, is_late } => (since, is_late),
+            StopNews::Sent => {
+                let (since, is_late) = match *self {
+                    Self::Waiting { since } => (Some(since), false),
+                    Self::Sent { since, is_late } => (since, is_late),
                     _ => (None, false),
                 };
-                self.stop = StopReport::Sent { since, is_late };
+                *self = Self::Sent { since, is_late };
             }
-            StopNews::NotSent { reason } if self.stop.is_open() => self.stop = StopReport::NotSent { reason },
-            // The daemon has answered on the other connection.
-            StopNews::Sent | StopNews::NotSent { .. } => {}
-            StopNews::Answered { after, result } => self.take_stop_answer(Some(after), result.map(Answer::State)),
+            StopNews::NotSent { reason } => *self = Self::NotSent { reason },
+            StopNews::Answered { .. } => {}
         }
     }
 
-    /// Takes an answer to a stop; every stop goes out on two connections, and the first answer counts unless it is the worse.
-    pub(super) fn take_stop_answer(&mut self, after: Option<Duration>, result: Result<Answer, WireError>) {
+    /// Takes an answer to a stop. Every stop goes out on two connections: the first answer counts, and a
+    /// confirmation counts more than a refusal. `known_tick` is the tick of the known state of the rig.
+    /// Returns the state that a confirmation brings.
+    pub(crate) fn take_answer(
+        &mut self,
+        after: Option<Duration>,
+        result: Result<Answer, WireError>,
+        known_tick: Option<u64>,
+    ) -> Option<(RigState, u64)> {
         if let Ok(Answer::State(StateReply { state, tick })) = result
             && is_halted(state)
         {
-            let known = match self.stop {
-                StopReport::Confirmed { after } => after,
-                // It was reset since.
-                StopReport::Settled if self.rig().is_some_and(|rig| rig.tick > tick) => return,
+            let known = match self {
+                Self::Confirmed { after } => *after,
+                // The rig was reset since.
+                Self::Settled if known_tick.is_some_and(|known| known > tick) => return None,
                 _ => None,
             };
-            self.take_rig(state, None, tick);
-            self.stop = StopReport::Confirmed { after: known.or(after) };
-            return;
+            *self = Self::Confirmed { after: known.or(after) };
+            return Some((state, tick));
         }
-        if matches!(self.stop, StopReport::Confirmed { .. }) {
-            return;
+        if matches!(self, Self::Confirmed { .. }) {
+            return None;
         }
-        self.stop = match result {
-            Ok(Answer::State(StateReply { state, .. })) => StopReport::Failed {
+        *self = match result {
+            Ok(Answer::State(StateReply { state, .. })) => Self::Failed {
                 reason: format!("the daemon answered that the rig is {state}"),
             },
-            Ok(_) => StopReport::Failed {
+            Ok(_) => Self::Failed {
                 reason: "the daemon's answer is not that to a stop".to_owned(),
             },
-            Err(error) if error.code == ErrorCode::NoDevice => StopReport::Unheard { reason: error.message },
-            Err(error) => StopReport::Failed { reason: error.message },
+            Err(error) if error.code == ErrorCode::NoDevice => Self::Unheard { reason: error.message },
+            Err(error) => Self::Failed { reason: error.message },
         };
+        None
     }
 }
 
-pub(super) fn no_connection() -> StopReport {
-    StopReport::NotSent {
-        reason: "no connection to the daemon".to_owned(),
-    }
+/// Whether a person or a check has removed the force until a reset.
+pub(crate) fn is_halted(state: RigState) -> bool {
+    matches!(state, RigState::Stopped | RigState::Faulted)
 }

@@ -1,15 +1,15 @@
-//! The numbers at an axis, and how far it reaches.
+//! The numbers at an axis, and its range.
 
-/// Room for the numbers of the vertical axes, points: the same for all, so that the plots line up.
+/// Width of the numbers of the vertical axes, points: the same for all, so that the plots are aligned.
 pub(crate) const AXIS_WIDTH: f32 = 64.0;
 
-/// Numbers at an axis, unless there is little room.
+/// Usual number of numbers at an axis.
 pub(crate) const USUAL_COUNT: f64 = 4.0;
 
 /// Distance of the numbers at a vertical axis, points.
 const NUMBER_DISTANCE: f32 = 40.0;
 
-/// Numbers for which a vertical axis of this height has room.
+/// Number of numbers at a vertical axis of this height, points.
 pub(crate) fn count_for(height: f32) -> f64 {
     f64::from((height / NUMBER_DISTANCE).clamp(2.0, 8.0))
 }
@@ -17,7 +17,7 @@ pub(crate) fn count_for(height: f32) -> f64 {
 /// Share of the axis that is left free at either end.
 const MARGIN: f64 = 0.08;
 
-/// How far an axis reaches to show all of these values, and at least `smallest_span`.
+/// The range of an axis that shows all values and spans at least `smallest_span`.
 pub(crate) fn reach(values: impl IntoIterator<Item = f64>, smallest_span: f64) -> (f64, f64) {
     let (low, high) = values
         .into_iter()
@@ -30,13 +30,13 @@ pub(crate) fn reach(values: impl IntoIterator<Item = f64>, smallest_span: f64) -
     (middle - half, middle + half)
 }
 
-/// Round distances, and in how many parts finer lines divide them.
+/// Round distances, and the number of parts into which finer lines divide them.
 const ROUND: [(f64, f64); 4] = [(10.0, 5.0), (5.0, 5.0), (2.0, 4.0), (1.0, 5.0)];
 
 /// The next of them.
 const FINEST: (f64, f64) = (0.5, 5.0);
 
-/// Distances of the grid's lines: about `count` that carry a number, at 1, 2 or 5 times a power of ten.
+/// Distances of the grid's lines: about `count` with a number, at 1, 2 or 5 times a power of ten.
 ///
 /// The plot's own grid knows only powers of ten, which leaves most axes with the number 0 alone.
 pub(crate) fn steps((low, high): (f64, f64), count: f64) -> [f64; 3] {
@@ -51,14 +51,14 @@ pub(crate) fn steps((low, high): (f64, f64), count: f64) -> [f64; 3] {
         ..7.5 => 1,
         _ => 0,
     };
-    // Two of them lie on the axis wherever it begins; rounding errors must not take one away.
+    // Two lines lie on the axis wherever it begins; a rounding error must not remove one.
     let fits = |(round, _): &(f64, f64)| 2.0 * round * power <= (high - low) * (1.0 - 1e-9);
     let (round, parts) = ROUND[nearest..].iter().copied().find(fits).unwrap_or(FINEST);
     let major = round * power;
     [major / parts, major, major * 10.0]
 }
 
-/// A number of an axis that reaches so far, in no more digits than it needs.
+/// A number of an axis with this range, with as many digits as it needs.
 pub(crate) fn number(value: f64, bounds: (f64, f64)) -> String {
     let [finest, ..] = steps(bounds, USUAL_COUNT);
     let text = format!("{value:.*}", decimals(finest));
@@ -104,7 +104,7 @@ mod tests {
     }
 
     proptest! {
-        /// One number says nothing of how far an axis reaches, and two alike even less.
+        /// A single number does not show the range of an axis, and neither do two equal ones.
         #[test]
         fn an_axis_has_two_numbers_at_least(
             middle in -1e4..1e4_f64,

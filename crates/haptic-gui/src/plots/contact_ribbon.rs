@@ -1,18 +1,18 @@
-//! A ribbon over the plots that shows when the block stuck and when it slid.
+//! The ribbon above the plots that shows when the block stuck and when it slid.
 
-use crate::scope::Scope;
+use crate::model::scope::TimeRange;
+use crate::tape::Tape;
 use crate::theme::Palette;
 use egui::{Painter, Rect, Ui};
 use egui_plot::PlotTransform;
 
 /// Paints the ribbon into `strip`, on the time axis of the plots below it, which may be scrolled.
-pub(crate) fn paint(ui: &Ui, painter: &Painter, strip: Rect, transform: &PlotTransform, scope: &Scope) {
+pub(crate) fn paint(ui: &Ui, painter: &Painter, strip: Rect, transform: &PlotTransform, tape: &Tape, seen: &TimeRange) {
     let palette = Palette::of(ui);
     let frame = transform.frame();
     let painter = painter.with_clip_rect(strip.with_min_x(frame.left()).with_max_x(frame.right()));
-    let seen = scope.seen();
     let columns = f64::from(frame.width() * ui.pixels_per_point());
-    let contacts = scope.tape().contacts((seen.from_s, seen.to_s), seen.column_s(columns));
+    let contacts = tape.contacts((seen.from_s, seen.to_s), seen.column_s(columns));
     for run in runs(contacts, seen.zero_s) {
         let left = transform.position_from_point_x(run.from);
         let right = transform.position_from_point_x(run.to);
@@ -21,7 +21,7 @@ pub(crate) fn paint(ui: &Ui, painter: &Painter, strip: Rect, transform: &PlotTra
     }
 }
 
-/// A while of one kind of contact, s from the zero of the axis.
+/// A time of one kind of contact, s from the zero of the axis.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Run {
     pub(crate) from: f64,
@@ -29,7 +29,8 @@ pub(crate) struct Run {
     pub(crate) slides: bool,
 }
 
-/// Joins times of the same contact, each with whether the block slid from then on; each run lasts until the next one begins, or the force ends. `zero_s` is where the axis has its zero.
+/// Joins contacts of one kind. Each contact comes with its time, and lasts until the next one or until the
+/// force ends. `zero_s` is the zero of the axis, s on the daemon's clock.
 pub(crate) fn runs(contacts: impl IntoIterator<Item = (f64, Option<bool>)>, zero_s: f64) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut before = None;
@@ -53,11 +54,10 @@ pub(crate) fn runs(contacts: impl IntoIterator<Item = (f64, Option<bool>)>, zero
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scope::tape::Tape;
-    use crate::scope::tape::tests::at;
+    use crate::tape::tests::at;
     use haptic_ipc::{RigState, Sample};
 
-    /// Those of samples that are all drawn.
+    /// The runs of samples that are drawn one by one.
     fn runs_of(samples: impl IntoIterator<Item = Sample>, zero_s: f64) -> Vec<Run> {
         runs(Tape::recorded(samples).contacts((-100.0, 100.0), 0.01), zero_s)
     }

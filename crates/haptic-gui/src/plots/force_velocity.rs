@@ -1,29 +1,43 @@
-//! Force against velocity: what the block does, over what its law says of a steady slide.
+//! Force against velocity: the trail of the block over its law's force of a steady slide.
 
-use super::axis::reach;
+use super::chart::{Across, Axes, Chart, Curve, Ink, Overlay, Trace};
 use super::frame;
-use crate::scope::Scope;
-use crate::scope::signal::{MM_PER_M, Signal};
-use crate::scope::value_axes::Reach;
+use crate::model::scope::{Scope, TimeRange};
+use crate::model::tapes::Tapes;
+use crate::tape::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
-use egui::{Align2, Color32, RichText, Ui};
-use egui_plot::{Line, LineStyle, PlotBounds, PlotPoint, PlotPoints, Points, Text, VLine};
+use egui::Ui;
 use haptic_core::{Parameter, Scene};
 
-/// How long a trail the dot has, s.
+/// Length of the trail, s.
 const TRAIL_S: f64 = 1.0;
 
 /// Points of the law's curve in each direction: enough for a Stribeck fall in the middle of a wide plot.
 const CURVE_POINTS: u32 = 200;
 
-/// Numbers at the axis of velocity, which is short.
+/// Numbers at the short axis of velocity.
 const FEW: f64 = 2.0;
 
-/// How far above the lower edge the name of a mark stands, as a share of the height.
-const LABEL_SHARE: f64 = 0.04;
-
-/// Half of the stick band's width where the scene has no threshold, mm/s.
+/// Half of the width of the stick band for a scene without a threshold, mm/s.
 const NARROW_BAND_MMPS: f64 = 5.0;
+
+/// The narrowest range of velocity to either side, mm/s.
+const NARROWEST_MMPS: f64 = 20.0;
+
+/// Smallest span of the axis of force, N.
+const SMALLEST_SPAN_N: f64 = 2.0;
+
+/// Every sample of the trail, fainter than the block's line, so that the law and the dot stand out.
+const TRAIL: Trace = Trace {
+    name: "Trail",
+    across: Across::Signal(Signal::BLOCK_VELOCITY),
+    signal: Signal::COUPLING_FORCE,
+    ink: Ink {
+        color: |palette| palette.block,
+        width: 1.0,
+        opacity: 0.5,
+    },
+};
 
 /// The law's curve: the slide to the left, the hold at rest, the slide to the right, in mm/s and N.
 pub(crate) fn curve(scene: &Scene, fastest_mmps: f64) -> Vec<[f64; 2]> {
@@ -32,7 +46,7 @@ pub(crate) fn curve(scene: &Scene, fastest_mmps: f64) -> Vec<[f64; 2]> {
         (0..=CURVE_POINTS).map(move |step| {
             // Denser near rest, where the curve bends.
             let share = (f64::from(step) / f64::from(CURVE_POINTS)).powi(2);
-            // The least that is not rest, so that the force is that of a slide in this direction.
+            // The smallest speed that is not rest, so that the force is that of a slide.
             let speed = (share * fastest_mmps / MM_PER_M).max(f64::MIN_POSITIVE);
             [
                 direction * speed * MM_PER_M,
@@ -49,7 +63,7 @@ pub(crate) fn curve(scene: &Scene, fastest_mmps: f64) -> Vec<[f64; 2]> {
     points
 }
 
-/// Half of the width of the band in which sticking is decided, mm/s.
+/// Half of the width of the band in which the block sticks or slides, mm/s.
 fn band(scene: Option<&Scene>) -> f64 {
     let of = |parameter| {
         scene
@@ -60,112 +74,79 @@ fn band(scene: Option<&Scene>) -> f64 {
     (4.0 * threshold.max(stribeck) * MM_PER_M).max(NARROW_BAND_MMPS)
 }
 
-/// What the axes are called.
-pub(crate) const LABELS: [&str; 2] = ["Block velocity (mm/s)", "Coupling force (N)"];
-
-/// What is drawn, in mm/s and N.
-#[derive(Debug)]
-pub(crate) struct Graph {
-    pub(crate) law: Vec<[f64; 2]>,
-    pub(crate) trail: Vec<[f64; 2]>,
-    /// The velocities at which the block starts to be held, where its law has a threshold.
-    pub(crate) thresholds: Vec<f64>,
-    pub(crate) velocities: Reach,
-    pub(crate) forces: Reach,
+/// The chart of the time that is seen, with the law of a scene.
+pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Chart {
+    let seen = scope.seen(tapes);
+    let seen = TimeRange {
+        from_s: seen.from_s.max(seen.to_s - TRAIL_S),
+        ..seen
+    };
+    let tape = scope.tape(tapes);
+    let samples = tape.within(seen.from_s, seen.to_s);
+    let with_force = samples.filter(|sample| sample.state.is_live());
+    let (mut fastest, mut newest) = (0.0_f64, None);
+    for sample in with_force {
+        let velocity = Signal::BLOCK_VELOCITY.of(sample);
+        fastest = fastest.max(velocity.abs());
+        newest = Some([velocity, Signal::COUPLING_FORCE.of(sample)]);
+    }
+    let widest = if scope.zooms_to_stick_band {
+        band(scene)
+    } else {
+        (fastest * 1.1).max(NARROWEST_MMPS)
+    };
+    let law = Overlay::Curve(Curve {
+        name: "Law",
+        points: scene.map_or_else(Vec::new, |scene| curve(scene, widest * 1.2)),
+        ink: Ink::solid(|palette| palette.law, 2.0),
+    });
+    let dot = newest.map(|at| Overlay::Dot {
+        name: if scope.ends_now(tapes) { "Now" } else { "Newest seen" },
+        at,
+        color: |palette| palette.device,
+    });
+    let overlays: Vec<_> = [law].into_iter().chain(thresholds(scene)).chain(dot).collect();
+    let axes = Axes {
+        seen,
+        columns: 1.0,
+        across: (-widest, widest),
+        up: None,
+        smallest_span: SMALLEST_SPAN_N,
+        labels: ["Block velocity (mm/s)".to_owned(), "Coupling force (N)".to_owned()],
+    };
+    Chart::new(tape, &[TRAIL], &overlays, axes)
 }
 
-impl Graph {
-    /// What is to be drawn of a scene, and of what is seen.
-    pub(crate) fn of(scope: &Scope, scene: Option<&Scene>) -> Self {
-        let trail = trail(scope);
-        let threshold = scene.and_then(|scene| scene.value(Parameter::VelocityThreshold));
-        let threshold = threshold
-            .map(|value| value.positive * MM_PER_M)
-            .filter(|mmps| *mmps > 0.0);
-        let fastest = trail.iter().map(|[velocity, _]| velocity.abs()).fold(0.0, f64::max);
-        let widest = if scope.zooms_to_stick_band {
-            band(scene)
-        } else {
-            (fastest * 1.1).max(20.0)
-        };
-        let law = scene.map_or_else(Vec::new, |scene| curve(scene, widest * 1.2));
-        let is_seen = |point: &&[f64; 2]| point[0].abs() <= widest;
-        let forces = trail.iter().chain(&law).filter(is_seen).map(|[_, force]| *force);
-        Self {
-            forces: reach(forces, 2.0),
-            law,
-            trail,
-            thresholds: threshold.into_iter().flat_map(|mmps| [-mmps, mmps]).collect(),
-            velocities: (-widest, widest),
-        }
-    }
+/// The velocities at which the block starts to stick, if the law has a threshold.
+fn thresholds(scene: Option<&Scene>) -> impl Iterator<Item = Overlay> {
+    let threshold = scene.and_then(|scene| scene.value(Parameter::VelocityThreshold));
+    let mmps = threshold.map(|value| value.positive * MM_PER_M);
+    let both = mmps
+        .filter(|mmps| *mmps > 0.0)
+        .into_iter()
+        .flat_map(|mmps| [-mmps, mmps]);
+    both.map(|at| Overlay::Mark {
+        at,
+        label: "DV",
+        is_dashed: true,
+        ink: Ink::solid(|palette| palette.mark, 1.0),
+    })
 }
 
 /// Shows the plot in `height` points.
-pub(crate) fn show(ui: &mut Ui, scope: &mut Scope, scene: Option<&Scene>, height: f32) {
+pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, scene: Option<&Scene>, height: f32) {
     let palette = Palette::of(ui);
     let label = "Zoom to the stick band";
     ui.checkbox(&mut scope.zooms_to_stick_band, label)
         .on_hover_text("Velocities at which it is decided whether the block sticks: a few times DV, or ws");
     let height = height - ui.spacing().interact_size.y - ui.spacing().item_spacing.y;
-    let graph = Graph::of(scope, scene);
+    let chart = chart(tapes, scope, scene);
     let name = "Force against velocity plot";
     let plot = frame::plot(name, height, height, FEW)
-        .x_axis_label(LABELS[0])
-        .y_axis_label(LABELS[1]);
-    let shown = plot.show(ui, |plot| {
-        let ((left, right), (low, high)) = (graph.velocities, graph.forces);
-        plot.set_plot_bounds(PlotBounds::from_min_max([left, low], [right, high]));
-        for mark in graph.thresholds {
-            let line = VLine::new("", mark).color(palette.mark);
-            plot.vline(line.style(LineStyle::dashed_loose()).allow_hover(false));
-            let at = PlotPoint::new(mark, low + LABEL_SHARE * (high - low));
-            // Outside of the band, which may be narrower than its name.
-            let side = if mark < 0.0 {
-                Align2::RIGHT_CENTER
-            } else {
-                Align2::LEFT_CENTER
-            };
-            let name = Text::new("", at, RichText::new(" DV ").small());
-            plot.text(name.color(palette.mark).anchor(side).allow_hover(false));
-        }
-        plot.line(
-            Line::new("Law", PlotPoints::new(graph.law))
-                .color(palette.law)
-                .width(2.0),
-        );
-        let newest = graph.trail.last().copied();
-        plot.line(
-            Line::new("Trail", PlotPoints::new(graph.trail))
-                .color(trail_color(palette))
-                .width(1.0),
-        );
-        if let Some(newest) = newest {
-            let dot = Points::new(dot_name(scope), PlotPoints::new(vec![newest]));
-            plot.points(dot.color(palette.device).radius(5.0));
-        }
-    });
+        .x_axis_label(chart.labels[0].as_str())
+        .y_axis_label(chart.labels[1].as_str());
+    let shown = plot.show(ui, |plot| frame::draw(plot, &chart, palette));
     shown.response.accessible_name(name);
-}
-
-/// What the dot stands for.
-pub(crate) fn dot_name(scope: &Scope) -> &'static str {
-    if scope.ends_now() { "Now" } else { "Newest seen" }
-}
-
-/// Fainter than the block's line, so that the law and the dot stand out.
-pub(crate) fn trail_color(palette: &Palette) -> Color32 {
-    palette.block.gamma_multiply(0.5)
-}
-
-/// The last second of what is seen: every sample, so that no spike is lost.
-fn trail(scope: &Scope) -> Vec<[f64; 2]> {
-    let seen = scope.seen();
-    let samples = scope.tape().within((seen.to_s - TRAIL_S).max(seen.from_s), seen.to_s);
-    let with_force = samples.filter(|sample| sample.state.is_live());
-    with_force
-        .map(|sample| [Signal::BlockVelocity.of(sample), Signal::CouplingForce.of(sample)])
-        .collect()
 }
 
 #[cfg(test)]

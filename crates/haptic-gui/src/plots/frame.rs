@@ -1,20 +1,32 @@
-//! What all plots have in common: they lie still under the pointer, for the panel moves them together, and their axes line up.
+//! The frame of every plot, and how a chart is drawn in it. The panel moves the plots together, so each
+//! of them ignores the pointer, and their axes are aligned.
 
 use super::axis::{AXIS_WIDTH, count_for, number, steps};
-use egui::TextStyle;
-use egui_plot::{AxisHints, Corner, Legend, Plot, uniform_grid_spacer};
+use super::chart::{Chart, Curve, Ink, Overlay};
+use crate::theme::Palette;
+use egui::{Align2, Color32, RichText, TextStyle};
+use egui_plot::{
+    AxisHints, Corner, HLine, Legend, Line, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, PlotUi, Points, Text,
+    VLine, uniform_grid_spacer,
+};
 
-/// From this height on a plot has a legend, points: in a lower one it would hide the lines.
+/// Share of the height at which the label of a mark stands above the lower edge.
+const LABEL_SHARE: f64 = 0.04;
+
+/// Radius of a dot, points.
+const DOT_RADIUS: f32 = 5.0;
+
+/// Lowest height of a plot with a legend, points: in a lower plot it would hide the lines.
 const LOWEST_WITH_LEGEND: f32 = 110.0;
 
-/// Numbers at the lines that are meant to carry one, and at no others. The plot's own choice fades those that it finds too near to one another
-/// until they cannot be read.
+/// Numbers at the major lines of the grid alone. The plot's own choice fades numbers that are close to one
+/// another until they cannot be read.
 fn numbers(axis: AxisHints<'_>, count: f64) -> AxisHints<'_> {
     let axis = axis.label_spacing(0.0..=f32::MIN_POSITIVE);
     axis.formatter(move |mark, reach| {
         let reach = (*reach.start(), *reach.end());
         let [finest, step, _] = steps(reach, count);
-        // Between the two, so that rounding errors do not decide.
+        // Half-way, so that rounding errors do not decide.
         if mark.step_size > (finest + step) / 2.0 {
             number(mark.value, reach)
         } else {
@@ -23,7 +35,8 @@ fn numbers(axis: AxisHints<'_>, count: f64) -> AxisHints<'_> {
     })
 }
 
-/// A plot of which `inner` points of its height are left for the lines; its axis across has about `count` numbers.
+/// A plot with `inner` points of its height for the lines, and about `count` numbers at its horizontal
+/// axis.
 pub(crate) fn plot<'a>(name: &str, height: f32, inner: f32, count: f64) -> Plot<'a> {
     let plot = Plot::new(name)
         .height(height)
@@ -47,4 +60,72 @@ pub(crate) fn plot<'a>(name: &str, height: f32, inner: f32, count: f64) -> Plot<
         .text_style(TextStyle::Small)
         .follow_insertion_order(true);
     plot.legend(legend)
+}
+
+/// Draws a chart: curves of overlays, traces, and the other overlays above them.
+pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
+    let ((left, right), (low, high)) = (chart.across, chart.up);
+    plot.set_plot_bounds(PlotBounds::from_min_max([left, low], [right, high]));
+    for overlay in &chart.overlays {
+        if let Overlay::Curve(curve) = overlay {
+            draw_curve(plot, curve, palette);
+        }
+    }
+    for curve in &chart.curves {
+        draw_curve(plot, curve, palette);
+    }
+    for overlay in &chart.overlays {
+        match overlay {
+            Overlay::Curve(_) => {}
+            Overlay::Level { value, ink } => {
+                let line = HLine::new("", *value).color(color(ink, palette)).width(ink.width);
+                plot.hline(line.style(LineStyle::dashed_loose()).allow_hover(false));
+            }
+            Overlay::Mark {
+                at,
+                label,
+                is_dashed,
+                ink,
+            } => {
+                let style = if *is_dashed {
+                    LineStyle::dashed_loose()
+                } else {
+                    LineStyle::Solid
+                };
+                let line = VLine::new("", *at).color(color(ink, palette)).width(ink.width);
+                plot.vline(line.style(style).allow_hover(false));
+                let foot = PlotPoint::new(*at, low + LABEL_SHARE * (high - low));
+                draw_label(plot, foot, label, color(ink, palette));
+            }
+            Overlay::Dot { name, at, color } => {
+                let dot = Points::new(*name, PlotPoints::new(vec![*at]));
+                plot.points(dot.color(color(palette)).radius(DOT_RADIUS));
+            }
+        }
+    }
+}
+
+fn color(ink: &Ink, palette: &Palette) -> Color32 {
+    (ink.color)(palette).gamma_multiply(ink.opacity)
+}
+
+fn draw_curve(plot: &mut PlotUi<'_>, curve: &Curve, palette: &Palette) {
+    let line = Line::new(curve.name, PlotPoints::new(curve.points.clone()));
+    let line = line.color(color(&curve.ink, palette)).width(curve.ink.width);
+    // A band would have gaps where one column of pixels lies wholly above the next.
+    plot.line(line.allow_band(false));
+}
+
+/// The label of a mark, on the side away from zero: the band between two marks may be narrower.
+fn draw_label(plot: &mut PlotUi<'_>, at: PlotPoint, label: &str, color: Color32) {
+    if label.is_empty() {
+        return;
+    }
+    let side = if at.x < 0.0 {
+        Align2::RIGHT_CENTER
+    } else {
+        Align2::LEFT_CENTER
+    };
+    let text = Text::new("", at, RichText::new(format!(" {label} ")).small());
+    plot.text(text.color(color).anchor(side).allow_hover(false));
 }

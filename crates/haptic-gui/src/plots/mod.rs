@@ -1,69 +1,67 @@
 //! The plots, and the tools to look at them.
 
 pub(crate) mod axis;
+pub(crate) mod chart;
 pub(crate) mod contact_ribbon;
 pub(crate) mod force_velocity;
 mod frame;
 pub(crate) mod over_time;
 pub(crate) mod recordings;
 mod toolbar;
+mod trigger_bar;
 
 use crate::intent::Intent;
-use crate::model::Model;
-use egui::{Ui, vec2};
+use crate::model::view::PlotGroup;
+use crate::model::{Model, scene_seen};
+use egui::{Align, Layout, Ui, vec2};
 
-/// From this width on force against velocity has a column of its own, points.
+/// Width from which force against velocity has a column of its own, points.
 const WIDE: f32 = 820.0;
 
-/// Share of the width that this column has.
+/// Share of the width of this column.
 const COLUMN_SHARE: f32 = 0.38;
 
-/// As far as the name of a vertical axis may reach beyond its plot's place, points: no farther than the panel's margin.
+/// Distance by which the name of a vertical axis may exceed the area of its plot, points: at most the
+/// panel's margin.
 const AXIS_NAME_MARGIN: f32 = 8.0;
 
-/// In a narrow window the plots share the place.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Shown {
-    /// Force, position and velocity over time.
-    #[default]
-    OverTime,
-    /// Force against velocity.
-    ForceVelocity,
-}
-
-/// Shows them in the space that is left.
+/// Shows the plots in the remaining space.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let is_wide = ui.available_width() >= WIDE;
+    let layout = &mut model.view.layout;
     if !is_wide {
         ui.horizontal(|ui| {
-            ui.selectable_value(&mut model.plots_shown, Shown::OverTime, "Over time");
-            ui.selectable_value(&mut model.plots_shown, Shown::ForceVelocity, "Force against velocity");
+            ui.selectable_value(&mut layout.chosen, PlotGroup::OverTime, "Over time");
+            ui.selectable_value(&mut layout.chosen, PlotGroup::ForceVelocity, "Force against velocity");
         });
     }
-    toolbar::show(ui, model, intents);
+    layout.drawn = match layout.chosen {
+        _ if is_wide => &[PlotGroup::OverTime, PlotGroup::ForceVelocity],
+        PlotGroup::OverTime => &[PlotGroup::OverTime],
+        PlotGroup::ForceVelocity => &[PlotGroup::ForceVelocity],
+    };
+    toolbar::show(ui, model, is_wide, intents);
+    let Model { daemon, tapes, view } = model;
     let height = ui.available_height();
     // The names of the axes reach into the margin.
-    model.plots_area = ui.available_rect_before_wrap().expand2(vec2(AXIS_NAME_MARGIN, 0.0));
-    model.plots_seen = match model.plots_shown {
-        _ if is_wide => &[Shown::OverTime, Shown::ForceVelocity],
-        Shown::OverTime => &[Shown::OverTime],
-        Shown::ForceVelocity => &[Shown::ForceVelocity],
-    };
-    let shown = model.plots_shown;
-    let (scope, scene) = model.scope_and_scene();
+    view.layout.area = ui.available_rect_before_wrap().expand2(vec2(AXIS_NAME_MARGIN, 0.0));
+    let scene = scene_seen(daemon, tapes, &view.scope);
+    let scope = &mut view.scope;
     if is_wide {
         let column = ui.available_width() * COLUMN_SHARE;
         ui.horizontal_top(|ui| {
             let first = vec2(ui.available_width() - column - ui.spacing().item_spacing.x, height);
-            let layout = egui::Layout::top_down(egui::Align::Min);
-            ui.allocate_ui_with_layout(first, layout, |ui| over_time::show(ui, scope, height));
+            let layout = Layout::top_down(Align::Min);
+            ui.allocate_ui_with_layout(first, layout, |ui| over_time::show(ui, tapes, scope, height));
             let second = vec2(column, height);
-            ui.allocate_ui_with_layout(second, layout, |ui| force_velocity::show(ui, scope, scene, height));
+            ui.allocate_ui_with_layout(second, layout, |ui| {
+                force_velocity::show(ui, tapes, scope, scene, height);
+            });
         });
         return;
     }
-    match shown {
-        Shown::OverTime => over_time::show(ui, scope, height),
-        Shown::ForceVelocity => force_velocity::show(ui, scope, scene, height),
+    match view.layout.chosen {
+        PlotGroup::OverTime => over_time::show(ui, tapes, scope, height),
+        PlotGroup::ForceVelocity => force_velocity::show(ui, tapes, scope, scene, height),
     }
 }

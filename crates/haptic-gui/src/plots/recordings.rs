@@ -1,8 +1,10 @@
-//! Recordings: to make one, and to look at one.
+//! The buttons to make a recording and to open one.
 
 use crate::intent::Intent;
 use crate::model::Model;
-use crate::notice;
+use crate::model::tapes::Tapes;
+use crate::model::view::View;
+use crate::notice::{self, Notice};
 use crate::recording::amount;
 use crate::theme::Palette;
 use egui::containers::menu::{MenuButton, MenuConfig};
@@ -10,12 +12,13 @@ use egui::{Button, Label, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2
 use haptic_lab::recording::Ending;
 use std::path::PathBuf;
 
-/// Room for either name of the button that begins and ends a recording, so that what stands beside it does not move.
+/// Size of the button that begins and ends a recording, for either name: its neighbours must not move.
 const RECORD_SIZE: Vec2 = vec2(60.0, 0.0);
 
 /// Shows the buttons, and takes a file that was dropped on the window.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    if model.recording().is_some() && model.is_connected() {
+    let Model { daemon, tapes, view } = model;
+    if tapes.recording().is_some() && daemon.is_connected() {
         let palette = Palette::of(ui);
         let end = RichText::new("End").color(palette.on_fill);
         let end = Button::new(end).fill(palette.caution).min_size(RECORD_SIZE);
@@ -24,48 +27,49 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             intents.push(Intent::EndRecording);
         }
     } else {
-        let metadata = model.metadata();
+        let metadata = daemon.metadata();
         let record = ui.add_enabled(metadata.is_some(), Button::new("Record").min_size(RECORD_SIZE));
-        let hint = format!("Every sample from now on, into a new file in {}", model.export_folder);
+        let hint = format!("Every sample from now on, into a new file in {}", view.export_folder);
         let clicked = record
             .on_hover_text(hint)
             .on_disabled_hover_text("There is no rig to record")
             .clicked();
         if let Some(metadata) = metadata.filter(|_| clicked) {
             intents.push(Intent::Record {
-                folder: PathBuf::from(&model.export_folder),
+                folder: PathBuf::from(&view.export_folder),
                 metadata: Box::new(metadata),
             });
         }
     }
-    if model.scope().is_of_recording() {
+    if tapes.opened().is_some() {
         if ui
             .button("Close recording")
             .on_hover_text("Shows the rig again")
             .clicked()
         {
-            model.close_recording();
+            tapes.close();
+            view.scope.close();
         }
     } else {
-        show_opening(ui, model, intents);
+        show_opening(ui, view, intents);
     }
     let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
     intents.extend(dropped.map(|path| Intent::Open { path }));
 }
 
-fn show_opening(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+fn show_opening(ui: &mut Ui, view: &mut View, intents: &mut Vec<Intent>) {
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let menu = MenuButton::new("Open").config(config);
     let (button, _) = menu.ui(ui, |ui| {
         ui.label("A recording's file (dropping it on the window does the same):");
-        let field = TextEdit::singleline(&mut model.open_path).desired_width(320.0);
+        let field = TextEdit::singleline(&mut view.open_path).desired_width(320.0);
         let field = ui.add(field).accessible_name("recording to open");
-        if std::mem::take(&mut model.open_was_pressed) {
+        if std::mem::take(&mut view.open_was_pressed) {
             field.request_focus();
         }
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         if ui.button("Open recording").clicked() || entered {
-            let path = PathBuf::from(model.open_path.trim());
+            let path = PathBuf::from(view.open_path.trim());
             intents.push(Intent::Open { path });
             ui.close();
         }
@@ -74,23 +78,23 @@ fn show_opening(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         .on_hover_text("Looks at a recording, with or without a rig")
         .clicked()
     {
-        model.open_was_pressed = true;
+        view.open_was_pressed = true;
         ui.ctx().request_repaint();
     }
 }
 
-/// What is being recorded, what is looked at, and what became of the last file.
-pub(crate) fn show_news(ui: &mut Ui, model: &mut Model) {
+/// Shows the recording that is written, the one that is open, and the outcome of the last file.
+pub(crate) fn show_news(ui: &mut Ui, tapes: &Tapes, notice: &mut Option<Notice>) {
     let palette = Palette::of(ui);
-    let taken = model.recording().map(|taken| {
-        let text = format!("Recording {}: {}", taken.path.display(), amount(&taken.totals));
-        if taken.behind == 0 {
+    let written = tapes.recording().map(|written| {
+        let text = format!("Recording {}: {}", written.path.display(), amount(&written.totals));
+        if written.lost == 0 {
             return (text, palette.caution_text);
         }
-        let text = format!("The disk does not keep up: {} samples lost. {text}", taken.behind);
+        let text = format!("The disk does not keep up: {} samples lost. {text}", written.lost);
         (text, palette.error_text)
     });
-    let opened = model.opened().map(|opened| {
+    let opened = tapes.opened().map(|opened| {
         let mut text = format!(
             "Looking at {}: {} of {}, scene {}",
             opened.path.display(),
@@ -107,9 +111,9 @@ pub(crate) fn show_news(ui: &mut Ui, model: &mut Model) {
         text += &format!("; {}", opened.ending);
         (text, palette.caution_text)
     });
-    for (text, color) in taken.into_iter().chain(opened) {
+    for (text, color) in written.into_iter().chain(opened) {
         let line = Label::new(RichText::new(&text).small().color(color)).truncate();
         ui.add(line).on_hover_text(text);
     }
-    notice::show(ui, &mut model.file_news);
+    notice::show(ui, notice);
 }

@@ -1,37 +1,41 @@
-//! What can be done with the plots: run and freeze, zoom and move, choose, trigger, measure, keep.
+//! The tools of the plots: run and freeze, zoom and move, choose, trigger, measure, export.
 
-use super::recordings;
-use crate::drop_down::{self, Item};
+use super::{recordings, trigger_bar};
 use crate::intent::{Format, Intent};
 use crate::model::Model;
-use crate::scope::Scope;
-use crate::scope::signal::{Quantity, Signal};
-use crate::scope::trigger::{Edge, Mode};
-use crate::scope::value_axes::{FARTHEST, ValueAxes};
+use crate::model::scope::Scope;
+use crate::model::scope::trigger::Mode;
+use crate::model::scope::value_axes::{FARTHEST, ValueAxes};
+use crate::model::tapes::Tapes;
+use crate::tape::signal::Quantity;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, DragValue, Label, PopupCloseBehavior, RichText, TextEdit, Ui, Vec2, vec2};
 use std::path::PathBuf;
 
-/// A press of a zoom button changes the while by this factor.
+/// Factor by which a press of a zoom button changes the time seen.
 const ZOOM_STEP: f64 = 1.5;
 
-/// A press of a move button moves by this share of the while.
+/// Share of the time seen by which a press of a move button moves.
 const SHIFT_SHARE: f64 = 0.25;
 
-/// From here on the fields for the ends of the axes stand in the menu, points.
+/// Left edge of the fields for the ends of the axes in the menu, points.
 const AXIS_FIELDS_AT: f32 = 96.0;
 
-/// Room for either name of the button, and for a while, so that what stands beside them does not move.
+/// Sizes of the button, for either name, and of the time seen: their neighbours must not move.
 const RUN_SIZE: Vec2 = vec2(60.0, 0.0);
 const SPAN_SIZE: Vec2 = vec2(60.0, 22.0);
 
-/// Shows the tools.
-pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+/// Shows the tools. A wide window has room for the readings of both cursors.
+pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut Vec<Intent>) {
+    let is_live = model.tapes.opened().is_none();
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        let scope = model.scope_mut();
-        show_running(ui, scope);
-        show_moving(ui, scope);
+        let Model { tapes, view, .. } = &mut *model;
+        let scope = &mut view.scope;
+        if is_live {
+            show_running(ui, tapes, scope);
+        }
+        show_moving(ui, tapes, scope);
         ui.separator();
         for (shown, quantity) in scope.shown.iter_mut().zip(Quantity::ALL) {
             let name = format!("plot {}", quantity.name().to_lowercase());
@@ -39,25 +43,24 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         }
         show_axes(ui, scope);
         ui.separator();
-        show_trigger_mode(ui, scope);
-        show_cursors_toggle(ui, scope);
-        show_keeping(ui, model, intents);
+        if is_live {
+            trigger_bar::show_mode(ui, scope);
+        }
+        show_cursors_toggle(ui, tapes, scope);
+        show_export(ui, &mut view.export_folder, intents);
         recordings::show(ui, model, intents);
     });
-    recordings::show_news(ui, model);
-    let scope = model.scope_mut();
-    if scope.trigger.mode() != Mode::Off && !scope.is_of_recording() {
-        ui.horizontal_wrapped(|ui| show_trigger(ui, scope));
+    let Model { tapes, view, .. } = model;
+    recordings::show_news(ui, tapes, &mut view.file_notice);
+    if is_live && view.scope.trigger.mode() != Mode::Off {
+        ui.horizontal_wrapped(|ui| trigger_bar::show(ui, &mut view.scope));
     }
-    if scope.cursors.shown {
-        show_cursors(ui, scope);
+    if view.scope.cursors.shown {
+        show_cursors(ui, tapes, &mut view.scope, is_wide);
     }
 }
 
-fn show_running(ui: &mut Ui, scope: &mut Scope) {
-    if scope.is_of_recording() {
-        return;
-    }
+fn show_running(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     let (name, hint) = if scope.follows() {
         ("Freeze", "Keeps what is seen; the rig goes on")
     } else {
@@ -66,15 +69,15 @@ fn show_running(ui: &mut Ui, scope: &mut Scope) {
     let button = ui.add(Button::new(name).min_size(RUN_SIZE));
     if button.on_hover_text(hint).clicked() {
         if scope.follows() {
-            scope.freeze();
+            scope.freeze(tapes);
         } else {
             scope.follow();
         }
     }
 }
 
-fn show_moving(ui: &mut Ui, scope: &mut Scope) {
-    let seen = scope.seen();
+fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
+    let seen = scope.seen(tapes);
     let (span_s, middle_s) = (scope.span_s(), seen.from_s.midpoint(seen.to_s) - seen.zero_s);
     let step_s = SHIFT_SHARE * span_s;
     for (text, name, hint) in [
@@ -88,8 +91,8 @@ fn show_moving(ui: &mut Ui, scope: &mut Scope) {
             continue;
         }
         match name {
-            "earlier" => scope.shift(-step_s),
-            "later" => scope.shift(step_s),
+            "earlier" => scope.shift(-step_s, tapes),
+            "later" => scope.shift(step_s, tapes),
             "zoom out" => scope.zoom(1.0 / ZOOM_STEP, middle_s),
             _ => scope.zoom(ZOOM_STEP, middle_s),
         }
@@ -98,7 +101,7 @@ fn show_moving(ui: &mut Ui, scope: &mut Scope) {
         .on_hover_text("How long a while is seen");
 }
 
-/// How far the axes of the values reach, to be typed; the pointer does it at the numbers of each axis.
+/// The ranges of the value axes, to be typed. The pointer sets them at the numbers of each axis.
 fn show_axes(ui: &mut Ui, scope: &mut Scope) {
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let (button, _) = MenuButton::new("Axes").config(config).ui(ui, |ui| {
@@ -120,7 +123,7 @@ fn show_axis(ui: &mut Ui, axes: &mut ValueAxes, quantity: Quantity) {
     }
     let (mut low, mut high) = axes.seen(quantity);
     let (speed, unit) = ((high - low) / 200.0, format!(" {}", quantity.unit()));
-    // Those of all three stand in one column.
+    // The fields of all three are aligned.
     ui.add_space((AXIS_FIELDS_AT - ui.min_rect().width()).max(0.0));
     let span = high - low;
     let mut field = |end: &mut f64, at: &str| {
@@ -130,7 +133,7 @@ fn show_axis(ui: &mut Ui, axes: &mut ValueAxes, quantity: Quantity) {
             .changed()
     };
     let (low_typed, high_typed) = (field(&mut low, "lower"), field(&mut high, "upper"));
-    // An end that passes the other takes it along.
+    // An end that passes the other one takes it along.
     match (low_typed, high_typed) {
         (true, _) => axes.hold(quantity, (low, if high > low { high } else { low + span })),
         (_, true) => axes.hold(quantity, (if high > low { low } else { high - span }, high)),
@@ -138,80 +141,27 @@ fn show_axis(ui: &mut Ui, axes: &mut ValueAxes, quantity: Quantity) {
     }
 }
 
-fn show_trigger_mode(ui: &mut Ui, scope: &mut Scope) {
-    if scope.is_of_recording() {
-        return;
-    }
-    ui.label("Trigger");
-    let mode = scope.trigger.mode();
-    let items = || Mode::ALL.map(|other| Item::new(other, other.name(), &mode)).into();
-    let (chosen, list) = drop_down::show(ui, "trigger", 80.0, mode.name(), items);
-    list.on_hover_text(
-        "Catches the while around a crossing. Auto: at every one, running while there is none. Normal: at every one. \
-         Single: at the next.",
-    );
-    if let Some(mode) = chosen {
-        scope.set_trigger_mode(mode);
-    }
-}
-
-fn show_trigger(ui: &mut Ui, scope: &mut Scope) {
-    let trigger = &mut scope.trigger;
-    let signal = trigger.signal;
-    let items = || Signal::ALL.map(|other| Item::new(other, other.name(), &signal)).into();
-    let (chosen, _) = drop_down::show(ui, "trigger signal", 140.0, signal.name(), items);
-    trigger.signal = chosen.unwrap_or(signal);
-    for (edge, name) in [(Edge::Rising, "Rising"), (Edge::Falling, "Falling")] {
-        ui.selectable_value(&mut trigger.edge, edge, name)
-            .on_hover_text("Which way the signal crosses the level");
-    }
-    ui.label("level");
-    let unit = format!(" {}", trigger.signal.quantity().unit());
-    ui.add(DragValue::new(&mut trigger.level).speed(0.05).suffix(unit))
-        .accessible_name("trigger level")
-        .on_hover_text(
-            "Before the signal can cross it again, it must go back beyond it by a tenth of how far it moved lately",
-        );
-    ui.label("before");
-    let mut percent = trigger.share_before * 100.0;
-    let before = DragValue::new(&mut percent).range(0.0..=100.0).speed(1.0).suffix(" %");
-    ui.add(before)
-        .accessible_name("pre-trigger share")
-        .on_hover_text("Share of the while seen that lies before the crossing");
-    trigger.share_before = percent / 100.0;
-    let arm = ui.add_enabled(trigger.mode() == Mode::Single, Button::new("Arm"));
-    let arms = arm.on_hover_text("Waits for the next crossing").clicked();
-    ui.label(RichText::new(trigger.says()).strong());
-    if arms {
-        trigger.arm();
-        scope.follow();
-    }
-}
-
-fn show_cursors_toggle(ui: &mut Ui, scope: &mut Scope) {
-    let seen = scope.seen();
+fn show_cursors_toggle(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
+    let seen = scope.seen(tapes);
     let toggle = Button::selectable(scope.cursors.shown, "Cursors").frame_when_inactive(true);
     if ui
         .add(toggle)
         .on_hover_text("Two cursors in time, to be dragged or typed. If they are out of sight, this brings them back.")
         .clicked()
     {
-        scope
-            .cursors
-            .toggle((seen.from_s - seen.zero_s, seen.to_s - seen.zero_s));
+        scope.cursors.toggle(seen.on_axis());
     }
 }
 
-/// Where the cursors are, and what lies between them.
-fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
-    let zero_s = scope.seen().zero_s;
+/// Shows the cursors and the differences between them.
+fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool) {
+    let zero_s = scope.seen(tapes).zero_s;
     let readings: Vec<_> = scope
         .quantities()
         .flat_map(Quantity::signals)
-        .map(|signal| scope.cursors.read(signal, scope.tape(), zero_s))
+        .map(|signal| scope.cursors.read(signal, scope.tape(tapes), zero_s))
         .collect();
     let speed = scope.span_s() / 500.0;
-    let has_room = ui.available_width() >= super::WIDE;
     let cursors = &mut scope.cursors;
     ui.horizontal_wrapped(|ui| {
         for (at_s, name) in cursors.at_s.iter_mut().zip(["cursor 1", "cursor 2"]) {
@@ -231,7 +181,7 @@ fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
                 .values
                 .map(|value| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.3}")));
             let mut text = format!("{name} {difference:+.3} {unit}");
-            if has_room {
+            if is_wide {
                 text += &format!(" ({first} to {second})");
             }
             ui.add(Label::new(RichText::new(text).small()).extend())
@@ -240,20 +190,20 @@ fn show_cursors(ui: &mut Ui, scope: &mut Scope) {
     });
 }
 
-/// Writes what is seen to files.
-fn show_keeping(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+/// Writes the plots to files.
+fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let menu = MenuButton::new("Export").config(config);
     let (button, _) = menu.ui(ui, |ui| {
         ui.label("What is seen, into this folder:");
-        let field = TextEdit::singleline(&mut model.export_folder).desired_width(240.0);
+        let field = TextEdit::singleline(folder).desired_width(240.0);
         ui.add(field).accessible_name("folder to export to");
         ui.horizontal(|ui| {
             for format in Format::ALL {
                 let name = format.extension().to_uppercase();
                 let button = ui.button(&name).accessible_name(format!("export {name}"));
                 if button.clicked() {
-                    let folder = PathBuf::from(&model.export_folder);
+                    let folder = PathBuf::from(&*folder);
                     intents.push(Intent::Export { format, folder });
                     // The menu must not be in the picture.
                     ui.close();
@@ -264,7 +214,7 @@ fn show_keeping(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     button.on_hover_text("PNG and SVG as it is drawn, CSV with every column");
 }
 
-/// A while as it is read at a glance.
+/// A time in words.
 fn duration(span_s: f64) -> String {
     if span_s < 0.1 {
         format!("{:.1} ms", span_s * 1e3)

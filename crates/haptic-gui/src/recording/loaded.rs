@@ -1,6 +1,6 @@
-//! A recording that is looked at.
+//! A recording that is opened.
 
-use crate::scope::tape::Tape;
+use crate::tape::Tape;
 use haptic_core::Scene;
 use haptic_ipc::{Changes, Sample, params_of};
 use haptic_lab::recording::{Ending, Entry, Mark, Metadata, Reader, RecordingError};
@@ -8,7 +8,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-/// A recording, ready to be looked at: to show it costs the window nothing, however long it is.
+/// A recording that is ready to be shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
     pub(crate) tape: Tape,
@@ -16,7 +16,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Takes what is in memory.
+    /// Takes rows that are in memory.
     #[must_use]
     pub fn new(
         path: PathBuf,
@@ -31,10 +31,10 @@ impl Loaded {
         }
     }
 
-    /// Reads a recording; an hour at 1 kHz takes seconds, and 420 MB of memory.
+    /// Reads a recording. An hour at 1 kHz takes seconds and 420 MB of memory.
     ///
     /// # Errors
-    /// Why it cannot be read, naming the file.
+    /// Why it cannot be read, with the name of the file.
     pub fn read(path: &Path) -> Result<Self, String> {
         let read = || {
             let file = File::open(path).map_err(|source| RecordingError::Open {
@@ -54,22 +54,22 @@ impl Loaded {
             Ok(Self { tape, opened })
         };
         read().map_err(|error| match error {
-            // It names the file.
+            // Its text has the name of the file.
             RecordingError::Open { .. } => format!("cannot open {error}"),
             error => format!("cannot open {}: {error}", path.display()),
         })
     }
 }
 
-/// A recording that is looked at, without its samples.
+/// What a recording says of itself, without its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Opened {
     pub(crate) path: PathBuf,
     pub(crate) metadata: Metadata,
     pub(crate) ending: Ending,
-    /// Rows that are missing from it.
+    /// Rows that are missing.
     pub(crate) lost: u64,
-    /// The scenes, each from the tick that first rendered it; nothing where the marks do not tell it.
+    /// The scenes, each from the first tick that rendered it; `None` if the marks do not define it.
     scenes: Vec<(u64, Option<Scene>)>,
 }
 
@@ -101,7 +101,8 @@ impl Opened {
     }
 }
 
-/// The scene of a mark, which has its law and its parameters. Nothing where the block came or went, which they do not tell.
+/// The scene of a mark, which has a law and parameters. `None` if the block came or went: a mark does
+/// not say so.
 fn scene_of(first: &Scene, mark: &Mark) -> Option<Scene> {
     let Mark::Scene { name, law, params, .. } = mark else {
         return None;

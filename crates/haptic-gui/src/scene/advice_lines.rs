@@ -1,28 +1,28 @@
-//! The adviser's findings: a line below the parameter that each concerns, and a table of all of them.
+//! The advice: a line below the parameter of each finding, and a table of all findings.
 
-use super::advice::{Advised, Mending, Warning, four_digits};
-use super::edit::Hand;
-use super::parameter::ParameterModel;
-use super::parameter_row::{number, sentence_case, spoken};
+use crate::model::advice::{Advised, Fix, Warning, four_digits};
+use crate::model::tuning::{Hand, ParameterEdits};
 use crate::theme::Palette;
+use crate::wording::{sentence_case, spoken};
 use egui::{
     Align2, Atom, AtomExt, Button, Color32, Grid, Label, Rect, RichText, Shape, Sides, TextStyle, Ui, Vec2, vec2,
 };
-use haptic_ipc::Finding;
+use haptic_ipc::quantity::number;
+use haptic_ipc::{Finding, ParameterDescription};
 use std::f32::consts::FRAC_PI_2;
 
 const ARROW_SIZE: f32 = 8.0;
 
-/// Shows what is to be said of a parameter: one line, which opens to all of it.
-pub(crate) fn show(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advised) {
-    let warnings = advised.warnings(&parameter.about);
+/// Shows the warnings on a parameter: one line, which opens to all of them.
+pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEdits, advised: &Advised) {
+    let warnings = advised.warnings(about);
     let Some(first) = warnings.first() else {
         return;
     };
-    let unit = &parameter.about.unit;
-    let is_open = &mut parameter.advice_is_open;
-    let hint = first.mending.as_ref().map(|mending| mends(&warnings, mending));
-    let mut wanted = with_mending(ui, first.mending.as_ref(), hint, unit, |ui| {
+    let unit = &about.unit;
+    let is_open = &mut edits.advice_is_open;
+    let hint = first.fix.as_ref().map(|fix| fixes(&warnings, fix));
+    let mut wanted = with_fix(ui, first.fix.as_ref(), hint, unit, |ui| {
         let color = Palette::of(ui).caution_text;
         show_title(ui, &title(&warnings), color, is_open);
     });
@@ -30,23 +30,23 @@ pub(crate) fn show(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advise
     if *is_open && (warnings.len() > 1 || first.finding.is_some()) {
         ui.indent("advice", |ui| {
             for (place, warning) in warnings.iter().enumerate() {
-                // The title has the first one's button.
-                let mending = warning.mending.as_ref().filter(|_| place > 0);
-                let pressed = with_mending(ui, mending, None, unit, |ui| {
+                // The title has the button of the first one.
+                let fix = warning.fix.as_ref().filter(|_| place > 0);
+                let pressed = with_fix(ui, fix, None, unit, |ui| {
                     ui.add(Label::new(RichText::new(warning.message).small()).wrap());
                 });
                 wanted = wanted.take().or(pressed);
             }
         });
     }
-    if let Some(Mending { target, value }) = wanted {
-        let edit = parameter.edit(target.direction);
+    if let Some(Fix { target, value }) = wanted {
+        let edit = edits.edit(target.direction);
         edit.change(value, Hand::Once);
         edit.typing = None;
     }
 }
 
-/// A single warning is named, more of them are counted.
+/// A single warning is named; several are counted.
 fn title(warnings: &[Warning<'_>]) -> String {
     if let [warning] = warnings {
         return warning.finding.map_or_else(
@@ -68,16 +68,16 @@ fn title(warnings: &[Warning<'_>]) -> String {
     counts.collect::<Vec<_>>().join(", ")
 }
 
-/// A value or a bound as it is read at a glance; the wire has none where it is not finite.
+/// A value or a bound in four digits; the wire omits it if it is not finite.
 fn limited(value: Option<f64>, unit: &str) -> String {
     let number = |value| format!("{} {unit}", number(four_digits(value)));
     value.map_or_else(|| "∞".to_owned(), |value| number(value).trim_end().to_owned())
 }
 
-/// The line that opens and closes the rest. Open, it has room for all of its text.
+/// The line that opens and closes the rest. An open one wraps its text.
 fn show_title(ui: &mut Ui, title: &str, color: Color32, is_open: &mut bool) {
     let turn = if *is_open { 0.0 } else { -FRAC_PI_2 };
-    // Drawn, because the font has no arrow, and beside the first line of the text.
+    // Drawn, because the font has no arrow; beside the first line of the text.
     let size = vec2(ARROW_SIZE, ui.text_style_height(&TextStyle::Small));
     let arrow = Atom::paint(size, move |ui, args| {
         let square = Rect::from_center_size(args.rect.center(), Vec2::splat(ARROW_SIZE));
@@ -93,36 +93,36 @@ fn show_title(ui: &mut Ui, title: &str, color: Color32, is_open: &mut bool) {
     }
 }
 
-/// Draws `left` and, beside it, the button that changes what would mend it; gives the change when it was pressed.
-fn with_mending(
+/// Draws `left` and the button of its fix beside it. Returns the fix if the button was pressed.
+fn with_fix(
     ui: &mut Ui,
-    mending: Option<&Mending>,
+    fix: Option<&Fix>,
     hint: Option<String>,
     unit: &str,
     left: impl FnOnce(&mut Ui),
-) -> Option<Mending> {
+) -> Option<Fix> {
     let right = |ui: &mut Ui| {
-        let mending = mending?;
-        let value = format!("{} {unit}", number(mending.value));
-        let name = format!("set {} to {value}", spoken(&mending.target.to_string()));
+        let fix = fix?;
+        let value = format!("{} {unit}", number(fix.value));
+        let name = format!("set {} to {value}", spoken(&fix.target.to_string()));
         let button = Button::new(RichText::new(format!("Set to {value}")).small()).small();
         let mut button = ui.add(button).accessible_name(name.trim_end());
         if let Some(hint) = hint {
             button = button.on_hover_text(hint);
         }
-        button.clicked().then(|| mending.clone())
+        button.clicked().then(|| fix.clone())
     };
     Sides::new().shrink_left().show(ui, left, right).1
 }
 
-/// What a change is good for, by the names of the checks: others may stay broken.
-fn mends(warnings: &[Warning<'_>], mending: &Mending) -> String {
-    let mended = warnings.iter().filter(|warning| {
-        let other = warning.mending.as_ref();
-        other.is_some_and(|other| other.target == mending.target)
+/// The names of the checks that a change fixes: others may stay broken.
+fn fixes(warnings: &[Warning<'_>], fix: &Fix) -> String {
+    let fixed = warnings.iter().filter(|warning| {
+        let other = warning.fix.as_ref();
+        other.is_some_and(|other| other.target == fix.target)
     });
-    let names = mended.filter_map(|warning| Some(spoken(&warning.finding?.check)));
-    format!("Mends: {}", names.collect::<Vec<_>>().join(", "))
+    let names = fixed.filter_map(|warning| Some(spoken(&warning.finding?.check)));
+    format!("Fixes: {}", names.collect::<Vec<_>>().join(", "))
 }
 
 /// Shows every check, at the end of the scene.

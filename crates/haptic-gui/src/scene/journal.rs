@@ -1,11 +1,11 @@
-//! Who changed what, and when.
+//! The journal: who changed what, and when.
 
-use super::model::SceneModel;
+use crate::model::scene::SceneFacts;
 use egui::{CollapsingHeader, Label, RichText, Ui};
 use haptic_ipc::JournalEntry;
 
 /// Shows the changes, the newest first.
-pub(crate) fn show(ui: &mut Ui, scene: &SceneModel) {
+pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts) {
     CollapsingHeader::new("Changes").default_open(false).show(ui, |ui| {
         if scene.journal.is_empty() {
             ui.label(
@@ -20,7 +20,7 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneModel) {
     });
 }
 
-/// An entry in a line.
+/// An entry as a line.
 pub(crate) fn line(entry: &JournalEntry) -> String {
     let by = entry
         .by

@@ -1,27 +1,27 @@
-//! Scenes to load, to save and to compare with.
+//! The library of scenes: load, save and compare.
 
-use super::model::{Comparison, SceneModel};
-use super::tools::SLOTS;
 use crate::drop_down::{self, Item};
 use crate::intent::Intent;
+use crate::model::scene::SceneFacts;
+use crate::model::tuning::{Comparison, SLOTS, Tuning};
 use crate::theme::Palette;
 use egui::{Button, CollapsingHeader, DragValue, Id, Key, Label, RichText, TextEdit, Ui};
 use haptic_ipc::SceneRef;
 
-/// Shows the library and what can be done with it.
-pub(crate) fn show(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
+/// Shows the library and its controls.
+pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     let title = CollapsingHeader::new("Scenes").default_open(false).show(ui, |ui| {
-        show_presets(ui, scene, intents);
-        show_saving(ui, scene, intents);
-        show_comparison(ui, scene);
+        show_presets(ui, scene, tuning, intents);
+        show_saving(ui, tuning, intents);
+        show_comparison(ui, scene, tuning);
     });
     title.header_response.on_hover_text("Load, save, compare");
 }
 
-fn show_presets(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
+fn show_presets(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
         ui.label("Go there over");
-        let ramp = DragValue::new(&mut scene.ramp_ms)
+        let ramp = DragValue::new(&mut tuning.ramp_ms)
             .range(0.0..=10_000.0)
             .speed(10.0)
             .suffix(" ms");
@@ -37,7 +37,7 @@ fn show_presets(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) 
             let load = Button::new(RichText::new("Load").small()).small();
             let load = ui.add_enabled(listed.problem.is_none(), load);
             if load.accessible_name(format!("load {}", listed.name)).clicked() {
-                intents.push(scene.load(&listed.name, SceneRef::Name(listed.name.clone())));
+                intents.push(tuning.load(&listed.name, SceneRef::Name(listed.name.clone())));
             }
             let name = ui.add(Label::new(&listed.name).truncate());
             let place = listed.path.as_deref().unwrap_or("comes with the daemon");
@@ -51,19 +51,19 @@ fn show_presets(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) 
     }
 }
 
-fn show_saving(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
+fn show_saving(ui: &mut Ui, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     ui.horizontal_wrapped(|ui| {
-        let field = TextEdit::singleline(&mut scene.save_as)
-            // The keyboard stays in it when the list above it grows.
+        let field = TextEdit::singleline(&mut tuning.save_as)
+            // It keeps the focus when the list above it grows.
             .id(Id::unique("name to save as"))
             .desired_width(150.0)
             .hint_text("name");
         let field = ui.add(field).accessible_name("name to save as");
         let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-        let name = scene.save_as.trim();
+        let name = tuning.save_as.trim();
         let save = ui.add_enabled(!name.is_empty(), Button::new("Save"));
         let is_pressed = save
-            .on_hover_text("Keeps the scene in force in the daemon's library")
+            .on_hover_text("Keeps the active scene in the daemon's library")
             .accessible_name("save scene")
             .clicked();
         if is_pressed || (is_entered && !name.is_empty()) {
@@ -72,10 +72,10 @@ fn show_saving(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
                 replace: false,
             });
         }
-        if let Some(taken) = scene.would_replace.clone()
+        if let Some(taken) = tuning.would_replace.clone()
             && ui.button(format!("Replace {taken}")).clicked()
         {
-            scene.would_replace = None;
+            tuning.would_replace = None;
             intents.push(Intent::Save {
                 name: taken,
                 replace: true,
@@ -84,9 +84,9 @@ fn show_saving(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
     });
 }
 
-/// Everything that the scene in force can be compared with.
-fn comparable(scene: &SceneModel) -> Vec<(String, SceneRef)> {
-    let slots = SLOTS.into_iter().zip(&scene.slots);
+/// Everything that the active scene can be compared with.
+fn comparable(scene: &SceneFacts, tuning: &Tuning) -> Vec<(String, SceneRef)> {
+    let slots = SLOTS.into_iter().zip(&tuning.slots);
     let slots = slots.filter_map(|(name, slot)| Some((name.to_owned(), SceneRef::Scene(Box::new(slot.clone()?)))));
     let library = scene.library.iter().filter(|listed| listed.problem.is_none());
     let library = library.map(|listed| (listed.name.clone(), SceneRef::Name(listed.name.clone())));
@@ -97,38 +97,38 @@ fn comparable(scene: &SceneModel) -> Vec<(String, SceneRef)> {
     slots.chain(library).chain(revisions).collect()
 }
 
-fn show_comparison(ui: &mut Ui, scene: &mut SceneModel) {
+fn show_comparison(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning) {
     ui.horizontal(|ui| {
         ui.label("Compare with");
-        let shown = scene.comparison.as_ref().map(|comparison| comparison.with.clone());
+        let shown = tuning.comparison.as_ref().map(|comparison| comparison.with.clone());
         let shown = shown.unwrap_or_else(|| "choose".to_owned());
         let item = |(what, other): (String, SceneRef)| Item {
-            is_in_force: what == shown,
+            is_active: what == shown,
             text: what.clone(),
             hint: String::new(),
             what: (what, other),
         };
-        let items = || comparable(scene).into_iter().map(item).collect();
+        let items = || comparable(scene, tuning).into_iter().map(item).collect();
         let (chosen, _) = drop_down::show(ui, "compare with", 150.0, &shown, items);
         if let Some((with, other)) = chosen {
-            scene.comparison = Some(Comparison::new(with, other));
+            tuning.comparison = Some(Comparison::new(with, other));
         }
     });
     let Some(Comparison {
         with,
         found: Some(found),
         ..
-    }) = &scene.comparison
+    }) = &tuning.comparison
     else {
         return;
     };
     let revision = found.revision;
     match &found.result {
         Ok(differences) if differences.is_empty() => {
-            ui.label(RichText::new(format!("Revision {revision}, in force, does not differ from {with}")).small());
+            ui.label(RichText::new(format!("Revision {revision} (active) does not differ from {with}")).small());
         }
         Ok(differences) => {
-            let way = format!("From {with} to revision {revision}, in force:");
+            let way = format!("From {with} to revision {revision} (active):");
             ui.label(RichText::new(way).small().weak());
             for difference in differences {
                 ui.add(Label::new(RichText::new(difference.to_string()).small()).wrap());

@@ -1,50 +1,51 @@
-//! The scene: its law, its parameters with a slider and a field for each, the library, and who changed what.
+//! The scene: its law, a slider and a field for each parameter, the library, and the journal.
 
-use super::model::SceneModel;
 use super::{advice_lines, journal, library, parameter_row, tools};
 use crate::intent::Intent;
+use crate::model::scene::SceneFacts;
+use crate::model::tuning::Tuning;
 use crate::theme::Palette;
+use crate::wording::sentence_case;
 use egui::style::ScrollAnimation;
 use egui::{Align, Id, Label, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
-use parameter_row::sentence_case;
 
 /// Width of the panel, points.
 pub(crate) const WIDTH: f32 = 372.0;
 
-/// Shows the scene and takes what the user changes in it.
-pub(crate) fn show(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
+/// Shows the scene, and takes the changes of the user.
+pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     ui.add_space(4.0);
-    tools::show(ui, scene, intents);
+    tools::show(ui, scene, tuning, intents);
     ui.separator();
     ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
         ui.add_space(4.0);
-        show_reports(ui, scene);
+        show_reports(ui, scene, tuning);
         ui.separator();
-        ui.with_layout(Layout::top_down(Align::Min), |ui| show_list(ui, scene, intents));
+        ui.with_layout(Layout::top_down(Align::Min), |ui| show_list(ui, scene, tuning, intents));
     });
 }
 
-/// Shows all that scrolls. What is under the pointer stays there when something comes or goes above it.
-fn show_list(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
+/// Shows the list that scrolls. The row under the pointer stays there when the rows above it change.
+fn show_list(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     let mut rows = Rows::new(ui);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         // Room for the scroll bar, which would lie over the toggles.
         ui.set_max_width(ui.available_width() - 10.0);
         rows.begin(ui);
-        show_parameters(ui, scene, &mut rows);
-        rows.show(ui, "library", |ui| library::show(ui, scene, intents));
+        show_parameters(ui, scene, tuning, &mut rows);
+        rows.show(ui, "library", |ui| library::show(ui, scene, tuning, intents));
         rows.show(ui, "journal", |ui| journal::show(ui, scene));
         rows.end(ui);
     });
 }
 
-/// Where the rows of the list lie, and which of them is under the pointer.
+/// The positions of the rows, and the row under the pointer.
 struct Rows {
-    /// Height of the pointer, while it is over the list.
+    /// Vertical position of the pointer over the list, points.
     pointer: Option<f32>,
-    /// Where the list begins, which may be scrolled out of sight.
+    /// Top of the list, which may be scrolled out of sight.
     top: f32,
-    /// The row that was under the pointer when the list was drawn last, and how far below the list's beginning it was.
+    /// The row under the pointer in the last frame, and its distance from the top of the list.
     before: Option<(Id, f32)>,
     now: Option<(Id, f32)>,
     moved: f32,
@@ -83,9 +84,9 @@ impl Rows {
         }
     }
 
-    /// Scrolls by as much as the row under the pointer was moved.
+    /// Scrolls by as much as the row under the pointer has moved.
     fn end(self, ui: &Ui) {
-        // The row that slid under the pointer instead is none that it was on.
+        // Another row has moved under the pointer meanwhile.
         let keeps = self.moved != 0.0;
         let under = if keeps {
             self.before.map(|(id, below)| (id, below + self.moved))
@@ -100,28 +101,26 @@ impl Rows {
     }
 }
 
-fn show_parameters(ui: &mut Ui, scene: &mut SceneModel, rows: &mut Rows) {
-    let SceneModel {
-        parameters,
-        advised,
-        checks_are_open,
-        ..
-    } = scene;
-    let mut group = String::new();
-    for parameter in parameters {
-        if parameter.about.group != group {
-            group.clone_from(&parameter.about.group);
-            ui.label(RichText::new(sentence_case(&group)).small().weak());
+fn show_parameters(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, rows: &mut Rows) {
+    let mut group = "";
+    for about in &scene.parameters {
+        let Some(edits) = tuning.parameter(&about.name) else {
+            continue;
+        };
+        if about.group != group {
+            group = &about.group;
+            ui.label(RichText::new(sentence_case(group)).small().weak());
         }
-        let name = parameter.about.name.clone();
-        rows.show(ui, &name, |ui| parameter_row::show(ui, parameter, advised));
+        rows.show(ui, &about.name, |ui| {
+            parameter_row::show(ui, about, edits, &scene.advised);
+        });
         ui.add_space(3.0);
     }
-    advice_lines::show_all(ui, advised, checks_are_open);
+    advice_lines::show_all(ui, &scene.advised, &mut tuning.checks_are_open);
 }
 
-/// What is in force, and what became of the last thing that concerned the whole scene. The lowest line comes first.
-fn show_reports(ui: &mut Ui, scene: &SceneModel) {
+/// The revision, and the outcome of the last action on the whole scene. The lowest line comes first.
+fn show_reports(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning) {
     let palette = Palette::of(ui);
     let text = match (scene.revision, scene.tick) {
         (Some(revision), Some(tick)) => format!("Revision {revision}, applied at tick {tick}"),
@@ -129,17 +128,17 @@ fn show_reports(ui: &mut Ui, scene: &SceneModel) {
         (None, _) => "No scene heard of yet".to_owned(),
     };
     ui.label(RichText::new(text).small().weak());
-    let report = scene.report.as_ref().map(|report| match &report.told {
+    let report = tuning.report.as_ref().map(|report| match &report.told {
         Ok(done) => (done.as_str(), ui.visuals().text_color()),
         Err(why) => (why.as_str(), palette.error_text),
     });
-    let trial = scene.trial.failure().map(|why| (why, palette.caution_text));
-    let felt = scene
+    let trial = tuning.trial.failure().map(|why| (why, palette.caution_text));
+    let active = tuning
         .trial
-        .is_felt()
+        .is_active()
         .then_some(("Trying: goes back by itself", palette.caution_text));
-    // The room is there whether anything is said or not, so that the list above does not move when it is.
-    let (text, color) = trial.or(felt).or(report).unwrap_or(("", palette.caution_text));
+    // The line keeps its height without a text, so that the list above does not move.
+    let (text, color) = trial.or(active).or(report).unwrap_or(("", palette.caution_text));
     let line = Label::new(RichText::new(text).small().color(color)).truncate();
     let height = ui.text_style_height(&TextStyle::Small);
     ui.allocate_ui_with_layout(vec2(ui.available_width(), height), Layout::top_down(Align::Min), |ui| {

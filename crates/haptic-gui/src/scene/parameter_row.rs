@@ -1,109 +1,108 @@
-//! One parameter on the screen: its name and symbol, a slider and a field for each direction, what became of the last change.
+//! One parameter on the screen: its name and symbol, a slider and a field for each direction, and the
+//! outcome of the last change.
 
-use super::advice::Advised;
 use super::advice_lines;
-use super::edit::{Edit, Fate, Hand};
-use super::parameter::ParameterModel;
+use crate::model::advice::{Advised, active_value};
+use crate::model::tuning::{Edit, Hand, Outcome, ParameterEdits};
 use crate::theme::Palette;
+use crate::wording::{sentence_case, spoken};
 use egui::accesskit::Action;
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Align, Align2, Id, Key, Label, Layout, RichText, Slider, SliderClamping, TextEdit, Ui, vec2};
 use haptic_core::Direction;
-use haptic_ipc::{ParameterDescription, quantity};
-
-pub(crate) use haptic_ipc::quantity::number;
+use haptic_ipc::ParameterDescription;
+use haptic_ipc::quantity::{self, number};
 
 const FIELD_WIDTH: f32 = 84.0;
 const UNIT_WIDTH: f32 = 44.0;
 const SIGN_WIDTH: f32 = 12.0;
 
-/// Share of a slider's length by which an arrow key moves it.
+/// Share of the length of a slider by which an arrow key moves it.
 const KEY_STEP: f64 = 0.01;
 
 /// The same with Shift.
 const FINE_KEY_STEP: f64 = 0.001;
 
-/// Shows it and takes what the user changes.
-pub(crate) fn show(ui: &mut Ui, parameter: &mut ParameterModel, advised: &Advised) {
-    let name = sentence_case(&parameter.about.name);
+/// Shows the parameter, and takes the changes of the user.
+pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEdits, advised: &Advised) {
     ui.horizontal(|ui| {
-        let title = ui.label(RichText::new(name).strong());
-        let symbol = ui.label(RichText::new(&parameter.about.symbol).italics().weak());
-        title.union(symbol).on_hover_text(explanation(&parameter.about));
+        let title = ui.label(RichText::new(sentence_case(&about.name)).strong());
+        let symbol = ui.label(RichText::new(&about.symbol).italics().weak());
+        title.union(symbol).on_hover_text(explanation(about));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if parameter.about.directional {
-                show_split(ui, parameter);
+            if about.directional {
+                show_split(ui, about, edits);
             }
-            show_fate(ui, parameter);
+            show_outcome(ui, edits);
         });
     });
-    let directions: &[_] = if parameter.is_split() {
+    let is_split = edits.is_split(about);
+    let directions: &[_] = if is_split {
         &[Some(Direction::Positive), Some(Direction::Negative)]
     } else {
         &[None]
     };
     for &direction in directions {
-        show_value(ui, parameter, direction);
+        show_value(ui, about, edits, direction);
     }
-    if parameter.is_split() {
-        // A value for both, as joining them or the adviser sets it, has no row of its own.
-        show_refusal(ui, parameter.edit(None));
+    if is_split {
+        // A value for both, as a fix of the adviser sets it, has no row of its own.
+        show_refusal(ui, edits.edit(None));
     }
-    advice_lines::show(ui, parameter, advised);
+    advice_lines::show(ui, about, edits, advised);
 }
 
-/// What became of the last change, beside the name.
-fn show_fate(ui: &mut Ui, parameter: &ParameterModel) {
+/// The outcome of the last change, beside the name.
+fn show_outcome(ui: &mut Ui, edits: &ParameterEdits) {
     let palette = Palette::of(ui);
-    let (text, color) = match parameter.fate() {
-        Fate::None => return,
-        Fate::Pending => ("pending".to_owned(), palette.caution_text),
-        Fate::Applied(tick) => (format!("applied at tick {tick}"), ui.visuals().weak_text_color()),
-        Fate::Refused => ("refused".to_owned(), palette.error_text),
+    let (text, color) = match edits.outcome() {
+        Outcome::None => return,
+        Outcome::Pending => ("pending".to_owned(), palette.caution_text),
+        Outcome::Applied(tick) => (format!("applied at tick {tick}"), ui.visuals().weak_text_color()),
+        Outcome::Refused => ("refused".to_owned(), palette.error_text),
     };
     ui.label(RichText::new(text).small().color(color));
 }
 
 /// The toggle between one row and a row for each direction.
-fn show_split(ui: &mut Ui, parameter: &mut ParameterModel) {
-    let is_split = parameter.is_split();
+fn show_split(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEdits) {
+    let is_split = edits.is_split(about);
     let hint = if is_split {
         "One value for both directions: that of the positive one"
     } else {
         "A value for each direction of motion"
     };
-    let name = format!("{} by direction", spoken(&parameter.about.name));
+    let name = format!("{} by direction", spoken(&about.name));
     let toggle = ui
         .add(egui::Button::selectable(is_split, "±").frame_when_inactive(true))
         .accessible_name(name)
         .on_hover_text(hint);
     if toggle.clicked() {
         if is_split {
-            parameter.join();
+            edits.join(about);
         } else {
-            parameter.split = true;
+            edits.split = true;
         }
     }
 }
 
-fn show_value(ui: &mut Ui, parameter: &mut ParameterModel, direction: Option<Direction>) {
-    let in_force = parameter.in_force(direction);
-    let about = parameter.about.clone();
+fn show_value(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEdits, direction: Option<Direction>) {
+    let active = active_value(about, direction);
     let (sign, spoken_name) = match direction {
         None => ("", spoken(&about.name)),
         Some(Direction::Positive) => ("+", format!("{} +", spoken(&about.name))),
         Some(Direction::Negative) => ("-", format!("{} -", spoken(&about.name))),
     };
-    let edit = parameter.edit(direction);
+    let edit = edits.edit(direction);
     ui.horizontal(|ui| {
         if !sign.is_empty() {
             ui.add_sized(vec2(SIGN_WIDTH, ui.spacing().interact_size.y), Label::new(sign));
         }
         let others = FIELD_WIDTH + UNIT_WIDTH + 2.0 * ui.spacing().item_spacing.x;
         let width = ui.available_width() - others;
-        show_slider(ui, width, &about, edit, in_force, &spoken_name);
-        show_field(ui, &about, edit, in_force, &spoken_name);
+        show_slider(ui, width, about, edit, active, &spoken_name);
+        show_field(ui, about, edit, active, &spoken_name);
         ui.label(&about.unit);
     });
     show_refusal(ui, edit);
@@ -116,30 +115,23 @@ fn show_refusal(ui: &mut Ui, edit: &Edit) {
     }
 }
 
-fn show_slider(
-    ui: &mut Ui,
-    width: f32,
-    about: &ParameterDescription,
-    edit: &mut Edit,
-    in_force: f64,
-    spoken_name: &str,
-) {
+fn show_slider(ui: &mut Ui, width: f32, about: &ParameterDescription, edit: &mut Edit, active: f64, spoken_name: &str) {
     if about.slider_min >= about.slider_max {
         ui.add_space(width + ui.spacing().item_spacing.x);
         return;
     }
-    let mut value = edit.shown(in_force);
+    let mut value = edit.shown(active);
     ui.spacing_mut().slider_width = width;
     let mut slider = Slider::new(&mut value, about.slider_min..=about.slider_max)
         .logarithmic(about.logarithmic)
         .smallest_positive(about.step.max(f64::MIN_POSITIVE))
         .show_value(false)
-        // A value typed beyond the slider's range stays what it is.
+        // A value typed beyond the slider's range is kept.
         .clamping(SliderClamping::Never);
     if about.step > 0.0 {
         slider = slider.step_by(about.step);
     }
-    let before = edit.shown(in_force);
+    let before = edit.shown(active);
     let slider = ui
         .add(slider)
         .accessible_name(format!("{spoken_name} slider"))
@@ -148,11 +140,11 @@ fn show_slider(
     edit.hold(is_held);
     let steps = key_steps(ui, slider.id);
     if steps != 0.0 {
-        // The slider's own step is the smallest that makes sense, a thousand of them from end to end.
+        // The slider's own step is the smallest useful one: a thousand from end to end.
         edit.change(stepped(about, before, steps), Hand::Keys);
         edit.typing = None;
     } else if slider.changed() {
-        // The last of a drag may come with its end; what is left is a screen reader.
+        // The last change of a drag may come with its end; the rest is a screen reader.
         let hand = if is_held || slider.drag_stopped() {
             Hand::Drag
         } else {
@@ -163,7 +155,7 @@ fn show_slider(
     }
 }
 
-/// By what share of its length the keyboard, or a screen reader, moves a slider now.
+/// The share of its length by which the keyboard, or a screen reader, moves a slider now.
 fn key_steps(ui: &Ui, slider: Id) -> f64 {
     let has_focus = ui.memory(|memory| memory.has_focus(slider));
     ui.input(|input| {
@@ -178,7 +170,7 @@ fn key_steps(ui: &Ui, slider: Id) -> f64 {
     })
 }
 
-/// A value that is moved by a share of the slider's length: by one step at least, and not beyond the slider's ends.
+/// A value that is moved by a share of the slider's length: at least one step, and not beyond the ends.
 fn stepped(about: &ParameterDescription, value: f64, share: f64) -> f64 {
     let ParameterDescription {
         slider_min: low,
@@ -199,16 +191,16 @@ fn stepped(about: &ParameterDescription, value: f64, share: f64) -> f64 {
     } else {
         rounded
     };
-    // One that was typed beyond them is not moved farther.
+    // A value typed beyond the ends is not moved farther.
     moved.clamp(low.min(value), high.max(value))
 }
 
-fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, in_force: f64, spoken_name: &str) {
-    let mut text = edit.typing.clone().unwrap_or_else(|| number(edit.shown(in_force)));
+fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, active: f64, spoken_name: &str) {
+    let mut text = edit.typing.clone().unwrap_or_else(|| number(edit.shown(active)));
     let field = ui
         .add(
             TextEdit::singleline(&mut text)
-                // The keyboard stays in it when another law has other parameters above it.
+                // It keeps the focus when another law has other parameters above it.
                 .id(Id::unique(("value of", spoken_name)))
                 .desired_width(FIELD_WIDTH - 8.0)
                 .align(Align2::RIGHT_CENTER),
@@ -230,12 +222,12 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, in_for
         }
     }
     if field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
-        select_all(ui, field.id, &number(edit.shown(in_force)));
+        select_all(ui, field.id, &number(edit.shown(active)));
     }
     edit.field = Some(field.id);
 }
 
-/// Selects all that stands in a field, so that the next number takes its place.
+/// Selects the whole text of a field, so that the next number replaces it.
 fn select_all(ui: &Ui, field: Id, text: &str) {
     let mut state = TextEditState::load(ui.ctx(), field).unwrap_or_default();
     let end = CCursor::new(text.chars().count());
@@ -250,12 +242,12 @@ fn three_digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
-/// Takes the noise off a slider's value: as many decimals as its step has.
+/// Rounds a slider's value to as many decimals as its step has.
 fn round_to_step(value: f64, step: f64) -> f64 {
     if !(step > 0.0 && step <= 1.0) {
         return value.round();
     }
-    // At most 1e-300 has a few hundred decimals; more than the formatter's seventeen digits say nothing.
+    // More decimals than the seventeen digits of a float are noise.
     let decimals = (-step.log10()).ceil().clamp(0.0, 17.0);
     #[expect(
         clippy::cast_possible_truncation,
@@ -275,18 +267,6 @@ fn explanation(about: &ParameterDescription) -> String {
         quantity::accepted(unit)
     );
     format!("More of it: {}.\n{range}", about.feel)
-}
-
-pub(crate) fn spoken(name: &str) -> String {
-    name.replace('_', " ")
-}
-
-pub(crate) fn sentence_case(name: &str) -> String {
-    let name = spoken(name);
-    let mut letters = name.chars();
-    letters
-        .next()
-        .map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 #[cfg(test)]

@@ -1,26 +1,25 @@
-//! What is done to the scene as a whole: its law, undo and redo, two scenes to switch between, and trying.
+//! The controls of the whole scene: its law, undo and redo, two kept scenes, and tries.
 
-use super::model::SceneModel;
-use super::trial::TRIAL;
+use super::journal;
 use crate::drop_down::{self, Item};
 use crate::intent::Intent;
+use crate::model::scene::SceneFacts;
+use crate::model::tuning::{SLOTS, TRIAL, Tuning};
 use egui::{Align, Button, Key, KeyboardShortcut, Layout, Modifiers, RichText, Ui};
+use haptic_core::Scene;
 use haptic_core::friction::LAWS;
 use haptic_ipc::SceneRef;
 
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
 const REDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
 
-/// The two slots, as people call them.
-pub(crate) const SLOTS: [&str; 2] = ["A", "B"];
-
-/// Takes the keys of undo and redo, unless a text field is being typed in, which has an undo of its own.
-pub(crate) fn take_keys(ui: &Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
+/// Takes the keys of undo and redo, unless the user types in a text field, which has an undo of its own.
+pub(crate) fn take_keys(ui: &Ui, scene: &SceneFacts, tuning: &Tuning, intents: &mut Vec<Intent>) {
     let focused = ui.memory(egui::Memory::focused);
-    if ui.ctx().text_edit_focused() && !focused.is_some_and(|field| scene.waits_to_be_typed(field)) {
+    if ui.ctx().text_edit_focused() && !focused.is_some_and(|field| tuning.is_untouched_value(field)) {
         return;
     }
-    // The longer one first: the shorter would match it as well.
+    // The longer one first: the shorter one would match it as well.
     if ui.input_mut(|input| input.consume_shortcut(&REDO)) && scene.redo_depth > 0 {
         intents.push(Intent::Redo);
     }
@@ -29,34 +28,32 @@ pub(crate) fn take_keys(ui: &Ui, scene: &SceneModel, intents: &mut Vec<Intent>) 
     }
 }
 
-/// Shows them.
-pub(crate) fn show(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
+/// Shows the controls.
+pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     ui.horizontal(|ui| {
-        show_law(ui, scene, intents);
+        show_law(ui, scene, tuning, intents);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let last = scene.journal.iter().rev().find(|entry| !entry.changes.is_empty());
-            let last = last.map_or_else(String::new, |entry| {
-                format!("\nLast change: {}", super::journal::line(entry))
-            });
+            let last = last.map_or_else(String::new, |entry| format!("\nLast change: {}", journal::line(entry)));
             for (name, depth, keys, hint, intent) in [
                 (
                     "Redo",
                     scene.redo_depth,
                     "Ctrl+Shift+Z",
-                    "Brings back what was undone",
+                    "Repeats the change that was undone",
                     Intent::Redo,
                 ),
                 (
                     "Undo",
                     scene.undo_depth,
                     "Ctrl+Z",
-                    "Takes the newest change back, whoever made it",
+                    "Takes back the newest change, of any client",
                     Intent::Undo,
                 ),
             ] {
                 let button = Button::new(format!("{name} {depth}"));
                 let button = ui.add_enabled(depth > 0, button).accessible_name(name.to_lowercase());
-                let hint = format!("{hint} ({keys}); {depth} can be.{last}");
+                let hint = format!("{hint} ({keys}). Steps left: {depth}.{last}");
                 if button.on_hover_text(&hint).on_disabled_hover_text(&hint).clicked() {
                     intents.push(intent);
                 }
@@ -64,13 +61,13 @@ pub(crate) fn show(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent
         });
     });
     ui.horizontal(|ui| {
-        show_slots(ui, scene, intents);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| show_trying(ui, scene));
+        show_slots(ui, scene.active.as_ref(), tuning, intents);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| show_try(ui, tuning));
     });
 }
 
-/// The law in force, and all the others to choose from.
-fn show_law(ui: &mut Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
+/// The active law, and all laws to choose from.
+fn show_law(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning, intents: &mut Vec<Intent>) {
     ui.label("Law");
     let item = |law| Item {
         hint: about_law(law).to_owned(),
@@ -86,16 +83,16 @@ fn show_law(ui: &mut Ui, scene: &SceneModel, intents: &mut Vec<Intent>) {
         return;
     };
     let changed = scene
-        .in_force
+        .active
         .as_ref()
         .and_then(|scene| scene.with_law(law))
         .and_then(Result::ok);
     if let Some(changed) = changed {
-        intents.push(scene.load(format!("law {law}"), SceneRef::Scene(Box::new(changed))));
+        intents.push(tuning.load(format!("law {law}"), SceneRef::Scene(Box::new(changed))));
     }
 }
 
-/// What a law is, for people.
+/// A law in words.
 fn about_law(law: &str) -> &'static str {
     match law {
         "karnopp" => "Holds rigidly up to the static force, then slides at the dynamic force (Karnopp 1985)",
@@ -118,52 +115,53 @@ fn about_law(law: &str) -> &'static str {
     }
 }
 
-/// Two scenes to compare by feel: keep the one in force as A or B, go to either, or switch.
-fn show_slots(ui: &mut Ui, scene: &mut SceneModel, intents: &mut Vec<Intent>) {
-    let in_force = scene.slot_in_force();
+/// Two scenes to compare by feel: keep the active one as A or B, activate either, or switch.
+fn show_slots(ui: &mut Ui, scene: Option<&Scene>, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
+    let active = tuning.active_slot(scene);
     for (place, slot) in SLOTS.into_iter().enumerate() {
         let keep = Button::new(RichText::new(format!("Keep {slot}")).small()).small();
-        let keep = ui.add_enabled(scene.in_force.is_some(), keep);
+        let keep = ui.add_enabled(scene.is_some(), keep);
         if keep
             .accessible_name(format!("keep as {slot}"))
-            .on_hover_text(format!("Keeps the scene in force as {slot}, in this panel"))
+            .on_hover_text(format!("Keeps the active scene as {slot}, in this panel"))
             .clicked()
+            && let Some(scene) = scene
         {
-            scene.keep(place);
+            tuning.keep(place, scene);
         }
-        let kept = scene.slots[place].clone();
-        let go = Button::selectable(in_force == Some(place), slot).frame_when_inactive(true);
+        let kept = tuning.slots[place].clone();
+        let go = Button::selectable(active == Some(place), slot).frame_when_inactive(true);
         let go = ui
             .add_enabled(kept.is_some(), go)
             .accessible_name(format!("go to {slot}"));
-        if go.on_hover_text(format!("Puts {slot} in force")).clicked()
+        if go.on_hover_text(format!("Activates {slot}")).clicked()
             && let Some(kept) = kept
         {
-            intents.push(scene.load(slot, SceneRef::Scene(Box::new(kept))));
+            intents.push(tuning.load(slot, SceneRef::Scene(Box::new(kept))));
         }
     }
-    let next = in_force.map_or(0, |place| 1 - place);
-    let other = scene.slots[next].clone();
-    let both = scene.slots.iter().all(Option::is_some);
+    let next = active.map_or(0, |place| 1 - place);
+    let other = tuning.slots[next].clone();
+    let both = tuning.slots.iter().all(Option::is_some);
     let switch = ui
         .add_enabled(both, Button::new("A/B"))
         .accessible_name("switch between A and B");
-    if switch.on_hover_text("Puts the other of the two in force").clicked()
+    if switch.on_hover_text("Activates the other of the two").clicked()
         && let Some(other) = other
     {
-        intents.push(scene.load(SLOTS[next], SceneRef::Scene(Box::new(other))));
+        intents.push(tuning.load(SLOTS[next], SceneRef::Scene(Box::new(other))));
     }
 }
 
-fn show_trying(ui: &mut Ui, scene: &mut SceneModel) {
+fn show_try(ui: &mut Ui, tuning: &mut Tuning) {
     let seconds = TRIAL.as_secs();
     let hint = format!(
         "While this is on, every change goes back by itself {seconds} s after it was made. It is this panel that takes it \
          back: if you close it or it loses the daemon meanwhile, the change stays. A change that somebody else has made \
          since is never taken back."
     );
-    let toggle = Button::selectable(scene.trial.is_on, format!("Try {seconds} s")).frame_when_inactive(true);
+    let toggle = Button::selectable(tuning.trial.is_on, format!("Try {seconds} s")).frame_when_inactive(true);
     if ui.add(toggle).accessible_name("try").on_hover_text(hint).clicked() {
-        scene.trial.is_on = !scene.trial.is_on;
+        tuning.trial.is_on = !tuning.trial.is_on;
     }
 }

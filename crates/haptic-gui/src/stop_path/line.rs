@@ -1,4 +1,4 @@
-//! A connection that carries stops and nothing else. No call of it waits.
+//! A connection for stops alone. None of its calls waits.
 
 use haptic_ipc::{ClientError, Envelope, Hello, MAX_LINE_BYTES, Request, Rights, ServerLine, StateReply, WireError};
 use rustix::io::Errno;
@@ -8,13 +8,13 @@ use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// How long a daemon may take to greet. One that runs greets within a millisecond.
+/// Time limit of the greeting. A running daemon greets within a millisecond.
 const GREETING: Duration = Duration::from_secs(1);
 
-/// After how long a stop counts as not sent, though it is still tried.
+/// Time after which a stop counts as not sent. Attempts go on.
 pub(super) const UNWRITTEN: Duration = Duration::from_millis(100);
 
-/// After how long without an answer another connection is tried.
+/// Time without an answer after which another connection is tried.
 const UNANSWERED: Duration = Duration::from_secs(1);
 
 /// A stop on its way.
@@ -24,10 +24,10 @@ pub(super) struct Stop {
     pub(super) pressed_at: Instant,
 }
 
-/// What was heard on the line.
+/// A message of the daemon.
 #[derive(Debug)]
 pub(super) enum Heard {
-    /// The daemon greeted: it can be stopped now.
+    /// The daemon has greeted: it takes stops now.
     Greeting { is_for_a_moment: bool },
     /// The stop was answered.
     Answer(Stop, Result<StateReply, WireError>),
@@ -40,13 +40,13 @@ pub(super) struct Line {
     opened_at: Instant,
     is_greeted: bool,
     incoming: Vec<u8>,
-    /// What the socket has not taken yet of the stop that was asked last.
+    /// The bytes of the newest stop that the socket has not taken.
     outgoing: Vec<u8>,
-    /// The newest stop that was begun to be written.
+    /// The newest stop on the line.
     newest: Option<Stop>,
-    /// The first that is not answered, and when it was wholly written.
+    /// Time at which the first unanswered stop was written.
     unanswered_since: Option<Instant>,
-    begun: Vec<Stop>,
+    unanswered: Vec<Stop>,
 }
 
 impl Line {
@@ -58,7 +58,7 @@ impl Line {
             .map_err(|error| error.to_string())?;
         rustix::net::connect(&socket, &address).map_err(|error| match error {
             Errno::NOENT | Errno::CONNREFUSED => "no connection".to_owned(),
-            // So many wait to be let in already.
+            // The daemon's backlog is full.
             Errno::AGAIN => "the daemon does not take connections".to_owned(),
             error => ClientError::connecting(path, error.into()).to_string(),
         })?;
@@ -70,7 +70,7 @@ impl Line {
             outgoing: Vec::new(),
             newest: None,
             unanswered_since: None,
-            begun: Vec::new(),
+            unanswered: Vec::new(),
         })
     }
 
@@ -78,20 +78,20 @@ impl Line {
         &self.stream
     }
 
-    /// Whether there is something that the socket had no room for.
+    /// Whether bytes wait for room in the socket.
     pub(super) fn waits_to_write(&self) -> bool {
         !self.outgoing.is_empty()
     }
 
-    /// The newest stop that it carries.
+    /// The newest stop on the line.
     pub(super) fn newest(&self) -> Option<Stop> {
         self.newest
     }
 
-    /// Puts a stop on the line, if the daemon has greeted and it is not on it yet; says whether it was put there.
+    /// Puts a stop on the line if the daemon has greeted and the stop is new; returns whether it did.
     pub(super) fn put(&mut self, stop: Stop) -> bool {
         let is_new = self.newest.is_none_or(|newest| newest.number < stop.number);
-        // While one is not written there is no use in another behind it.
+        // A second stop behind an unwritten one is of no use.
         if !self.is_greeted || !is_new || self.waits_to_write() {
             return false;
         }
@@ -105,11 +105,11 @@ impl Line {
         self.outgoing = text.into_bytes();
         self.outgoing.push(b'\n');
         self.newest = Some(stop);
-        self.begun.push(stop);
+        self.unanswered.push(stop);
         true
     }
 
-    /// Writes what the socket takes; says whether everything is written.
+    /// Writes what the socket takes; returns whether everything is written.
     pub(super) fn write(&mut self, now: Instant) -> Result<bool, String> {
         while self.waits_to_write() {
             match self.stream.write(&self.outgoing) {
@@ -123,7 +123,7 @@ impl Line {
         Ok(true)
     }
 
-    /// Reads what has come.
+    /// Reads the messages that have arrived.
     pub(super) fn read(&mut self) -> Result<Vec<Heard>, String> {
         let mut heard = Vec::new();
         let mut chunk = [0; 4096];
@@ -147,17 +147,17 @@ impl Line {
 
     fn hear(&mut self, line: &str) -> Result<Option<Heard>, String> {
         match ServerLine::parse(line) {
-            // Whatever its version: every daemon understands a stop.
+            // At any version: every daemon understands a stop.
             Ok(ServerLine::Hello(Hello { rights, .. })) => {
                 self.is_greeted = true;
                 let is_for_a_moment = rights == Rights::Stop;
                 Ok(Some(Heard::Greeting { is_for_a_moment }))
             }
             Ok(ServerLine::Answer { id: Some(id), result }) => {
-                let found = self.begun.iter().find(|stop| stop.number == id).copied();
+                let found = self.unanswered.iter().find(|stop| stop.number == id).copied();
                 let Some(stop) = found else { return Ok(None) };
-                self.begun.retain(|other| other.number > id);
-                if self.begun.is_empty() {
+                self.unanswered.retain(|other| other.number > id);
+                if self.unanswered.is_empty() {
                     self.unanswered_since = None;
                 }
                 let reply = result.and_then(|value| {
@@ -168,7 +168,7 @@ impl Line {
                 });
                 Ok(Some(Heard::Answer(stop, reply)))
             }
-            // Refused at the door.
+            // The daemon refused the connection.
             Ok(ServerLine::Answer {
                 id: None,
                 result: Err(error),
@@ -177,7 +177,7 @@ impl Line {
         }
     }
 
-    /// Until when the line is of use, unless something is heard.
+    /// Time at which the line is given up unless a message arrives.
     pub(super) fn deadline(&self) -> Option<Instant> {
         if !self.is_greeted {
             return Some(self.opened_at + GREETING);

@@ -1,75 +1,30 @@
-//! The way of a stop to the daemon: a thread that does nothing else, on a connection of its own that is greeted in advance.
+//! The path of a stop to the daemon: a thread for stops alone, on a connection of its own that the
+//! daemon has greeted in advance.
 //!
-//! A press is two atomic stores and a byte on a socket pair that never blocks. Between the press and the bytes on the daemon's socket stands no lock
-//! and no queue, and nothing that records, exports, loads, draws or reads samples. The thread tells what became of the stop only afterwards.
+//! A press is two atomic stores and a byte on a socket pair that never blocks. There is neither a lock
+//! nor a queue between the press and the daemon's socket, and nothing that records, exports, loads,
+//! draws or reads samples. The thread reports the outcome of a stop afterwards.
 //!
-//! "Sent" is told when a daemon that has greeted has the whole line in its socket, "not sent" as soon as that is known to take longer than
-//! [`line::UNWRITTEN`]. A stop that was not answered is sent again on the next connection: too much of a stop is safe, too little is not.
+//! A stop is "sent" when the socket of a daemon that has greeted has the whole line, and "not sent" as
+//! soon as that takes longer than [`line::UNWRITTEN`]. An unanswered stop is sent again on the next
+//! connection: a stop too many is safe, a stop too few is not.
 
 mod line;
 mod stopper;
+mod stops;
 
-use crate::news::News;
+pub(crate) use stops::Stops;
+
 use crate::update::Update;
+use crate::update_sender::UpdateSender;
 use std::io::{self, Write as _};
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use stopper::Stopper;
-
-/// What the threads of the panel share of stops.
-#[derive(Debug)]
-pub(crate) struct Stops {
-    /// Stops that were asked for.
-    pressed: AtomicU64,
-    /// When the newest was, ns since `began`.
-    pressed_at_ns: AtomicU64,
-    /// The newest that the daemon has answered.
-    settled: AtomicU64,
-    panel_is_gone: AtomicBool,
-    began: Instant,
-}
-
-impl Stops {
-    pub(crate) fn new() -> Self {
-        Self {
-            pressed: AtomicU64::new(0),
-            pressed_at_ns: AtomicU64::new(0),
-            settled: AtomicU64::new(0),
-            panel_is_gone: AtomicBool::new(false),
-            began: Instant::now(),
-        }
-    }
-
-    /// Number of the newest stop that was asked for; 0 where there was none.
-    pub(crate) fn pressed(&self) -> u64 {
-        self.pressed.load(Ordering::Acquire)
-    }
-
-    /// Number of the newest stop that the daemon has answered.
-    pub(crate) fn settled(&self) -> u64 {
-        self.settled.load(Ordering::Acquire)
-    }
-
-    /// The daemon has answered a stop, and so all before it.
-    pub(crate) fn settle(&self, number: u64) {
-        self.settled.fetch_max(number, Ordering::AcqRel);
-    }
-
-    fn press(&self) {
-        let since = u64::try_from(self.began.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        self.pressed_at_ns.store(since, Ordering::Release);
-        self.pressed.fetch_add(1, Ordering::AcqRel);
-    }
-
-    fn pressed_at(&self) -> Instant {
-        self.began + Duration::from_nanos(self.pressed_at_ns.load(Ordering::Acquire))
-    }
-}
+use stops::Place;
 
 /// Wakes the thread that stops.
 #[derive(Debug)]
@@ -77,35 +32,27 @@ pub(crate) struct Waker(UnixStream);
 
 impl Waker {
     fn wake(&self) {
-        // It does not block. When there is no room, a wake-up waits there already.
+        // It does not block. Without room, a wake-up is pending already.
         drop((&self.0).write(&[0]));
     }
 }
 
-/// The button's end of the path.
+/// The end of the path at the button.
 #[derive(Debug)]
 pub(crate) struct StopPath {
     stops: Arc<Stops>,
     waker: Arc<Waker>,
 }
 
-/// The listening thread's end of the path: it knows where the daemon is.
+/// The end of the path at the listening thread, which knows the daemon's socket.
 #[derive(Debug)]
 pub(crate) struct Guide {
     places: mpsc::Sender<Place>,
     waker: Arc<Waker>,
 }
 
-/// Where the daemon's socket is.
-#[derive(Debug)]
-pub(super) struct Place {
-    path: PathBuf,
-    /// The panel talks to it, so that a connection for stops is kept ready. Otherwise one is made when a stop is asked for.
-    is_connected: bool,
-}
-
 impl Guide {
-    /// The daemon is looked for at a path, or was found there.
+    /// Names the path at which the daemon is looked for, or was found.
     pub(crate) fn lead_to(&self, path: PathBuf, is_connected: bool) {
         // The thread lives as long as the panel.
         self.places.send(Place { path, is_connected }).unwrap_or(());
@@ -114,11 +61,12 @@ impl Guide {
 }
 
 impl StopPath {
-    /// Starts the thread, and another that tells its news: to tell may wait for the window, to stop must not.
+    /// Starts the thread, and another that reports its news: a report may wait for the window, a stop must
+    /// not.
     ///
     /// # Errors
     /// The system has no thread or descriptor left.
-    pub(crate) fn start(retry: Duration, news: News) -> io::Result<(Self, Guide)> {
+    pub(crate) fn start(retry: Duration, updates: UpdateSender) -> io::Result<(Self, Guide)> {
         let stops = Arc::new(Stops::new());
         let (waker, woken) = UnixStream::pair()?;
         waker.set_nonblocking(true)?;
@@ -132,7 +80,7 @@ impl StopPath {
             .spawn(move || stopper.run())?;
         thread::Builder::new().name("stop news".to_owned()).spawn(move || {
             for stop in to_tell {
-                if news.tell_at_once(Update::Stop(stop)).is_err() {
+                if updates.send_at_once(Update::Stop(stop)).is_err() {
                     return;
                 }
             }
@@ -148,7 +96,7 @@ impl StopPath {
         &self.stops
     }
 
-    /// Asks for a stop. Waits for nothing.
+    /// Requests a stop. Waits for nothing.
     pub(crate) fn press(&self) {
         self.stops.press();
         self.waker.wake();
@@ -157,7 +105,7 @@ impl StopPath {
 
 impl Drop for StopPath {
     fn drop(&mut self) {
-        self.stops.panel_is_gone.store(true, Ordering::Release);
+        self.stops.close();
         self.waker.wake();
     }
 }

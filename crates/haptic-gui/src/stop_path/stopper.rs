@@ -1,21 +1,20 @@
-//! The thread that stops.
+//! The thread that sends stops.
 
 use super::line::{Heard, Line, Stop, UNWRITTEN};
-use super::{Place, Stops};
+use super::stops::{Place, Stops};
 use crate::update::StopNews;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::Read as _;
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::sync::mpsc;
+use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
-/// Wait between two attempts to connect while a stop is still to be sent.
+/// Pause between two attempts to connect while a stop waits.
 const HURRIED_RETRY: Duration = Duration::from_millis(50);
 
-/// Wait between two attempts where the daemon has no place for one that only waits: the places for a stop alone are few, and everybody's.
+/// Pause between two attempts while the daemon has no place for a connection that only waits: its places
+/// for stops are few, and shared.
 const CROWDED_RETRY: Duration = Duration::from_secs(5);
 
 pub(super) struct Stopper {
@@ -29,9 +28,9 @@ pub(super) struct Stopper {
     stays_ready: bool,
     line: Option<Line>,
     next_try: Instant,
-    /// The newest stop for which there was an attempt to connect.
+    /// The newest stop that caused an attempt to connect.
     tried_for: u64,
-    /// The newest stop of which it was told that it is not sent.
+    /// The newest stop that was reported as not sent.
     not_sent: u64,
     /// The newest stop that a socket has taken.
     sent: u64,
@@ -62,19 +61,19 @@ impl Stopper {
     }
 
     pub(super) fn run(mut self) {
-        while !self.stops.panel_is_gone.load(Ordering::Acquire) {
+        while !self.stops.is_closed() {
             let now = Instant::now();
             let wanted = self.wanted();
             if let Err(reason) = self.serve(now, wanted) {
                 self.lose_line(now, &reason);
             }
             self.wait(Instant::now());
-            // Only what comes after it is looked at may wake it again.
+            // A later wake-up interrupts the next wait.
             self.take_wake_ups();
         }
     }
 
-    /// The stop that is still to be sent or to be answered.
+    /// The newest stop, unless it is answered.
     fn wanted(&self) -> Option<Stop> {
         let number = self.stops.pressed();
         (number > self.stops.settled()).then(|| Stop {
@@ -83,16 +82,16 @@ impl Stopper {
         })
     }
 
-    /// Does what can be done without waiting.
+    /// Does everything that needs no waiting.
     fn serve(&mut self, now: Instant, wanted: Option<Stop>) -> Result<(), String> {
-        // A stop on a line that is ready comes before everything.
+        // A stop on a ready line comes first.
         self.send(now, wanted)?;
         self.take_places(now);
         self.connect(now, wanted)?;
         let heard = self.line.as_mut().map_or(Ok(Vec::new()), Line::read)?;
         for heard in heard {
             match heard {
-                // Such a line would be closed before it is needed, and takes the place of somebody who stops.
+                // The daemon would close such a line before it is needed, and it takes a place for stops.
                 Heard::Greeting { is_for_a_moment: true } if wanted.is_none() => {
                     self.line = None;
                     self.next_try = now + CROWDED_RETRY;
@@ -119,10 +118,10 @@ impl Stopper {
             let is_written = line.write(now)?;
             if let Some(stop) = line.newest().filter(|_| is_written) {
                 self.sent = self.sent.max(stop.number);
-                // If this line is lost, there is news again.
+                // If this line is lost, that is reported again.
                 self.not_sent = self.not_sent.min(stop.number.saturating_sub(1));
                 self.tell(stop.number, StopNews::Sent);
-                // One that came while this was written.
+                // One may have been pressed during the write.
                 return self.send(now, self.wanted());
             }
         }
@@ -155,7 +154,8 @@ impl Stopper {
         let pause = if wanted.is_some() { HURRIED_RETRY } else { self.retry };
         self.next_try = now + pause;
         if let Some(stop) = wanted {
-            // One that a silent daemon has in its socket stays "sent, not confirmed"; where there is no socket any more, nothing has it.
+            // A stop in the socket of a silent daemon stays "sent, not confirmed". Without a socket
+            // it is lost.
             if self.sent < stop.number || reason == "no connection" {
                 self.tell_not_sent(stop.number, reason);
             }
@@ -163,7 +163,7 @@ impl Stopper {
     }
 
     fn tell(&self, number: u64, news: StopNews) {
-        // What became of an older one says nothing of the newest.
+        // The outcome of an older stop says nothing of the newest.
         if number == self.stops.pressed() {
             self.news.send(news).unwrap_or(());
         }
@@ -196,7 +196,7 @@ impl Stopper {
         while matches!(self.woken.read(&mut bytes), Ok(1..)) {}
     }
 
-    /// Waits until there is something to do.
+    /// Waits for the next event or deadline.
     fn wait(&self, now: Instant) {
         let wanted = self.wanted();
         let mut deadlines = vec![];
@@ -209,7 +209,7 @@ impl Stopper {
             deadlines.push(stop.pressed_at + UNWRITTEN);
         }
         let timeout = deadlines.into_iter().min().map(|deadline| {
-            // A millisecond more, lest it looks too early.
+            // A millisecond more, so that the deadline is past.
             let left = deadline.saturating_duration_since(now) + Duration::from_millis(1);
             Timespec::try_from(left).unwrap_or(Timespec { tv_sec: 1, tv_nsec: 0 })
         });
@@ -221,7 +221,7 @@ impl Stopper {
             }
             watched.push(PollFd::new(line.stream(), flags));
         }
-        // An interrupted wait is over; what it waited for is looked at either way.
+        // After an interrupted wait everything is checked as well.
         poll(&mut watched, timeout.as_ref()).unwrap_or_default();
     }
 }

@@ -1,12 +1,12 @@
-//! What is done with the plots: freeze, move, trigger, measure, export, record, open.
+//! The plots: freeze, move, trigger and measure.
 
-use super::*;
-use crate::metadata::metadata;
-use haptic_gui::{Format, Loaded, RecordingNews};
-use haptic_ipc::{Bucket, Percentiles, TimingHistogram};
-use haptic_lab::recording::{Ending, Totals};
+use crate::bench::{Panel, connected, find_another_daemon, hear, lose_the_daemon, press, sample, type_into};
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::{NodeT, Queryable};
+use haptic_gui::Update;
+use haptic_ipc::{Bucket, Event, Percentiles, RigState, Sample, SamplesEvent, Timing, TimingHistogram, TimingWindow};
 
-fn rows(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Vec<Sample> {
+pub(crate) fn rows(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Vec<Sample> {
     ms.map(|ms| Sample {
         tick: u64::from(ms),
         coupling_force_n: force(ms),
@@ -15,7 +15,7 @@ fn rows(ms: std::ops::Range<u32>, force: impl Fn(u32) -> f64) -> Vec<Sample> {
     .collect()
 }
 
-fn feel(panel: &mut Panel, rows: &[Sample]) {
+pub(crate) fn feel(panel: &mut Panel, rows: &[Sample]) {
     for batch in rows.chunks(34) {
         let batch = SamplesEvent {
             seq: 0,
@@ -32,7 +32,7 @@ fn choose(panel: &mut Panel, list: &str, item: &str) {
     press(panel, item);
 }
 
-fn csv_times(panel: &Panel) -> (f64, f64) {
+pub(crate) fn csv_times(panel: &Panel) -> (f64, f64) {
     let text = haptic_gui::export::csv(&panel.state().model);
     let times: Vec<f64> = text
         .lines()
@@ -258,29 +258,6 @@ fn a_trigger_is_chosen_by_keyboard() {
     panel.get_by_label("Armed");
 }
 
-#[derive(Debug)]
-struct Dropped(std::path::PathBuf);
-
-impl egui::DroppedFile for Dropped {
-    fn path(&self) -> &std::path::Path {
-        &self.0
-    }
-
-    fn bytes(&self) -> Result<Vec<u8>, String> {
-        Err("the panel reads it by its path".to_owned())
-    }
-}
-
-#[test]
-fn a_file_that_is_dropped_on_the_window_is_opened() {
-    let mut panel = connected(RigState::Engaged);
-    let file = Dropped("/home/ada/r.csv".into());
-    panel.input_mut().dropped_files.push(std::sync::Arc::new(file));
-    panel.run();
-    let path = std::path::PathBuf::from("/home/ada/r.csv");
-    assert_eq!(asked(&mut panel), [Intent::Open { path }]);
-}
-
 #[test]
 fn cursors_that_are_out_of_sight_are_fetched_by_their_button() {
     let mut panel = connected(RigState::Engaged);
@@ -339,114 +316,8 @@ fn every_plot_can_be_hidden_and_the_rest_takes_its_place() {
     press(&mut panel, "Zoom to the stick band");
 }
 
-#[test]
-fn what_is_seen_is_exported() {
-    let mut panel = connected(RigState::Engaged);
-    for format in Format::ALL {
-        press(&mut panel, "Export");
-        type_into(&mut panel, "folder to export to", "/tmp/plots");
-        let name = format!("export {}", format.extension().to_uppercase());
-        press(&mut panel, &name);
-        let folder = "/tmp/plots".into();
-        assert_eq!(asked(&mut panel), [Intent::Export { format, folder }]);
-    }
-    hear(&mut panel, Update::Exported(Ok("/tmp/plots/haptic-plot-1.svg".into())));
-    panel.get_by_label("Written: /tmp/plots/haptic-plot-1.svg");
-    hear(
-        &mut panel,
-        Update::Exported(Err("cannot write /x: no such folder".into())),
-    );
-    panel.get_by_label("cannot write /x: no such folder");
-    wait(&mut panel, 10.0);
-    press(&mut panel, "close the message");
-    assert!(panel.query_by_label("cannot write /x: no such folder").is_none());
-}
-
-#[test]
-fn a_recording_shows_its_length_and_size_until_it_is_ended() {
-    let mut panel = connected(RigState::Engaged);
-    let (path, totals) = (
-        std::path::PathBuf::from("/home/ada/r.csv"),
-        Totals {
-            rows: 12_300,
-            lost: 2,
-            bytes: 1_810_000,
-            length_s: 12.3,
-        },
-    );
-    let going = RecordingNews::Going {
-        path: path.clone(),
-        totals,
-    };
-    hear(&mut panel, Update::Recording(going));
-    panel.get_by_label("Recording /home/ada/r.csv: 12.3 s, 1.8 MB, 2 samples missing");
-    press(&mut panel, "End recording");
-    assert_eq!(asked(&mut panel), [Intent::EndRecording]);
-    hear(
-        &mut panel,
-        Update::Recording(RecordingNews::Ended {
-            path: path.clone(),
-            totals,
-        }),
-    );
-    panel.get_by_label_contains("Recorded /home/ada/r.csv");
-    panel.get_by_label("Record");
-    press(&mut panel, "Open");
-    assert!(panel.get_by_label("recording to open").is_focused());
-    assert_eq!(
-        value_of(&panel, "recording to open"),
-        "/home/ada/r.csv",
-        "it may be looked at"
-    );
-    panel.key_press(Key::Enter);
-    panel.run();
-    assert_eq!(asked(&mut panel), [Intent::Open { path }]);
-    wait(&mut panel, 10.0);
-    assert!(
-        panel.query_by_label_contains("Recorded").is_none(),
-        "it is said for a while"
-    );
-}
-
-#[test]
-fn a_recording_is_looked_at_without_a_daemon() {
-    let mut panel = panel();
-    press(&mut panel, "Open");
-    type_into(&mut panel, "recording to open", "/home/ada/r.csv");
-    press(&mut panel, "Open recording");
-    let path = std::path::PathBuf::from("/home/ada/r.csv");
-    assert_eq!(asked(&mut panel), [Intent::Open { path: path.clone() }]);
-    let metadata = metadata();
-    let ending = Ending::BrokenOff { line: 90_005, bytes: 7 };
-    let loaded = Loaded::new(path.clone(), metadata, rows(0..90_000, |_| 1.0), &[], ending);
-    hear(
-        &mut panel,
-        Update::Opened {
-            path,
-            result: Ok(Box::new(loaded)),
-        },
-    );
-    panel.get_by_label("Force plot");
-    panel.get_by_label_contains("broken off in line 90005");
-    assert_eq!(csv_times(&panel), (0.0, 89.999), "the whole of it, however long");
-    panel.key_press(Key::Escape);
-    panel.run();
-    assert_eq!(asked(&mut panel), [Intent::Stop], "a stop is a stop");
-    press(&mut panel, "Close recording");
-    assert!(panel.query_by_label("Force plot").is_none());
-    let refused = Err("cannot open /x: it is no recording".to_owned());
-    hear(
-        &mut panel,
-        Update::Opened {
-            path: "/x".into(),
-            result: refused,
-        },
-    );
-    panel.get_by_label("cannot open /x: it is no recording");
-}
-
 /// The same for wake-ups and ticks.
-fn timing(buckets: Vec<Bucket>) -> Timing {
+pub(crate) fn timing(buckets: Vec<Bucket>) -> Timing {
     let percentiles = Percentiles {
         p50: 2_000,
         p99: 9_000,
@@ -468,38 +339,4 @@ fn timing(buckets: Vec<Bucket>) -> Timing {
         last_10_s: window,
         ..Timing::default()
     }
-}
-
-#[test]
-fn histograms_and_clipping_are_shown() {
-    let mut panel = connected(RigState::Engaged);
-    let buckets = vec![Bucket { up_to: 1024, count: 7 }, Bucket { up_to: 2048, count: 1 }];
-    hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(buckets)))));
-    press(&mut panel, "Histograms");
-    panel.get_by_label("Wake-up histogram");
-    panel.get_by_label("Tick: half below 2.00 µs, 99 % below 9.00 µs, 99.9 % below 30.0 µs, longest 1.20 ms");
-    // A fourth of the samples is at the limit of 20 N.
-    let strong = rows(0..1000, |_| 0.0).into_iter().map(|mut row| {
-        row.command_force_n = if row.tick < 250 { -20.0 } else { 3.0 };
-        row
-    });
-    feel(&mut panel, &strong.collect::<Vec<_>>());
-    hear(&mut panel, Update::Status(Ok(Box::new(status()))));
-    panel.get_by_label("At the force limit 25.0 %");
-}
-
-fn status() -> haptic_ipc::Status {
-    let text = r#"{"server":"hapticd 0.1.0","state":"engaged","tick":1,"uptime_s":1,"rate_hz":1000,"scheme":"exact",
-        "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
-        "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;
-    serde_json::from_str(text).expect("a status")
-}
-
-#[test]
-fn the_theme_can_be_switched() {
-    let mut panel = connected(RigState::Idle);
-    let is_dark = |panel: &Panel| panel.ctx.global_style().visuals.dark_mode;
-    let before = is_dark(&panel);
-    press(&mut panel, "switch theme");
-    assert_ne!(is_dark(&panel), before);
 }

@@ -1,12 +1,21 @@
-//! What is done to the scene as a whole: law, undo and redo, A and B, tries, the library.
+//! The scene as a whole: law, undo and redo, A and B, tries, the library.
 
-use super::*;
-use haptic_ipc::{
-    Difference, JournalEntry, ListedScene, Peer, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply,
-    Value,
+use crate::advice::{advised, check};
+use crate::bench::{
+    Panel, asked, connected, find_another_daemon, hear, is_enabled, lose_the_daemon, of_depth, press, set, state_event,
+    type_into, wait,
 };
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use haptic_core::{Directional, Scene};
+use haptic_gui::{Answer, Intent, Update};
+use haptic_ipc::{
+    ChangeReply, Description, Difference, ErrorCode, Event, JournalEntry, ListedScene, ParameterDescription, Peer,
+    RigState, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value, WireError, params_of,
+};
+use std::time::{Duration, Instant};
 
-fn scene_in_force(revision: u64, scene: &Scene) -> Update {
+fn active_scene(revision: u64, scene: &Scene) -> Update {
     Update::Scene(Ok(Box::new(SceneReply {
         revision,
         params: params_of(scene),
@@ -28,7 +37,7 @@ fn listed(name: &str) -> ListedScene {
 /// A panel that knows the whole of the paper's scene.
 fn informed() -> Panel {
     let mut panel = connected(RigState::Engaged);
-    hear(&mut panel, scene_in_force(1, &Scene::paper()));
+    hear(&mut panel, active_scene(1, &Scene::paper()));
     panel
 }
 
@@ -144,7 +153,7 @@ fn two_scenes_are_kept_and_switched_between() {
     assert!(!is_enabled(&panel, "switch between A and B"));
     press(&mut panel, "keep as A");
     let heavy = Scene::paper().with(&[("M".parse().unwrap(), 2.0)]).unwrap();
-    hear(&mut panel, scene_in_force(2, &heavy));
+    hear(&mut panel, active_scene(2, &heavy));
     press(&mut panel, "keep as B");
     press(&mut panel, "switch between A and B");
     let asked = asked(&mut panel);
@@ -160,11 +169,11 @@ fn two_scenes_are_kept_and_switched_between() {
     };
     assert_eq!((what.as_str(), &**scene), ("A", &Scene::paper()));
     let to_a = asked[0].clone();
-    hear(&mut panel, scene_in_force(3, &Scene::paper()));
+    hear(&mut panel, active_scene(3, &Scene::paper()));
     hear(&mut panel, changed(to_a, 3));
     panel.get_by_label("Loaded A at tick 1003");
     press(&mut panel, "switch between A and B");
-    let asked = super::asked(&mut panel);
+    let asked = crate::bench::asked(&mut panel);
     assert!(
         matches!(asked.as_slice(), [Intent::Load { what, .. }] if what == "B"),
         "{asked:?}"
@@ -206,7 +215,8 @@ fn a_try_goes_back_by_itself_after_two_seconds() {
     assert!(panel.query_by_label("Trying: goes back by itself").is_none());
 }
 
-/// The program asks what is due before each frame, and alone while the window is hidden. The interface's clock stands still meanwhile.
+/// The program asks what is due before each frame, and alone while the window is hidden. The
+/// interface's clock stands still meanwhile.
 #[test]
 fn a_try_lasts_two_seconds_of_the_systems_clock_whoever_asks() {
     let mut panel = informed();
@@ -284,7 +294,7 @@ fn the_library_is_loaded_from_and_saved_to() {
         name: "mine".into(),
         replace,
     };
-    assert_eq!(super::asked(&mut panel), [save(false)]);
+    assert_eq!(crate::bench::asked(&mut panel), [save(false)]);
     let refused = Update::Answered {
         intent: save(false),
         result: Err(WireError::new(
@@ -295,7 +305,7 @@ fn the_library_is_loaded_from_and_saved_to() {
     hear(&mut panel, refused);
     panel.get_by_label("The library has a scene mine already: save under another name, or replace it");
     press(&mut panel, "Replace mine");
-    assert_eq!(super::asked(&mut panel), [save(true)]);
+    assert_eq!(crate::bench::asked(&mut panel), [save(true)]);
     let saved = SceneSaveReply {
         name: "mine".into(),
         path: "/scenes/mine.toml".into(),
@@ -308,7 +318,7 @@ fn the_library_is_loaded_from_and_saved_to() {
     panel.get_by_label("Saved as mine (/scenes/mine.toml)");
 }
 
-/// Answers a comparison: the static force is `force` N in the scene in force.
+/// Answers a comparison: the static force is `force` N in the active scene.
 fn differs(intent: Intent, force: f64) -> Update {
     let difference = Difference {
         param: "static_force".into(),
@@ -344,7 +354,7 @@ fn compared(panel: &mut Panel) -> (Intent, u64) {
 }
 
 #[test]
-fn the_scene_in_force_is_compared_and_again_when_it_changes() {
+fn the_active_scene_is_compared_and_again_when_it_changes() {
     let mut panel = informed();
     press(&mut panel, "keep as A");
     press(&mut panel, "Scenes");
@@ -360,12 +370,12 @@ fn the_scene_in_force_is_compared_and_again_when_it_changes() {
     }
     assert_eq!(asked(&mut panel), [], "one at a time");
     hear(&mut panel, differs(first, 5.0));
-    panel.get_by_label("From A to revision 1, in force:");
+    panel.get_by_label("From A to revision 1 (active):");
     panel.get_by_label("static_force: 4 N -> +5 -3 N");
     let (second, revision) = compared(&mut panel);
-    assert_eq!(revision, 3, "what was found is not of the scene in force any more");
+    assert_eq!(revision, 3, "another scene is active by now");
     hear(&mut panel, differs(second, 6.0));
-    panel.get_by_label("From A to revision 3, in force:");
+    panel.get_by_label("From A to revision 3 (active):");
     panel.get_by_label("static_force: 4 N -> +6 -3 N");
     assert_eq!(asked(&mut panel), []);
 
@@ -376,7 +386,7 @@ fn the_scene_in_force_is_compared_and_again_when_it_changes() {
         result: Ok(Answer::Differs(SceneDiffReply { differences: vec![] })),
     };
     hear(&mut panel, same);
-    panel.get_by_label("Revision 3, in force, does not differ from A");
+    panel.get_by_label("Revision 3 (active) does not differ from A");
 }
 
 #[test]
@@ -390,7 +400,7 @@ fn lists_are_used_by_keyboard_alone() {
     panel.run();
     panel.key_press(Key::Enter);
     panel.run();
-    let asked = super::asked(&mut panel);
+    let asked = crate::bench::asked(&mut panel);
     assert!(
         matches!(asked.as_slice(), [Intent::Load { what, .. }] if what == "law dahl"),
         "{asked:?}"

@@ -177,7 +177,8 @@ impl Desk {
         while self.stopped.try_recv().is_ok() {}
     }
 
-    /// Presses Space on an engaged rig at any time of a frame, and gives how long it took until the daemon said that it has stopped.
+    /// Presses Space on an engaged rig at any time of a frame, and gives how long it took until the
+    /// daemon said that it has stopped.
     pub(crate) fn press_and_wait(&mut self) -> Duration {
         loop {
             self.engage();
@@ -190,7 +191,8 @@ impl Desk {
         }
     }
 
-    /// The same of a stop that goes to the daemon without a panel: what the daemon and the machine take of the time.
+    /// The same of a stop that goes to the daemon without a panel: what the daemon and the machine
+    /// take of the time.
     pub(crate) fn stop_without_panel(&mut self) -> Duration {
         loop {
             self.engage();

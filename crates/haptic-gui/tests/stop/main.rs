@@ -1,7 +1,8 @@
-//! From the key to the daemon: the panel with everything that it talks to but a window, at a real daemon with its rig engaged, while disks stall and
-//! an hour's recording is open.
+//! From the key to the daemon: the panel with everything that it talks to but a window, at a real
+//! daemon with its rig engaged, while disks stall and an hour's recording is open.
 //!
-//! `cargo test --release -p haptic-gui --test stop -- --ignored --nocapture` prints the table of docs/measured.md.
+//! `cargo test --release -p haptic-gui --test stop -- --ignored --nocapture` prints the table of
+//! docs/measured.md.
 
 mod desk;
 #[path = "../fixture/metadata.rs"]

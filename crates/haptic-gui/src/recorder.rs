@@ -1,14 +1,14 @@
-//! A recording that is being made, by a thread of its own: what a disk keeps waiting is that thread alone.
+//! The recorder writes a recording on a thread of its own: only that thread waits for a disk.
 //!
-//! What is heard goes to it through a bounded queue. Where the disk does not keep up, samples are left out, counted, shown, and marked as lost in the
-//! recording; changes of state and scene wait for room.
+//! Events reach it through a bounded queue. If the disk does not keep up, samples are dropped, counted,
+//! shown, and marked as lost in the recording; changes of state and scene wait for room.
 
-use super::RecordingNews;
-use crate::export::open_new;
-use crate::news::News;
+use crate::new_file;
+use crate::recording::RecordingNews;
 use crate::update::Update;
+use crate::update_sender::UpdateSender;
 use haptic_ipc::{Event, SamplesEvent};
-use haptic_lab::recording::{Metadata, Recorder};
+use haptic_lab::recording::{self, Metadata};
 use std::collections::VecDeque;
 use std::fs::File;
 use std::io;
@@ -19,56 +19,56 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-/// Events that wait for the disk at most: nine seconds of batches.
+/// Most events that wait for the disk: nine seconds of batches.
 const WAITING_EVENTS: usize = 256;
 
-/// Changes that wait for room among them at most.
+/// Most changes that wait for room in the queue.
 const WAITING_CHANGES: usize = 1000;
 
-/// How long a panel that is closed waits for the end of its recording to be written.
-const LAST_MOMENT: Duration = Duration::from_secs(1);
+/// How long a closing panel waits until its recording is written.
+const CLOSING_TIME: Duration = Duration::from_secs(1);
 
-/// The recording that is being made, for the window, which begins and ends it, and the listening thread, which feeds it. The lock is held while an
-/// event is put into the queue, and never while something is written.
+/// Begins and ends recordings for the window, and takes events from the listening thread. The lock is
+/// held while an event enters the queue, and never while a file is written.
 #[derive(Debug)]
-pub(crate) struct Recordings {
+pub(crate) struct Recorder {
     slot: Mutex<Slot>,
-    news: News,
+    updates: UpdateSender,
 }
 
 #[derive(Debug, Default)]
 struct Slot {
-    taking: Option<Taking>,
-    /// Disconnected once the recording before is written to its end.
+    writer: Option<Writer>,
+    /// Disconnects when the recording before is written.
     ending: Option<mpsc::Receiver<()>>,
 }
 
 #[derive(Debug)]
-struct Taking {
+struct Writer {
     folder: PathBuf,
     events: mpsc::SyncSender<Event>,
-    /// Changes that the queue has no room for yet.
+    /// Changes that wait for room in the queue.
     changes: VecDeque<Event>,
-    /// Samples that are missing since the newest event in the queue.
+    /// Samples lost since the newest event in the queue.
     lost: Arc<AtomicU64>,
     lost_in_all: u64,
     done: mpsc::Receiver<()>,
 }
 
-impl Recordings {
-    pub(crate) fn new(news: News) -> Self {
+impl Recorder {
+    pub(crate) fn new(updates: UpdateSender) -> Self {
         Self {
             slot: Mutex::default(),
-            news,
+            updates,
         }
     }
 
     fn slot(&self) -> MutexGuard<'_, Slot> {
-        // The slot is whole between any two statements, so a panic elsewhere does not spoil it.
+        // The slot is consistent between any two statements, so a panic elsewhere leaves it usable.
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins a recording in a new file in `folder`, and ends the one that was being made.
+    /// Begins a recording in a new file in `folder`, and ends the one before.
     pub(crate) fn begin(&self, folder: PathBuf, metadata: Metadata) {
         let mut slot = self.slot();
         slot.end();
@@ -79,8 +79,8 @@ impl Recordings {
             self.tell(RecordingNews::Failed { why });
             return;
         }
-        match Taking::begin(folder, metadata, self.news.clone()) {
-            Ok(taking) => slot.taking = Some(taking),
+        match Writer::begin(folder, metadata, self.updates.clone()) {
+            Ok(writer) => slot.writer = Some(writer),
             Err(error) => {
                 let why = format!("no thread to record with: {error}");
                 drop(slot);
@@ -89,12 +89,12 @@ impl Recordings {
         }
     }
 
-    /// Ends the recording. What waits for the disk is still written.
+    /// Ends the recording. The queue is still written.
     pub(crate) fn end(&self) {
         self.slot().end();
     }
 
-    /// Ends the recording, and gives it a moment to be written.
+    /// Ends the recording, and waits a moment until it is written.
     pub(crate) fn close(&self) {
         let ending = {
             let mut slot = self.slot();
@@ -102,20 +102,20 @@ impl Recordings {
             slot.ending.take()
         };
         if let Some(ending) = ending {
-            // Nothing is ever sent; the other end is dropped when all is written. On a disk that stalls the rest is lost: it is not worth a window
-            // that hangs.
-            ending.recv_timeout(LAST_MOMENT).unwrap_or_default();
+            // Nothing is ever sent: the other end is dropped when all is written. On a stalled disk the
+            // rest is lost: it is not worth a window that hangs.
+            ending.recv_timeout(CLOSING_TIME).unwrap_or_default();
         }
     }
 
-    /// Passes on what was heard. Waits for nothing.
+    /// Passes on an event. Waits for nothing.
     pub(crate) fn keep(&self, event: &Event) {
         let mut slot = self.slot();
-        let Some(taking) = &mut slot.taking else { return };
-        let kept = taking.keep(event);
+        let Some(writer) = &mut slot.writer else { return };
+        let kept = writer.keep(event);
         let news = RecordingNews::Behind {
-            path: taking.folder.clone(),
-            lost: taking.lost_in_all,
+            path: writer.folder.clone(),
+            lost: writer.lost_in_all,
         };
         match kept {
             Kept::Yes => {}
@@ -123,21 +123,21 @@ impl Recordings {
                 drop(slot);
                 self.tell(news);
             }
-            // The thread has told why.
+            // The thread has sent the reason.
             Kept::Ended => slot.end(),
         }
     }
 
     fn tell(&self, news: RecordingNews) {
-        // A panel that is gone needs no news.
-        self.news.tell(Update::Recording(news)).unwrap_or_default();
+        // A closed panel needs no news.
+        self.updates.send(Update::Recording(news)).unwrap_or_default();
     }
 }
 
 impl Slot {
     fn end(&mut self) {
-        if let Some(taking) = self.taking.take() {
-            self.ending = Some(taking.done);
+        if let Some(writer) = self.writer.take() {
+            self.ending = Some(writer.done);
         }
     }
 }
@@ -149,18 +149,18 @@ enum Kept {
     Ended,
 }
 
-impl Taking {
-    fn begin(folder: PathBuf, metadata: Metadata, news: News) -> io::Result<Self> {
+impl Writer {
+    fn begin(folder: PathBuf, metadata: Metadata, updates: UpdateSender) -> io::Result<Self> {
         let (events, heard) = mpsc::sync_channel(WAITING_EVENTS);
         let (writes, done) = mpsc::channel();
         let lost = Arc::new(AtomicU64::new(0));
         let (folder_of_thread, lost_of_thread) = (folder.clone(), Arc::clone(&lost));
         thread::Builder::new().name("record".to_owned()).spawn(move || {
-            let ended = write(&folder_of_thread, metadata, &heard, &lost_of_thread, &news);
-            // Its end is seen by this, so it comes before the news.
+            let ended = write(&folder_of_thread, metadata, &heard, &lost_of_thread, &updates);
+            // This marks its end, so it comes before the news.
             drop((heard, writes));
             let news_of_end = ended.unwrap_or_else(|why| RecordingNews::Failed { why });
-            news.tell(Update::Recording(news_of_end)).unwrap_or_default();
+            updates.send(Update::Recording(news_of_end)).unwrap_or_default();
         })?;
         Ok(Self {
             folder,
@@ -176,7 +176,7 @@ impl Taking {
         match event {
             Event::State(_) => {
                 self.changes.push_back(event.clone());
-                // Beyond this nobody could follow them either.
+                // Nobody could follow more of them.
                 self.changes.truncate(WAITING_CHANGES);
                 self.pass_on_changes()
             }
@@ -227,26 +227,26 @@ impl Taking {
     }
 }
 
-/// Writes what is heard until there is no more.
+/// Writes the events until the queue is closed.
 fn write(
     folder: &Path,
     mut metadata: Metadata,
     heard: &mpsc::Receiver<Event>,
     lost: &AtomicU64,
-    news: &News,
+    updates: &UpdateSender,
 ) -> Result<RecordingNews, String> {
-    let (path, file) = open_new(folder, "haptic-recording", "csv")?;
+    let (path, file) = new_file::create(folder, "haptic-recording", "csv")?;
     let failed = |error: io::Error| format!("the recording ends here: cannot write {}: {error}", path.display());
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     metadata.started_unix_s = since_1970.map_or(0.0, |time| time.as_secs_f64());
-    let mut recorder = Recorder::new(file, &metadata).map_err(failed)?;
-    let going = |recorder: &Recorder<File>| {
+    let mut recorder = recording::Recorder::new(file, &metadata).map_err(failed)?;
+    let going = |recorder: &recording::Recorder<File>| {
         let going = RecordingNews::Going {
             path: path.clone(),
             totals: recorder.totals(),
         };
-        // A panel that is gone ends the recording by itself.
-        news.tell(Update::Recording(going)).unwrap_or_default();
+        // A closed panel ends the recording by itself.
+        updates.send(Update::Recording(going)).unwrap_or_default();
     };
     going(&recorder);
     for event in heard {
@@ -267,7 +267,7 @@ fn write(
 mod tests {
     use super::*;
     use crate::recording::fixture::metadata;
-    use crate::scope::tape::tests::at;
+    use crate::tape::tests::at;
     use haptic_ipc::Sample;
 
     fn batch(rows: Vec<Sample>) -> Event {
@@ -276,9 +276,9 @@ mod tests {
     }
 
     /// Waits for the end of a recording.
-    fn ended(told: &mpsc::Receiver<Update>) -> RecordingNews {
+    fn ended(received: &mpsc::Receiver<Update>) -> RecordingNews {
         loop {
-            let update = told.recv_timeout(Duration::from_secs(30)).expect("news in time");
+            let update = received.recv_timeout(Duration::from_secs(30)).expect("news in time");
             if let Update::Recording(news @ (RecordingNews::Ended { .. } | RecordingNews::Failed { .. })) = update {
                 return news;
             }
@@ -286,15 +286,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_heard_is_read_again() {
+    fn recorded_samples_are_read_back() {
         let folder = tempfile::tempdir().expect("a folder");
-        let (news, told) = News::new(|_| {});
-        let recordings = Recordings::new(news);
-        recordings.begin(folder.path().to_path_buf(), metadata());
+        let (updates, received) = UpdateSender::new(|_| {});
+        let recorder = Recorder::new(updates);
+        recorder.begin(folder.path().to_path_buf(), metadata());
         let rows: Vec<_> = (0..50).map(|i| at(f64::from(i) * 1e-3)).collect();
-        recordings.keep(&batch(rows.clone()));
-        recordings.end();
-        let RecordingNews::Ended { path, totals } = ended(&told) else {
+        recorder.keep(&batch(rows.clone()));
+        recorder.end();
+        let RecordingNews::Ended { path, totals } = ended(&received) else {
             panic!("not ended");
         };
         let read = haptic_lab::recording::read(&path).expect("a recording");
@@ -303,10 +303,10 @@ mod tests {
 
     #[test]
     fn a_folder_that_is_not_there_is_named() {
-        let (news, told) = News::new(|_| {});
-        let recordings = Recordings::new(news);
-        recordings.begin("/nowhere/at/all".into(), metadata());
-        let RecordingNews::Failed { why } = ended(&told) else {
+        let (updates, received) = UpdateSender::new(|_| {});
+        let recorder = Recorder::new(updates);
+        recorder.begin("/nowhere/at/all".into(), metadata());
+        let RecordingNews::Failed { why } = ended(&received) else {
             panic!("it failed");
         };
         assert!(why.contains("/nowhere/at/all"), "{why}");
@@ -319,21 +319,21 @@ mod tests {
         let pipe = folder.path().join("stalled");
         let made = std::process::Command::new("mkfifo").arg(&pipe).status();
         assert!(made.expect("mkfifo runs").success());
-        let (news, told) = News::new(|_| {});
-        let recordings = Recordings::new(news);
+        let (updates, received) = UpdateSender::new(|_| {});
+        let recorder = Recorder::new(updates);
         // Nobody reads the pipe, so that the thread that writes stands in its opening.
-        recordings.begin(pipe.clone(), metadata());
+        recorder.begin(pipe.clone(), metadata());
         let batches = 2 * WAITING_EVENTS;
         for number in 0..batches {
             let row = Sample {
                 tick: number as u64,
                 ..at(number as f64)
             };
-            recordings.keep(&batch(vec![row]));
+            recorder.keep(&batch(vec![row]));
         }
-        recordings.end();
-        recordings.begin(folder.path().to_path_buf(), metadata());
-        let RecordingNews::Failed { why } = ended(&told) else {
+        recorder.end();
+        recorder.begin(folder.path().to_path_buf(), metadata());
+        let RecordingNews::Failed { why } = ended(&received) else {
             panic!("a second recording does not wait for the first");
         };
         assert!(why.contains("still waits"), "{why}");
@@ -341,7 +341,7 @@ mod tests {
         let text = std::fs::read(&pipe).expect("it is written to its end");
         let read = haptic_lab::recording::Reader::new(text.as_slice()).expect("a recording");
         let read = read.into_recording().expect("a recording");
-        let RecordingNews::Ended { totals, .. } = ended(&told) else {
+        let RecordingNews::Ended { totals, .. } = ended(&received) else {
             panic!("not ended");
         };
         assert_eq!(read.rows.len() as u64, totals.rows);

@@ -1,23 +1,23 @@
-//! How often news is drawn: the eye sees no more than 30 frames a second, and the rest would be work for nothing.
+//! The limit on frames: the eye sees at most 30 a second.
 
 use std::time::{Duration, Instant};
 
-/// Frames a second at most, Hz.
+/// Most frames a second, Hz.
 const FRAMES_HZ: f64 = 30.0;
 
-/// Of two pieces of news that come one right after the other, both are in the frame.
+/// Delay of a frame, so that it shows two updates that come right after one another.
 const GATHER: Duration = Duration::from_millis(1);
 
-/// When the newest frame that was asked for is due.
+/// The time at which the newest requested frame is due.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Beat(Option<Instant>);
+pub(crate) struct FrameLimiter(Option<Instant>);
 
-impl Beat {
-    /// How long news that has come `now` waits for its frame.
+impl FrameLimiter {
+    /// How long an update that arrives `now` waits for its frame.
     pub(crate) fn wait(&mut self, now: Instant) -> Duration {
         let soonest = now + GATHER;
         let due = match self.0 {
-            // A frame that is still to come shows this as well.
+            // The frame that is due shows it as well.
             Some(due) if due > now => due,
             Some(due) => soonest.max(due + Duration::from_secs_f64(1.0 / FRAMES_HZ)),
             None => soonest,
@@ -33,14 +33,14 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn news_is_drawn_soon_and_thirty_times_a_second_at_most() {
+    fn updates_are_drawn_soon_and_at_most_thirty_times_a_second() {
         let begin = Instant::now();
-        let mut beat = Beat::default();
+        let mut limiter = FrameLimiter::default();
         let mut frames = BTreeSet::new();
-        // A thousand pieces of news in a second, and then one after a while.
+        // A thousand updates in a second, then one after a pause.
         for ms in (0..1000).chain([5000]) {
             let now = begin + Duration::from_millis(ms);
-            frames.insert(now + beat.wait(now));
+            frames.insert(now + limiter.wait(now));
         }
         assert!((28..=32).contains(&frames.len()), "{} frames", frames.len());
         let frames: Vec<_> = frames.into_iter().collect();

@@ -1,5 +1,7 @@
-//! A piece of a tape, with the extremes of its samples at several coarsenesses (a min/max pyramid): an hour is drawn from a few thousand
-//! buckets instead of millions of samples, and a spike of a single sample is still the extreme of its bucket.
+//! A part of a tape with a min/max pyramid: the extremes of its samples at several levels.
+//!
+//! An hour is drawn from a few thousand buckets instead of millions of samples. A spike of a single
+//! sample stays the extreme of its bucket.
 
 use super::signal::Signal;
 use haptic_ipc::Sample;
@@ -7,22 +9,10 @@ use haptic_ipc::Sample;
 /// Samples of a full chunk.
 pub(crate) const CHUNK: usize = 1024;
 
-/// Samples of a bucket, by level. The extremes of all levels take a tenth of the samples' own memory.
+/// Samples of a bucket, by level. The extremes of all levels take a tenth of the samples' memory.
 pub(crate) const LEVELS: [usize; 4] = [16, 64, 256, CHUNK];
 
-const SIGNALS: usize = Signal::ALL.len();
-
-/// Whose extremes stand where: each signal at its own number.
-const BY_NUMBER: [Signal; SIGNALS] = [
-    Signal::CouplingForce,
-    Signal::HandForce,
-    Signal::BlockPosition,
-    Signal::DevicePosition,
-    Signal::BlockVelocity,
-    Signal::DeviceVelocity,
-];
-
-/// What the contact was, as a set: a bucket may hold every kind.
+/// A set of contact states: a bucket may hold each of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Contacts(u8);
 
@@ -31,7 +21,7 @@ impl Contacts {
     const SLIDING: u8 = 2;
 
     pub(crate) fn of(sample: &Sample) -> Self {
-        // While no force is on there is no surface that the block could stick to.
+        // Without force there is no surface to stick to.
         Self(match (sample.state.is_live(), sample.contact) {
             (false, _) => 0,
             (true, 0) => Self::STUCK,
@@ -43,22 +33,23 @@ impl Contacts {
         self.0 |= other.0;
     }
 
-    /// Whether the block slid at all, for the shortest slip is to be seen at any zoom; nothing where no force was on.
+    /// Whether the block slid in any sample, so that the shortest slip is visible at any zoom; `None`
+    /// without force.
     pub(crate) fn slides(self) -> Option<bool> {
         (self.0 != 0).then_some(self.0 & Self::SLIDING != 0)
     }
 }
 
-/// The extremes of some consecutive samples of a chunk.
+/// The extremes of consecutive samples of a chunk.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bucket {
     /// Time of the first sample, s on the daemon's clock.
     pub(crate) first_s: f64,
-    least: [f64; SIGNALS],
-    greatest: [f64; SIGNALS],
-    /// Places in the chunk.
-    least_at: [u16; SIGNALS],
-    greatest_at: [u16; SIGNALS],
+    least: [f64; Signal::COUNT],
+    greatest: [f64; Signal::COUNT],
+    /// Indices in the chunk.
+    least_at: [u16; Signal::COUNT],
+    greatest_at: [u16; Signal::COUNT],
     pub(crate) contacts: Contacts,
 }
 
@@ -67,13 +58,13 @@ impl Bucket {
         let mut all = samples.iter().zip(begin..).map(|(sample, place)| {
             // A chunk has 1024 places.
             let place = u16::try_from(place).unwrap_or(u16::MAX);
-            let values = BY_NUMBER.map(|signal| signal.of(sample));
+            let values = Signal::ALL.map(|signal| signal.of(sample));
             Self {
                 first_s: sample.t_s,
                 least: values,
                 greatest: values,
-                least_at: [place; SIGNALS],
-                greatest_at: [place; SIGNALS],
+                least_at: [place; Signal::COUNT],
+                greatest_at: [place; Signal::COUNT],
                 contacts: Contacts::of(sample),
             }
         });
@@ -82,9 +73,10 @@ impl Bucket {
         Some(bucket)
     }
 
-    /// Takes in the bucket that follows. Of two alike the first is the least and the last the greatest, as where samples are drawn one by one.
+    /// Merges the next bucket. Of equal values the first is the least and the last is the greatest, as
+    /// for samples that are drawn one by one.
     fn join(&mut self, next: &Self) {
-        for signal in 0..SIGNALS {
+        for signal in 0..Signal::COUNT {
             if next.least[signal] < self.least[signal] {
                 self.least[signal] = next.least[signal];
                 self.least_at[signal] = next.least_at[signal];
@@ -97,9 +89,9 @@ impl Bucket {
         self.contacts.join(next.contacts);
     }
 
-    /// The least and the greatest value of a signal, each with its place in the chunk.
+    /// The least and the greatest value of a signal, each with its index in the chunk.
     pub(crate) fn extremes(&self, signal: Signal) -> [(f64, usize); 2] {
-        let signal = signal as usize;
+        let signal = signal.index();
         [
             (self.least[signal], usize::from(self.least_at[signal])),
             (self.greatest[signal], usize::from(self.greatest_at[signal])),
@@ -107,11 +99,11 @@ impl Bucket {
     }
 }
 
-/// Up to [`CHUNK`] samples in the order of time.
+/// Up to [`CHUNK`] samples, oldest first.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Chunk {
     samples: Vec<Sample>,
-    /// Those of the buckets that are full, by level.
+    /// Full buckets, by level.
     buckets: [Vec<Bucket>; LEVELS.len()],
 }
 
@@ -133,7 +125,7 @@ impl Chunk {
         self.samples.len() == CHUNK
     }
 
-    /// The bucket of a level that begins at a place; nothing where none does, or it is not full yet.
+    /// The bucket of a level that begins at an index, if there is one and it is full.
     pub(crate) fn bucket_at(&self, level: usize, place: usize) -> Option<&Bucket> {
         let size = LEVELS[level];
         place
@@ -164,7 +156,7 @@ impl Chunk {
         }
     }
 
-    /// Memory that it takes, bytes.
+    /// Memory use, bytes.
     #[cfg(test)]
     pub(crate) fn bytes(&self) -> usize {
         let buckets: usize = self.buckets.iter().map(Vec::capacity).sum();

@@ -1,12 +1,12 @@
-//! Which while is seen, and how the user moves it.
+//! The window in time that the user sees, zooms and moves.
 
-/// The shortest while that can be looked at, s: a few ticks.
+/// Shortest window, s: a few ticks.
 const SHORTEST_S: f64 = 0.002;
 
-/// The longest, s; a recording may be longer than what is kept of a live rig.
+/// Longest window, s; a recording may be longer than the live tape.
 const LONGEST_S: f64 = 86_400.0;
 
-/// Where the zero of the time axis is.
+/// Zero of the time axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Zero {
     /// At the newest sample, so that the plots run.
@@ -15,15 +15,15 @@ pub(crate) enum Zero {
     At(f64),
 }
 
-/// A while, in s relative to its zero.
+/// A window, s from its zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct View {
+pub(crate) struct TimeWindow {
     pub(crate) zero: Zero,
     span_s: f64,
     right_s: f64,
 }
 
-impl Default for View {
+impl Default for TimeWindow {
     fn default() -> Self {
         Self {
             zero: Zero::Newest,
@@ -33,8 +33,8 @@ impl Default for View {
     }
 }
 
-impl View {
-    /// The whole of something that lies from 0 to `length_s`.
+impl TimeWindow {
+    /// The window from 0 to `length_s`.
     pub(crate) fn whole(zero_s: f64, length_s: f64) -> Self {
         let span_s = length_s.clamp(SHORTEST_S, LONGEST_S);
         Self {
@@ -58,12 +58,13 @@ impl View {
         (self.zero, self.right_s) = (Zero::Newest, 0.0);
     }
 
-    /// Stands still: its zero is at `zero_s` on the daemon's clock, its right edge `right_s` after that.
+    /// Stands still: with its zero at `zero_s` on the daemon's clock and its right edge `right_s` after it.
     pub(crate) fn hold(&mut self, zero_s: f64, right_s: f64) {
         (self.zero, self.right_s) = (Zero::At(zero_s), right_s);
     }
 
-    /// Makes the while shorter (a factor above 1) or longer around a time, s from the zero. A view that runs goes on running.
+    /// Makes the window shorter (a factor above 1) or longer around a time, s from the zero. A running
+    /// window goes on running.
     pub(crate) fn zoom(&mut self, factor: f64, around_s: f64) {
         let span_s = (self.span_s / factor).clamp(SHORTEST_S, LONGEST_S);
         if self.zero != Zero::Newest {
@@ -80,30 +81,30 @@ mod tests {
 
     #[test]
     fn a_zoom_keeps_what_is_under_the_pointer() {
-        let mut view = View::whole(100.0, 10.0);
-        view.zoom(2.0, 4.0);
-        assert_eq!(view.edges(), (2.0, 7.0));
-        view.zoom(0.5, 4.0);
-        assert_eq!(view.edges(), (0.0, 10.0));
+        let mut window = TimeWindow::whole(100.0, 10.0);
+        window.zoom(2.0, 4.0);
+        assert_eq!(window.edges(), (2.0, 7.0));
+        window.zoom(0.5, 4.0);
+        assert_eq!(window.edges(), (0.0, 10.0));
     }
 
     #[test]
-    fn a_running_view_keeps_the_newest_sample_at_its_right_edge() {
-        let mut view = View::default();
-        view.zoom(5.0, -3.0);
-        assert_eq!(view.edges(), (-1.0, 0.0));
-        view.hold(42.0, -0.5);
-        assert_eq!((view.zero, view.edges()), (Zero::At(42.0), (-1.5, -0.5)));
-        view.follow();
-        assert_eq!((view.zero, view.edges()), (Zero::Newest, (-1.0, 0.0)));
+    fn a_running_window_keeps_the_newest_sample_at_its_right_edge() {
+        let mut window = TimeWindow::default();
+        window.zoom(5.0, -3.0);
+        assert_eq!(window.edges(), (-1.0, 0.0));
+        window.hold(42.0, -0.5);
+        assert_eq!((window.zero, window.edges()), (Zero::At(42.0), (-1.5, -0.5)));
+        window.follow();
+        assert_eq!((window.zero, window.edges()), (Zero::Newest, (-1.0, 0.0)));
     }
 
     #[test]
     fn a_zoom_ends_somewhere() {
-        let mut view = View::default();
-        view.zoom(1e30, 0.0);
-        assert_eq!(view.span_s(), SHORTEST_S);
-        view.zoom(1e-30, 0.0);
-        assert_eq!(view.span_s(), LONGEST_S);
+        let mut window = TimeWindow::default();
+        window.zoom(1e30, 0.0);
+        assert_eq!(window.span_s(), SHORTEST_S);
+        window.zoom(1e-30, 0.0);
+        assert_eq!(window.span_s(), LONGEST_S);
     }
 }

@@ -1,27 +1,27 @@
-//! One value that the user is changing while the daemon, and perhaps another client, changes it too.
+//! The edit of one value, while the daemon, and perhaps another client, changes it as well.
 
 use egui::Id;
 use std::time::{Duration, Instant};
 
-/// How often a value is sent at most while it is dragged, Hz. The eye sees no more, and the daemon compiles a scene for each.
+/// Most sends a second during a drag, Hz. The eye sees no more, and the daemon compiles a scene for each.
 const MAX_SENDS_HZ: u32 = 30;
 
-/// Without a press of a key for this long, the next begins a step of undo of its own.
+/// Pause after which the next press of a key is a step of undo of its own.
 const KEYS_PAUSE: Duration = Duration::from_secs(1);
 
 /// How the user changes a value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Hand {
-    /// At one stroke: typed, or by a button.
+    /// At once: typed, or by a button.
     #[default]
     Once,
     /// By the slider's handle: all of a drag is one step of undo.
     Drag,
-    /// By keys on the slider: presses that follow one another are one step of undo.
+    /// By keys on the slider: presses in a row are one step of undo.
     Keys,
 }
 
-/// What is to be sent.
+/// A change to send.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Change {
     pub(crate) value: f64,
@@ -29,26 +29,26 @@ pub(crate) struct Change {
     pub(crate) merge: bool,
 }
 
-/// The user's side of one value. Where it holds nothing, the value in force is shown.
+/// The user's side of one value. Without a wanted value the active one is shown.
 #[derive(Debug, Default)]
 pub(crate) struct Edit {
-    /// What the user wants, until the daemon has decided on it.
+    /// The value that the user wants, until the daemon has decided on it.
     wanted: Option<f64>,
-    /// The handle is under the pointer's button.
+    /// The user holds the handle.
     held: bool,
-    /// `wanted` has not been sent yet.
+    /// `wanted` waits to be sent.
     unsent: bool,
     /// How `wanted` came about.
     hand: Hand,
-    /// How the change sent last came about, as long as another may go on with it.
+    /// How the last sent change came about, while another may continue it.
     run: Option<Hand>,
-    /// Changes sent and not answered.
+    /// Sent changes without an answer.
     unanswered: u32,
-    /// When the last change was sent.
+    /// Time of the last send.
     sent_at: Option<Instant>,
-    /// What stands in the field while it is typed in.
+    /// The text of the field while the user types.
     pub(crate) typing: Option<String>,
-    /// The field, as it was drawn last.
+    /// The field that was drawn last.
     pub(crate) field: Option<Id>,
     /// Why the daemon refused the last change.
     refusal: Option<String>,
@@ -56,12 +56,12 @@ pub(crate) struct Edit {
     applied_at: Option<u64>,
 }
 
-/// What became of the last change of a value.
+/// The outcome of the last change of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fate {
-    /// There was none.
+pub(crate) enum Outcome {
+    /// There was no change.
     None,
-    /// It waits to be sent or answered.
+    /// It waits for its sending or its answer.
     Pending,
     /// This tick applied it.
     Applied(u64),
@@ -70,20 +70,20 @@ pub(crate) enum Fate {
 }
 
 impl Edit {
-    /// What slider and field show.
-    pub(crate) fn shown(&self, in_force: f64) -> f64 {
-        self.wanted.unwrap_or(in_force)
+    /// The value that slider and field show.
+    pub(crate) fn shown(&self, active: f64) -> f64 {
+        self.wanted.unwrap_or(active)
     }
 
-    /// What became of the last change.
-    pub(crate) fn fate(&self) -> Fate {
+    /// The outcome of the last change.
+    pub(crate) fn outcome(&self) -> Outcome {
         if self.unsent || self.unanswered > 0 {
-            return Fate::Pending;
+            return Outcome::Pending;
         }
         match (&self.refusal, self.applied_at) {
-            (Some(_), _) => Fate::Refused,
-            (None, Some(tick)) => Fate::Applied(tick),
-            (None, None) => Fate::None,
+            (Some(_), _) => Outcome::Refused,
+            (None, Some(tick)) => Outcome::Applied(tick),
+            (None, None) => Outcome::None,
         }
     }
 
@@ -99,17 +99,17 @@ impl Edit {
         self.refusal = None;
     }
 
-    /// What was said of the last change has been read: the user does something else.
+    /// The user has read the refusal and does something else.
     pub(crate) fn forget_refusal(&mut self) {
         self.refusal = None;
     }
 
-    /// Says beside the value why what was typed is none.
+    /// Shows why the typed text is not a value.
     pub(crate) fn reject(&mut self, message: String) {
         self.refusal = Some(message);
     }
 
-    /// Whether the user holds the handle.
+    /// Notes whether the user holds the handle.
     pub(crate) fn hold(&mut self, held: bool) {
         if held && !self.held {
             self.run = None;
@@ -118,8 +118,8 @@ impl Edit {
         self.settle();
     }
 
-    /// What is to be sent at `now`, or how long until something is. A change that is only tried waits for the end of a drag, so
-    /// that it is one.
+    /// The change to send at `now`, or the time until it is due. A try waits for the end of a drag, so that
+    /// it is one change.
     pub(crate) fn due(&mut self, now: Instant, is_try: bool) -> Result<Change, Option<Duration>> {
         let Some(value) = self.wanted.filter(|_| self.unsent && !(is_try && self.held)) else {
             return Err(None);
@@ -129,13 +129,13 @@ impl Edit {
         if let Some(since) = since.filter(|since| *since < period) {
             return Err(Some(period - since));
         }
-        let goes_on = match self.hand {
+        let continues = match self.hand {
             Hand::Once => false,
             Hand::Drag => true,
             Hand::Keys => since.is_some_and(|since| since < KEYS_PAUSE),
         };
         // A try goes back by an undo of its own.
-        let merge = goes_on && !is_try && self.run == Some(self.hand);
+        let merge = continues && !is_try && self.run == Some(self.hand);
         self.run = Some(self.hand).filter(|_| !is_try);
         self.unsent = false;
         self.unanswered += 1;
@@ -143,13 +143,13 @@ impl Edit {
         Ok(Change { value, merge })
     }
 
-    /// The daemon answered a change: with the tick that applied it, or why it refused.
+    /// The daemon has answered a change: with the tick that applied it, or the reason of a refusal.
     pub(crate) fn answered(&mut self, result: Result<Option<u64>, String>) {
         self.unanswered = self.unanswered.saturating_sub(1);
         (self.applied_at, self.refusal) = match result {
             Ok(tick) => (tick, None),
             Err(why) => {
-                // The change before it is not of this run.
+                // The next change does not continue this run.
                 self.run = None;
                 (None, Some(why))
             }
@@ -157,14 +157,14 @@ impl Edit {
         self.settle();
     }
 
-    /// Another client changed the value: a remark on ours is void.
+    /// Another client has changed the value: the outcome of our change is void.
     pub(crate) fn overtaken(&mut self) {
         if self.wanted.is_none() {
             (self.refusal, self.applied_at) = (None, None);
         }
     }
 
-    /// Gives the value back to the daemon once it has decided on everything that was wanted.
+    /// Shows the active value again once the daemon has decided on every change.
     fn settle(&mut self) {
         if !self.held && !self.unsent && self.unanswered == 0 {
             self.wanted = None;
@@ -264,9 +264,9 @@ mod tests {
         edit.change(2.0, Hand::Once);
         assert_eq!(value(edit.due(at(0.0), false)), Ok(2.0));
         assert_eq!(edit.shown(1.0), 2.0);
-        assert_eq!(edit.fate(), Fate::Pending);
+        assert_eq!(edit.outcome(), Outcome::Pending);
         edit.answered(Err("too much".into()));
-        assert_eq!(edit.fate(), Fate::Refused);
+        assert_eq!(edit.outcome(), Outcome::Refused);
         assert_eq!(edit.shown(1.0), 1.0);
         assert_eq!(edit.refusal(), Some("too much"));
     }
@@ -278,7 +278,7 @@ mod tests {
         edit.change(2.0, Hand::Drag);
         assert_eq!(value(edit.due(at(0.0), false)), Ok(2.0));
         edit.answered(Ok(Some(9)));
-        assert_eq!((edit.shown(1.0), edit.fate()), (2.0, Fate::Applied(9)));
+        assert_eq!((edit.shown(1.0), edit.outcome()), (2.0, Outcome::Applied(9)));
         edit.hold(false);
         assert_eq!(edit.shown(1.0), 1.0);
     }

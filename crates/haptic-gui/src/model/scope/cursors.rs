@@ -1,7 +1,7 @@
-//! Two cursors on the time axis, and what lies between them.
+//! Two cursors on the time axis, and the differences between them.
 
-use super::signal::Signal;
-use super::tape::Tape;
+use crate::tape::Tape;
+use crate::tape::signal::Signal;
 
 /// The cursors, in s on the plots' time axis.
 #[derive(Debug, Default)]
@@ -14,7 +14,7 @@ pub(crate) struct Cursors {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reading {
     pub(crate) signal: Signal,
-    /// In the unit of the signal's quantity; nothing where there is no sample.
+    /// In the unit of the signal's quantity; `None` without a sample.
     pub(crate) values: [Option<f64>; 2],
 }
 
@@ -27,7 +27,8 @@ impl Reading {
 }
 
 impl Cursors {
-    /// Shows them, at a third and two thirds of what is seen, or hides them. What is out of sight is fetched, not hidden.
+    /// Shows the cursors at a third and two thirds of the time seen, or hides them. Cursors out of sight
+    /// are brought back instead of hidden.
     pub(crate) fn toggle(&mut self, (left_s, right_s): (f64, f64)) {
         let in_sight = self.at_s.iter().any(|at_s| (left_s..=right_s).contains(at_s));
         self.shown = !(self.shown && in_sight);
@@ -40,7 +41,7 @@ impl Cursors {
         self.at_s[1] - self.at_s[0]
     }
 
-    /// How often a second what lies between them would fit, Hz.
+    /// The inverse of the distance, Hz.
     pub(crate) fn frequency_hz(&self) -> Option<f64> {
         let distance = self.distance_s().abs();
         (distance > 0.0).then(|| 1.0 / distance)
@@ -51,7 +52,7 @@ impl Cursors {
         usize::from((self.at_s[1] - t_s).abs() < (self.at_s[0] - t_s).abs())
     }
 
-    /// A signal at both, on a tape whose axis has its zero at `zero_s`.
+    /// A signal at both cursors, on a tape whose axis has its zero at `zero_s`.
     pub(crate) fn read(&self, signal: Signal, tape: &Tape, zero_s: f64) -> Reading {
         let value = |at_s: f64| tape.at(zero_s + at_s).map(|sample| signal.of(sample));
         Reading {
@@ -63,11 +64,18 @@ impl Cursors {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tape::tests::at;
     use super::*;
+    use crate::tape::tests::at;
+
+    fn device_position() -> Signal {
+        let mut signals = Signal::ALL.into_iter();
+        signals
+            .find(|signal| signal.name() == "Device position")
+            .expect("a signal")
+    }
 
     #[test]
-    fn the_cursors_read_what_lies_under_them() {
+    fn the_cursors_read_the_samples_under_them() {
         let tape = Tape::recorded((0..100).map(|i| {
             let mut row = at(f64::from(i));
             row.device_position_m = f64::from(i);
@@ -76,7 +84,7 @@ mod tests {
         let mut cursors = Cursors::default();
         cursors.toggle((-60.0, -30.0));
         assert_eq!(cursors.at_s, [-50.0, -40.0]);
-        let reading = cursors.read(Signal::DevicePosition, &tape, 99.0);
+        let reading = cursors.read(device_position(), &tape, 99.0);
         assert_eq!(reading.values, [Some(49e3), Some(59e3)]);
         assert_eq!(reading.difference(), Some(10e3));
         assert_eq!(cursors.frequency_hz(), Some(0.1));
@@ -90,6 +98,6 @@ mod tests {
         cursors.toggle((-5.0, 4.0));
         assert!(!cursors.shown);
         cursors.at_s = [-500.0, -40.0];
-        assert_eq!(cursors.read(Signal::DevicePosition, &tape, 99.0).difference(), None);
+        assert_eq!(cursors.read(device_position(), &tape, 99.0).difference(), None);
     }
 }

@@ -1,4 +1,4 @@
-//! What the adviser says of the scene in force, sorted to the parameters that it concerns.
+//! The advice on the active scene, by parameter.
 
 use crate::intent::Target;
 use haptic_core::Direction;
@@ -7,35 +7,35 @@ use haptic_ipc::{Advice, AdviceReply, ChangeReply, ErrorCode, Finding, Parameter
 /// The newest advice.
 #[derive(Debug, Default)]
 pub(crate) struct Advised {
-    /// Revision of the scene that was looked at.
+    /// Revision of the scene that was checked.
     revision: u64,
-    /// Whether the checks that pass are among it. The answer to a change has none of them.
+    /// Whether it includes the checks that pass. The answer to a change does not.
     is_whole: bool,
     advice: Vec<Advice>,
-    /// Why there is none.
+    /// Why there is no advice.
     failure: Option<String>,
 }
 
-/// A remark or a broken bound, as the parameter that it concerns sees it.
+/// A remark on a parameter, or a broken bound.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Warning<'a> {
     pub(crate) message: &'a str,
     pub(crate) finding: Option<&'a Finding>,
-    pub(crate) mending: Option<Mending>,
+    pub(crate) fix: Option<Fix>,
 }
 
-/// A change that would mend a broken bound.
+/// A change that fixes a broken bound.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Mending {
+pub(crate) struct Fix {
     pub(crate) target: Target,
     pub(crate) value: f64,
 }
 
 impl Advised {
-    /// Takes the answer to a request for advice while `in_force` is the newest revision known.
-    pub(crate) fn take(&mut self, result: Result<AdviceReply, WireError>, in_force: Option<u64>) {
+    /// Takes the answer to a request for advice. `active` is the newest known revision.
+    pub(crate) fn take(&mut self, result: Result<AdviceReply, WireError>, active: Option<u64>) {
         match result {
-            Ok(reply) if reply.revision >= self.revision && in_force.is_none_or(|known| reply.revision >= known) => {
+            Ok(reply) if reply.revision >= self.revision && active.is_none_or(|known| reply.revision >= known) => {
                 *self = Self {
                     revision: reply.revision,
                     is_whole: true,
@@ -44,9 +44,9 @@ impl Advised {
                 };
             }
             Ok(_) => {}
-            // An older daemon; what it says of a change is all that there is.
+            // An older daemon, which gives advice with the answer to a change alone.
             Err(error) if error.code == ErrorCode::UnknownOp => {}
-            // What was said of an earlier scene would be taken for advice on this one.
+            // Advice on an earlier scene would be taken for advice on this one.
             Err(error) => {
                 *self = Self {
                     failure: Some(error.message),
@@ -56,7 +56,7 @@ impl Advised {
         }
     }
 
-    /// Takes what comes with the answer to a change, where nothing better is known.
+    /// Takes the remarks in the answer to a change, unless there is better advice.
     pub(crate) fn take_remarks(&mut self, reply: &ChangeReply) {
         if !self.is_whole && reply.revision >= self.revision {
             self.revision = reply.revision;
@@ -64,26 +64,26 @@ impl Advised {
         }
     }
 
-    /// The scene has changed. The whole advice is kept until the next is there, lest the rows jump at every change; nothing
-    /// follows remarks.
+    /// The scene has changed. Whole advice stays until the next one, so that the rows do not jump; remarks
+    /// are dropped, because none follow.
     pub(crate) fn overtaken(&mut self, revision: u64) {
         if !self.is_whole && self.revision < revision {
             self.advice.clear();
         }
     }
 
-    /// Why there is no advice, though the daemon can give it.
+    /// Why there is no advice.
     pub(crate) fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
 
-    /// Every check, kept or broken, with what it says; none where only remarks are known.
+    /// Every check with its message; none if only remarks are known.
     pub(crate) fn checks(&self) -> impl Iterator<Item = (&Finding, &str)> {
         let whole = self.advice.iter().filter(|_| self.is_whole);
         whole.filter_map(|advice| Some((advice.finding.as_ref()?, advice.message.as_str())))
     }
 
-    /// What is to be said beside a parameter, the strictest mending first.
+    /// The warnings on a parameter, the strictest fix first.
     pub(crate) fn warnings(&self, about: &ParameterDescription) -> Vec<Warning<'_>> {
         let mut warnings: Vec<_> = self
             .advice
@@ -98,20 +98,16 @@ impl Advised {
                 };
                 let finding = advice.finding.as_ref();
                 let exact = finding.and_then(|finding| finding.mending);
-                let mending = exact.and_then(|value| Mending::new(about, direction, value));
+                let fix = exact.and_then(|value| Fix::new(about, direction, value));
                 let message = advice.message.as_str();
-                Some(Warning {
-                    message,
-                    finding,
-                    mending,
-                })
+                Some(Warning { message, finding, fix })
             })
             .collect();
-        // The farther from the value in force, the stricter; then the broken bounds, the worst first; then the remarks.
+        // The farther from the active value, the stricter; then broken bounds, the worst first; then remarks.
         let distance = |warning: &Warning<'_>| {
-            let mending = warning.mending.as_ref();
-            mending.map_or(-1.0, |mending| {
-                (mending.value - in_force(about, mending.target.direction)).abs()
+            let fix = warning.fix.as_ref();
+            fix.map_or(-1.0, |fix| {
+                (fix.value - active_value(about, fix.target.direction)).abs()
             })
         };
         let margin = |warning: &Warning<'_>| {
@@ -126,23 +122,24 @@ impl Advised {
     }
 }
 
-impl Mending {
-    /// Rounds to what a person would type, away from the value in force, so that the bound is not missed by a hair. None
-    /// where nothing would change.
+impl Fix {
+    /// Rounds to four digits, away from the active value, so that the bound is kept. `None` if nothing would
+    /// change.
     fn new(about: &ParameterDescription, direction: Option<Direction>, exact: f64) -> Option<Self> {
-        let in_force = in_force(about, direction);
-        let value = if exact < in_force {
+        let active = active_value(about, direction);
+        let value = if exact < active {
             -four_digits_at_least(-exact)
         } else {
             four_digits_at_least(exact)
         };
         let name = about.name.clone();
         let target = Target { name, direction };
-        (value.is_finite() && value != in_force).then_some(Self { target, value })
+        (value.is_finite() && value != active).then_some(Self { target, value })
     }
 }
 
-fn in_force(about: &ParameterDescription, direction: Option<Direction>) -> f64 {
+/// The active value of both directions or of one.
+pub(crate) fn active_value(about: &ParameterDescription, direction: Option<Direction>) -> f64 {
     about.value.get(direction.unwrap_or(Direction::Positive))
 }
 
@@ -151,13 +148,13 @@ pub(crate) fn four_digits(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// The least number of four significant digits that is not below the value.
+/// The smallest number of four significant digits that is not below the value.
 fn four_digits_at_least(value: f64) -> f64 {
     let nearest = four_digits(value);
     if nearest >= value {
         return nearest;
     }
-    // A value that was rounded is not zero.
+    // A rounded value is not zero.
     let digit = 10_f64.powf(value.abs().log10().floor() - 3.0);
     four_digits(nearest + digit)
 }
@@ -167,7 +164,7 @@ mod tests {
     use super::*;
     use haptic_core::Scene;
 
-    /// The paper's stiffness, of 25000 N/m.
+    /// The paper's stiffness: 25000 N/m.
     fn stiffness() -> ParameterDescription {
         let mut rows = ParameterDescription::all_of(&Scene::paper()).into_iter();
         rows.find(|row| row.name == "stiffness").expect("a parameter")
@@ -199,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn the_strictest_mending_comes_first_and_remarks_last() {
+    fn the_strictest_fix_comes_first_and_remarks_last() {
         let remark = Advice {
             finding: None,
             message: "a remark".into(),
@@ -226,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mending_is_rounded_away_from_the_value_in_force() {
+    fn a_fix_is_rounded_away_from_the_active_value() {
         let about = stiffness();
         for (exact, value) in [
             (16_000.0, Some(16_000.0)),
@@ -237,13 +234,13 @@ mod tests {
             (99_999.9, Some(100_000.0)),
             (25_000.0, None),
         ] {
-            let mending = Mending::new(&about, None, exact);
-            assert_eq!(mending.map(|mending| mending.value), value, "{exact}");
+            let fix = Fix::new(&about, None, exact);
+            assert_eq!(fix.map(|fix| fix.value), value, "{exact}");
         }
     }
 
     #[test]
-    fn advice_names_its_parameter_and_no_other_that_begins_like_it() {
+    fn advice_names_its_parameter_and_not_another_with_the_same_beginning() {
         let mut advised = Advised::default();
         let mut advice = vec![broken(None, 0.5), broken(None, 0.5), broken(None, 0.5)];
         advice[0].param = "stiffness_of_the_contact".into();
@@ -254,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn remarks_on_a_change_stand_in_where_there_is_no_advice() {
+    fn remarks_on_a_change_stand_in_for_advice() {
         let remarks = |revision, margin| ChangeReply {
             revision,
             tick: Some(1),
@@ -283,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn advice_that_cannot_be_had_takes_the_old_with_it() {
+    fn a_refusal_of_advice_drops_the_old() {
         let mut advised = Advised::default();
         advised.take(of_revision(1, vec![broken(None, 0.5)]), Some(1));
         advised.take(Err(WireError::new(ErrorCode::Unknown, "later")), Some(2));

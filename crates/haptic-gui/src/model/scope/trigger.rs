@@ -1,26 +1,28 @@
-//! A trigger as an oscilloscope has it: when a signal crosses a level, the while around that moment is caught and stands still.
+//! The trigger of an oscilloscope: when a signal crosses a level, the time around the crossing is
+//! caught and stands still.
 //!
-//! A signal that has crossed must go back beyond the level by a share of how far it moved lately before it can cross again (hysteresis), so that
-//! ripple on the level does not fire. It fires only once as much of the past is there as the view shows before the trigger, and catches when as much of the
-//! future is. Times are those of the samples, so a late batch moves nothing.
+//! Hysteresis keeps ripple from firing: before it can cross again, the signal must go back beyond the
+//! level by a share of its recent range. The trigger fires only if the tape reaches as far back as the
+//! view shows, and catches when the tape reaches as far ahead. All times are those of the samples, so a
+//! late batch changes nothing.
 
-use super::signal::Signal;
-use super::tape::Tape;
+use crate::tape::Tape;
+use crate::tape::signal::Signal;
 use haptic_ipc::Sample;
 
-/// Whiles to either side of what is seen that are caught as well, for looking around.
-const WHILES_AROUND: f64 = 2.0;
+/// Multiples of the time seen that are caught on either side as well, to look around.
+const SPANS_AROUND: f64 = 2.0;
 
-/// Without a crossing for this long the automatic mode lets the plots run, s.
+/// Time without a crossing after which the automatic mode lets the plots run, s.
 const PATIENCE_S: f64 = 0.5;
 
-/// Hysteresis, as a share of how far the signal moved lately.
+/// Hysteresis, as a share of the signal's recent range.
 const HYSTERESIS: f64 = 0.1;
 
-/// What lately means: how far the signal moved is forgotten with this time constant, s.
-const LATELY_S: f64 = 5.0;
+/// Time constant with which the recent range is forgotten, s.
+const RECENT_S: f64 = 5.0;
 
-/// When it catches.
+/// When the trigger catches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Mode {
     /// Never: the plots run.
@@ -47,7 +49,7 @@ impl Mode {
     }
 }
 
-/// Which way the signal crosses the level.
+/// Direction in which the signal crosses the level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Edge {
     #[default]
@@ -55,7 +57,7 @@ pub(crate) enum Edge {
     Falling,
 }
 
-/// What was caught.
+/// A caught crossing.
 #[derive(Clone, Debug)]
 pub(crate) struct Caught {
     pub(crate) tape: Tape,
@@ -69,11 +71,11 @@ struct Crossing {
     signal: Signal,
     edge: Edge,
     level: f64,
-    /// How far the signal moved lately, in the unit of its quantity.
+    /// Recent range of the signal, in the unit of its quantity.
     reach: Option<(f64, f64)>,
     /// Time of the newest sample, s on the daemon's clock.
     t_s: f64,
-    /// The signal has been far enough on the other side.
+    /// The signal was far enough on the other side.
     is_ready: bool,
 }
 
@@ -95,14 +97,14 @@ impl Crossing {
         (self.edge, self.level) = (edge, level);
     }
 
-    /// Takes the next sample; says whether the signal has crossed there.
+    /// Takes the next sample; returns whether the signal crosses there.
     fn take(&mut self, sample: &Sample) -> bool {
         let value = self.signal.of(sample);
         let (low, high) = self.reach.unwrap_or((value, value));
-        let forgets = ((sample.t_s - self.t_s) / LATELY_S).clamp(0.0, 1.0) * (high - low);
+        let forgets = ((sample.t_s - self.t_s) / RECENT_S).clamp(0.0, 1.0) * (high - low);
         let (low, high) = (value.min(low + forgets), value.max(high - forgets));
         (self.reach, self.t_s) = (Some((low, high)), sample.t_s);
-        // How far beyond the level, in the direction in which it is crossed.
+        // Distance beyond the level, in the direction of the crossing.
         let beyond = match self.edge {
             Edge::Rising => value - self.level,
             Edge::Falling => self.level - value,
@@ -117,13 +119,13 @@ impl Crossing {
 enum Phase {
     #[default]
     Armed,
-    /// It has fired at this time, s, and the future is awaited.
+    /// It fired at this time, s, and waits for the samples after it.
     Fired(f64),
-    /// A single one is done.
+    /// A single crossing was caught.
     Done,
 }
 
-/// The trigger's settings and what it is doing.
+/// The trigger's settings and state.
 #[derive(Debug)]
 pub(crate) struct Trigger {
     mode: Mode,
@@ -131,10 +133,10 @@ pub(crate) struct Trigger {
     pub(crate) edge: Edge,
     /// In the unit of the signal's quantity.
     pub(crate) level: f64,
-    /// Share of the while seen that lies before the crossing.
+    /// Share of the time seen that lies before the crossing.
     pub(crate) share_before: f64,
     phase: Phase,
-    /// Since when it waits for a crossing, s on the daemon's clock.
+    /// Time since which it waits for a crossing, s on the daemon's clock.
     armed_at_s: Option<f64>,
     crossing: Option<Crossing>,
     caught: Option<Caught>,
@@ -144,7 +146,7 @@ impl Default for Trigger {
     fn default() -> Self {
         Self {
             mode: Mode::Off,
-            signal: Signal::CouplingForce,
+            signal: Signal::COUPLING_FORCE,
             edge: Edge::Rising,
             level: 3.0,
             share_before: 0.5,
@@ -171,18 +173,24 @@ impl Trigger {
         }
     }
 
+    /// Drops what it has caught and waits for: the tape has ended.
+    pub(crate) fn restart(&mut self) {
+        self.caught = None;
+        self.set_mode(self.mode);
+    }
+
     /// Waits for the next crossing.
     pub(crate) fn arm(&mut self) {
         (self.phase, self.armed_at_s) = (Phase::Armed, None);
     }
 
-    /// What stands on the screen, unless the plots run.
+    /// The caught crossing, unless the plots run.
     pub(crate) fn caught(&self) -> Option<&Caught> {
         self.caught.as_ref()
     }
 
-    /// What it is doing, for people.
-    pub(crate) fn says(&self) -> &'static str {
+    /// Its state in words.
+    pub(crate) fn state_text(&self) -> &'static str {
         match (self.mode, self.phase, &self.caught) {
             (Mode::Off, ..) => "Running",
             (Mode::Auto, Phase::Armed, None) => "No crossing: running",
@@ -192,7 +200,7 @@ impl Trigger {
         }
     }
 
-    /// Left and right edge of a while of `span_s`, s from the crossing.
+    /// Left and right edge of a window of `span_s`, s from the crossing.
     pub(crate) fn edges(&self, span_s: f64) -> (f64, f64) {
         (-self.share_before * span_s, (1.0 - self.share_before) * span_s)
     }
@@ -221,7 +229,7 @@ impl Trigger {
         self.crossing = Some(crossing);
     }
 
-    /// Catches what it has fired at once the future is there; says whether it did.
+    /// Catches the crossing once the samples after it are there; returns whether it did.
     pub(crate) fn catch(&mut self, live: &Tape, span_s: f64) -> bool {
         let Phase::Fired(t_s) = self.phase else {
             return false;
@@ -230,7 +238,7 @@ impl Trigger {
         if live.newest_s().is_none_or(|newest| newest < t_s + right_s) {
             return false;
         }
-        let around_s = WHILES_AROUND * span_s;
+        let around_s = SPANS_AROUND * span_s;
         self.caught = Some(Caught {
             tape: live.part(t_s + left_s - around_s, t_s + right_s + around_s),
             t_s,
@@ -245,12 +253,13 @@ impl Trigger {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tape::tests::at;
     use super::*;
+    use crate::tape::tests::at;
 
     const SPAN_S: f64 = 1.0;
 
-    /// A trigger on a force that rises above 3 N, with a quarter of the second seen before it, fed as batches of ten samples, 1000 a second.
+    /// A trigger on a force that rises above 3 N, with a quarter of the second seen before it, fed
+    /// as batches of ten samples, 1000 a second.
     struct Rig {
         trigger: Trigger,
         tape: Tape,
@@ -298,12 +307,12 @@ mod tests {
         let mut rig = Rig::new(Mode::Single);
         rig.feel(0, 1340, |ms| if ms < 600 { 0.0 } else { 5.0 });
         assert_eq!(rig.caught_ms(), None, "the future is not there yet");
-        assert_eq!(rig.trigger.says(), "Triggered");
+        assert_eq!(rig.trigger.state_text(), "Triggered");
         rig.feel(1340, 1400, |_| 5.0);
         assert_eq!(rig.caught_ms(), Some(600.0));
         let caught = rig.trigger.caught().expect("it is");
         assert!(caught.tape.oldest_s() <= Some(0.35) && caught.tape.newest_s() >= Some(1.35));
-        assert_eq!(rig.trigger.says(), "Caught");
+        assert_eq!(rig.trigger.state_text(), "Caught");
     }
 
     #[test]

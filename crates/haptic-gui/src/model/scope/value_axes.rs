@@ -1,11 +1,12 @@
-//! How far the axes of the values reach: to what is seen, unless the user holds one where it is.
+//! The ranges of the value axes: fitted to the samples in sight, or held by the user.
 
-use super::signal::Quantity;
+use crate::tape::signal::Quantity;
 
-/// The least that an axis can span, in the unit of its quantity: far below what an encoder or a motor resolves.
+/// Smallest span of an axis, in the unit of its quantity: far below the resolution of an encoder or a
+/// motor.
 pub(crate) const NARROWEST: f64 = 1e-6;
 
-/// As far as an axis can reach from zero, in the unit of its quantity.
+/// Largest distance of an axis from zero, in the unit of its quantity.
 pub(crate) const FARTHEST: f64 = 1e6;
 
 /// From the lower end of an axis to its upper, in the unit of its quantity.
@@ -15,33 +16,33 @@ pub(crate) type Reach = (f64, f64);
 #[derive(Debug, Default)]
 pub(crate) struct ValueAxes {
     held: [Option<Reach>; 3],
-    /// As they were drawn last.
+    /// The ranges drawn last.
     seen: [Option<Reach>; 3],
 }
 
 impl ValueAxes {
-    /// Where the user holds an axis; nothing where it fits what is seen.
+    /// The range that the user holds; `None` while the axis is fitted.
     pub(crate) fn held(&self, quantity: Quantity) -> Option<Reach> {
         self.held[quantity as usize]
     }
 
-    /// Notes how an axis was drawn.
+    /// Notes the range that was drawn.
     pub(crate) fn saw(&mut self, quantity: Quantity, reach: Reach) {
         self.seen[quantity as usize] = Some(reach);
     }
 
-    /// How an axis was drawn last.
+    /// The range that was drawn last.
     pub(crate) fn seen(&self, quantity: Quantity) -> Reach {
         let half = quantity.smallest_span() / 2.0;
         self.seen[quantity as usize].unwrap_or((-half, half))
     }
 
-    /// Lets an axis fit what is seen.
+    /// Fits an axis to the samples in sight.
     pub(crate) fn fit(&mut self, quantity: Quantity) {
         self.held[quantity as usize] = None;
     }
 
-    /// Holds an axis. One that has no sense changes nothing.
+    /// Holds an axis. An invalid range is ignored.
     pub(crate) fn hold(&mut self, quantity: Quantity, (low, high): Reach) {
         let is_near = |end: f64| end.abs() <= FARTHEST;
         if is_near(low) && is_near(high) && high - low >= NARROWEST {
@@ -49,14 +50,14 @@ impl ValueAxes {
         }
     }
 
-    /// Holds an axis that shows less (a factor above 1) or more around a value.
+    /// Holds an axis with a smaller (a factor above 1) or larger span around a value.
     pub(crate) fn zoom(&mut self, quantity: Quantity, factor: f64, around: f64) {
         let (low, high) = self.seen(quantity);
         let moved = |end: f64| around + (end - around) / factor;
         self.hold(quantity, (moved(low), moved(high)));
     }
 
-    /// Holds an axis moved by so much towards greater values.
+    /// Holds an axis that is moved towards greater values.
     pub(crate) fn shift(&mut self, quantity: Quantity, by: f64) {
         let (low, high) = self.seen(quantity);
         self.hold(quantity, (low + by, high + by));
@@ -82,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_without_sense_changes_nothing() {
+    fn an_invalid_range_is_ignored() {
         let mut axes = ValueAxes::default();
         axes.hold(Quantity::Force, (1.0, 2.0));
         for reach in [

@@ -1,59 +1,59 @@
-//! A try: a change that goes back by itself after two seconds, unless somebody has changed the scene meanwhile.
+//! A try: a change that goes back by itself after two seconds, unless somebody else has changed the scene.
 //!
-//! It goes back by `undo`, bound to the revision that the try has made, so that nobody else's change is ever taken back. Several
-//! changes that were tried go back one after the other, as long as they followed one another directly.
+//! It goes back by `undo`, bound to the revision of the try, so that a change of another client is never
+//! taken back. Several tries go back one after the other if they followed one another directly.
 
 use std::time::{Duration, Instant};
 
-/// How long a try is felt.
+/// Duration of a try.
 pub(crate) const TRIAL: Duration = Duration::from_secs(2);
 
-/// The tries of the moment.
+/// The active tries.
 #[derive(Debug, Default)]
 pub(crate) struct Trial {
     /// Whether the user wants changes to be tries.
     pub(crate) is_on: bool,
-    /// Changes sent and not answered.
+    /// Sent tries without an answer.
     unanswered: u32,
-    /// Revisions that tries have made, oldest first.
+    /// Revisions of the tries, oldest first.
     tried: Vec<u64>,
-    /// The newest revision, which to take back: that of the newest try, or of the step back before.
+    /// The revision to take back: that of the newest try, or of the step back before.
     newest: u64,
     due: Due,
-    /// The daemon has been asked to take one back.
+    /// A step back waits for its answer.
     goes_back: bool,
-    /// Why a try could not be taken back.
+    /// Why a try stays.
     failure: Option<String>,
 }
 
 /// When a try goes back.
 #[derive(Clone, Copy, Debug, Default)]
 enum Due {
-    /// In [`TRIAL`] from when it is next asked for.
+    /// [`TRIAL`] after the next call of [`Trial::due`].
     #[default]
-    InAWhile,
+    AfterTrial,
     At(Instant),
-    AtOnce,
+    Now,
 }
 
 impl Trial {
-    /// Whether something tried is in force.
-    pub(crate) fn is_felt(&self) -> bool {
+    /// Whether a try is active.
+    pub(crate) fn is_active(&self) -> bool {
         self.unanswered > 0 || !self.tried.is_empty()
     }
 
-    /// Why a try has stayed.
+    /// Why a try stays.
     pub(crate) fn failure(&self) -> Option<&str> {
         self.failure.as_deref()
     }
 
-    /// A change was sent that is a try.
+    /// A try was sent.
     pub(crate) fn sent(&mut self) {
         self.unanswered += 1;
         self.failure = None;
     }
 
-    /// The daemon answered a change: its revision, or nothing where it was refused.
+    /// The daemon has answered a change: with its revision, or `None` for a refusal or a no-op.
     pub(crate) fn answered(&mut self, revision: Option<u64>) {
         if self.unanswered == 0 {
             return;
@@ -67,18 +67,18 @@ impl Trial {
             self.tried.clear();
         }
         self.tried.push(revision);
-        (self.newest, self.due) = (revision, Due::InAWhile);
+        (self.newest, self.due) = (revision, Due::AfterTrial);
     }
 
-    /// The revision to take back at `now`, or how long until one is.
+    /// The revision to take back at `now`, or the time until one is due.
     pub(crate) fn due(&mut self, now: Instant) -> Result<u64, Option<Duration>> {
         if self.tried.is_empty() || self.unanswered > 0 || self.goes_back {
             return Err(None);
         }
         let due = match self.due {
-            Due::InAWhile => now + TRIAL,
+            Due::AfterTrial => now + TRIAL,
             Due::At(due) => due,
-            Due::AtOnce => now,
+            Due::Now => now,
         };
         self.due = Due::At(due);
         if due > now {
@@ -88,13 +88,13 @@ impl Trial {
         Ok(self.newest)
     }
 
-    /// The daemon answered the step back: with its revision, or why not.
+    /// The daemon has answered the step back: with its revision, or the reason of a refusal.
     pub(crate) fn went_back(&mut self, result: Result<u64, String>) {
         self.goes_back = false;
         match result {
             Ok(revision) => {
                 self.tried.pop();
-                (self.newest, self.due) = (revision, Due::AtOnce);
+                (self.newest, self.due) = (revision, Due::Now);
             }
             Err(why) => {
                 self.failure = Some(format!("the try stays: {why}"));
@@ -103,7 +103,7 @@ impl Trial {
         }
     }
 
-    /// The user took the change back, or keeps it.
+    /// The user goes through the changes: no try goes back by itself.
     pub(crate) fn settle(&mut self) {
         self.tried.clear();
         self.failure = None;
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(trial.due(at(12.0)), Ok(7));
         assert_eq!(trial.due(at(12.1)), Err(None), "asked once");
         trial.went_back(Ok(8));
-        assert!(!trial.is_felt());
+        assert!(!trial.is_active());
         assert_eq!(trial.due(at(20.0)), Err(None));
     }
 
@@ -148,11 +148,11 @@ mod tests {
         trial.went_back(Ok(9));
         assert_eq!(trial.due(at(2.1)), Ok(9), "the step back before is the newest change");
         trial.went_back(Ok(10));
-        assert!(!trial.is_felt());
+        assert!(!trial.is_active());
     }
 
     #[test]
-    fn another_try_begins_the_two_seconds_anew() {
+    fn another_try_restarts_the_two_seconds() {
         let mut trial = tried(&[7]);
         assert!(trial.due(at(0.0)).is_err());
         trial.sent();
@@ -179,10 +179,10 @@ mod tests {
     }
 
     #[test]
-    fn a_refused_try_is_none() {
+    fn a_refused_try_is_not_active() {
         let mut trial = Trial::default();
         trial.sent();
         trial.answered(None);
-        assert!(!trial.is_felt());
+        assert!(!trial.is_active());
     }
 }

@@ -1,70 +1,64 @@
-//! Many samples in few points: of each column of pixels the least and the greatest value, in the order of time.
+//! Many samples in few points: of each column of pixels the least and the greatest value, in the
+//! order of time.
 //!
-//! Columns begin at multiples of their width on the daemon's clock and not at the edge of the plot, so that a line that
-//! scrolls by does not shimmer. A spike of a single sample is the extreme of its column, so it is drawn at any zoom.
+//! Columns begin at multiples of their width on the daemon's clock instead of at the edge of the plot,
+//! so that a scrolling line does not shimmer. A spike of a single sample is the extreme of its column,
+//! so it is drawn at any zoom.
 
-/// A value and the place on its tape of the sample that has it.
+/// A value and the index on its tape of the sample that has it.
 pub(crate) type Extreme = (f64, usize);
 
-/// A sample, or several that fall into one column together, as the least and the greatest value of each line.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Span<const N: usize> {
-    /// Time of the first of them, s: it decides in which column they are.
-    pub(crate) first_s: f64,
-    pub(crate) extremes: [[Extreme; 2]; N],
-}
-
-/// Points of lines through spans in the order of time, with columns `column_s` wide; `time_of` gives the time of a place. All lines are made in
-/// one pass: a minute of samples is more than the processor's cache holds.
-pub(crate) fn outlines<const N: usize>(
-    spans: impl IntoIterator<Item = Span<N>>,
+/// Points of `lines` lines through spans (samples or buckets) in the order of time, with columns of
+/// `column_s`.
+///
+/// Each span comes with the time of its first sample, s, which decides its column. `extremes` gives
+/// the least and the greatest value of a line in a span, `time_of` the time of an index. All lines are
+/// made in one pass: a minute of samples exceeds the processor's cache.
+pub(crate) fn outlines<S>(
+    spans: impl IntoIterator<Item = (f64, S)>,
+    lines: usize,
+    extremes: impl Fn(&S, usize) -> [Extreme; 2],
     column_s: f64,
     time_of: impl Fn(usize) -> f64,
-) -> [Vec<[f64; 2]>; N] {
-    let mut lines = std::array::from_fn(|_| Vec::new());
-    let mut columns: Option<[Column; N]> = None;
+) -> Vec<Vec<[f64; 2]>> {
+    let mut points = vec![Vec::new(); lines];
+    let mut columns: Vec<Column> = Vec::with_capacity(lines);
     let mut until_s = f64::NEG_INFINITY;
-    let mut draw = |columns: [Column; N]| {
-        for (column, line) in columns.into_iter().zip(&mut lines) {
+    let mut draw = |columns: &mut Vec<Column>| {
+        for (column, line) in columns.drain(..).zip(&mut points) {
             column.draw(line, &time_of);
         }
     };
-    for Span { first_s, extremes } in spans {
-        match &mut columns {
-            Some(columns) if first_s < until_s => {
-                for (column, extremes) in columns.iter_mut().zip(extremes) {
-                    column.take(extremes);
-                }
+    for (first_s, span) in spans {
+        if first_s < until_s {
+            for (line, column) in columns.iter_mut().enumerate() {
+                column.merge(extremes(&span, line));
             }
-            _ => {
-                until_s = end_of_column(first_s, column_s);
-                if let Some(whole) = columns.replace(extremes.map(Column)) {
-                    draw(whole);
-                }
-            }
+        } else {
+            until_s = end_of_column(first_s, column_s);
+            draw(&mut columns);
+            columns.extend((0..lines).map(|line| Column(extremes(&span, line))));
         }
     }
-    if let Some(last) = columns {
-        draw(last);
-    }
-    lines
+    draw(&mut columns);
+    points
 }
 
-/// Where the column ends that a time lies in. A division for each column and not for each sample: there may be a hundred in one.
+/// End of the column that contains a time. It is computed once a column instead of once a sample.
 pub(crate) fn end_of_column(t_s: f64, column_s: f64) -> f64 {
     ((t_s / column_s).floor() + 1.0) * column_s
 }
 
-/// What falls into one column of pixels: the least and the greatest value.
+/// The least and the greatest value in one column of pixels.
 #[derive(Clone, Copy, Debug)]
 struct Column([Extreme; 2]);
 
 impl Column {
-    fn take(&mut self, [least, greatest]: [Extreme; 2]) {
+    fn merge(&mut self, [least, greatest]: [Extreme; 2]) {
         if least.0 < self.0[0].0 {
             self.0[0] = least;
         }
-        // The newer of two alike, so that a line at rest has both its ends.
+        // Of equal values the newer, so that a constant line has both its ends.
         if greatest.0 >= self.0[1].0 {
             self.0[1] = greatest;
         }
@@ -88,12 +82,12 @@ mod tests {
 
     /// A single line.
     fn outline(samples: &[(f64, f64)], column_s: f64) -> Vec<[f64; 2]> {
-        let spans = samples.iter().enumerate().map(|(place, (t_s, value))| Span {
-            first_s: *t_s,
-            extremes: [[(*value, place); 2]],
-        });
-        let [line] = outlines(spans, column_s, |place| samples[place].0);
-        line
+        let spans = samples
+            .iter()
+            .enumerate()
+            .map(|(index, (t_s, value))| (*t_s, (*value, index)));
+        let mut lines = outlines(spans, 1, |span, _| [*span; 2], column_s, |index| samples[index].0);
+        lines.remove(0)
     }
 
     #[test]
@@ -104,7 +98,7 @@ mod tests {
     }
 
     proptest! {
-        /// One sample that sticks out is drawn where it is, whatever the zoom.
+        /// A spike of one sample is drawn where it is, at any zoom.
         #[test]
         fn a_spike_of_one_sample_is_never_lost(
             noise in prop::collection::vec(-1.0..1.0f64, 1..2000),
@@ -120,7 +114,7 @@ mod tests {
             prop_assert!(drawn.contains(&[samples[spike].0, height]));
         }
 
-        /// What is drawn are samples, in their order, and at most two a column.
+        /// Only samples are drawn, in their order, at most two a column.
         #[test]
         fn nothing_is_made_up_and_little_is_drawn(
             values in prop::collection::vec(-1.0..1.0f64, 1..2000),
@@ -131,7 +125,7 @@ mod tests {
             prop_assert!(drawn.is_sorted_by(|a, b| a[0] < b[0]));
             prop_assert!(drawn.iter().all(|[t_s, value]| samples.contains(&(*t_s, *value))));
             let columns = (samples[samples.len() - 1].0 / column_s).floor() + 1.0;
-            // Where a column's edge is rounded, there may be one more.
+            // Rounding of a column's edge may add one.
             prop_assert!(drawn.len() as f64 <= 2.0 * columns.min(samples.len() as f64) * 1.01 + 2.0);
         }
     }

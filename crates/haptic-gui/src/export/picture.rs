@@ -1,0 +1,50 @@
+//! A snapshot of the plots in sight, for another thread to draw.
+
+use crate::model::view::PlotGroup;
+use crate::model::{Model, scene_seen};
+use crate::plots::chart::Chart;
+use crate::plots::contact_ribbon::{self, Run};
+use crate::plots::{force_velocity, over_time};
+
+/// Columns over which the samples of a plot over time are drawn.
+const COLUMNS: f64 = 1600.0;
+
+/// The plots in sight, from left to right.
+#[derive(Debug)]
+pub(crate) struct Picture(pub(super) Vec<Group>);
+
+/// Plots that stand together.
+#[derive(Debug)]
+pub(super) enum Group {
+    /// Plots over time, one below the other, and the contact ribbon above them.
+    OverTime {
+        charts: Vec<Chart>,
+        contacts: Vec<Run>,
+    },
+    ForceVelocity(Chart),
+}
+
+impl Picture {
+    /// The plots in sight now. This costs as much as a frame.
+    pub(crate) fn seen(model: &Model) -> Self {
+        let Model { daemon, tapes, view } = model;
+        let scope = &view.scope;
+        let groups = view.layout.drawn.iter().map(|group| match group {
+            PlotGroup::OverTime => {
+                let seen = scope.seen(tapes);
+                let ends = (seen.from_s, seen.to_s);
+                let contacts = scope.tape(tapes).contacts(ends, seen.column_s(COLUMNS));
+                let chart = |quantity| over_time::chart(tapes, scope, quantity, &[], COLUMNS);
+                Group::OverTime {
+                    charts: scope.quantities().map(chart).collect(),
+                    contacts: contact_ribbon::runs(contacts, seen.zero_s),
+                }
+            }
+            PlotGroup::ForceVelocity => {
+                let scene = scene_seen(daemon, tapes, scope);
+                Group::ForceVelocity(force_velocity::chart(tapes, scope, scene))
+            }
+        });
+        Self(groups.collect())
+    }
+}

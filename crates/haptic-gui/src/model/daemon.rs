@@ -1,0 +1,149 @@
+//! Facts of the daemon, as it last stated them.
+
+use super::scene::SceneFacts;
+use super::stop::StopReport;
+use crate::update::{Answer, StopNews};
+use haptic_ipc::{RigState, Status, Timing, WireError};
+use haptic_lab::recording::Metadata;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What the panel knows of the daemon and its rig.
+#[derive(Debug, Default)]
+pub(crate) struct Daemon {
+    pub(crate) link: Link,
+    rig: Option<Rig>,
+    pub(crate) scene: SceneFacts,
+    pub(crate) timing: Option<Timing>,
+    pub(crate) status: Option<Status>,
+    pub(crate) losses: Losses,
+    pub(crate) stop: StopReport,
+    /// Why the daemon refused to engage, release or reset.
+    refusal: Option<String>,
+}
+
+/// The connection to the daemon.
+#[derive(Debug)]
+pub(crate) enum Link {
+    Connecting { path: PathBuf },
+    Connected { path: PathBuf, server: String },
+    Lost { path: PathBuf, reason: String },
+}
+
+impl Default for Link {
+    fn default() -> Self {
+        Self::Connecting { path: PathBuf::new() }
+    }
+}
+
+/// The rig, as the daemon last described it.
+#[derive(Debug)]
+pub(crate) struct Rig {
+    pub(crate) state: RigState,
+    pub(crate) fault: Option<String>,
+    /// The tick at which the state began.
+    pub(crate) tick: u64,
+}
+
+/// What was lost on the way to this panel.
+#[derive(Debug, Default)]
+pub(crate) struct Losses {
+    /// Rows that the daemon could not send.
+    pub(crate) rows: u64,
+    /// Lines that this program cannot read, and the reason for the last of them.
+    pub(crate) unreadable: u64,
+    pub(crate) unreadable_reason: String,
+}
+
+impl Daemon {
+    pub(crate) fn is_connected(&self) -> bool {
+        matches!(self.link, Link::Connected { .. })
+    }
+
+    pub(crate) fn rig(&self) -> Option<&Rig> {
+        self.rig.as_ref()
+    }
+
+    /// Why the daemon refused to engage, release or reset.
+    pub(crate) fn refusal(&self) -> Option<&str> {
+        self.refusal.as_deref()
+    }
+
+    /// Forgets what a former connection stated; the outcome of a stop stays.
+    pub(crate) fn reconnect(&mut self, link: Link) {
+        *self = Self {
+            link,
+            stop: std::mem::take(&mut self.stop),
+            ..Self::default()
+        };
+    }
+
+    /// The head of a recording that begins now; `None` before the daemon has stated its parts.
+    pub(crate) fn metadata(&self) -> Option<Metadata> {
+        let status = self.status.as_ref().filter(|_| self.is_connected())?;
+        Some(Metadata {
+            server: status.server.clone(),
+            device: status.device.description.clone(),
+            loop_rate_hz: status.rate_hz,
+            rate_hz: status.rate_hz,
+            // The writing thread sets the clock.
+            started_unix_s: 0.0,
+            revision: self.scene.revision?,
+            scene: self.scene.active.clone()?,
+        })
+    }
+
+    /// The limit of the force: the smaller one of the daemon and its device, N.
+    pub(crate) fn force_limit_n(&self) -> f64 {
+        let Some(status) = &self.status else {
+            return f64::INFINITY;
+        };
+        let linked = status.device.link.as_ref().and_then(|link| link.device.as_ref());
+        let limit = linked.map_or(f64::INFINITY, |device| device.force_limit_n);
+        limit.min(status.device.force_limit_n)
+    }
+
+    pub(crate) fn take_state(&mut self, state: RigState, fault: Option<String>, tick: u64) {
+        let known = self.rig.as_ref();
+        if known.is_some_and(|known| tick < known.tick) {
+            return;
+        }
+        let before = known.map(|known| known.state);
+        // An answer has no reason of a fault, the event after it has. A later event does not move the
+        // beginning of the state.
+        let (fault, tick) = match known.filter(|known| known.state == state) {
+            Some(known) => (fault.or_else(|| known.fault.clone()), known.tick),
+            None => (fault, tick),
+        };
+        self.rig = Some(Rig { state, fault, tick });
+        if before != Some(state) {
+            self.refusal = None;
+        }
+        self.stop.take_state(before, state);
+    }
+
+    /// Takes the answer to a command to the rig, except a stop.
+    pub(crate) fn take_answer(&mut self, result: Result<Answer, WireError>) {
+        match result {
+            Ok(Answer::State(reply)) => self.take_state(reply.state, None, reply.tick),
+            Ok(_) => {}
+            Err(error) => self.refusal = Some(error.message),
+        }
+    }
+
+    /// Takes news of a stop.
+    pub(crate) fn take_stop(&mut self, news: StopNews) {
+        match news {
+            StopNews::Answered { after, result } => self.take_stop_answer(Some(after), result.map(Answer::State)),
+            news => self.stop.take_progress(news),
+        }
+    }
+
+    /// Takes the answer to a stop, of either connection.
+    pub(crate) fn take_stop_answer(&mut self, after: Option<Duration>, result: Result<Answer, WireError>) {
+        let known_tick = self.rig.as_ref().map(|rig| rig.tick);
+        if let Some((state, tick)) = self.stop.take_answer(after, result, known_tick) {
+            self.take_state(state, None, tick);
+        }
+    }
+}

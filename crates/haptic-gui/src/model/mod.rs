@@ -1,0 +1,198 @@
+//! What the panel shows: facts of the daemon, tapes of samples, and the user's view of both. Pages and
+//! plots take the part that they need; [`Model`] alone folds the news into all of them.
+
+pub(crate) mod advice;
+pub(crate) mod daemon;
+pub(crate) mod scene;
+pub(crate) mod scope;
+pub(crate) mod stop;
+pub(crate) mod tapes;
+pub(crate) mod tuning;
+pub(crate) mod view;
+
+use crate::intent::Intent;
+use crate::notice::{self, Notice};
+use crate::recording::{Loaded, RecordingNews};
+use crate::update::{Answer, Update};
+use daemon::{Daemon, Link};
+use egui::Rect;
+use haptic_core::Scene;
+use haptic_ipc::{Event, StateEvent, WireError};
+use scene::SceneChange;
+use scope::Scope;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use tapes::Tapes;
+use view::View;
+
+/// Everything that the panel shows.
+#[derive(Debug, Default)]
+pub struct Model {
+    pub(crate) daemon: Daemon,
+    pub(crate) tapes: Tapes,
+    pub(crate) view: View,
+}
+
+impl Model {
+    /// A panel without any news.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes a piece of news.
+    pub fn apply(&mut self, update: Update) {
+        let Self { daemon, view, .. } = self;
+        match update {
+            Update::Connecting { path } => daemon.link = Link::Connecting { path },
+            Update::Connected { path, hello } => {
+                let server = hello.server;
+                self.reconnect(Link::Connected { path, server });
+            }
+            Update::Disconnected { path, reason } => {
+                self.reconnect(Link::Lost { path, reason });
+                self.daemon.stop.lose_connection();
+            }
+            Update::Described(description) => {
+                let change = daemon.scene.take_description(description);
+                view.tuning.take_parameters(&daemon.scene.parameters);
+                view.tuning.take_scene_change(&change);
+            }
+            Update::Scene(Ok(reply)) => daemon.scene.take_scene(*reply),
+            // An older daemon has neither; the rest of the panel does without.
+            Update::Scene(Err(_)) | Update::Status(Err(_)) => {}
+            Update::Library(result) => daemon.scene.take_library(result),
+            Update::Journal(result) => daemon.scene.take_journal(result),
+            Update::Status(Ok(status)) => {
+                daemon.status = Some(*status);
+                self.tapes.update_clipping(daemon.force_limit_n());
+            }
+            Update::Recording(news) => self.take_recording(news),
+            Update::Opened { path, result } => self.take_opened(path, result),
+            Update::Stop(news) => daemon.take_stop(news),
+            Update::Busy(what) => view.file_notice = Some(Notice::new(Ok(what))),
+            Update::Exported(result) => {
+                let told = result.map(|path| format!("Written: {}", path.display()));
+                view.file_notice = Some(Notice::new(told));
+            }
+            Update::Advised(result) => daemon.scene.advised.take(result, daemon.scene.revision),
+            Update::Event(event) => self.take_event(event),
+            Update::Answered { intent, result } => self.take_answer(&intent, result),
+            Update::Unreadable { reason } => {
+                daemon.losses.unreadable += 1;
+                daemon.losses.unreadable_reason = reason;
+            }
+        }
+    }
+
+    /// Whether the panel is connected to a daemon.
+    #[must_use]
+    pub fn is_connected(&self) -> bool {
+        self.daemon.is_connected()
+    }
+
+    /// Sets the length of time that the plots show, s.
+    pub fn show_span(&mut self, span_s: f64) {
+        let factor = self.view.scope.span_s() / span_s;
+        self.view.scope.zoom(factor, 0.0);
+    }
+
+    /// Where the plots were drawn, points.
+    #[must_use]
+    pub fn plots_area(&self) -> Rect {
+        self.view.layout.area
+    }
+
+    /// What to send at `now`, and the time until more is due. [`ui`](crate::ui) asks for it by itself; a
+    /// hidden window must ask as well, because a try goes back while nobody looks.
+    #[must_use = "an intent that is not sent has no effect"]
+    pub fn due(&mut self, now: Instant) -> (Vec<Intent>, Option<Duration>) {
+        let tuning = &mut self.view.tuning;
+        let (intents, wait) = tuning.due(now, self.daemon.scene.revision);
+        tuning.note_sent(&intents);
+        (intents, wait)
+    }
+
+    /// Drops the messages whose time is over at `now`. Returns the time until the next one is over.
+    pub(crate) fn expire_messages(&mut self, now: Instant) -> Option<Duration> {
+        let file = notice::expire(&mut self.view.file_notice, now);
+        let report = notice::expire(&mut self.view.tuning.report, now);
+        let stop = self.daemon.stop.age(now);
+        file.into_iter().chain(report).chain(stop).min()
+    }
+
+    /// Forgets the facts of a former connection.
+    fn reconnect(&mut self, link: Link) {
+        self.daemon.reconnect(link);
+        self.view.tuning.forget();
+        self.tapes.end_live();
+    }
+
+    fn take_event(&mut self, event: Event) {
+        let Self { daemon, tapes, view } = self;
+        match event {
+            // A topic of a later daemon.
+            Event::Unknown => {}
+            Event::Log(entry) => daemon.scene.take_entry(*entry),
+            Event::State(event) => self.take_state(event),
+            Event::Timing(timing) => daemon.timing = Some(*timing),
+            Event::Samples(batch) => {
+                daemon.losses.rows = daemon.losses.rows.saturating_add(batch.dropped);
+                let ended = tapes.extend(&batch.rows);
+                view.scope.take_samples(&batch.rows, ended, tapes);
+            }
+        }
+    }
+
+    fn take_state(&mut self, event: StateEvent) {
+        let (state, fault, tick) = (event.state, event.fault.clone(), event.tick);
+        let change = self.daemon.scene.take_state(event);
+        self.view.tuning.take_scene_change(&change);
+        self.daemon.take_state(state, fault, tick);
+    }
+
+    fn take_opened(&mut self, path: PathBuf, result: Result<Box<Loaded>, String>) {
+        match result {
+            Ok(mut loaded) => {
+                loaded.opened.path = path;
+                self.view.scope.open(&loaded.tape);
+                self.tapes.open(*loaded);
+                self.view.file_notice = None;
+            }
+            Err(why) => self.view.file_notice = Some(Notice::new(Err(why))),
+        }
+    }
+
+    fn take_recording(&mut self, news: RecordingNews) {
+        if let RecordingNews::Ended { path, .. } = &news {
+            self.view.open_path = path.display().to_string();
+        }
+        if let Some(told) = self.tapes.take_recording(news) {
+            self.view.file_notice = Some(Notice::new(told));
+        }
+    }
+
+    fn take_answer(&mut self, intent: &Intent, result: Result<Answer, WireError>) {
+        if *intent == Intent::Stop {
+            self.daemon.take_stop_answer(None, result);
+            return;
+        }
+        let change = match &result {
+            Ok(Answer::Changed(reply)) => self.daemon.scene.take_reply(reply),
+            _ => SceneChange::default(),
+        };
+        self.view.tuning.take_scene_change(&change);
+        if let Some(result) = self.view.tuning.take_answer(intent, result) {
+            self.daemon.take_answer(result);
+        }
+    }
+}
+
+/// The scene of the samples in sight: the active one, or that of the newest sample of a recording.
+pub(crate) fn scene_seen<'a>(daemon: &'a Daemon, tapes: &'a Tapes, scope: &Scope) -> Option<&'a Scene> {
+    let Some(opened) = tapes.opened() else {
+        return daemon.scene.active.as_ref();
+    };
+    let newest = scope.tape(tapes).at(scope.seen(tapes).to_s)?;
+    opened.scene_at(newest.tick)
+}

@@ -1,0 +1,151 @@
+//! The tapes: samples of the live rig, an opened recording, and the progress of the recording that is
+//! being written.
+
+use crate::recording::{Loaded, Opened, RecordingNews, amount};
+use crate::tape::Tape;
+use haptic_ipc::Sample;
+use haptic_lab::recording::Totals;
+use std::path::PathBuf;
+
+/// Length of the past over which the share of time at the force limit is computed, s.
+pub(crate) const CLIPPING_OVER_S: f64 = 10.0;
+
+/// A force above this share of the limit counts as clipped by it.
+const AT_THE_LIMIT: f64 = 0.999;
+
+/// Every sample that the panel holds.
+#[derive(Debug, Default)]
+pub(crate) struct Tapes {
+    live: Tape,
+    /// The connection is lost: the live tape ends here, and stays in sight until the next one begins.
+    is_over: bool,
+    opened: Option<Loaded>,
+    /// The recording that is being written.
+    recording: Option<RecordingProgress>,
+    /// Share of the last seconds in which the force was clipped by its limit.
+    clipping: Option<f64>,
+}
+
+/// The recording that is being written.
+#[derive(Debug)]
+pub(crate) struct RecordingProgress {
+    pub(crate) path: PathBuf,
+    /// What the file holds.
+    pub(crate) totals: Totals,
+    /// Samples that are missing because the disk did not keep up.
+    pub(crate) lost: u64,
+}
+
+impl Tapes {
+    /// Adds samples of the live rig. After a lost connection a new tape begins, and the one before is
+    /// returned.
+    pub(crate) fn extend(&mut self, rows: &[Sample]) -> Option<Tape> {
+        let ended = (self.is_over && !rows.is_empty()).then(|| std::mem::take(&mut self.live));
+        self.is_over &= ended.is_none();
+        self.live.extend(rows.iter().copied());
+        ended
+    }
+
+    /// The connection is lost.
+    pub(crate) fn end_live(&mut self) {
+        self.is_over = true;
+        self.clipping = None;
+    }
+
+    /// The samples of the live rig.
+    pub(crate) fn live(&self) -> &Tape {
+        &self.live
+    }
+
+    /// The newest sample of the live rig, while it is connected.
+    pub(crate) fn newest(&self) -> Option<&Sample> {
+        self.live.last().filter(|_| !self.is_over)
+    }
+
+    /// Whether the live tape goes on.
+    pub(crate) fn is_live(&self) -> bool {
+        !self.is_over
+    }
+
+    /// Shows a recording.
+    pub(crate) fn open(&mut self, loaded: Loaded) {
+        free(self.opened.replace(loaded));
+    }
+
+    /// Closes the opened recording.
+    pub(crate) fn close(&mut self) {
+        free(self.opened.take());
+    }
+
+    /// The samples of the opened recording.
+    pub(crate) fn opened_tape(&self) -> Option<&Tape> {
+        self.opened.as_ref().map(|loaded| &loaded.tape)
+    }
+
+    /// What the opened recording says of itself.
+    pub(crate) fn opened(&self) -> Option<&Opened> {
+        self.opened.as_ref().map(|loaded| &loaded.opened)
+    }
+
+    /// The recording that is being written.
+    pub(crate) fn recording(&self) -> Option<&RecordingProgress> {
+        self.recording.as_ref()
+    }
+
+    /// Takes news of the recording that is being written. Returns what to tell the user at its end.
+    pub(crate) fn take_recording(&mut self, news: RecordingNews) -> Option<Result<String, String>> {
+        let told = match news {
+            RecordingNews::Going { path, totals } => {
+                let lost = self.recording.as_ref().map_or(0, |recording| recording.lost);
+                self.recording = Some(RecordingProgress { path, totals, lost });
+                return None;
+            }
+            RecordingNews::Behind { path, lost } => {
+                let recording = self.recording.get_or_insert_with(|| RecordingProgress {
+                    path,
+                    totals: Totals::default(),
+                    lost: 0,
+                });
+                recording.lost = lost;
+                return None;
+            }
+            RecordingNews::Ended { path, totals } => Ok(format!("Recorded {}: {}", path.display(), amount(&totals))),
+            RecordingNews::Failed { why } => Err(why),
+        };
+        self.recording = None;
+        Some(told)
+    }
+
+    /// Share of the last seconds with force in which it was clipped by its limit; `None` without force.
+    pub(crate) fn clipping(&self) -> Option<f64> {
+        self.clipping
+    }
+
+    /// Computes the share of clipped time anew, with the limit of the force, N.
+    pub(crate) fn update_clipping(&mut self, limit_n: f64) {
+        self.clipping = self.newest().and_then(|newest| self.clipped_share(newest.t_s, limit_n));
+    }
+
+    fn clipped_share(&self, newest_s: f64, limit_n: f64) -> Option<f64> {
+        let (mut with_force, mut clipped) = (0.0, 0.0);
+        for sample in self.live.within(newest_s - CLIPPING_OVER_S, newest_s) {
+            if sample.state.is_live() {
+                with_force += 1.0;
+                clipped += f64::from(u8::from(sample.command_force_n.abs() >= AT_THE_LIMIT * limit_n));
+            }
+        }
+        (with_force > 0.0).then(|| clipped / with_force)
+    }
+}
+
+/// Frees a recording on a thread of its own: hundreds of megabytes take longer than a frame may.
+fn free(loaded: Option<Loaded>) {
+    if let Some(loaded) = loaded {
+        // Without a thread it is freed here.
+        drop(
+            std::thread::Builder::new()
+                .name("free".to_owned())
+                .spawn(move || drop(loaded)),
+        );
+    }
+}

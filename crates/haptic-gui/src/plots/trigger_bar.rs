@@ -1,0 +1,56 @@
+//! The controls of the trigger.
+
+use crate::drop_down::{self, Item};
+use crate::model::scope::Scope;
+use crate::model::scope::trigger::{Edge, Mode};
+use crate::tape::signal::Signal;
+use egui::{Button, DragValue, RichText, Ui};
+
+/// Shows the choice of the mode.
+pub(super) fn show_mode(ui: &mut Ui, scope: &mut Scope) {
+    ui.label("Trigger");
+    let mode = scope.trigger.mode();
+    let items = || Mode::ALL.map(|other| Item::new(other, other.name(), &mode)).into();
+    let (chosen, list) = drop_down::show(ui, "trigger", 80.0, mode.name(), items);
+    list.on_hover_text(
+        "Catches the while around a crossing. Auto: at every one, running while there is none. Normal: at every one. \
+         Single: at the next.",
+    );
+    if let Some(mode) = chosen {
+        scope.set_trigger_mode(mode);
+    }
+}
+
+/// Shows the settings of a trigger that is on.
+pub(super) fn show(ui: &mut Ui, scope: &mut Scope) {
+    let trigger = &mut scope.trigger;
+    let signal = trigger.signal;
+    let items = || Signal::ALL.map(|other| Item::new(other, other.name(), &signal)).into();
+    let (chosen, _) = drop_down::show(ui, "trigger signal", 140.0, signal.name(), items);
+    trigger.signal = chosen.unwrap_or(signal);
+    for (edge, name) in [(Edge::Rising, "Rising"), (Edge::Falling, "Falling")] {
+        ui.selectable_value(&mut trigger.edge, edge, name)
+            .on_hover_text("Which way the signal crosses the level");
+    }
+    ui.label("level");
+    let unit = format!(" {}", trigger.signal.quantity().unit());
+    ui.add(DragValue::new(&mut trigger.level).speed(0.05).suffix(unit))
+        .accessible_name("trigger level")
+        .on_hover_text(
+            "Before the signal can cross it again, it must go back beyond it by a tenth of how far it moved lately",
+        );
+    ui.label("before");
+    let mut percent = trigger.share_before * 100.0;
+    let before = DragValue::new(&mut percent).range(0.0..=100.0).speed(1.0).suffix(" %");
+    ui.add(before)
+        .accessible_name("pre-trigger share")
+        .on_hover_text("Share of the while seen that lies before the crossing");
+    trigger.share_before = percent / 100.0;
+    let arm = ui.add_enabled(trigger.mode() == Mode::Single, Button::new("Arm"));
+    let arms = arm.on_hover_text("Waits for the next crossing").clicked();
+    ui.label(RichText::new(trigger.state_text()).strong());
+    if arms {
+        trigger.arm();
+        scope.follow();
+    }
+}

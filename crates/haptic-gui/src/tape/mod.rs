@@ -1,0 +1,305 @@
+//! Samples in the order of time: the last minute of a live rig, or a recording.
+//!
+//! A tape is a sequence of chunks that are shared by `Arc` and never copied: to freeze an hour, or to
+//! hand it to the thread that exports it, takes microseconds. Lines are drawn from the chunks'
+//! min/max pyramids, so the work of a frame depends on its pixels instead of its samples.
+
+mod chunk;
+mod outline;
+pub(crate) mod signal;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use chunk::{Bucket, CHUNK, Chunk, Contacts, LEVELS};
+use haptic_ipc::Sample;
+use outline::{end_of_column, outlines};
+use signal::Signal;
+use std::collections::VecDeque;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Time that is kept of a live rig, s.
+pub(crate) const KEPT_S: f64 = 60.0;
+
+/// Most samples that are kept of a live rig, at any rate: a minute at 4 kHz.
+const MAX_LIVE_SAMPLES: usize = 240_000;
+
+/// Fewest buckets of a column. A bucket belongs to the column of its first sample, so the edge of a
+/// column is off by less than one bucket.
+const BUCKETS_A_COLUMN: usize = 4;
+
+/// From this many samples a column on, contact is given by column instead of by sample.
+const MANY_CONTACTS: usize = 16;
+
+/// Samples, oldest first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Tape {
+    /// All are full except the last.
+    chunks: VecDeque<Arc<Chunk>>,
+    /// Samples of the first chunk that are too old to be shown.
+    start: usize,
+}
+
+/// A sample, or a bucket of them.
+#[derive(Clone, Copy, Debug)]
+enum Piece<'a> {
+    Sample(&'a Sample),
+    Bucket(&'a Bucket),
+}
+
+impl Piece<'_> {
+    fn first_s(&self) -> f64 {
+        match self {
+            Self::Sample(sample) => sample.t_s,
+            Self::Bucket(bucket) => bucket.first_s,
+        }
+    }
+
+    fn contacts(&self) -> Contacts {
+        match self {
+            Self::Sample(sample) => Contacts::of(sample),
+            Self::Bucket(bucket) => bucket.contacts,
+        }
+    }
+}
+
+impl Tape {
+    /// A whole recording. A row that has a number that is not finite is left out: it cannot be drawn.
+    pub(crate) fn recorded(rows: impl IntoIterator<Item = Sample>) -> Self {
+        let mut tape = Self::default();
+        for row in rows {
+            tape.push(row);
+        }
+        tape
+    }
+
+    /// Adds a batch of a live rig, and drops the samples that are too old.
+    pub(crate) fn extend(&mut self, rows: impl IntoIterator<Item = Sample>) {
+        for row in rows {
+            self.push(row);
+        }
+        let Some(newest) = self.newest_s() else {
+            return;
+        };
+        while self
+            .oldest_s()
+            .is_some_and(|oldest| oldest < newest - KEPT_S || self.len() > MAX_LIVE_SAMPLES)
+        {
+            self.start += 1;
+            if self.start == CHUNK {
+                self.chunks.pop_front();
+                self.start = 0;
+            }
+        }
+    }
+
+    /// Adds a row of a recording.
+    pub(crate) fn push(&mut self, row: Sample) {
+        if !is_finite(&row) {
+            return;
+        }
+        if self.last().is_some_and(|last| row.t_s < last.t_s) {
+            // The loop's clock restarted; the older rows belong to the run before.
+            *self = Self::default();
+        }
+        match self.chunks.back_mut().filter(|last| !last.is_full()) {
+            // A shared chunk is copied first, so that a frozen tape does not change.
+            Some(last) => Arc::make_mut(last).push(row),
+            None => {
+                let mut chunk = Chunk::default();
+                chunk.push(row);
+                self.chunks.push_back(Arc::new(chunk));
+            }
+        }
+    }
+
+    /// Number of samples.
+    pub(crate) fn len(&self) -> usize {
+        self.end() - self.start
+    }
+
+    /// The place after the last sample. A place counts from the beginning of the first chunk.
+    fn end(&self) -> usize {
+        let last = self.chunks.back().map_or(0, |chunk| chunk.samples().len());
+        self.chunks.len().saturating_sub(1) * CHUNK + last
+    }
+
+    fn get(&self, place: usize) -> Option<&Sample> {
+        self.chunks.get(place / CHUNK)?.samples().get(place % CHUNK)
+    }
+
+    /// The first place whose sample does not pass; all that pass come before.
+    fn partition_point(&self, passes: impl Fn(&Sample) -> bool) -> usize {
+        let (mut low, mut high) = (self.start, self.end());
+        while low < high {
+            let middle = low.midpoint(high);
+            if self.get(middle).is_some_and(&passes) {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    fn range(&self, Range { start, end }: Range<usize>) -> impl Iterator<Item = &Sample> + Clone {
+        (start / CHUNK..end.div_ceil(CHUNK)).flat_map(move |chunk| {
+            let begin = chunk * CHUNK;
+            let within = start.saturating_sub(begin)..(end - begin).min(CHUNK);
+            self.chunks
+                .get(chunk)
+                .and_then(|chunk| chunk.samples().get(within))
+                .unwrap_or_default()
+        })
+    }
+
+    /// The newest sample.
+    pub(crate) fn last(&self) -> Option<&Sample> {
+        self.chunks.back()?.samples().last()
+    }
+
+    /// Time of the newest sample, s on the daemon's clock.
+    pub(crate) fn newest_s(&self) -> Option<f64> {
+        self.last().map(|sample| sample.t_s)
+    }
+
+    /// Time of the oldest sample, s on the daemon's clock.
+    pub(crate) fn oldest_s(&self) -> Option<f64> {
+        self.get(self.start).map(|sample| sample.t_s)
+    }
+
+    /// The samples from one time to another, s on the daemon's clock, both included.
+    pub(crate) fn within(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = &Sample> + Clone {
+        self.range(self.places(from_s, to_s))
+    }
+
+    /// The chunks that hold one time to another, s on the daemon's clock. Nothing is copied.
+    pub(crate) fn part(&self, from_s: f64, to_s: f64) -> Self {
+        let Range { start, end } = self.places_around(from_s, to_s);
+        let first = start / CHUNK;
+        Self {
+            chunks: self
+                .chunks
+                .range(first..end.div_ceil(CHUNK).max(first))
+                .cloned()
+                .collect(),
+            start: if first == 0 { self.start } else { 0 },
+        }
+    }
+
+    /// The newest sample that is not after a time, s on the daemon's clock.
+    pub(crate) fn at(&self, t_s: f64) -> Option<&Sample> {
+        let after = self.partition_point(|sample| sample.t_s <= t_s);
+        let place = after.checked_sub(1).filter(|place| *place >= self.start)?;
+        self.get(place)
+    }
+
+    /// Lines of signals from one time to another, s on the daemon's clock, with columns of `column_s`.
+    /// They reach beyond both ends by a sample or a bucket, so that they touch the edges of the plot.
+    pub(crate) fn outlines(&self, signals: &[Signal], (from_s, to_s): (f64, f64), column_s: f64) -> Vec<Vec<[f64; 2]>> {
+        let places = self.places_around(from_s, to_s);
+        let level = level(samples_a_column(&places, (from_s, to_s), column_s));
+        let spans = self
+            .pieces(places, level)
+            .map(|(place, piece)| (piece.first_s(), (place, piece)));
+        let extremes = |&(place, piece): &(usize, Piece<'_>), line: usize| match piece {
+            Piece::Sample(sample) => [(signals[line].of(sample), place); 2],
+            Piece::Bucket(bucket) => {
+                let chunk = place - place % CHUNK;
+                bucket.extremes(signals[line]).map(|(value, at)| (value, chunk + at))
+            }
+        };
+        outlines(spans, signals.len(), extremes, column_s, |place| {
+            self.get(place).map_or(f64::NAN, |sample| sample.t_s)
+        })
+    }
+
+    /// When the block slid and when it stuck, from one time to another, s on the daemon's clock: each
+    /// time with the contact from then on. Where many samples share a column of `column_s`, the block
+    /// slid if it slid in any of them.
+    pub(crate) fn contacts(&self, (from_s, to_s): (f64, f64), column_s: f64) -> Vec<(f64, Option<bool>)> {
+        let places = self.places_around(from_s, to_s);
+        let density = samples_a_column(&places, (from_s, to_s), column_s);
+        let mut contacts: Vec<(f64, Contacts)> = Vec::new();
+        let mut until_s = f64::NEG_INFINITY;
+        let newest = places.end.checked_sub(1).and_then(|place| self.get(place));
+        for (_, piece) in self.pieces(places, level(density)) {
+            let first_s = piece.first_s();
+            match contacts.last_mut().filter(|_| first_s < until_s) {
+                Some((_, column)) => column.join(piece.contacts()),
+                None => {
+                    contacts.push((first_s, piece.contacts()));
+                    if density >= MANY_CONTACTS {
+                        until_s = end_of_column(first_s, column_s);
+                    }
+                }
+            }
+        }
+        // The last column lasts until the last sample.
+        contacts.extend(newest.map(|sample| (sample.t_s, Contacts::of(sample))));
+        contacts
+            .into_iter()
+            .map(|(t_s, contacts)| (t_s, contacts.slides()))
+            .collect()
+    }
+
+    /// The pieces in a range of places, each with its place: whole buckets of a level, and samples.
+    fn pieces(&self, places: Range<usize>, level: Option<usize>) -> impl Iterator<Item = (usize, Piece<'_>)> {
+        let mut place = places.start;
+        std::iter::from_fn(move || {
+            let chunk = self.chunks.get(place / CHUNK).filter(|_| place < places.end)?;
+            let (here, within) = (place, place % CHUNK);
+            if let Some(level) = level
+                && here + LEVELS[level] <= places.end
+                && let Some(bucket) = chunk.bucket_at(level, within)
+            {
+                place += LEVELS[level];
+                return Some((here, Piece::Bucket(bucket)));
+            }
+            place += 1;
+            Some((here, Piece::Sample(chunk.samples().get(within)?)))
+        })
+    }
+
+    fn places(&self, from_s: f64, to_s: f64) -> Range<usize> {
+        let start = self.partition_point(|sample| sample.t_s < from_s);
+        let end = self.partition_point(|sample| sample.t_s <= to_s);
+        start..end.max(start)
+    }
+
+    /// The same with one more at either side, so that a line reaches the edges of the plot.
+    fn places_around(&self, from_s: f64, to_s: f64) -> Range<usize> {
+        let Range { start, end } = self.places(from_s, to_s);
+        start.saturating_sub(1).max(self.start)..(end + 1).min(self.end())
+    }
+}
+
+/// Mean number of samples in a column.
+fn samples_a_column(places: &Range<usize>, (from_s, to_s): (f64, f64), column_s: f64) -> usize {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "a plot has some thousand columns; a float beyond that saturates"
+    )]
+    let columns = ((to_s - from_s) / column_s) as usize;
+    places.len() / columns.max(1)
+}
+
+/// The coarsest level that is fine enough for columns of so many samples; `None` for single samples.
+fn level(samples: usize) -> Option<usize> {
+    LEVELS.iter().rposition(|size| size * BUCKETS_A_COLUMN <= samples)
+}
+
+fn is_finite(sample: &Sample) -> bool {
+    [
+        sample.t_s,
+        sample.device_position_m,
+        sample.device_velocity_mps,
+        sample.block_position_m,
+        sample.block_velocity_mps,
+        sample.coupling_force_n,
+        sample.command_force_n,
+    ]
+    .iter()
+    .all(|value| value.is_finite())
+}

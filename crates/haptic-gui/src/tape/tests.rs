@@ -1,0 +1,178 @@
+//! Tests of the tape, and the sample that other tests start from.
+
+use super::*;
+use haptic_ipc::RigState;
+use proptest::prelude::*;
+
+pub(crate) fn at(t_s: f64) -> Sample {
+    Sample {
+        tick: 0,
+        t_s,
+        state: RigState::Engaged,
+        contact: 0,
+        device_position_m: 0.0,
+        device_velocity_mps: 0.0,
+        block_position_m: 0.0,
+        block_velocity_mps: 0.0,
+        coupling_force_n: 0.0,
+        command_force_n: 0.0,
+        revision: 1,
+        wake_latency_ns: 0,
+        tick_ns: 0,
+        device_round_trip_ns: 0,
+        ..Sample::default()
+    }
+}
+
+impl Tape {
+    /// Chunks that are the same memory in both tapes, and the number of chunks.
+    pub(crate) fn shared_chunks(&self, other: &Self) -> (usize, usize) {
+        let is_shared = |chunk: &&Arc<Chunk>| other.chunks.iter().any(|kept| Arc::ptr_eq(chunk, kept));
+        (self.chunks.iter().filter(is_shared).count(), self.chunks.len())
+    }
+}
+
+fn times(tape: &Tape) -> Vec<f64> {
+    tape.range(tape.start..tape.end()).map(|sample| sample.t_s).collect()
+}
+
+#[test]
+fn only_the_last_minute_of_a_live_rig_is_kept() {
+    let mut tape = Tape::default();
+    tape.extend([0.0, 10.0, 65.0].map(at));
+    assert_eq!(times(&tape), [10.0, 65.0]);
+    tape.extend((0..250_000).map(|i| at(66.0 + f64::from(i) * 1e-6)));
+    assert_eq!(times(&tape).len(), MAX_LIVE_SAMPLES);
+    assert_eq!(times(&Tape::recorded([0.0, 10.0, 500.0].map(at))).len(), 3);
+}
+
+#[test]
+fn a_row_that_is_no_number_is_left_out() {
+    let mut tape = Tape::default();
+    let mut bad = at(1.0);
+    bad.command_force_n = f64::NAN;
+    tape.extend([at(0.5), bad, at(f64::INFINITY)]);
+    assert_eq!(times(&tape), [0.5]);
+}
+
+#[test]
+fn a_clock_that_begins_anew_clears_the_past() {
+    let mut tape = Tape::default();
+    tape.extend([at(100.0), at(0.001)]);
+    assert_eq!(times(&tape), [0.001]);
+}
+
+#[test]
+fn a_while_is_found_with_or_without_its_neighbours() {
+    let tape = Tape::recorded((0..10).map(|i| at(f64::from(i))));
+    let seen = |samples: Vec<&Sample>| samples.iter().map(|sample| sample.t_s).collect::<Vec<_>>();
+    assert_eq!(seen(tape.within(2.0, 4.0).collect()), [2.0, 3.0, 4.0]);
+    assert_eq!(tape.places_around(2.0, 4.0), 1..6);
+    assert_eq!(tape.places_around(-5.0, 40.0), 0..10);
+    assert_eq!(seen(tape.within(4.2, 4.4).collect()), [0.0; 0]);
+    assert_eq!(seen(tape.within(4.0, 2.0).collect()), [0.0; 0], "the wrong way round");
+    assert_eq!(tape.at(4.9).map(|sample| sample.t_s), Some(4.0));
+    assert!(tape.at(-0.1).is_none());
+}
+
+/// Noise with a spike, one sample a millisecond.
+fn noisy(count: u32, spike: u32) -> Tape {
+    Tape::recorded((0..count).map(|tick| {
+        let mut row = at(f64::from(tick) * 1e-3);
+        row.contact = i8::from(tick == spike);
+        let noise = f64::from(tick.wrapping_mul(2_654_435_761) >> 16) * 1e-5;
+        row.coupling_force_n = if tick == spike { 42.0 } else { noise };
+        row
+    }))
+}
+
+// hazard: H5
+#[test]
+fn a_frame_of_an_hour_looks_at_no_more_than_its_pixels_ask_for() {
+    let tape = noisy(3_600_000, 1_234_567);
+    let whole = (0.0, 3600.0);
+    for columns in [400, 1600] {
+        let column_s = 3600.0 / f64::from(columns);
+        let places = tape.places_around(whole.0, whole.1);
+        let level = level(samples_a_column(&places, whole, column_s));
+        let looked_at = tape.pieces(places, level).count();
+        assert!(looked_at < 17 * 1600, "{columns} columns: {looked_at} pieces");
+        let line = tape.outlines(&[Signal::COUPLING_FORCE], whole, column_s).remove(0);
+        assert!(line.len() <= 2 * 1601, "{}", line.len());
+        assert!(line.contains(&[1234.567, 42.0]), "the spike is lost");
+        let contacts = tape.contacts(whole, column_s);
+        assert!(contacts.len() <= 1602, "{}", contacts.len());
+        assert_eq!(contacts.iter().filter(|(_, slides)| *slides == Some(true)).count(), 1);
+    }
+    // Nowhere between the coarsest and the finest is there a zoom that costs more than some samples a pixel.
+    for span_s in [1.0, 10.0, 60.0, 100.0, 300.0, 1000.0, 2000.0] {
+        let seen = (1800.0, 1800.0 + span_s);
+        let places = tape.places_around(seen.0, seen.1);
+        let level = level(samples_a_column(&places, seen, span_s / 1600.0));
+        let looked_at = tape.pieces(places, level).count();
+        assert!(looked_at < 66 * 1600, "{span_s} s: {looked_at} pieces");
+    }
+    let raw = tape.len() * size_of::<Sample>();
+    let taken: usize = tape.chunks.iter().map(|chunk| chunk.bytes()).sum();
+    println!(
+        "an hour: {} MB of samples, {} MB with their extremes",
+        raw / 1_000_000,
+        taken / 1_000_000
+    );
+    assert!(taken * 10 <= raw * 13, "{taken} bytes for {raw} of samples");
+}
+
+#[test]
+fn a_part_of_a_tape_is_shared_and_stays_as_it_was() {
+    let mut tape = Tape::default();
+    tape.extend((0..70_000).map(|i| at(f64::from(i) * 1e-3)));
+    let part = tape.part(30.0, 40.0);
+    let whole = tape.clone();
+    assert!(
+        part.oldest_s() <= Some(30.0) && part.oldest_s() > Some(28.0),
+        "{:?}",
+        part.oldest_s()
+    );
+    assert!(
+        part.newest_s() >= Some(40.0) && part.newest_s() < Some(42.0),
+        "{:?}",
+        part.newest_s()
+    );
+    tape.extend((70_000..80_000).map(|i| at(f64::from(i) * 1e-3)));
+    assert_eq!((whole.oldest_s(), whole.newest_s()), (Some(9.999), Some(69.999)));
+    assert_eq!(tape.oldest_s(), Some(19.999));
+    assert_eq!(tape.part(100.0, 200.0).len(), tape.part(79.999, 79.999).len());
+    assert_eq!(Tape::default().part(0.0, 1.0).len(), 0);
+}
+
+proptest! {
+    /// However coarse the buckets are, what is drawn of a live tape are its samples, in their
+    /// order, with its extremes among them.
+    #[test]
+    fn what_is_drawn_of_buckets_is_of_the_samples(
+        values in prop::collection::vec(-9.0..9.0f64, 1..4000),
+        columns in 1.0..100.0f64,
+        ends in (0.0..1.0f64, 0.0..1.0f64),
+    ) {
+        let mut tape = Tape::default();
+        for batch in values.chunks(34) {
+            let begin = tape.end();
+            tape.extend(batch.iter().zip(begin..).map(|(value, tick)| {
+                let mut row = at(tick as f64 * 0.02);
+                row.coupling_force_n = *value;
+                row
+            }));
+        }
+        let last_s = values.len() as f64 * 0.02;
+        let (from_s, to_s) = (ends.0.min(ends.1) * last_s, ends.0.max(ends.1) * last_s + 0.02);
+        let column_s = (to_s - from_s) / columns;
+        let line = tape.outlines(&[Signal::COUPLING_FORCE], (from_s, to_s), column_s).remove(0);
+        prop_assert!(line.is_sorted_by(|a, b| a[0] < b[0]));
+        let seen: Vec<_> = tape.range(tape.places_around(from_s, to_s)).map(|row| [row.t_s, row.coupling_force_n]).collect();
+        prop_assert!(line.iter().all(|point| seen.contains(point)));
+        for pick in [f64::min, f64::max] {
+            let of = |points: &[[f64; 2]]| points.iter().map(|[_, value]| *value).reduce(pick);
+            prop_assert_eq!(of(&line), of(&seen));
+        }
+    }
+}

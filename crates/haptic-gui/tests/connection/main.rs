@@ -1,0 +1,208 @@
+//! The connection against a small daemon.
+
+mod daemon;
+#[path = "../fixture/metadata.rs"]
+mod metadata;
+mod stop;
+
+use daemon::{Bench, Daemon, advised, of_revision};
+use haptic_core::Scene;
+use haptic_gui::connection::Patience;
+use haptic_gui::{Answer, Intent, RecordingNews, Update};
+use haptic_ipc::{ErrorCode, Event, Request, params_of};
+use metadata::metadata;
+use std::time::Duration;
+
+#[test]
+fn it_waits_for_a_daemon_and_finds_the_next_one_when_that_goes_away() {
+    let bench = Bench::new();
+    let reason = bench.until_lost();
+    assert!(reason.contains("control.sock"), "{reason}");
+
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    bench.until(|update| matches!(update, Update::Described(_)).then_some(()));
+
+    bench.end(listener);
+    drop(daemon);
+    bench.until_lost();
+
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    let state = of_revision(1);
+    daemon.report(&state);
+    let heard = bench.until(|update| match update {
+        Update::Event(Event::State(event)) => Some(event),
+        _ => None,
+    });
+    assert_eq!(heard, state);
+}
+
+#[test]
+fn an_intent_is_sent_and_its_answer_comes_back_with_it() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    bench.connection.send(Intent::Engage);
+    bench.connection.send(Intent::Release);
+    let engage = daemon.hear();
+    let release = daemon.hear();
+    assert_eq!(
+        (&engage.request, &release.request),
+        (&Request::Engage {}, &Request::Release {})
+    );
+    daemon.answer(engage.id, r#"{"state":"engaging","tick":7}"#);
+    let refusal = r#""error":{"code":"wrong_state","message":"not now"}"#;
+    daemon.say(&format!(r#"{{"id":{},{refusal}}}"#, release.id));
+    let answered = |update| match update {
+        Update::Answered { intent, result } => Some((intent, result)),
+        _ => None,
+    };
+    let (intent, result) = bench.until(answered);
+    assert_eq!(intent, Intent::Engage);
+    assert!(matches!(result, Ok(Answer::State(reply)) if reply.tick == 7));
+    let (intent, result) = bench.until(answered);
+    assert_eq!(intent, Intent::Release);
+    assert_eq!(result.unwrap_err().message, "not now");
+}
+
+#[test]
+fn a_line_that_cannot_be_read_is_counted_and_the_conversation_goes_on() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    daemon.say(r#"{"event":"samples","seq":"first"}"#);
+    bench.until(|update| matches!(update, Update::Unreadable { .. }).then_some(()));
+    bench.connection.send(Intent::Engage);
+    assert_eq!(daemon.hear().request, Request::Engage {});
+}
+
+#[test]
+fn a_daemon_that_falls_silent_is_given_up() {
+    let bench = Bench::with_patience(Patience {
+        retry: Duration::from_millis(5),
+        silence: Duration::from_millis(50),
+    });
+    let listener = bench.listen();
+    let _daemon = Daemon::accept(&listener);
+    bench.until_connected();
+    let reason = bench.until_lost();
+    assert!(reason.contains("said nothing"), "{reason}");
+}
+
+#[test]
+fn the_adviser_is_asked_about_every_new_scene_but_not_while_it_has_yet_to_answer() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    daemon.report(&of_revision(1));
+    let first = daemon.hear_advise();
+    for revision in [2, 3, 3] {
+        daemon.report(&of_revision(revision));
+    }
+    daemon.answer(first, r#"{"revision":1,"advice":[]}"#);
+    assert_eq!(bench.until(advised).unwrap().revision, 1);
+    let second = daemon.hear_advise();
+    let finding = r#"{"check":"friction","passes":false,"value":null,"bound":1,"unit":"N","margin":0.5,"mending":2}"#;
+    let advice = format!(r#"{{"param":"stiffness","message":"too stiff","finding":{finding}}}"#);
+    daemon.answer(second, &format!(r#"{{"revision":3,"advice":[{advice}]}}"#));
+    let reply = bench.until(advised).unwrap();
+    assert_eq!((reply.revision, reply.advice[0].param.as_str()), (3, "stiffness"));
+    // The scene is the same, so what is heard next is the user.
+    daemon.report(&of_revision(3));
+    bench.connection.send(Intent::Engage);
+    assert_eq!(daemon.hear().request, Request::Engage {});
+}
+
+#[test]
+fn a_daemon_without_an_adviser_is_asked_once() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    daemon.report(&of_revision(1));
+    let advise = daemon.hear_advise();
+    let refusal = r#""error":{"code":"unknown_op","message":"there is no operation `advise`"}"#;
+    daemon.say(&format!(r#"{{"id":{advise},{refusal}}}"#));
+    assert_eq!(bench.until(advised).unwrap_err().code, ErrorCode::UnknownOp);
+    daemon.report(&of_revision(2));
+    bench.until(|update| matches!(update, Update::Event(Event::State(state)) if state.revision == 2).then_some(()));
+    bench.connection.send(Intent::Engage);
+    assert_eq!(daemon.hear().request, Request::Engage {});
+}
+
+#[test]
+fn advice_that_cannot_be_read_does_not_end_the_conversation() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    daemon.report(&of_revision(1));
+    let advise = daemon.hear_advise();
+    daemon.answer(advise, r#"{"advice":"later"}"#);
+    let error = bench.until(advised).unwrap_err();
+    assert!(error.message.contains("cannot be read"), "{error}");
+    daemon.report(&of_revision(2));
+    daemon.hear_advise();
+}
+
+#[test]
+fn another_law_has_other_parameters_which_are_asked_for() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    let described = |update| matches!(update, Update::Described(_)).then_some(());
+    bench.until(described);
+    daemon.report(&of_revision(1));
+    let advise = daemon.hear_advise();
+    daemon.answer(advise, r#"{"revision":1,"advice":[]}"#);
+    let dahl = Scene::paper().with_law("dahl").unwrap().unwrap();
+    let mut event = of_revision(2);
+    (event.law, event.params) = ("dahl".to_owned(), params_of(&dahl));
+    daemon.report(&event);
+    let describe = daemon.hear();
+    assert_eq!(describe.request, Request::Describe {});
+    daemon.answer(describe.id, r#"{"law":"dahl","parameters":[],"sample_columns":[]}"#);
+    bench.until(described);
+}
+
+#[test]
+fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    let metadata = metadata();
+    bench.connection.send(Intent::Record {
+        folder: bench.dir.path().to_path_buf(),
+        metadata: Box::new(metadata),
+    });
+    // An intent that is answered has overtaken none before it.
+    bench.connection.send(Intent::Engage);
+    daemon.hear();
+    let row = r#"[7,0.007,"engaged",0,0.1,0,0.1,0,3.25,-3.25,1,0,0,0]"#;
+    daemon.say(&format!(r#"{{"event":"samples","seq":0,"dropped":2,"rows":[{row}]}}"#));
+    let going = bench.until(|update| match update {
+        Update::Recording(RecordingNews::Going { totals, .. }) if totals.rows > 0 => Some(totals),
+        _ => None,
+    });
+    assert_eq!((going.rows, going.lost), (1, 2));
+    drop(daemon);
+    let path = bench.until(|update| match update {
+        Update::Recording(RecordingNews::Ended { path, .. }) => Some(path),
+        _ => None,
+    });
+    let recording = haptic_lab::recording::read(&path).unwrap();
+    assert_eq!(recording.rows[0].coupling_force_n, 3.25);
+    assert!(recording.metadata.started_unix_s > 1e9, "by the clock");
+}

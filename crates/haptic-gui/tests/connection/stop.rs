@@ -1,0 +1,184 @@
+//! Stops on the connection: always first, on a line of their own, and never said to be sent when
+//! they are not.
+
+use crate::daemon::{Bench, Daemon, LIMIT, StopLine, connected, greet, is_stop};
+use haptic_gui::connection::Patience;
+use haptic_gui::{Intent, StopNews, Update};
+use haptic_ipc::Request;
+use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixListener;
+use std::time::Duration;
+
+#[test]
+fn a_stop_without_a_daemon_does_not_wait_and_is_the_first_thing_that_the_next_one_hears() {
+    let never = Duration::from_secs(3600);
+    let bench = Bench::with_patience(Patience {
+        retry: never,
+        silence: LIMIT,
+    });
+    bench.until_lost();
+    bench.connection.send(Intent::Engage);
+    bench.connection.send(Intent::Stop);
+    // Only the stop can have caused this attempt.
+    bench.until_lost();
+    let listener = bench.listen();
+    bench.connection.send(Intent::Stop);
+    let mut daemon = Daemon::accept(&listener);
+    assert_eq!(daemon.hear().request, Request::Stop {});
+    daemon.introduce();
+}
+
+#[test]
+fn a_stop_that_was_not_answered_is_sent_again() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    bench.connection.send(Intent::Stop);
+    assert_eq!(daemon.hear().request, Request::Stop {});
+    drop(daemon);
+    let mut daemon = Daemon::accept(&listener);
+    let stop = daemon.hear();
+    assert_eq!(stop.request, Request::Stop {});
+    daemon.answer(stop.id, r#"{"state":"stopped","tick":9}"#);
+    daemon.introduce();
+    bench.until(|update| match update {
+        Update::Answered {
+            intent: Intent::Stop,
+            result,
+        } => Some(result.unwrap()),
+        _ => None,
+    });
+}
+
+// hazard: H4
+#[test]
+fn a_stop_goes_out_on_a_connection_of_its_own_and_its_time_is_told() {
+    let bench = Bench::new();
+    let (_listener, mut daemon, mut stops) = connected(&bench);
+    for number in 1..=3 {
+        bench.connection.send(Intent::Stop);
+        assert_eq!(stops.hear(), number);
+        assert_eq!(bench.until_stop_news(), StopNews::Sent);
+        stops.confirm(number);
+        let StopNews::Answered { after, result } = bench.until_stop_news() else {
+            panic!("it was answered");
+        };
+        assert!(result.is_ok_and(|reply| reply.tick == 9) && after < LIMIT);
+        // And behind what was written before it.
+        assert_eq!(daemon.hear().request, Request::Stop {});
+    }
+}
+
+// hazard: H4
+#[test]
+fn a_stop_that_a_full_socket_does_not_take_is_not_sent_until_it_does() {
+    let bench = Bench::new();
+    let (_listener, _daemon, mut stops) = connected(&bench);
+    // This daemon reads nothing.
+    let mut pressed = 0;
+    let reason = loop {
+        assert!(pressed < 100_000, "a socket has an end");
+        bench.connection.stop();
+        pressed += 1;
+        match bench.until_stop_news() {
+            StopNews::Sent => {}
+            StopNews::NotSent { reason } => break reason,
+            news @ StopNews::Answered { .. } => panic!("{news:?}"),
+        }
+    };
+    assert_eq!(reason, "the daemon does not read");
+    while stops.hear() < pressed {}
+    assert_eq!(bench.until_stop_news(), StopNews::Sent);
+}
+
+// hazard: H4
+#[test]
+fn a_stop_without_a_daemon_is_told_as_not_sent() {
+    let bench = Bench::new();
+    bench.until_lost();
+    bench.connection.stop();
+    let news = bench.until_stop_news();
+    assert!(
+        matches!(&news, StopNews::NotSent { reason } if reason == "no connection"),
+        "{news:?}"
+    );
+}
+
+// hazard: H4
+#[test]
+fn a_stop_whose_daemon_dies_before_it_answers_is_told_as_not_sent_and_sent_to_the_next() {
+    let bench = Bench::new();
+    let (listener, daemon, mut stops) = connected(&bench);
+    bench.connection.stop();
+    stops.hear();
+    assert_eq!(bench.until_stop_news(), StopNews::Sent);
+    bench.end(listener);
+    drop((daemon, stops));
+    assert!(matches!(bench.until_stop_news(), StopNews::NotSent { .. }));
+    let listener = bench.listen();
+    // Whichever of the two connections comes first.
+    let mut line = BufReader::new(greet(&listener));
+    let mut text = String::new();
+    line.read_line(&mut text).expect("a stop in time");
+    assert!(is_stop(&text), "{text}");
+}
+
+// hazard: H4
+#[test]
+fn what_was_asked_before_a_stop_does_not_bring_the_force_back_after_it() {
+    let bench = Bench::new();
+    let (_listener, mut daemon, mut stops) = connected(&bench);
+    // The daemon reads nothing of the conversation, until its socket is full and the rest waits in the panel.
+    let target = haptic_gui::Target {
+        name: "mass".into(),
+        direction: None,
+    };
+    for _ in 0..20_000 {
+        let (target, value, merge) = (target.clone(), 0.5, false);
+        bench.connection.send(Intent::Set { target, value, merge });
+    }
+    bench.connection.send(Intent::Reset);
+    bench.connection.send(Intent::Engage);
+    bench.connection.send(Intent::Stop);
+    stops.hear();
+    bench.connection.send(Intent::Undo);
+    // Behind what was in the socket already comes the stop, ahead of all that waited; what would
+    // bring the force back is dropped.
+    let mut was_stopped = false;
+    loop {
+        match daemon.hear().request {
+            Request::Stop {} => was_stopped = true,
+            Request::Reset {} | Request::Engage {} => panic!("after a stop"),
+            Request::Undo { .. } => break,
+            _ => {}
+        }
+    }
+    assert!(was_stopped);
+}
+
+// hazard: H4
+#[test]
+fn a_house_that_is_full_is_left_to_others_until_there_is_a_stop() {
+    let bench = Bench::new();
+    let listener = bench.listen();
+    let mut daemon = Daemon::accept(&listener);
+    daemon.introduce();
+    bench.until_connected();
+    let for_a_moment = |listener: &UnixListener| {
+        let (mut stream, _) = listener.accept().expect("a client");
+        stream.set_read_timeout(Some(LIMIT)).expect("a time-out");
+        let hello = r#"{"hello":{"protocol":1,"server":"hapticd test","session":"1-9","rights":"stop"}}"#;
+        writeln!(stream, "{hello}").expect("it listens");
+        stream
+    };
+    let mut idle = String::new();
+    let read = BufReader::new(for_a_moment(&listener)).read_line(&mut idle);
+    assert_eq!(read.expect("it hangs up"), 0, "{idle}");
+    bench.connection.stop();
+    let mut stops = StopLine(BufReader::new(for_a_moment(&listener)));
+    let number = stops.hear();
+    stops.confirm(number);
+    bench.until(|update| matches!(update, Update::Stop(StopNews::Answered { .. })).then_some(()));
+}

@@ -1,0 +1,207 @@
+//! The advice: warnings beside the parameters, their fixes, and the table of all checks.
+
+use crate::bench::{asked, connected, hear, press, set, state_event, value_of};
+use egui_kittest::kittest::Queryable;
+use haptic_gui::{Answer, Intent, Update};
+use haptic_ipc::{Advice, AdviceReply, ChangeReply, ErrorCode, Event, Finding, RigState, WireError};
+
+/// A check of the stiffness, of 25000 N/m in the paper's scene; broken when the bound is below that.
+pub(crate) fn check(name: &str, bound: f64, mending: Option<f64>) -> Advice {
+    let passes = bound >= 25_000.0;
+    let finding = Finding {
+        check: name.into(),
+        passes,
+        value: Some(25_000.0),
+        bound: Some(bound),
+        unit: "N/m".into(),
+        margin: Some(bound / 25_000.0),
+        mending: mending.filter(|_| !passes),
+    };
+    Advice {
+        param: "stiffness".into(),
+        message: format!("25000 N/m is held against {bound} N/m"),
+        finding: Some(finding),
+    }
+}
+
+pub(crate) fn advised(revision: u64, advice: Vec<Advice>) -> Update {
+    Update::Advised(Ok(AdviceReply {
+        revision,
+        advice,
+        basis: None,
+    }))
+}
+
+#[test]
+fn a_broken_bound_is_shown_and_fixed_by_a_button() {
+    let mut panel = connected(RigState::Engaged);
+    let advice = vec![
+        check("friction", 16_000.0, Some(16_000.0)),
+        check("encoder", 160_000.0, None),
+    ];
+    hear(&mut panel, advised(1, advice));
+    press(&mut panel, "Friction: 25000, bound 16000 N/m");
+    panel.get_by_label("25000 N/m is held against 16000 N/m");
+    assert!(
+        panel.query_by_label_contains("160000").is_none(),
+        "a bound that is kept is no warning"
+    );
+    press(&mut panel, "set stiffness to 16000 N/m");
+    assert_eq!(asked(&mut panel), [set("stiffness", 16_000.0)]);
+    assert_eq!(value_of(&panel, "stiffness value"), "16000", "wanted, not in force yet");
+
+    let refusal = "stiffness = 16000 N/m is refused";
+    let refused = Update::Answered {
+        intent: set("stiffness", 16_000.0),
+        result: Err(WireError::new(ErrorCode::OutOfRange, refusal)),
+    };
+    hear(&mut panel, refused);
+    panel.get_by_label(refusal);
+    assert_eq!(value_of(&panel, "stiffness value"), "25000");
+}
+
+#[test]
+fn several_broken_bounds_are_one_line_that_opens() {
+    let mut panel = connected(RigState::Engaged);
+    let advice = vec![
+        check("passivity", 100.0, None),
+        check("linear_stability", 20_000.0, Some(20_000.0)),
+        check("friction", 16_000.0, Some(16_000.0)),
+    ];
+    hear(&mut panel, advised(1, advice));
+    assert!(panel.query_by_label_contains("is held against").is_none());
+    panel.get_by_label("set stiffness to 16000 N/m");
+    assert!(
+        panel.query_by_label("set stiffness to 20000 N/m").is_none(),
+        "the strictest one only"
+    );
+    press(&mut panel, "3 bounds broken");
+    let height = |bound: &str| {
+        let message = format!("25000 N/m is held against {bound} N/m");
+        panel.get_by_label(&message).rect().top()
+    };
+    assert!(height("16000") < height("20000") && height("20000") < height("100"));
+    press(&mut panel, "set stiffness to 20000 N/m");
+    assert_eq!(asked(&mut panel), [set("stiffness", 20_000.0)]);
+}
+
+#[test]
+fn a_fix_of_one_direction_sets_that_one() {
+    let mut panel = connected(RigState::Engaged);
+    let mut advice = check("friction_passivity", 2.0, Some(2.0));
+    advice.param = "viscous-".into();
+    hear(&mut panel, advised(1, vec![advice]));
+    press(&mut panel, "set viscous- to 2 N s/m");
+    let asked = asked(&mut panel);
+    let [Intent::Set { target, value, .. }] = asked.as_slice() else {
+        panic!("{asked:?}");
+    };
+    assert_eq!((target.to_string().as_str(), *value), ("viscous-", 2.0));
+}
+
+#[test]
+fn a_remark_is_shown_beside_its_parameter() {
+    let mut panel = connected(RigState::Engaged);
+    let message = "static_force+ = 3 N is below the dynamic force of 3.5 N";
+    let remark = Advice {
+        param: "static_force+".into(),
+        message: message.into(),
+        finding: None,
+    };
+    hear(&mut panel, advised(1, vec![remark]));
+    let below = panel.get_by_label(message).rect().top();
+    assert!(panel.get_by_label("static force slider").rect().bottom() <= below);
+    assert!(below < panel.get_by_label("dynamic force slider").rect().top());
+}
+
+#[test]
+fn advice_on_an_older_scene_is_ignored() {
+    let mut panel = connected(RigState::Engaged);
+    let mut newer = state_event(RigState::Engaged, 200);
+    newer.revision = 3;
+    hear(&mut panel, Update::Event(Event::State(newer)));
+    let old = || advised(2, vec![check("friction", 16_000.0, Some(16_000.0))]);
+    hear(&mut panel, old());
+    assert!(panel.query_by_label_contains("16000").is_none());
+    hear(
+        &mut panel,
+        advised(3, vec![check("friction", 18_000.0, Some(18_000.0))]),
+    );
+    hear(&mut panel, old());
+    panel.get_by_label("Friction: 25000, bound 18000 N/m");
+}
+
+#[test]
+fn the_answer_to_a_change_warns_where_the_daemon_has_no_more_advice() {
+    let mut panel = connected(RigState::Engaged);
+    let error = WireError::new(ErrorCode::UnknownOp, "there is no operation `advise`");
+    hear(&mut panel, Update::Advised(Err(error)));
+    assert!(panel.query_by_label_contains("advise").is_none(), "nobody asked for it");
+    let reply = ChangeReply {
+        ramp_ends_tick: None,
+        dry_run: false,
+        changes: Vec::new(),
+        revision: 2,
+        tick: Some(321),
+        applied: [("stiffness".to_owned(), 25_000.0)].into(),
+        advice: vec![check("friction", 16_000.0, None)],
+    };
+    let applied = Update::Answered {
+        intent: set("stiffness", 25_000.0),
+        result: Ok(Answer::Changed(reply)),
+    };
+    hear(&mut panel, applied);
+    panel.get_by_label("Friction: 25000, bound 16000 N/m");
+    assert!(
+        panel.query_by_label_contains("Stability").is_none(),
+        "what it does not say may be kept or broken"
+    );
+}
+
+#[test]
+fn every_check_is_in_a_table_at_the_end_of_the_scene() {
+    let mut panel = connected(RigState::Engaged);
+    assert!(panel.query_by_label_contains("Stability").is_none());
+    let advice = vec![
+        check("linear_stability", 20_000.0, Some(20_000.0)),
+        check("encoder", 160_000.0, None),
+    ];
+    hear(&mut panel, advised(1, advice));
+    press(&mut panel, "Stability: 1 of 2 bounds broken");
+    for text in [
+        "Linear stability",
+        "20000 N/m",
+        "0.80",
+        "Broken",
+        "Encoder",
+        "160000 N/m",
+        "6.40",
+        "Kept",
+    ] {
+        panel.get_by_label(text);
+    }
+    let mut without_limit = check("encoder", 160_000.0, None);
+    let finding = without_limit.finding.as_mut().unwrap();
+    (finding.bound, finding.margin) = (None, None);
+    hear(&mut panel, advised(1, vec![without_limit]));
+    assert_eq!(panel.query_all_by_label("∞").count(), 2);
+    panel.get_by_label("Stability: the bound is kept");
+}
+
+#[test]
+fn a_fix_of_both_directions_that_is_refused_says_so_where_they_differ() {
+    let mut panel = connected(RigState::Engaged);
+    panel.get_by_label("viscous by direction").click();
+    panel.run();
+    let mut advice = check("friction_passivity", 2.0, Some(2.0));
+    advice.param = "viscous".into();
+    hear(&mut panel, advised(1, vec![advice]));
+    press(&mut panel, "set viscous to 2 N s/m");
+    assert_eq!(asked(&mut panel), [set("viscous", 2.0)]);
+    let refused = Update::Answered {
+        intent: set("viscous", 2.0),
+        result: Err(WireError::new(ErrorCode::OutOfRange, "viscous is refused")),
+    };
+    hear(&mut panel, refused);
+    panel.get_by_label("viscous is refused");
+}

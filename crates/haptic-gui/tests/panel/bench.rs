@@ -1,0 +1,190 @@
+//! A panel on the bench: its model, what it asks for, and a daemon's updates to feed it.
+
+use egui::{Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use haptic_core::Scene;
+use haptic_gui::{Intent, Model, Target, Update};
+use haptic_ipc::{
+    Description, Event, Hello, ParameterDescription, RigState, SAMPLE_COLUMNS, Sample, StateEvent, params_of,
+};
+use std::time::{Duration, Instant};
+
+pub(crate) const SOCKET: &str = "/run/user/1000/hapticd/control.sock";
+
+/// The panel and everything that it asked for.
+pub(crate) struct Bench {
+    pub(crate) model: Model,
+    asked: Vec<Intent>,
+    /// When the interface's clock began, by the system's.
+    began: Instant,
+}
+
+impl Bench {
+    /// The system's time.
+    fn now(&self, ui: &egui::Ui) -> Instant {
+        self.began + Duration::from_secs_f64(ui.input(|input| input.time))
+    }
+}
+
+pub(crate) type Panel = Harness<'static, Bench>;
+
+pub(crate) fn panel() -> Panel {
+    let draw = |ui: &mut egui::Ui, bench: &mut Bench| {
+        let now = bench.now(ui);
+        let asked = haptic_gui::ui(ui, &mut bench.model, now);
+        bench.asked.extend(asked);
+    };
+    let bench = Bench {
+        model: Model::new(),
+        asked: Vec::new(),
+        began: Instant::now(),
+    };
+    // The smallest window that the panel is made for.
+    let mut panel = Harness::builder()
+        .with_size([1024.0, 640.0])
+        .with_context_setup(haptic_gui::theme::install)
+        .build_ui_state(draw, bench);
+    panel.run();
+    panel
+}
+
+/// A connection that has been greeted.
+pub(crate) fn greeted(session: &str) -> Update {
+    Update::Connected {
+        path: SOCKET.into(),
+        hello: Hello {
+            protocol: 1,
+            server: "hapticd 0.1.0".into(),
+            session: session.into(),
+            rights: haptic_ipc::Rights::All,
+        },
+    }
+}
+
+pub(crate) fn lose_the_daemon(panel: &mut Panel) {
+    let lost = Update::Disconnected {
+        path: SOCKET.into(),
+        reason: "the daemon closed the connection".into(),
+    };
+    hear(panel, lost);
+}
+
+pub(crate) fn find_another_daemon(panel: &mut Panel) {
+    hear(panel, greeted("1-2"));
+    hear(panel, in_state(RigState::Idle, 1));
+}
+
+/// A panel whose daemon renders the paper's scene.
+pub(crate) fn connected(state: RigState) -> Panel {
+    let mut panel = panel();
+    let scene = Scene::paper();
+    let description = Description {
+        laws: Vec::new(),
+        law: scene.friction.law().to_owned(),
+        parameters: ParameterDescription::all_of(&scene),
+        sample_columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
+    };
+    hear(&mut panel, greeted("1-1"));
+    hear(&mut panel, Update::Described(description));
+    hear(&mut panel, in_state(state, 100));
+    panel
+}
+
+pub(crate) fn hear(panel: &mut Panel, update: Update) {
+    panel.state_mut().model.apply(update);
+    panel.run();
+}
+
+pub(crate) fn state_event(state: RigState, tick: u64) -> StateEvent {
+    StateEvent {
+        law: "karnopp".to_owned(),
+        undo_depth: 0,
+        redo_depth: 0,
+        state,
+        fault: None,
+        tick,
+        revision: 1,
+        scene: "paper".into(),
+        params: params_of(&Scene::paper()),
+    }
+}
+
+pub(crate) fn in_state(state: RigState, tick: u64) -> Update {
+    Update::Event(Event::State(state_event(state, tick)))
+}
+
+pub(crate) fn set(name: &str, value: f64) -> Intent {
+    let target = Target {
+        name: name.into(),
+        direction: None,
+    };
+    Intent::Set {
+        target,
+        value,
+        merge: false,
+    }
+}
+
+pub(crate) fn asked(panel: &mut Panel) -> Vec<Intent> {
+    std::mem::take(&mut panel.state_mut().asked)
+}
+
+pub(crate) fn type_into(panel: &mut Panel, field: &str, text: &str) {
+    panel.get_by_label(field).focus();
+    panel.run();
+    panel.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    panel.run();
+    panel.get_by_label(field).type_text(text);
+    panel.run();
+}
+
+/// Lets the clocks go on.
+pub(crate) fn wait(panel: &mut Panel, seconds: f64) {
+    let begin = panel.ctx.input(|input| input.time);
+    while panel.ctx.input(|input| input.time) < begin + seconds {
+        panel.step();
+    }
+}
+
+pub(crate) fn of_depth(undo_depth: usize, redo_depth: usize) -> Update {
+    let mut event = state_event(RigState::Engaged, 200);
+    (event.undo_depth, event.redo_depth) = (undo_depth, redo_depth);
+    Update::Event(Event::State(event))
+}
+
+pub(crate) fn is_enabled(panel: &Panel, label: &str) -> bool {
+    !panel.get_by_label(label).accesskit_node().is_disabled()
+}
+
+pub(crate) fn value_of(panel: &Panel, field: &str) -> String {
+    panel.get_by_label(field).value().unwrap_or_default()
+}
+
+pub(crate) fn sample(t_s: f64) -> Sample {
+    Sample {
+        tick: 1,
+        t_s,
+        state: RigState::Engaged,
+        contact: 0,
+        device_position_m: 0.012_34,
+        device_velocity_mps: 0.0,
+        block_position_m: 0.012,
+        block_velocity_mps: 0.0,
+        coupling_force_n: 3.5,
+        command_force_n: -3.5,
+        revision: 1,
+        wake_latency_ns: 0,
+        tick_ns: 0,
+        device_round_trip_ns: 0,
+        ..Sample::default()
+    }
+}
+
+/// Presses a button that may have to be scrolled to.
+pub(crate) fn press(panel: &mut Panel, button: &str) {
+    panel.get_by_label(button).scroll_to_me();
+    panel.run();
+    panel.get_by_label(button).click();
+    panel.run();
+}

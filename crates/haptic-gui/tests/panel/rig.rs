@@ -1,0 +1,253 @@
+//! The rig: its state, its commands, its samples and its timing.
+
+use crate::bench::{Panel, SOCKET, asked, connected, hear, in_state, is_enabled, press, sample, state_event};
+use crate::plots::{feel, rows, timing};
+use egui_kittest::kittest::Queryable;
+use haptic_gui::{Intent, Update};
+use haptic_ipc::{Bucket, Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Sample, SamplesEvent, Timing};
+use std::time::Duration;
+
+#[test]
+fn a_connected_panel_offers_to_engage() {
+    let mut panel = connected(RigState::Idle);
+    panel.get_by_label("Idle");
+    panel.get_by_label("Connected to hapticd 0.1.0");
+    panel.get_by_label("Engage").click();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Engage]);
+}
+
+#[test]
+fn an_engaged_rig_can_be_released_and_a_stopped_one_reset() {
+    let mut panel = connected(RigState::Engaged);
+    panel.get_by_label("Release").click();
+    panel.run();
+    hear(&mut panel, in_state(RigState::Stopped, 200));
+    panel.get_by_label("Stopped at tick 200");
+    assert!(!is_enabled(&panel, "Engage"), "a stopped rig cannot be engaged");
+    panel.get_by_label("Reset").click();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Release, Intent::Reset]);
+}
+
+#[test]
+fn nothing_is_drawn_while_nothing_is_new() {
+    let mut panel = connected(RigState::Engaged);
+    panel.run();
+    let wait = |panel: &Panel| panel.output().viewport_output[&egui::ViewportId::ROOT].repaint_delay;
+    assert_eq!(wait(&panel), Duration::MAX);
+    hear(&mut panel, Update::Exported(Ok("/tmp/plots/haptic-plot-1.svg".into())));
+    panel.run();
+    assert!(
+        wait(&panel) > Duration::from_secs(1),
+        "until it goes: {:?}",
+        wait(&panel)
+    );
+}
+
+#[test]
+fn a_second_click_never_engages_the_rig() {
+    for (before, button, after) in [
+        (RigState::Stopped, "Reset", RigState::Idle),
+        (RigState::Faulted, "Reset", RigState::Idle),
+        (RigState::Engaged, "Release", RigState::Releasing),
+        (RigState::Engaging, "Release", RigState::Releasing),
+        (RigState::Engaged, "Release", RigState::Idle),
+    ] {
+        let mut panel = connected(before);
+        let at = panel.get_by_label(button).rect().center();
+        let press = |panel: &mut Panel| {
+            panel.drag_at(at);
+            panel.step();
+            panel.drop_at(at);
+            panel.step();
+        };
+        press(&mut panel);
+        assert_eq!(asked(&mut panel).len(), 1, "{button}");
+        panel.state_mut().model.apply(in_state(after, 200));
+        panel.step();
+        press(&mut panel);
+        assert_eq!(asked(&mut panel), [], "{button}, and again when the rig is {after}");
+        panel.get_by_label("Engage").click();
+        panel.run();
+        assert_eq!(asked(&mut panel), [Intent::Engage], "it has a place of its own");
+    }
+}
+
+#[test]
+fn nothing_else_ever_stands_where_engage_does() {
+    let states = [
+        RigState::Disconnected,
+        RigState::Idle,
+        RigState::Engaging,
+        RigState::Engaged,
+        RigState::Releasing,
+        RigState::Stopped,
+        RigState::Faulted,
+    ];
+    let mut panel = connected(RigState::Idle);
+    let engage = panel.get_by_label("Engage").rect();
+    for (tick, state) in (200..).zip(states) {
+        hear(&mut panel, in_state(state, tick));
+        assert_eq!(panel.get_by_label("Engage").rect(), engage, "{state}");
+        let others = ["Release", "Reset"].map(|label| panel.query_by_label(label));
+        for other in others.into_iter().flatten() {
+            assert!(!other.rect().intersects(engage), "{state}: {:?}", other.rect());
+        }
+    }
+}
+
+#[test]
+fn a_fault_is_shown_with_its_reason() {
+    let mut panel = connected(RigState::Engaged);
+    let mut event = state_event(RigState::Faulted, 200);
+    event.fault = Some("the device is silent for 12 ms; the limit is 10 ms".into());
+    hear(&mut panel, Update::Event(Event::State(event)));
+    panel.get_by_label_contains("silent for 12 ms");
+    panel.get_by_label("Reset");
+}
+
+#[test]
+fn a_panel_without_a_daemon_says_where_it_looked_and_does_not_pretend() {
+    let mut panel = connected(RigState::Engaged);
+    let lost = Update::Disconnected {
+        path: SOCKET.into(),
+        reason: "the daemon closed the connection".into(),
+    };
+    hear(&mut panel, lost);
+    panel.get_by_label("Not connected");
+    panel.get_by_label("the daemon closed the connection");
+    panel.get_by_label_contains(SOCKET);
+    assert!(panel.query_by_label("Release").is_none(), "there is nobody to ask");
+    assert!(
+        panel.query_by_label("mass value").is_none(),
+        "the values are not known any more"
+    );
+    panel.get_by_label("Stop").click();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "sent when the daemon is back");
+    panel.get_by_label_contains("Stop NOT sent: no connection to the daemon. Cut the motor's power");
+}
+
+#[test]
+fn the_newest_sample_is_read_out_and_none_is_made_up_without_a_rig() {
+    let mut panel = connected(RigState::Engaged);
+    let rows = (0..1250).map(|i| sample(f64::from(i) / 250.0)).collect();
+    let batch = SamplesEvent {
+        seq: 0,
+        dropped: 0,
+        rows,
+    };
+    hear(&mut panel, Update::Event(Event::Samples(batch)));
+    panel.get_by_label("-3.50");
+    panel.get_by_label("12.34");
+    panel.get_by_label("Force plot");
+    panel.get_by_label("Position plot");
+    hear(&mut panel, in_state(RigState::Disconnected, 200));
+    assert!(
+        panel.query_by_label("12.34").is_none(),
+        "a stale position is no position"
+    );
+}
+
+#[test]
+fn numbers_beyond_any_rig_do_no_harm() {
+    let mut panel = connected(RigState::Engaged);
+    let mut rows = Vec::new();
+    for value in [f64::MAX, f64::NAN, f64::INFINITY, f64::MIN, 0.0] {
+        let mut row = sample(1.0);
+        row.command_force_n = value;
+        row.device_position_m = value;
+        rows.push(row);
+    }
+    rows.push(Sample {
+        t_s: 1e300,
+        ..sample(0.0)
+    });
+    let batch = SamplesEvent {
+        seq: 0,
+        dropped: 7,
+        rows,
+    };
+    hear(&mut panel, Update::Event(Event::Samples(batch)));
+    panel.get_by_label("Force plot");
+}
+
+#[test]
+fn the_link_to_the_rig_is_always_in_sight() {
+    let mut panel = connected(RigState::Idle);
+    let timing = |link: LinkStatus| {
+        Update::Event(Event::Timing(Box::new(Timing {
+            rate_hz: 1000.0,
+            link: Some(link),
+            ..Timing::default()
+        })))
+    };
+    let waiting = LinkStatus {
+        waiting: Some("/dev/ttyACM0 is not there".into()),
+        ..LinkStatus::default()
+    };
+    hear(&mut panel, timing(waiting));
+    panel.get_by_label("Link: /dev/ttyACM0 is not there");
+    let connected = LinkStatus {
+        device: Some(LinkedDevice {
+            firmware: "demo 1.0".into(),
+            force_limit_n: 20.0,
+            sample_rate_hz: 1000.0,
+            resolution_m: 1e-5,
+            watchdog_ms: Some(50),
+            rig: None,
+        }),
+        round_trip_us: 1234.0,
+        clock_drift_ppm: Some(-12.3),
+        counts: LinkCounts {
+            lost: 7,
+            ..LinkCounts::default()
+        },
+        ..LinkStatus::default()
+    };
+    hear(&mut panel, timing(connected));
+    for label in [
+        "Link demo 1.0",
+        "Round trip 1.23 ms, longest 0.0 ms",
+        "Lost 7",
+        "Bad CRC 0",
+        "Device clock -12.3 ppm",
+    ] {
+        panel.get_by_label(label);
+    }
+}
+
+#[test]
+fn histograms_and_clipping_are_shown() {
+    let mut panel = connected(RigState::Engaged);
+    let buckets = vec![Bucket { up_to: 1024, count: 7 }, Bucket { up_to: 2048, count: 1 }];
+    hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(buckets)))));
+    press(&mut panel, "Histograms");
+    panel.get_by_label("Wake-up histogram");
+    panel.get_by_label("Tick: half below 2.00 µs, 99 % below 9.00 µs, 99.9 % below 30.0 µs, longest 1.20 ms");
+    // A fourth of the samples is at the limit of 20 N.
+    let strong = rows(0..1000, |_| 0.0).into_iter().map(|mut row| {
+        row.command_force_n = if row.tick < 250 { -20.0 } else { 3.0 };
+        row
+    });
+    feel(&mut panel, &strong.collect::<Vec<_>>());
+    hear(&mut panel, Update::Status(Ok(Box::new(status()))));
+    panel.get_by_label("At the force limit 25.0 %");
+}
+
+fn status() -> haptic_ipc::Status {
+    let text = r#"{"server":"hapticd 0.1.0","state":"engaged","tick":1,"uptime_s":1,"rate_hz":1000,"scheme":"exact",
+        "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
+        "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;
+    serde_json::from_str(text).expect("a status")
+}
+
+#[test]
+fn the_theme_can_be_switched() {
+    let mut panel = connected(RigState::Idle);
+    let is_dark = |panel: &Panel| panel.ctx.global_style().visuals.dark_mode;
+    let before = is_dark(&panel);
+    press(&mut panel, "switch theme");
+    assert_ne!(is_dark(&panel), before);
+}

@@ -1,0 +1,193 @@
+//! Stop: its keys, its button, and what the panel says of it.
+
+use crate::bench::{Panel, asked, connected, hear, in_state, type_into, value_of, wait};
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use haptic_gui::{Answer, Intent, StopNews, Update};
+use haptic_ipc::{ErrorCode, RigState, StateReply, WireError};
+use std::time::Duration;
+
+#[test]
+fn space_and_escape_stop_wherever_the_focus_is() {
+    for key in [Key::Space, Key::Escape] {
+        for focus in [None, Some("mass value"), Some("mass slider"), Some("Engage")] {
+            let mut panel = connected(RigState::Idle);
+            if let Some(focus) = focus {
+                panel.get_by_label(focus).focus();
+                panel.run();
+                assert!(panel.get_by_label(focus).is_focused());
+            }
+            panel.key_press(key);
+            panel.run();
+            assert_eq!(asked(&mut panel), [Intent::Stop], "{key:?} with the focus on {focus:?}");
+        }
+    }
+}
+
+#[test]
+fn a_held_key_is_one_stop() {
+    let mut panel = connected(RigState::Engaged);
+    for repeat in [false, true, true] {
+        panel.event(egui::Event::Key {
+            key: Key::Space,
+            physical_key: None,
+            pressed: true,
+            repeat,
+            modifiers: Modifiers::SHIFT,
+        });
+    }
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop]);
+}
+
+#[test]
+fn a_space_typed_into_a_field_stops_and_changes_nothing() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "7");
+    panel.key_down(Key::Space);
+    panel.get_by_label("mass value").type_text(" ");
+    panel.key_up(Key::Space);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "the half-typed 7 must not be set");
+    assert_eq!(value_of(&panel, "mass value"), "0.5");
+}
+
+#[test]
+fn the_button_stops_when_pressed_and_only_once() {
+    let mut panel = connected(RigState::Engaged);
+    let at = panel.get_by_label("Stop").rect().center();
+    panel.hover_at(at);
+    panel.run();
+    panel.drag_at(at);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "on the press");
+    panel.drop_at(at);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "not again on the release");
+    panel.get_by_label("Stop").click_accesskit();
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop], "by a screen reader");
+}
+
+/// Presses Space, and looks once at what is said of it.
+fn press_stop(panel: &mut Panel) {
+    panel.event(egui::Event::Key {
+        key: Key::Space,
+        physical_key: None,
+        pressed: true,
+        repeat: false,
+        modifiers: Modifiers::NONE,
+    });
+    panel.step();
+    panel.step();
+}
+
+#[test]
+fn a_stop_is_reported_as_done_only_with_the_daemons_word() {
+    let mut panel = connected(RigState::Engaged);
+    press_stop(&mut panel);
+    panel.state_mut().model.apply(Update::Stop(StopNews::Sent));
+    panel.step();
+    panel.get_by_label_contains("Stop sent, NOT confirmed");
+    let reply = StateReply {
+        state: RigState::Stopped,
+        tick: 4711,
+    };
+    let stopped = Update::Answered {
+        intent: Intent::Stop,
+        result: Ok(Answer::State(reply.clone())),
+    };
+    hear(&mut panel, stopped);
+    panel.get_by_label("Stopped at tick 4711");
+    let answered = StopNews::Answered {
+        after: Duration::from_micros(3400),
+        result: Ok(reply),
+    };
+    hear(&mut panel, Update::Stop(answered));
+    panel.get_by_label("Stopped (confirmed, 3 ms) at tick 4711");
+    hear(&mut panel, in_state(RigState::Idle, 5000));
+    assert!(panel.query_by_label_contains("at tick 4711").is_none(), "it was reset");
+    hear(&mut panel, in_state(RigState::Stopped, 6000));
+    panel.get_by_label("Stopped at tick 6000");
+}
+
+// hazard: H4
+#[test]
+fn a_stop_is_said_to_be_sent_only_when_it_was() {
+    let mut panel = connected(RigState::Engaged);
+    press_stop(&mut panel);
+    panel.get_by_label("Stop asked for, not sent yet");
+    let not_sent = StopNews::NotSent {
+        reason: "the daemon does not read".into(),
+    };
+    hear(&mut panel, Update::Stop(not_sent));
+    panel.get_by_label_contains("Stop NOT sent: the daemon does not read. Cut the motor's power");
+    panel.state_mut().model.apply(Update::Stop(StopNews::Sent));
+    panel.step();
+    panel.get_by_label("Stop sent, not confirmed yet");
+    wait(&mut panel, 1.0);
+    panel.get_by_label_contains("Stop sent, NOT confirmed: the daemon does not answer. Cut the motor's power");
+    let lost = StopNews::NotSent {
+        reason: "no connection".into(),
+    };
+    hear(&mut panel, Update::Stop(lost));
+    panel.get_by_label_contains("Stop NOT sent: no connection. Cut the motor's power");
+    let answered = StopNews::Answered {
+        after: Duration::from_secs(7),
+        result: Ok(StateReply {
+            state: RigState::Stopped,
+            tick: 4711,
+        }),
+    };
+    hear(&mut panel, Update::Stop(answered));
+    panel.get_by_label("Stopped (confirmed, 7000 ms) at tick 4711");
+}
+
+#[test]
+fn a_stop_of_which_nothing_is_heard_is_not_said_to_be_on_its_way() {
+    let mut panel = connected(RigState::Engaged);
+    press_stop(&mut panel);
+    panel.get_by_label("Stop asked for, not sent yet");
+    wait(&mut panel, 1.0);
+    panel.get_by_label_contains("Stop NOT sent: the panel is stuck. Cut the motor's power");
+}
+
+#[test]
+fn a_stop_that_failed_says_so() {
+    let mut panel = connected(RigState::Engaged);
+    panel.key_press(Key::Escape);
+    panel.run();
+    let error = WireError::new(ErrorCode::NotResponding, "the real-time thread does not answer");
+    let failed = Update::Answered {
+        intent: Intent::Stop,
+        result: Err(error),
+    };
+    hear(&mut panel, failed);
+    panel.get_by_label("Not stopped: the real-time thread does not answer");
+    hear(&mut panel, in_state(RigState::Stopped, 200));
+    assert!(
+        panel.query_by_label_contains("Not stopped").is_none(),
+        "somebody else has stopped it"
+    );
+}
+
+#[test]
+fn a_stop_that_no_device_has_heard_says_so_until_the_rig_is_reset() {
+    let mut panel = connected(RigState::Disconnected);
+    panel.key_press(Key::Escape);
+    panel.run();
+    let unheard = Update::Answered {
+        intent: Intent::Stop,
+        result: Err(WireError::new(ErrorCode::NoDevice, "no device is connected")),
+    };
+    hear(&mut panel, unheard);
+    for (state, tick) in [(RigState::Disconnected, 199), (RigState::Stopped, 200)] {
+        hear(&mut panel, in_state(state, tick));
+        panel.get_by_label("Stop not heard: no device is connected");
+    }
+    hear(&mut panel, in_state(RigState::Idle, 300));
+    assert!(
+        panel.query_by_label_contains("Stop not heard").is_none(),
+        "it was reset"
+    );
+}

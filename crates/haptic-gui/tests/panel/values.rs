@@ -1,0 +1,277 @@
+//! The values of parameters: typed, dragged, refused, and changed by others.
+
+use crate::bench::{Panel, asked, connected, hear, in_state, of_depth, set, state_event, type_into, value_of, wait};
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use haptic_core::Directional;
+use haptic_gui::{Answer, Intent, Update};
+use haptic_ipc::{ChangeReply, ErrorCode, Event, RigState, WireError};
+
+#[test]
+fn a_typed_value_is_set_on_enter() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "1.25");
+    assert_eq!(asked(&mut panel), [], "not while typing");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [set("mass", 1.25)]);
+    assert_eq!(value_of(&panel, "mass value"), "1.25");
+    panel.get_by_label("pending");
+}
+
+#[test]
+fn a_value_may_be_typed_with_its_unit() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "750g");
+    panel.key_press(Key::Enter);
+    panel.run();
+    type_into(&mut panel, "static force value", "2 kg");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [set("mass", 0.75)]);
+    panel.get_by_label("`kg` is not a unit of this: give N, mN or kN");
+}
+
+#[test]
+fn what_is_no_number_is_not_sent() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "heavy");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), []);
+    panel.get_by_label("`heavy` is not a finite number");
+    assert_eq!(value_of(&panel, "mass value"), "0.5");
+    type_into(&mut panel, "stiffness value", "25,000");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "which would be 25 to some");
+    panel.get_by_label("`25,000` has a comma: write a decimal point, and no separator between thousands");
+}
+
+#[test]
+fn a_moved_slider_sets_its_parameter() {
+    let mut panel = connected(RigState::Engaged);
+    let slider = panel.get_by_label("static force slider").rect();
+    panel.drag_at(slider.center());
+    panel.run();
+    panel.hover_at(slider.right_center());
+    panel.run();
+    panel.drop_at(slider.right_center());
+    panel.run();
+    let asked = asked(&mut panel);
+    assert!(
+        matches!(asked.last(), Some(Intent::Set { target, value: 20.0, .. }) if target.name == "static_force"),
+        "{asked:?}"
+    );
+}
+
+/// Drags a slider by its handle, and gives what was asked.
+fn drag_slider(panel: &mut Panel, slider: &str, shares: &[f32]) -> Vec<Intent> {
+    let rail = panel.get_by_label(slider).rect();
+    let at = |share: f32| egui::pos2(rail.left() + share * rail.width(), rail.center().y);
+    panel.drag_at(at(shares[0]));
+    panel.run();
+    for share in shares {
+        panel.hover_at(at(*share));
+        wait(panel, 0.1);
+    }
+    // Let go while it still moves.
+    panel.drop_at(at(shares[shares.len() - 1] + 0.05));
+    wait(panel, 0.5);
+    asked(panel)
+}
+
+/// Whether each change of a parameter goes on with the one before.
+fn merges(asked: &[Intent]) -> Vec<bool> {
+    let merge = |intent: &Intent| match intent {
+        Intent::Set { merge, .. } => *merge,
+        other => panic!("{other:?}"),
+    };
+    asked.iter().map(merge).collect()
+}
+
+#[test]
+fn all_of_a_drag_is_one_step_of_undo() {
+    let mut panel = connected(RigState::Engaged);
+    for way in [[0.2, 0.4, 0.6, 0.8], [0.7, 0.5, 0.3, 0.1]] {
+        let merges = merges(&drag_slider(&mut panel, "mass slider", &way));
+        assert!(merges.len() >= 4, "{merges:?}");
+        assert!(!merges[0] && merges[1..].iter().all(|merge| *merge), "{merges:?}");
+    }
+}
+
+#[test]
+fn arrow_keys_move_a_slider_by_steps_that_are_felt() {
+    let mut panel = connected(RigState::Engaged);
+    panel.get_by_label("static force slider").focus();
+    panel.run();
+    panel.key_press(Key::ArrowRight);
+    panel.step();
+    assert_eq!(asked(&mut panel), [set("static_force", 4.2)], "a hundredth of 20 N");
+    wait(&mut panel, 0.1);
+    panel.key_press(Key::ArrowRight);
+    wait(&mut panel, 0.1);
+    panel.key_press_modifiers(Modifiers::SHIFT, Key::ArrowLeft);
+    wait(&mut panel, 0.1);
+    let more = asked(&mut panel);
+    let values: Vec<_> = more.iter().map(ToString::to_string).collect();
+    assert_eq!(values, ["set static_force = 4.4", "set static_force = 4.38"]);
+    assert_eq!(merges(&more), [true, true], "one step of undo");
+    wait(&mut panel, 1.5);
+    panel.key_press(Key::ArrowRight);
+    panel.run();
+    assert_eq!(merges(&asked(&mut panel)), [false], "after a pause it is another");
+}
+
+#[test]
+fn enter_sets_a_value_and_leaves_the_keyboard_in_its_field() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "2");
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert!(panel.get_by_label("mass value").is_focused());
+    // The next number takes the place of this one.
+    panel.get_by_label("mass value").type_text("3");
+    panel.run();
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [set("mass", 2.0), set("mass", 3.0)]);
+    hear(&mut panel, of_depth(2, 0));
+    panel.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Undo], "nothing is half-typed there");
+    panel.key_press(Key::Tab);
+    panel.run();
+    assert!(!panel.get_by_label("mass value").is_focused());
+}
+
+#[test]
+fn a_refusal_goes_when_something_else_is_done() {
+    let message = "mass = 1000 kg is out of range: 1e-6 to 100 kg";
+    let refused = || {
+        let mut panel = connected(RigState::Engaged);
+        type_into(&mut panel, "mass value", "1000");
+        panel.key_press(Key::Enter);
+        panel.run();
+        let refused = Update::Answered {
+            intent: set("mass", 1000.0),
+            result: Err(WireError::new(ErrorCode::OutOfRange, message)),
+        };
+        hear(&mut panel, refused);
+        panel.get_by_label(message);
+        panel
+    };
+    let mut panel = refused();
+    let mut other = state_event(RigState::Engaged, 200);
+    other.revision = 2;
+    hear(&mut panel, Update::Event(Event::State(other)));
+    assert!(panel.query_by_label(message).is_none(), "another scene is active");
+    let mut panel = refused();
+    panel.get_by_label("mass value").type_text("1");
+    panel.run();
+    assert!(panel.query_by_label(message).is_none(), "the field was touched");
+}
+
+#[test]
+fn a_refusal_is_shown_and_the_field_returns_to_the_active_value() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "1000");
+    panel.key_press(Key::Enter);
+    panel.run();
+    let message = "mass = 1000 kg is out of range: 1e-6 to 100 kg";
+    let refused = Update::Answered {
+        intent: set("mass", 1000.0),
+        result: Err(WireError::new(ErrorCode::OutOfRange, message)),
+    };
+    hear(&mut panel, refused);
+    panel.get_by_label(message);
+    panel.get_by_label("refused");
+    assert_eq!(value_of(&panel, "mass value"), "0.5");
+}
+
+#[test]
+fn an_accepted_change_is_shown_with_its_revision_and_tick() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "mass value", "2");
+    panel.key_press(Key::Enter);
+    panel.run();
+    let reply = ChangeReply {
+        ramp_ends_tick: None,
+        dry_run: false,
+        changes: Vec::new(),
+        revision: 2,
+        tick: Some(321),
+        applied: [("mass".to_owned(), 2.0)].into(),
+        advice: vec![],
+    };
+    let applied = Update::Answered {
+        intent: set("mass", 2.0),
+        result: Ok(Answer::Changed(reply)),
+    };
+    hear(&mut panel, applied);
+    assert_eq!(value_of(&panel, "mass value"), "2");
+    panel.get_by_label("Revision 2, applied at tick 321");
+    panel.get_by_label("applied at tick 321");
+}
+
+#[test]
+fn another_clients_change_moves_the_field_but_not_one_that_is_typed_in() {
+    let mut panel = connected(RigState::Engaged);
+    type_into(&mut panel, "stiffness value", "123");
+    let mut event = state_event(RigState::Engaged, 200);
+    event.revision = 2;
+    event.params.insert("mass".into(), Directional::both(3.0));
+    event.params.insert("stiffness".into(), Directional::both(999.0));
+    hear(&mut panel, Update::Event(Event::State(event)));
+    assert_eq!(value_of(&panel, "mass value"), "3");
+    assert_eq!(value_of(&panel, "stiffness value"), "123");
+}
+
+#[test]
+fn an_old_state_does_not_undo_a_newer_change() {
+    let mut panel = connected(RigState::Engaged);
+    let mut newer = state_event(RigState::Engaged, 200);
+    newer.revision = 3;
+    newer.params.insert("mass".into(), Directional::both(3.0));
+    hear(&mut panel, Update::Event(Event::State(newer)));
+    hear(&mut panel, in_state(RigState::Engaged, 150));
+    assert_eq!(value_of(&panel, "mass value"), "3");
+}
+
+#[test]
+fn a_directional_parameter_has_a_row_for_each_direction_when_they_differ() {
+    let mut panel = connected(RigState::Engaged);
+    assert!(panel.query_by_label("static force + value").is_none());
+    let mut event = state_event(RigState::Engaged, 200);
+    event.revision = 2;
+    let uneven = Directional {
+        positive: 5.0,
+        negative: 3.0,
+    };
+    event.params.insert("static_force".into(), uneven);
+    hear(&mut panel, Update::Event(Event::State(event)));
+    assert_eq!(value_of(&panel, "static force + value"), "5");
+    assert_eq!(value_of(&panel, "static force - value"), "3");
+    panel.get_by_label("static force by direction").click();
+    panel.run();
+    assert_eq!(
+        asked(&mut panel),
+        [set("static_force", 5.0)],
+        "joined at the positive one"
+    );
+}
+
+#[test]
+fn a_split_parameter_is_set_by_direction() {
+    let mut panel = connected(RigState::Engaged);
+    panel.get_by_label("viscous by direction").click();
+    panel.run();
+    type_into(&mut panel, "viscous - value", "2");
+    panel.key_press(Key::Enter);
+    panel.run();
+    let asked = asked(&mut panel);
+    let [Intent::Set { target, value, .. }] = asked.as_slice() else {
+        panic!("{asked:?}");
+    };
+    assert_eq!((target.to_string().as_str(), *value), ("viscous-", 2.0));
+}
