@@ -322,6 +322,35 @@ mod tests {
     }
 
     #[test]
+    fn a_measurement_has_the_buttons_and_what_the_device_reports_of_its_motor() {
+        let mut pair = Pair::new();
+        for _ in 0..5 {
+            pair.tick(0.0, true).expect("it is there");
+        }
+        let mut measured = |pair: &mut Pair, buttons: u8, command_lost: bool| {
+            pair.now_ns += MS;
+            let Some(FromDevice::Sample(sample)) = pair.firmware.sample(pair.now_ns) else {
+                panic!("a sample");
+            };
+            // A device whose motor went off by itself has not heard the order.
+            let command = sample.command - u32::from(command_lost);
+            let sample = DeviceSample {
+                buttons,
+                command,
+                ..sample
+            };
+            pair.session.take(Ok(FromDevice::Sample(sample)), pair.now_ns);
+            let measured = pair.session.measurement(pair.now_ns).expect("it is there");
+            let measured = measured.expect("a sample");
+            (measured.motor, measured.buttons)
+        };
+        assert_eq!(measured(&mut pair, 0b101, false), (ReportedMotor::Enabled, 0b101));
+        pair.send(0.0, false);
+        assert_eq!(measured(&mut pair, 0, true), (ReportedMotor::Unconfirmed, 0));
+        assert_eq!(measured(&mut pair, 0b10, false), (ReportedMotor::Off, 0b10));
+    }
+
+    #[test]
     fn old_and_doubled_samples_are_not_taken_and_missing_ones_are_counted() {
         let mut pair = Pair::new();
         let mut samples: Vec<FromDevice> = (1..=10)

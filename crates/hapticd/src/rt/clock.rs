@@ -97,6 +97,37 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Duration;
+
+    fn duration(clock: ClockId) -> Duration {
+        Duration::try_from(clock_gettime(clock)).expect("since boot")
+    }
+
+    #[test]
+    fn the_clock_is_the_systems_own() {
+        let (before, now, after) = (
+            duration(ClockId::Monotonic),
+            Duration::from_nanos(now_ns()),
+            duration(ClockId::Monotonic),
+        );
+        assert!(before <= now && now <= after, "{before:?} {now:?} {after:?}");
+    }
+
+    #[test]
+    fn a_wait_ends_at_its_deadline_and_takes_no_time_of_the_processor_until_it_spins() {
+        for spin_ns in [0, 2_000_000] {
+            // Deadlines a fifth of a second apart, in the middle of a second or at its end.
+            let mut grid = Grid::new(200_000_000, 100_000_000, now_ns());
+            for _ in 0..3 {
+                let worked = duration(ClockId::ThreadCPUTime);
+                let wake = grid.wait(Waiting { spin_ns });
+                let worked = duration(ClockId::ThreadCPUTime) - worked;
+                assert!(wake.began_ns >= wake.deadline_ns, "{wake:?}");
+                assert!(worked < Duration::from_millis(50), "it worked for {worked:?}");
+                grid.advance(now_ns());
+            }
+        }
+    }
 
     #[test]
     fn a_stall_is_counted_to_the_period_and_not_made_up_for() {
