@@ -35,8 +35,9 @@ use log::{Level, say, say_at};
 use processor_share::ProcessorShare;
 use rt::handoff::Shared;
 use rt::lateness::Lateness;
-use rt::privileges::{self, Policy};
-use rt::thread::{End, LastWord, RunningLoop, Wishes};
+use rt::privileges;
+use rt::thread::{End, FinalZero, RunningLoop};
+use rt::thread_settings::{Policy, ThreadSettings};
 use rt::tick::Tick;
 use service::ServiceManager;
 use std::io::Write;
@@ -150,19 +151,21 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
 
 /// What there is to say of how the loop ended.
 fn judge(end: Option<End>) -> Result<(), Failure> {
-    let Some(End { panic, last_word }) = end else {
+    let Some(End { panic, final_zero }) = end else {
         return Err(Failure::RealTime("hangs: cut the power of the motor".to_owned()));
     };
     let ended = match panic {
         Some(message) => format!("failed at {message}"),
         // A device that was unplugged before is not missed.
-        None if last_word != LastWord::NotTaken => return Ok(()),
+        None if final_zero != FinalZero::NotTaken => return Ok(()),
         None => "ended".to_owned(),
     };
-    let zero = match last_word {
-        LastWord::Taken => "its force was set to zero",
-        LastWord::NotTaken => "the device did not take the zero force: cut the power of the motor",
-        LastWord::NoDevice => "no device was connected to take the zero force: if the motor still pulls, cut its power",
+    let zero = match final_zero {
+        FinalZero::Taken => "its force was set to zero",
+        FinalZero::NotTaken => "the device did not take the zero force: cut the power of the motor",
+        FinalZero::NoDevice => {
+            "no device was connected to take the zero force: if the motor still pulls, cut its power"
+        }
     };
     Err(Failure::RealTime(format!("{ended}; {zero}")))
 }
@@ -190,7 +193,7 @@ impl Drop for LastLines {
 /// The loop and everything around it, ready to be started.
 struct Prepared {
     tick: Tick<dyn Device>,
-    wishes: Wishes,
+    settings: ThreadSettings,
     status: RealTimeStatus,
     shared: Arc<Shared>,
     records: rt::outbox::Consumer,
@@ -277,7 +280,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
     };
     Ok(Prepared {
         tick,
-        wishes: Wishes {
+        settings: ThreadSettings {
             period_ns: config.period_ns,
             phase_ns,
             cpu: config.cpu,
@@ -339,11 +342,11 @@ fn prepare_device(rig: RigChoice, period_ns: u64) -> PreparedDevice {
 /// Starts the real-time thread; returns it and the control thread's hold on the rig.
 fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     let mut prepared = prepare(config)?;
-    let Wishes { period_ns, cpu, .. } = prepared.wishes;
+    let ThreadSettings { period_ns, cpu, .. } = prepared.settings;
     let (running, status) = rt::thread::start(
         prepared.tick,
         Arc::clone(&prepared.shared),
-        prepared.wishes,
+        prepared.settings,
         prepared.status,
     )?;
     if let Some(cpu) = cpu {
@@ -366,13 +369,12 @@ fn run_self_test(config: Config, turn_s: u64) -> Result<(), Failure> {
         shared: prepared.shared,
         records: prepared.records,
     };
-    let (report, status) = rt::thread::self_test(
-        prepared.tick,
-        control.serve(prepared.wishes.cpu, prepared.cpus)?,
-        turn_s,
-        prepared.wishes,
-        prepared.status,
-    )?;
+    let serving = control.serve(prepared.settings.cpu, prepared.cpus)?;
+    let period_ns = prepared.settings.period_ns;
+    let mut tick = prepared.tick;
+    let measure =
+        move |waiting| self_test::compare(&mut tick, serving, turn_s, period_ns, waiting).report(period_ns, waiting);
+    let (report, status) = rt::thread::on_prepared_thread(prepared.settings, prepared.status, measure)?;
     for problem in &status.problems {
         say_problem(problem);
     }
@@ -440,13 +442,16 @@ mod tests {
 
     #[test]
     fn an_end_is_judged_by_what_the_device_has_taken() {
-        let judged = |last_word| {
-            let end = End { panic: None, last_word };
+        let judged = |final_zero| {
+            let end = End {
+                panic: None,
+                final_zero,
+            };
             judge(Some(end)).map_err(|failure| failure.to_string())
         };
-        assert_eq!(judged(LastWord::Taken), Ok(()));
-        assert_eq!(judged(LastWord::NoDevice), Ok(()), "it was unplugged before");
-        let told = judged(LastWord::NotTaken).expect_err("there may still be a force");
+        assert_eq!(judged(FinalZero::Taken), Ok(()));
+        assert_eq!(judged(FinalZero::NoDevice), Ok(()), "it was unplugged before");
+        let told = judged(FinalZero::NotTaken).expect_err("there may still be a force");
         assert!(told.contains("did not take the zero force: cut the power"), "{told}");
         let hangs = judge(None).expect_err("nobody knows").to_string();
         assert!(hangs.contains("hangs: cut the power"), "{hangs}");

@@ -147,9 +147,7 @@ impl Servo {
             self.change_scene(scene);
         }
         let refused = inputs.command.is_some_and(|command| self.command(command).is_err());
-        if self.sensing.is_new_device() && inputs.sample.is_ok() {
-            self.limiter.set_device_force(inputs.device_force_limit_n);
-        }
+        self.limiter.set_device_force(inputs.device_force_limit_n);
         let elapsed_s = self.sense(inputs);
         self.check_device();
         // Ramps and the slew limit go by our own clock: they end even if the device's stands still.

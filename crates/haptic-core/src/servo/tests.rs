@@ -214,8 +214,19 @@ impl Bench {
     /// A step with the hand at 0.1 m/s.
     fn step(&mut self, events: Events, command: Option<Command>, scene: Option<Box<CompiledScene>>) -> Outputs {
         self.sequence += 1;
+        self.step_after(MS, events, command, scene)
+    }
+
+    /// A step a time after the one before, with the newest sample.
+    fn step_after(
+        &mut self,
+        elapsed_ns: u64,
+        events: Events,
+        command: Option<Command>,
+        scene: Option<Box<CompiledScene>>,
+    ) -> Outputs {
         let inputs = Inputs {
-            elapsed_ns: MS,
+            elapsed_ns,
             sample: Ok(Measurement::new(
                 self.sequence,
                 u64::from(self.sequence) * MS,
@@ -227,6 +238,19 @@ impl Bench {
             command,
         };
         self.servo.step(&inputs, scene)
+    }
+
+    /// Lets a time go by, step by step, without a new sample.
+    fn repeat(&mut self, steps: u64) -> Outputs {
+        (0..steps).fold(self.step_after(MS, Events::default(), None, None), |_, _| {
+            self.step_after(MS, Events::default(), None, None)
+        })
+    }
+
+    fn engage(&mut self) {
+        self.step(Events::default(), Some(Command::Engage), None);
+        self.steps(100);
+        assert_eq!(self.servo.state(), RigState::Engaged);
     }
 
     fn steps(&mut self, count: usize) -> Outputs {
@@ -289,4 +313,62 @@ fn every_scene_that_goes_is_handed_back_once() {
         (bench.servo.scene().revision, bench.servo.take_retired().is_none()),
         (5, true)
     );
+}
+
+// hazard: H16
+#[test]
+fn after_a_silence_in_which_all_force_decayed_it_begins_at_the_hand() {
+    let mut bench = Bench::new();
+    bench.steps(50);
+    bench.engage();
+    assert!(
+        bench.steps(100).coupling_force_n.abs() > 3.0,
+        "the hand drags the block"
+    );
+    assert_eq!(bench.repeat(40).force_n, 0.0, "all force has decayed");
+    // The hand has moved on by 4 mm meanwhile.
+    bench.sequence += 40;
+    let outputs = bench.step(Events::default(), None, None);
+    assert_eq!((outputs.coupling_force_n, outputs.force_n), (0.0, 0.0), "{outputs:?}");
+    assert_eq!(bench.servo.state(), RigState::Engaged);
+    let next = bench.steps(5);
+    assert!(
+        next.force_n != 0.0 && next.force_n.abs() < 1.0,
+        "it comes back slowly: {next:?}"
+    );
+}
+
+#[test]
+fn an_engagement_after_a_silence_is_as_any_other() {
+    let force = |silent: bool| {
+        let mut bench = Bench::new();
+        bench.steps(50);
+        bench.engage();
+        if silent {
+            bench.repeat(30);
+            bench.sequence += 30;
+        }
+        bench.step(Events::default(), Some(Command::Release), None);
+        bench.steps(100);
+        assert_eq!(bench.servo.state(), RigState::Idle);
+        bench.step(Events::default(), Some(Command::Engage), None);
+        bench.steps(21).force_n
+    };
+    let (usual, after_silence) = (force(false), force(true));
+    assert!(
+        (usual / after_silence - 1.0).abs() < 1e-6,
+        "{usual} N, {after_silence} N"
+    );
+}
+
+#[test]
+fn a_device_may_repeat_itself_for_the_stale_time_and_no_longer() {
+    for (longer_ns, state) in [(0, RigState::Engaged), (1, RigState::Faulted)] {
+        let mut bench = Bench::new();
+        bench.steps(50);
+        bench.engage();
+        bench.step_after(49 * MS, Events::default(), None, None);
+        bench.step_after(MS + longer_ns, Events::default(), None, None);
+        assert_eq!(bench.servo.state(), state, "{longer_ns} ns longer");
+    }
 }

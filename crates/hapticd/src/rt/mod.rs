@@ -20,4 +20,5 @@ mod purity_tests;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
 mod stall_tests;
 pub(crate) mod thread;
+pub(crate) mod thread_settings;
 pub(crate) mod tick;

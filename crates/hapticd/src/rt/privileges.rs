@@ -3,7 +3,7 @@
 //! Whatever cannot be had is reported with the exact way to get it, and the loop runs without.
 #![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
 
-use crate::rt::thread::Wishes;
+use crate::rt::thread_settings::{Policy, ThreadSettings};
 use haptic_ipc::{Problem, RealTimeStatus};
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
@@ -58,15 +58,6 @@ pub(crate) fn lock_memory(status: &mut RealTimeStatus) {
             ),
         }),
     }
-}
-
-/// How the loop is scheduled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Policy {
-    /// SCHED_FIFO at a priority.
-    Fifo { priority: u8 },
-    /// SCHED_DEADLINE: half of every period is guaranteed. It cannot be pinned.
-    Deadline,
 }
 
 /// Keeps the processors from sleeping so deeply that they wake up late. It holds as long as the file is open.
@@ -152,13 +143,13 @@ fn block_signals() {
 }
 
 /// Pins the calling thread, gives it its priority, and readies what its first tick would have to wait for.
-pub(crate) fn prepare_thread(wishes: &Wishes, status: &mut RealTimeStatus) {
+pub(crate) fn prepare_thread(settings: &ThreadSettings, status: &mut RealTimeStatus) {
     block_signals();
     prefault_stack();
     // The core flushes what it keeps, on every processor.
     status.denormals_flushed = true;
     tighten_timers(status);
-    let cpu = wishes.cpu.filter(|_| wishes.policy != Policy::Deadline);
+    let cpu = settings.cpu.filter(|_| settings.policy != Policy::Deadline);
     if let Some(cpu) = cpu {
         let mut set = CpuSet::new();
         set.set(cpu);
@@ -170,11 +161,11 @@ pub(crate) fn prepare_thread(wishes: &Wishes, status: &mut RealTimeStatus) {
             }),
         }
     }
-    let (scheduled, priority) = match wishes.policy {
+    let (scheduled, priority) = match settings.policy {
         Policy::Fifo { priority } => (set_fifo(priority), priority),
-        Policy::Deadline => (set_deadline(wishes.period_ns), 99),
+        Policy::Deadline => (set_deadline(settings.period_ns), 99),
     };
-    match (scheduled, wishes.policy) {
+    match (scheduled, settings.policy) {
         (Ok(()), Policy::Fifo { priority }) => status.fifo_priority = Some(priority),
         (Ok(()), Policy::Deadline) => status.deadline_scheduled = true,
         (Err(error), Policy::Deadline) => status.problems.push(Problem {

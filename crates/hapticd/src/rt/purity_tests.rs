@@ -10,8 +10,8 @@ use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
 use crate::rt::lateness::{LatePolicy, Lateness};
 use crate::rt::outbox::{self, TickRecord};
-use crate::rt::privileges::Policy;
-use crate::rt::thread::{self, End, LastWord, RunningLoop, Wishes};
+use crate::rt::thread::{self, End, FinalZero, RunningLoop};
+use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::{Tick, tests::servo};
 use device_io::fake::{FakeRig, Firmware, FirmwareProperties, Hand, Motion, RigProperties, Terminal};
 use device_io::link::{Keeper, SerialConnector};
@@ -245,7 +245,7 @@ fn start(device: Box<dyn Device>, shared: &Arc<Shared>, scene: &Scene, producer:
         Lateness::new(LatePolicy::Warn),
         u64::MAX,
     );
-    let wishes = Wishes {
+    let settings = ThreadSettings {
         period_ns: PERIOD_NS,
         phase_ns: PERIOD_NS / 2,
         cpu: None,
@@ -253,7 +253,7 @@ fn start(device: Box<dyn Device>, shared: &Arc<Shared>, scene: &Scene, producer:
         spin_ns: None,
     };
     let status = RealTimeStatus::default();
-    let (running, _) = thread::start(tick, Arc::clone(shared), wishes, status).expect("a thread");
+    let (running, _) = thread::start(tick, Arc::clone(shared), settings, status).expect("a thread");
     running
 }
 
@@ -527,9 +527,9 @@ fn panic_with_force(refusals: u64) -> (End, f64) {
 }
 
 #[test]
-fn the_last_word_of_a_loop_that_panics_is_zero_force() {
-    let (End { panic, last_word }, written_n) = panic_with_force(3);
-    assert_eq!((last_word, written_n), (LastWord::Taken, 0.0));
+fn the_last_command_of_a_loop_that_panics_is_zero_force() {
+    let (End { panic, final_zero }, written_n) = panic_with_force(3);
+    assert_eq!((final_zero, written_n), (FinalZero::Taken, 0.0));
     let message = panic.expect("it panicked").to_string();
     assert!(message.contains("purity_tests.rs:"), "{message}");
     assert!(
@@ -539,8 +539,8 @@ fn the_last_word_of_a_loop_that_panics_is_zero_force() {
 }
 
 #[test]
-fn a_last_word_that_the_device_does_not_take_is_told() {
-    let (End { panic, last_word }, written_n) = panic_with_force(u64::MAX);
+fn a_final_zero_that_the_device_does_not_take_is_told() {
+    let (End { panic, final_zero }, written_n) = panic_with_force(u64::MAX);
     assert!(panic.is_some() && written_n != 0.0);
-    assert_eq!(last_word, LastWord::NotTaken);
+    assert_eq!(final_zero, FinalZero::NotTaken);
 }

@@ -2,9 +2,9 @@
 
 use crate::rt::clock::{Grid, Waiting, now_ns};
 use crate::rt::handoff::Shared;
-use crate::rt::privileges::{self, Policy};
+use crate::rt::privileges;
+use crate::rt::thread_settings::ThreadSettings;
 use crate::rt::tick::Tick;
-use crate::self_test;
 use device_io::{Device, Written};
 use haptic_ipc::RealTimeStatus;
 use std::cell::Cell;
@@ -14,29 +14,17 @@ use std::sync::{Arc, mpsc};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How the thread is to run.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Wishes {
-    pub(crate) period_ns: u64,
-    /// How long after the multiples of the period its deadlines are, ns.
-    pub(crate) phase_ns: u64,
-    pub(crate) cpu: Option<usize>,
-    pub(crate) policy: Policy,
-    /// How long before a deadline it wakes up to spin, ns; by default what waking up usually takes, where nobody else is kept waiting by that.
-    pub(crate) spin_ns: Option<u64>,
-}
-
 /// How the thread ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct End {
     /// What it said, where it panicked; otherwise it was asked to end.
     pub(crate) panic: Option<PanicMessage>,
-    pub(crate) last_word: LastWord,
+    pub(crate) final_zero: FinalZero,
 }
 
-/// What became of the zero force that is the last to be commanded.
+/// What became of the zero force that is the last command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LastWord {
+pub(crate) enum FinalZero {
     /// The device has taken it.
     Taken,
     /// The device is there and has not taken it.
@@ -124,7 +112,7 @@ impl fmt::Debug for PanicMessage {
 /// The stack, bytes: the loop needs a few kilobytes, and all of it is locked in memory.
 const STACK_BYTES: usize = 256 * 1024;
 
-/// The thread, while it runs. However the daemon ends, the loop ends first, and its last word is zero force.
+/// The thread, while it runs. However the daemon ends, the loop ends first, and its last command is zero force.
 #[derive(Debug)]
 pub(crate) struct RunningLoop {
     shared: Arc<Shared>,
@@ -155,7 +143,7 @@ impl RunningLoop {
         }
         Some(thread.join().unwrap_or(End {
             panic: Some(PanicMessage::empty()),
-            last_word: LastWord::NotTaken,
+            final_zero: FinalZero::NotTaken,
         }))
     }
 }
@@ -173,7 +161,7 @@ impl Drop for RunningLoop {
 pub(crate) fn start(
     mut tick: Tick<dyn Device>,
     shared: Arc<Shared>,
-    wishes: Wishes,
+    settings: ThreadSettings,
     mut status: RealTimeStatus,
 ) -> std::io::Result<(RunningLoop, RealTimeStatus)> {
     #[expect(
@@ -186,20 +174,16 @@ pub(crate) fn start(
         .name(NAME.to_owned())
         .stack_size(STACK_BYTES)
         .spawn(move || {
-            privileges::prepare_thread(&wishes, &mut status);
-            let waiting = Waiting {
-                spin_ns: spin_ns(&wishes, &status),
-            };
-            status.spin_us = waiting.spin_ns / 1000;
+            let waiting = prepare(&settings, &mut status);
             // Nobody may be waiting any more; the loop runs all the same.
             drop(ready.send(status));
             let ended = catch_unwind(AssertUnwindSafe(|| {
-                run(&mut tick, &loop_shared, wishes, waiting);
+                run(&mut tick, &loop_shared, settings, waiting);
             }));
-            // The last word to the motor, however the loop ended. It may be the device that panicked.
+            // The last command to the motor, however the loop ended. It may be the device that panicked.
             let panic = ended.is_err().then(|| PANICKED.get());
-            let last_word = catch_unwind(AssertUnwindSafe(|| last_word(&mut tick))).unwrap_or(LastWord::NotTaken);
-            End { panic, last_word }
+            let final_zero = catch_unwind(AssertUnwindSafe(|| final_zero(&mut tick))).unwrap_or(FinalZero::NotTaken);
+            End { panic, final_zero }
         })?;
     let running = RunningLoop {
         shared,
@@ -210,65 +194,53 @@ pub(crate) fn start(
 }
 
 /// How long the device may take for the last zero force; a link that takes nothing for so long counts as disconnected.
-const LAST_WORD_TIMEOUT: Duration = Duration::from_millis(100);
+const FINAL_ZERO_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Commands zero force until the device has taken it.
-fn last_word(tick: &mut Tick<dyn Device>) -> LastWord {
+fn final_zero(tick: &mut Tick<dyn Device>) -> FinalZero {
     let began = Instant::now();
     loop {
         match tick.zero_force() {
-            Ok(Written::Taken) => return LastWord::Taken,
-            Ok(Written::Later) if began.elapsed() > LAST_WORD_TIMEOUT => return LastWord::NotTaken,
+            Ok(Written::Taken) => return FinalZero::Taken,
+            Ok(Written::Later) if began.elapsed() > FINAL_ZERO_TIMEOUT => return FinalZero::NotTaken,
             Ok(Written::Later) => std::thread::sleep(Duration::from_millis(1)),
-            Err(_) => return LastWord::NoDevice,
+            Err(_) => return FinalZero::NoDevice,
         }
     }
 }
 
-/// Runs the self-test, in turns of so many seconds, on a thread that is prepared as the loop's is.
+/// Runs something on a thread that is prepared as the loop's is; returns what came of it, and what
+/// the thread got of what it asked for.
 ///
 /// # Errors
-/// The system has no thread left, or the test panicked.
-pub(crate) fn self_test(
-    mut tick: Tick<dyn Device>,
-    serving: self_test::Serving,
-    turn_s: u64,
-    wishes: Wishes,
+/// The system has no thread left, or the thread panicked.
+pub(crate) fn on_prepared_thread<T: Send + 'static>(
+    settings: ThreadSettings,
     mut status: RealTimeStatus,
-) -> std::io::Result<(String, RealTimeStatus)> {
+    work: impl FnOnce(Waiting) -> T + Send + 'static,
+) -> std::io::Result<(T, RealTimeStatus)> {
     let thread = std::thread::Builder::new()
         .name(NAME.to_owned())
         .stack_size(STACK_BYTES)
         .spawn(move || {
-            privileges::prepare_thread(&wishes, &mut status);
-            let waiting = Waiting {
-                spin_ns: spin_ns(&wishes, &status),
-            };
-            let comparison = self_test::compare(&mut tick, serving, turn_s, wishes.period_ns, waiting);
-            (comparison.report(wishes.period_ns, waiting), status)
+            let waiting = prepare(&settings, &mut status);
+            (work(waiting), status)
         })?;
     thread
         .join()
-        .map_err(|_| std::io::Error::other("the self-test panicked"))
+        .map_err(|_| std::io::Error::other("the real-time thread panicked"))
 }
 
-/// Nearly all wake-ups are shorter than this, ns: on the machines that it was measured on half of them take 13 to 40 us, and one in a hundred more than
-/// 20 to 70 us, by the hour.
-const USUAL_SPIN_NS: u64 = 100_000;
-
-fn spin_ns(wishes: &Wishes, status: &RealTimeStatus) -> u64 {
-    // A loop without a priority or a core of its own would spin away what others need, and gain nothing.
-    let usual = if status.fifo_priority.is_some() && status.cpu.is_some() {
-        USUAL_SPIN_NS
-    } else {
-        0
-    };
-    // At least half of every period is left to the rest of the system.
-    wishes.spin_ns.unwrap_or(usual).min(wishes.period_ns / 2)
+fn prepare(settings: &ThreadSettings, status: &mut RealTimeStatus) -> Waiting {
+    privileges::prepare_thread(settings, status);
+    let has_core_and_priority = status.fifo_priority.is_some() && status.cpu.is_some();
+    let spin_ns = settings.spin_ns(has_core_and_priority);
+    status.spin_us = spin_ns / 1000;
+    Waiting { spin_ns }
 }
 
-fn run(tick: &mut Tick<dyn Device>, shared: &Shared, wishes: Wishes, waiting: Waiting) {
-    let mut grid = Grid::new(wishes.period_ns, wishes.phase_ns, now_ns());
+fn run(tick: &mut Tick<dyn Device>, shared: &Shared, settings: ThreadSettings, waiting: Waiting) {
+    let mut grid = Grid::new(settings.period_ns, settings.phase_ns, now_ns());
     while !shared.quitting() {
         let wake = grid.wait(waiting);
         let ended_ns = tick.run(wake, grid.missed());
@@ -290,42 +262,5 @@ mod tests {
         let kept = message.to_string();
         assert_eq!(kept.len(), PanicMessage::ROOM - 1);
         assert!(kept.starts_with("xé") && kept.ends_with('é'));
-    }
-
-    // hazard: P11
-    #[test]
-    fn the_loop_never_spins_for_more_than_half_a_period() {
-        let with = |spin_ns, period_ns, alone: bool| {
-            let wishes = Wishes {
-                period_ns,
-                phase_ns: period_ns / 2,
-                cpu: Some(1),
-                policy: Policy::Fifo { priority: 50 },
-                spin_ns,
-            };
-            let status = RealTimeStatus {
-                fifo_priority: alone.then_some(50),
-                cpu: alone.then_some(1),
-                ..RealTimeStatus::default()
-            };
-            super::spin_ns(&wishes, &status)
-        };
-        for period_ns in [50_000, 100_000, 150_000, 1_000_000, 10_000_000] {
-            for wanted_ns in [None, Some(0), Some(30_000), Some(period_ns), Some(u64::MAX)] {
-                for alone in [false, true] {
-                    let spins_ns = with(wanted_ns, period_ns, alone);
-                    assert!(
-                        spins_ns <= period_ns / 2,
-                        "{spins_ns} ns of {period_ns} ns, asked for {wanted_ns:?}"
-                    );
-                }
-            }
-        }
-        // At 1 kHz there is room for what is usual, and for what was asked for.
-        assert_eq!(with(None, 1_000_000, true), USUAL_SPIN_NS);
-        assert_eq!(with(Some(30_000), 1_000_000, true), 30_000);
-        // Without a priority or a processor of its own it keeps nobody waiting, unless it was told to.
-        assert_eq!(with(None, 1_000_000, false), 0);
-        assert_eq!(with(Some(30_000), 1_000_000, false), 30_000);
     }
 }

@@ -30,6 +30,8 @@ struct Scripted {
     force_limit_n: f64,
     /// Of every command, whether the motor was to be enabled.
     enabled: Vec<bool>,
+    /// Time that reading and writing takes, if a link lies between.
+    link: Option<std::time::Duration>,
 }
 
 impl Device for Scripted {
@@ -45,7 +47,12 @@ impl Device for Scripted {
         self.force_limit_n
     }
 
+    fn is_linked(&self) -> bool {
+        self.link.is_some()
+    }
+
     fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {
+        self.link.map(std::thread::sleep).unwrap_or_default();
         if !self.repeats {
             self.next += 1;
             self.time_ns += self.sample_ns;
@@ -59,6 +66,7 @@ impl Device for Scripted {
     }
 
     fn write(&mut self, force_n: f64, enabled: bool) -> Result<Written, DeviceError> {
+        self.link.map(std::thread::sleep).unwrap_or_default();
         self.enabled.push(enabled);
         let written = self.writing?;
         if written == Written::Taken {
@@ -163,6 +171,7 @@ fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64,
         buttons: 0,
         force_limit_n: f64::INFINITY,
         enabled: Vec::new(),
+        link: None,
     };
     let tick = Tick::new(
         Box::new(device),
@@ -339,6 +348,24 @@ fn a_stall_or_a_sleep_of_the_machine_while_force_flows_is_a_fault() {
     }
 }
 
+#[test]
+fn a_record_has_its_number_and_the_time_that_the_link_took() {
+    let mut bench = bench(ramp());
+    let first = bench.tick();
+    assert_eq!((first.tick, bench.tick().tick, bench.tick().tick), (0, 1, 2));
+    assert_eq!(first.device_round_trip_ns, 0, "no link");
+    let takes = std::time::Duration::from_millis(2);
+    bench.tick.device.link = Some(takes);
+    bench.clock_ns = now_ns();
+    let record = bench.tick_after(0);
+    let round_trip = std::time::Duration::from_nanos(record.device_round_trip_ns);
+    let whole = std::time::Duration::from_nanos(record.ended_ns - record.began_ns);
+    assert!(
+        2 * takes <= round_trip && round_trip <= whole,
+        "{round_trip:?} of {whole:?}"
+    );
+}
+
 // hazard: H2
 #[test]
 fn a_control_thread_that_hangs_lets_the_force_down_within_300_ms() {
@@ -354,7 +381,8 @@ fn a_control_thread_that_hangs_lets_the_force_down_within_300_ms() {
     bench.command(Command::Engage);
     // Of a ramp of ten seconds a tenth is gone.
     for _ in 0..1000 {
-        bench.shared.beat(bench.clock_ns);
+        // Not a whole number of ticks before any of them.
+        bench.shared.beat(bench.clock_ns + 1);
         assert!(bench.tick().state.is_live());
     }
     let lost_ns = bench.clock_ns;
