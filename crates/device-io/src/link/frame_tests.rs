@@ -1,9 +1,9 @@
 //! What a session puts on the wire, read from the bytes. A rig that cuts forces itself, as the fake
 //! one does, would hide a host that does not.
 
-use super::test_firmware::greeted_firmware;
 use super::health::LinkCounters;
 use super::session::Session;
+use super::test_firmware::greeted_firmware;
 use crate::protocol::message::DeviceHello;
 use crate::protocol::view::Kind;
 use std::sync::Arc;

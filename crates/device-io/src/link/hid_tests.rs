@@ -2,11 +2,11 @@
 
 use super::connection::Connection;
 use super::connector::{ConnectError, GreetedDevice};
-use super::test_firmware::firmware;
 use super::health::LinkCounters;
 use super::hid::greet;
 use super::identity::RigIdentity;
 use super::reports::{LONGEST_REPORT, Reports};
+use super::test_firmware::firmware;
 use crate::clock;
 use crate::device::{DeviceError, Measurement, Written};
 use crate::fake::Firmware;

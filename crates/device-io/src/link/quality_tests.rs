@@ -2,10 +2,10 @@
 //! firmware at the two ends of channels that fail on purpose, in a time of their own. The same
 //! numbers come out every time.
 
-use super::test_firmware::greeted_firmware;
 use super::health::LinkCounters;
 use super::serial::Reader;
 use super::session::Session;
+use super::test_firmware::greeted_firmware;
 use crate::fake::{Channel, Firmware, Quality};
 use crate::protocol::frame::{Decoder, Frame};
 use crate::protocol::message::{FromDevice, FromHost};
