@@ -4,7 +4,7 @@ use super::dialect::ODriveDialect;
 use super::generation::Generation;
 use super::options::ODriveOptions;
 use crate::fake::{FakeBoard, ODriveBoard, ODriveProperties};
-use crate::text::Text;
+use crate::text::{Text, TooLong};
 use crate::virtual_line::{MS, VirtualLine};
 use device_io::DeviceError;
 use device_io::fake::{Hand, Motion, RigProperties};
@@ -185,6 +185,24 @@ fn an_axis_that_fails_is_told_as_what_it_is() {
             assert_eq!(line.board.force_n(), 0.0);
         }
     }
+}
+
+#[test]
+fn a_sensor_that_fails_while_no_force_is_wanted_gives_no_position() {
+    let mut line = line();
+    line.ticks(100, 0.0, false);
+    line.board.fail(0x100);
+    let (ticks, told) = line.ticks_until_failure(400, 0.0, false).expect("it is told");
+    assert_eq!(told, failed(ErrorCode::Sensor, 0x100));
+    assert!(ticks <= 160, "{ticks}");
+}
+
+#[test]
+fn a_line_that_is_too_long_counts_as_malformed() {
+    let mut line = line();
+    line.ticks(20, 0.0, false);
+    line.conversation.take(Err(TooLong), line.now_ns);
+    assert_eq!(line.count(|counters| &counters.malformed), 1);
 }
 
 #[test]
