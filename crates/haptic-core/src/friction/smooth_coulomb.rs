@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_law_that_is_a_file_and_a_line_is_rendered_in_both_settings() {
+    fn a_law_that_is_a_file_and_an_entry_is_rendered_in_both_settings() {
         let on_device = Scene {
             block: None,
             coupling: None,
