@@ -9,7 +9,7 @@ use super::load::{Load, rounding};
 use super::moving::{EventSink, Rendered};
 use super::state::BlockState;
 
-/// A block in its grip.
+/// A block in its coupling.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CoupledBlock {
     /// kg.

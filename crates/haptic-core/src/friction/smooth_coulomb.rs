@@ -1,5 +1,5 @@
 //! Smooth Coulomb friction, `F = Fd tanh(w/ws)`: a law for tests alone. It shows that a law is its
-//! file and its line in the list.
+//! file and its entry in the list.
 
 use super::law::{Law, LawKind};
 use crate::contact::{AdvanceCost, Contact, Stroke, Tangent, YieldingContact};
