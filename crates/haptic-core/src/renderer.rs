@@ -5,7 +5,7 @@ use crate::contact::Contact;
 use crate::math::sqrt;
 use crate::parameters::SceneError;
 use crate::pulse::{Pulse, PulseError, PulseShape};
-use crate::render::{BehindBlock, Surface};
+use crate::render::{BlockSetup, Surface};
 use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::boxed::Box;
@@ -49,7 +49,7 @@ impl Renderer {
             Some((mass, coupling)) => scene
                 .friction
                 .as_law()
-                .behind_block(&BehindBlock { mass, coupling, scheme }),
+                .behind_block(&BlockSetup { mass, coupling, scheme }),
         };
         Ok(Self { surface, held })
     }

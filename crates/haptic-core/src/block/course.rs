@@ -9,9 +9,9 @@ use super::load::{Load, rounding};
 use super::moving::{EventSink, Rendered};
 use super::state::BlockState;
 
-/// A block in its grip.
+/// A block in its coupling.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gripped {
+pub(super) struct CoupledBlock {
     /// kg.
     pub(super) mass: f64,
     /// How the hand holds it.
@@ -20,7 +20,7 @@ pub(super) struct Gripped {
     pub(super) state: BlockState,
 }
 
-impl Gripped {
+impl CoupledBlock {
     /// At rest at the origin.
     pub(super) fn new(mass: f64, coupling: Coupling) -> Self {
         Self {
@@ -56,7 +56,7 @@ pub(super) struct Course {
 }
 
 impl Course {
-    fn new(block: &Gripped, elapsed_s: f64, load: Load, budget: u32) -> Self {
+    fn new(block: &CoupledBlock, elapsed_s: f64, load: Load, budget: u32) -> Self {
         Self {
             elapsed_s,
             load,
@@ -90,21 +90,21 @@ impl Course {
     }
 }
 
-/// Continuation after a piece.
+/// Outcome of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Then {
-    /// The next piece.
-    Next,
-    /// Nothing: the tick is over.
-    End,
-    /// The implicit step: the piece would take more work than is left.
+pub(super) enum Outcome {
+    /// The next piece follows.
+    NextPiece,
+    /// The tick is over.
+    TickEnds,
+    /// The piece would take more work than is left: the implicit step follows.
     Exhausted,
 }
 
 /// A block that is solved piece by piece.
-pub(super) trait InPieces {
-    fn gripped(&self) -> &Gripped;
-    fn gripped_mut(&mut self) -> &mut Gripped;
+pub(super) trait PiecewiseBlock {
+    fn coupled(&self) -> &CoupledBlock;
+    fn coupled_mut(&mut self) -> &mut CoupledBlock;
 
     /// Work that a tick may do.
     fn budget(&self, elapsed_s: f64) -> u32;
@@ -116,7 +116,7 @@ pub(super) trait InPieces {
     }
 
     /// The next piece.
-    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Then;
+    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome;
 
     /// One backward-Euler step to the end of the tick: stable and dissipative whatever its length.
     fn implicit_step(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized));
@@ -132,7 +132,7 @@ pub(super) trait InPieces {
 
 /// Moves a block on by `elapsed_s` seconds, piece by piece. With `elapsed_s` of zero or less the
 /// block stands still and only the force is new.
-pub(super) fn advance<B: InPieces>(
+pub(super) fn advance<B: PiecewiseBlock>(
     block: &mut B,
     elapsed_s: f64,
     sample: (f64, f64),
@@ -142,41 +142,41 @@ pub(super) fn advance<B: InPieces>(
         if block.steady(elapsed_s, &load, sink) {
             return Rendered::default();
         }
-        let mut course = Course::new(block.gripped(), elapsed_s, load, block.budget(elapsed_s));
-        let start = block.gripped().state.position;
+        let mut course = Course::new(block.coupled(), elapsed_s, load, block.budget(elapsed_s));
+        let start = block.coupled().state.position;
         while course.time < elapsed_s {
             let then = if course.is_exhausted() {
-                Then::Exhausted
+                Outcome::Exhausted
             } else {
                 block.piece(&mut course, sink)
             };
             match then {
-                Then::Next => {}
-                Then::End => break,
-                Then::Exhausted => {
+                Outcome::NextPiece => {}
+                Outcome::TickEnds => break,
+                Outcome::Exhausted => {
                     block.implicit_step(&mut course, sink);
                     course.rendered.work_exhausted = true;
                     break;
                 }
             }
         }
-        block.gripped_mut().state.position = start + course.moved;
+        block.coupled_mut().state.position = start + course.moved;
         course.rendered
     })
 }
 
 /// The same in one backward-Euler step.
-pub(super) fn advance_implicitly<B: InPieces>(
+pub(super) fn advance_implicitly<B: PiecewiseBlock>(
     block: &mut B,
     elapsed_s: f64,
     sample: (f64, f64),
     sink: &mut (impl EventSink + ?Sized),
 ) -> Rendered {
     tick(block, elapsed_s, sample, |block, load| {
-        let mut course = Course::new(block.gripped(), elapsed_s, load, 0);
-        let from = block.gripped().state.contact;
+        let mut course = Course::new(block.coupled(), elapsed_s, load, 0);
+        let from = block.coupled().state.contact;
         block.implicit_step(&mut course, sink);
-        let state = &mut block.gripped_mut().state;
+        let state = &mut block.coupled_mut().state;
         state.position += course.moved;
         Rendered {
             events: u32::from(from != state.contact),
@@ -187,7 +187,7 @@ pub(super) fn advance_implicitly<B: InPieces>(
 
 /// A tick to a sample of position and velocity, moved on by `motion`, with what holds for every
 /// tick around it.
-fn tick<B: InPieces>(
+fn tick<B: PiecewiseBlock>(
     block: &mut B,
     elapsed_s: f64,
     (position, velocity): (f64, f64),
@@ -195,19 +195,19 @@ fn tick<B: InPieces>(
 ) -> Rendered {
     let mut rendered = Rendered::default();
     if elapsed_s > 0.0 {
-        let &Gripped { coupling, state, .. } = block.gripped();
+        let &CoupledBlock { coupling, state, .. } = block.coupled();
         rendered = motion(block, Load::new(&coupling, &state, elapsed_s, position, velocity));
-        let state = &mut block.gripped_mut().state;
+        let state = &mut block.coupled_mut().state;
         *state = state.flushed();
         if !(state.is_finite() && block.has_finite_contact()) {
             // Forces beyond the range of numbers.
-            block.gripped_mut().state = BlockState::new(position, 0.0, position, velocity);
+            block.coupled_mut().state = BlockState::new(position, 0.0, position, velocity);
             block.restarted();
         }
     }
-    let gripped = block.gripped_mut();
-    gripped.state.device_position = position;
-    gripped.state.device_velocity = velocity;
-    rendered.coupling_force = gripped.coupling_force();
+    let coupled = block.coupled_mut();
+    coupled.state.device_position = position;
+    coupled.state.device_velocity = velocity;
+    rendered.coupling_force = coupled.coupling_force();
     rendered
 }

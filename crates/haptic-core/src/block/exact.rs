@@ -26,7 +26,7 @@
 
 use super::body::Coupling;
 use super::budget::work_budget;
-use super::course::{self, Course, Gripped, InPieces, Then};
+use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock};
 use super::fall::FallLevel;
 use super::load::Load;
 use super::moving::{EventSink, Moving, Rendered};
@@ -40,7 +40,7 @@ use crate::direction::Direction;
 /// limit goes with the time at rest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExactBlock<S, R> {
-    gripped: Gripped,
+    coupled: CoupledBlock,
     velocity_threshold: f64,
     slides: S,
     static_limit: R,
@@ -51,12 +51,12 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
     /// [`Scene::validate`](crate::Scene::validate) accepts.
     pub(crate) fn new(mass: f64, coupling: Coupling, velocity_threshold: f64, slides: S, static_limit: R) -> Self {
         let mut block = Self {
-            gripped: Gripped::new(mass, coupling),
+            coupled: CoupledBlock::new(mass, coupling),
             velocity_threshold,
             slides,
             static_limit,
         };
-        block.gripped.state.contact = block.at_rest();
+        block.coupled.state.contact = block.at_rest();
         block
     }
 
@@ -78,18 +78,18 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
 
     fn fall_level(&self) -> FallLevel {
         FallLevel {
-            armed: self.gripped.state.armed,
+            armed: self.coupled.state.armed,
             threshold: self.velocity_threshold,
         }
     }
 
     /// Rests until the contact lets go, or until the end of the tick.
-    fn rest(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Then {
-        let (remaining, at_rest) = (course.remaining(), course.at_rest(&self.gripped.coupling));
+    fn rest(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
+        let (remaining, at_rest) = (course.remaining(), course.at_rest(&self.coupled.coupling));
         let breakaway = self.breakaway(at_rest, course.load.slope, course.rounding);
         let Some((delay, direction)) = breakaway.filter(|(delay, _)| *delay < remaining) else {
             self.static_limit.rest(remaining);
-            return Then::End;
+            return Outcome::TickEnds;
         };
         let limit = self.limit_after(direction, delay);
         // At the limit the pull is the limit; beyond it already, as after a change of parameters,
@@ -104,15 +104,15 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         slide.set_off(limit);
         course.net_force = Some(pull - slide.friction_at(0.0));
         self.change_contact(Contact::Sliding(direction), course, sink);
-        Then::Next
+        Outcome::NextPiece
     }
 
     /// Slides until the slide has fallen, until its piece ends, or until the end of the tick.
-    fn slide(&mut self, direction: Direction, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Then {
-        let (remaining, at_rest) = (course.remaining(), course.at_rest(&self.gripped.coupling));
+    fn slide(&mut self, direction: Direction, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
+        let (remaining, at_rest) = (course.remaining(), course.at_rest(&self.coupled.coupling));
         let sign = direction.sign();
         let level = self.fall_level();
-        let w0 = sign * self.gripped.state.velocity;
+        let w0 = sign * self.coupled.state.velocity;
         let slide = self.slides.get_mut(direction);
         let motion = Motion {
             w0,
@@ -134,10 +134,14 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
             } => {
                 sink.dissipated(friction * moved);
                 course.moved += sign * moved;
-                self.gripped.state.velocity = sign * speed;
-                self.gripped.state.armed = armed;
+                self.coupled.state.velocity = sign * speed;
+                self.coupled.state.armed = armed;
                 course.time += lasted_s;
-                if lasted_s >= remaining { Then::End } else { Then::Next }
+                if lasted_s >= remaining {
+                    Outcome::TickEnds
+                } else {
+                    Outcome::NextPiece
+                }
             }
             PieceEnd::Falls {
                 at_s,
@@ -149,9 +153,9 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
                 course.moved += sign * moved;
                 course.time += at_s;
                 course.net_force = self.fall(direction, armed, course, sink);
-                Then::Next
+                Outcome::NextPiece
             }
-            PieceEnd::Exhausted => Then::Exhausted,
+            PieceEnd::Exhausted => Outcome::Exhausted,
         }
     }
 
@@ -186,7 +190,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
         sink: &mut (impl EventSink + ?Sized),
     ) -> Option<f64> {
         let (rounding, slope) = (course.rounding, course.load.slope);
-        let at_rest = course.at_rest(&self.gripped.coupling);
+        let at_rest = course.at_rest(&self.coupled.coupling);
         let slide = self.slides.get(direction);
         // It comes to rest with the friction of its end, which is more than a fresh contact's
         // where a curve rises towards rest.
@@ -198,8 +202,8 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
             return None;
         }
         if armed && self.velocity_threshold > 0.0 {
-            self.gripped.state.velocity = direction.sign() * self.velocity_threshold;
-            self.gripped.state.armed = false;
+            self.coupled.state.velocity = direction.sign() * self.velocity_threshold;
+            self.coupled.state.armed = false;
             course.rendered.events += 1; // work done, although the contact is the same
             return None;
         }
@@ -216,7 +220,7 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
     }
 
     fn change_contact(&mut self, to: Contact, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
-        let state = &mut self.gripped.state;
+        let state = &mut self.coupled.state;
         let from = state.contact;
         state.contact = to;
         state.velocity = 0.0;
@@ -228,13 +232,13 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
     }
 }
 
-impl<S: Sides, R: StaticLimit> InPieces for ExactBlock<S, R> {
-    fn gripped(&self) -> &Gripped {
-        &self.gripped
+impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
+    fn coupled(&self) -> &CoupledBlock {
+        &self.coupled
     }
 
-    fn gripped_mut(&mut self) -> &mut Gripped {
-        &mut self.gripped
+    fn coupled_mut(&mut self) -> &mut CoupledBlock {
+        &mut self.coupled
     }
 
     fn budget(&self, elapsed_s: f64) -> u32 {
@@ -245,7 +249,7 @@ impl<S: Sides, R: StaticLimit> InPieces for ExactBlock<S, R> {
 
     /// Stuck to its end, or sliding to its end.
     fn steady(&mut self, elapsed_s: f64, load: &Load, sink: &mut (impl EventSink + ?Sized)) -> bool {
-        match self.gripped.state.contact {
+        match self.coupled.state.contact {
             Contact::Stuck => {
                 let at_end = load.at_start + load.slope * elapsed_s;
                 let (least, most) = (load.at_start.min(at_end), load.at_start.max(at_end));
@@ -260,7 +264,7 @@ impl<S: Sides, R: StaticLimit> InPieces for ExactBlock<S, R> {
                 let sign = direction.sign();
                 let level = self.fall_level();
                 let motion = Motion {
-                    w0: sign * self.gripped.state.velocity,
+                    w0: sign * self.coupled.state.velocity,
                     f0: sign * load.at_start - self.slides.get(direction).friction_at(0.0),
                     g1: sign * load.slope,
                 };
@@ -269,37 +273,37 @@ impl<S: Sides, R: StaticLimit> InPieces for ExactBlock<S, R> {
                     return false;
                 };
                 sink.dissipated(slide.dynamic_force() * y);
-                self.gripped.state.position += sign * y;
-                self.gripped.state.velocity = sign * w;
-                self.gripped.state.armed = level.armed || w > level.threshold;
+                self.coupled.state.position += sign * y;
+                self.coupled.state.velocity = sign * w;
+                self.coupled.state.armed = level.armed || w > level.threshold;
                 true
             }
         }
     }
 
-    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Then {
-        match self.gripped.state.contact {
+    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
+        match self.coupled.state.contact {
             Contact::Stuck => self.rest(course, sink),
             Contact::Sliding(direction) => self.slide(direction, course, sink),
         }
     }
 
     fn implicit_step(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
-        let Gripped { mass, coupling, .. } = self.gripped;
+        let CoupledBlock { mass, coupling, .. } = self.coupled;
         let remaining = course.remaining();
         let at_rest = course.at_rest_at_end(&coupling);
-        let impulse = mass * self.gripped.state.velocity / remaining + at_rest;
+        let impulse = mass * self.coupled.state.velocity / remaining + at_rest;
         let direction = Direction::of(impulse);
-        let from = self.gripped.state.contact;
-        self.gripped.state.armed = false;
+        let from = self.coupled.state.contact;
+        self.coupled.state.armed = false;
         let displacement = if impulse.abs() <= self.limit(direction) {
             if from == Contact::Stuck {
                 self.static_limit.rest(remaining);
             } else {
                 self.static_limit.begin(0.0);
             }
-            self.gripped.state.contact = Contact::Stuck;
-            self.gripped.state.velocity = 0.0;
+            self.coupled.state.contact = Contact::Stuck;
+            self.coupled.state.velocity = 0.0;
             0.0
         } else {
             if from == Contact::Stuck {
@@ -307,16 +311,16 @@ impl<S: Sides, R: StaticLimit> InPieces for ExactBlock<S, R> {
                 self.slides.get_mut(direction).set_off(limit);
             }
             let slide = self.slides.get(direction);
-            let friction = slide.friction_at(self.gripped.state.velocity.abs());
+            let friction = slide.friction_at(self.coupled.state.velocity.abs());
             let net = (impulse.abs() - friction).max(0.0);
             let speed = net / (mass / remaining + slide.damping() + coupling.stiffness * remaining);
-            self.gripped.state.contact = Contact::Sliding(direction);
-            self.gripped.state.velocity = direction.sign() * speed;
+            self.coupled.state.contact = Contact::Sliding(direction);
+            self.coupled.state.velocity = direction.sign() * speed;
             sink.dissipated(friction * remaining * speed);
-            remaining * self.gripped.state.velocity
+            remaining * self.coupled.state.velocity
         };
-        if from != self.gripped.state.contact {
-            sink.contact_changed(course.elapsed_s, from, self.gripped.state.contact);
+        if from != self.coupled.state.contact {
+            sink.contact_changed(course.elapsed_s, from, self.coupled.state.contact);
         }
         course.moved += displacement;
     }
@@ -346,15 +350,15 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
     fn state(&self) -> BlockState {
         BlockState {
             dwell_s: self.static_limit.dwell_s(),
-            ..self.gripped.state
+            ..self.coupled.state
         }
     }
 
     fn set_state(&mut self, state: BlockState) {
         self.static_limit.begin(state.dwell_s);
-        self.gripped.state = state.consistent();
+        self.coupled.state = state.consistent();
         // The threshold may not be the one under which the slide was armed.
-        self.gripped.state.armed &= self.gripped.state.velocity.abs() > self.velocity_threshold;
+        self.coupled.state.armed &= self.coupled.state.velocity.abs() > self.velocity_threshold;
     }
 
     fn at_rest(&self) -> Contact {
@@ -366,17 +370,17 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
     }
 
     fn felt(&self) -> f64 {
-        self.gripped.coupling_force()
+        self.coupled.coupling_force()
     }
 
     fn friction(&self) -> f64 {
-        match self.gripped.state.contact {
-            Contact::Stuck => self.gripped.coupling_force(),
+        match self.coupled.state.contact {
+            Contact::Stuck => self.coupled.coupling_force(),
             Contact::Sliding(direction) => {
                 let slide = self.slides.get(direction);
-                let viscous = slide.damping() - self.gripped.coupling.damping;
-                direction.sign() * slide.friction_at(self.gripped.state.velocity.abs())
-                    + viscous * self.gripped.state.velocity
+                let viscous = slide.damping() - self.coupled.coupling.damping;
+                direction.sign() * slide.friction_at(self.coupled.state.velocity.abs())
+                    + viscous * self.coupled.state.velocity
             }
         }
     }

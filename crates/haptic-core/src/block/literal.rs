@@ -53,7 +53,7 @@ pub(crate) trait SteppedLaw: Clone + Debug + Send + Sync + 'static {
 
 /// Karnopp's law, rigid when stuck.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rigid<L, R> {
+pub(crate) struct RigidLaw<L, R> {
     static_force: Directional,
     static_limit: R,
     level: L,
@@ -62,7 +62,7 @@ pub(crate) struct Rigid<L, R> {
     stuck: bool,
 }
 
-impl<L: Level, R: StaticLimit> Rigid<L, R> {
+impl<L: Level, R: StaticLimit> RigidLaw<L, R> {
     /// `static_force` is the static limit after a long rest, N; `viscous` is `b`, N s/m;
     /// `velocity_threshold` is `DV`, m/s.
     pub(crate) fn new(
@@ -83,7 +83,7 @@ impl<L: Level, R: StaticLimit> Rigid<L, R> {
     }
 }
 
-impl<L: Level, R: StaticLimit> SteppedLaw for Rigid<L, R> {
+impl<L: Level, R: StaticLimit> SteppedLaw for RigidLaw<L, R> {
     fn set_off(&mut self, velocity: f64, pull: f64, step_s: f64) -> Option<f64> {
         let slow = velocity.abs() < self.velocity_threshold || velocity == 0.0;
         if !slow {

@@ -64,9 +64,9 @@ pub(crate) trait Sides: Clone + Debug + Send + Sync + 'static {
 
 /// A surface that is the same either way: one slide, and no question which.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Same<S>(pub(crate) S);
+pub(crate) struct SymmetricSlides<S>(pub(crate) S);
 
-impl<S: Slide> Sides for Same<S> {
+impl<S: Slide> Sides for SymmetricSlides<S> {
     type Slide = S;
 
     fn get(&self, _direction: Direction) -> &S {
@@ -80,12 +80,12 @@ impl<S: Slide> Sides for Same<S> {
 
 /// A surface that differs by direction.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Each<S> {
+pub(crate) struct DirectionalSlides<S> {
     positive: S,
     negative: S,
 }
 
-impl<S> Each<S> {
+impl<S> DirectionalSlides<S> {
     /// The slides that `slide` makes.
     pub(crate) fn new(slide: impl Fn(Direction) -> S) -> Self {
         Self {
@@ -95,7 +95,7 @@ impl<S> Each<S> {
     }
 }
 
-impl<S: Slide> Sides for Each<S> {
+impl<S: Slide> Sides for DirectionalSlides<S> {
     type Slide = S;
 
     fn get(&self, direction: Direction) -> &S {

@@ -10,7 +10,7 @@ use super::body::Coupling;
 use super::fall::{FallLevel, SlideEnd, first_fall, passes};
 use super::oscillator::{Motion, Oscillator};
 use super::piece_length::{LONGEST, next_length};
-use crate::contact::{Advanced, Stroke, Tangent, YieldingContact};
+use crate::contact::{AdvanceCost, Stroke, Tangent, YieldingContact};
 use crate::direction::Direction;
 
 /// Half-turns of the oscillation that a piece may have.
@@ -65,7 +65,7 @@ pub(super) struct Piece<C> {
 }
 
 /// A motion under the tangent of a law.
-struct Linearised<'a, C> {
+struct TangentMotion<'a, C> {
     start: &'a Start<'a, C>,
     tangent: Tangent,
     oscillator: Oscillator,
@@ -80,10 +80,10 @@ impl<C: YieldingContact> Start<'_, C> {
             most_work,
             tolerance,
         } = bounds;
-        let linearised = self.linearised();
-        let Linearised {
+        let tangent_motion = self.tangent_motion();
+        let TangentMotion {
             tangent, oscillator, ..
-        } = &linearised;
+        } = &tangent_motion;
         // A few half-turns at a time, so that the search for a fall is bounded as well.
         let mut length = oscillator.within_half_turns(try_s.min(remaining_s), HALF_TURNS);
         if self.coupling.damping + tangent.damping < 0.0 {
@@ -91,7 +91,7 @@ impl<C: YieldingContact> Start<'_, C> {
         }
         let mut work = 0;
         loop {
-            let mut piece = linearised.try_length(length);
+            let mut piece = tangent_motion.try_length(length);
             work += piece.work;
             let next = next_length(piece.lasted_s, piece.error, tolerance);
             if piece.error > tolerance && work < most_work && piece.lasted_s > 0.0 {
@@ -107,12 +107,12 @@ impl<C: YieldingContact> Start<'_, C> {
         }
     }
 
-    fn linearised(&self) -> Linearised<'_, C> {
+    fn tangent_motion(&self) -> TangentMotion<'_, C> {
         let w0 = self.speed;
         let mut tangent = self.contact.tangent(self.direction, w0);
         tangent.stiffness = tangent.stiffness.max(-self.coupling.stiffness);
         let net = self.at_rest - tangent.force;
-        Linearised {
+        TangentMotion {
             start: self,
             tangent,
             oscillator: Oscillator::new(
@@ -130,7 +130,7 @@ impl<C: YieldingContact> Start<'_, C> {
     }
 }
 
-impl<C: YieldingContact> Linearised<'_, C> {
+impl<C: YieldingContact> TangentMotion<'_, C> {
     fn try_length(&self, length: f64) -> Piece<C> {
         let Self {
             start,
@@ -166,7 +166,7 @@ impl<C: YieldingContact> Linearised<'_, C> {
             elapsed_s: lasted_s,
         };
         let mut contact = start.contact.clone();
-        let Advanced { uncertain, work } = contact.advance(&stroke(y, w));
+        let AdvanceCost { uncertain, work } = contact.advance(&stroke(y, w));
         let missed = if tangent.linear {
             // Also where it jumps at the kink: up to there it gave what its tangent did.
             0.0

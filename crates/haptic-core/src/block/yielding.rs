@@ -9,7 +9,7 @@
 
 use super::body::Coupling;
 use super::budget::work_budget;
-use super::course::{self, Course, Gripped, InPieces, Then};
+use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock};
 use super::moving::{EventSink, Moving, Rendered};
 use super::state::BlockState;
 use super::tangent_piece::{Bounds, Start};
@@ -27,7 +27,7 @@ const MOST_SECANTS: usize = 24;
 /// A block on the contact of a law.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct YieldingBlock<C> {
-    gripped: Gripped,
+    coupled: CoupledBlock,
     contact: C,
     /// The most that the contact holds, N.
     holds: f64,
@@ -42,13 +42,13 @@ impl<C: YieldingContact> YieldingBlock<C> {
     /// holds.
     pub(crate) fn new(mass: f64, coupling: Coupling, contact: C, contact_stiffness: f64, holds: f64) -> Self {
         let mut block = Self {
-            gripped: Gripped::new(mass, coupling),
+            coupled: CoupledBlock::new(mass, coupling),
             contact,
             holds,
             fastest: sqrt((coupling.stiffness + contact_stiffness) / mass),
             try_s: f64::INFINITY,
         };
-        block.gripped.state.contact = block.at_rest();
+        block.coupled.state.contact = block.at_rest();
         block
     }
 
@@ -65,8 +65,8 @@ impl<C: YieldingContact> YieldingBlock<C> {
 
     /// The direction in which the block moves on; `None` for a block at rest that nothing pulls.
     fn direction(&self, at_rest: f64, slope: f64, rounding: f64) -> Option<Direction> {
-        if self.gripped.state.velocity != 0.0 {
-            return Some(Direction::of(self.gripped.state.velocity));
+        if self.coupled.state.velocity != 0.0 {
+            return Some(Direction::of(self.coupled.state.velocity));
         }
         let net = at_rest - self.contact.force_at_rest();
         // A sliding contact that has come to rest holds until the load exceeds it; one that yields
@@ -76,10 +76,10 @@ impl<C: YieldingContact> YieldingBlock<C> {
     }
 
     fn change_contact(&mut self, at_s: f64, sink: &mut (impl EventSink + ?Sized), rendered: &mut Rendered) {
-        let from = self.gripped.state.contact;
-        let to = self.contact.contact(self.gripped.state.velocity);
+        let from = self.coupled.state.contact;
+        let to = self.contact.contact(self.coupled.state.velocity);
         if from != to {
-            self.gripped.state.contact = to;
+            self.coupled.state.contact = to;
             rendered.events += 1;
             sink.contact_changed(at_s, from, to);
         }
@@ -90,9 +90,9 @@ impl<C: YieldingContact> YieldingBlock<C> {
     ///
     /// The residual grows with the displacement, so its root is bracketed, and found by secants.
     fn step_implicitly(&mut self, step_s: f64, at_rest: f64, sink: &mut (impl EventSink + ?Sized)) -> f64 {
-        let Gripped { mass, coupling, .. } = self.gripped;
+        let CoupledBlock { mass, coupling, .. } = self.coupled;
         let inertia = mass / (step_s * step_s);
-        let push = mass * self.gripped.state.velocity / step_s + at_rest;
+        let push = mass * self.coupled.state.velocity / step_s + at_rest;
         let turned_to = Direction::of(push - self.contact.force_at_rest());
         if matches!(self.contact.contact(turned_to.sign()), Contact::Sliding(direction) if direction != turned_to) {
             // The slide ends in this step, and its friction may not push the block back.
@@ -100,7 +100,7 @@ impl<C: YieldingContact> YieldingBlock<C> {
         }
         let net = push - self.contact.force_at_rest();
         if net == 0.0 {
-            self.gripped.state.velocity = 0.0;
+            self.coupled.state.velocity = 0.0;
             return 0.0;
         }
         let direction = Direction::of(net);
@@ -151,33 +151,33 @@ impl<C: YieldingContact> YieldingBlock<C> {
         // The step has the friction of its end all along.
         let friction = sign * self.contact.force_at_rest();
         sink.dissipated(friction * distance - (self.contact.stored_energy() - before));
-        self.gripped.state.velocity = sign * distance / step_s;
+        self.coupled.state.velocity = sign * distance / step_s;
         let (_, threshold) = self.contact.fall_level();
-        if self.gripped.state.velocity.abs() <= threshold {
-            self.contact.fall(direction, self.gripped.state.velocity.abs());
+        if self.coupled.state.velocity.abs() <= threshold {
+            self.contact.fall(direction, self.coupled.state.velocity.abs());
         }
         sign * distance
     }
 }
 
-impl<C: YieldingContact> InPieces for YieldingBlock<C> {
-    fn gripped(&self) -> &Gripped {
-        &self.gripped
+impl<C: YieldingContact> PiecewiseBlock for YieldingBlock<C> {
+    fn coupled(&self) -> &CoupledBlock {
+        &self.coupled
     }
 
-    fn gripped_mut(&mut self) -> &mut Gripped {
-        &mut self.gripped
+    fn coupled_mut(&mut self) -> &mut CoupledBlock {
+        &mut self.coupled
     }
 
     fn budget(&self, elapsed_s: f64) -> u32 {
         work_budget(self.fastest * elapsed_s / core::f64::consts::PI, PIECES)
     }
 
-    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Then {
-        let Gripped { mass, coupling, state } = self.gripped;
+    fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
+        let CoupledBlock { mass, coupling, state } = self.coupled;
         let (remaining, at_rest) = (course.remaining(), course.at_rest(&coupling));
         let Some(direction) = self.direction(at_rest, course.load.slope, course.rounding) else {
-            return Then::End;
+            return Outcome::TickEnds;
         };
         let sign = direction.sign();
         let bounds = Bounds {
@@ -201,21 +201,21 @@ impl<C: YieldingContact> InPieces for YieldingBlock<C> {
         self.contact = piece.contact;
         course.moved += sign * piece.distance;
         course.time += piece.lasted_s;
-        self.gripped.state.velocity = sign * piece.speed;
+        self.coupled.state.velocity = sign * piece.speed;
         if piece.fell {
             self.contact.fall(direction, piece.speed);
         }
         sink.dissipated(piece.dissipated);
         self.change_contact(course.time, sink, &mut course.rendered);
         if piece.lasted_s >= remaining {
-            Then::End
+            Outcome::TickEnds
         } else {
-            Then::Next
+            Outcome::NextPiece
         }
     }
 
     fn implicit_step(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
-        let at_rest = course.at_rest_at_end(&self.gripped.coupling);
+        let at_rest = course.at_rest_at_end(&self.coupled.coupling);
         course.moved += self.step_implicitly(course.remaining(), at_rest, sink);
         self.change_contact(course.elapsed_s, sink, &mut course.rendered);
     }
@@ -251,7 +251,7 @@ impl<C: YieldingContact> Moving for YieldingBlock<C> {
     }
 
     fn state(&self) -> BlockState {
-        self.gripped.state
+        self.coupled.state
     }
 
     fn set_state(&mut self, state: BlockState) {
@@ -259,8 +259,8 @@ impl<C: YieldingContact> Moving for YieldingBlock<C> {
         if state.velocity != 0.0 {
             self.contact.slide(Direction::of(state.velocity), state.velocity.abs());
         }
-        self.gripped.state = state;
-        self.gripped.state.contact = self.contact.contact(state.velocity);
+        self.coupled.state = state;
+        self.coupled.state.contact = self.contact.contact(state.velocity);
         self.try_s = f64::INFINITY;
     }
 
@@ -269,15 +269,15 @@ impl<C: YieldingContact> Moving for YieldingBlock<C> {
     }
 
     fn felt(&self) -> f64 {
-        self.gripped.coupling_force()
+        self.coupled.coupling_force()
     }
 
     fn friction(&self) -> f64 {
-        self.contact.friction(self.gripped.state.velocity)
+        self.contact.friction(self.coupled.state.velocity)
     }
 
     fn seat(&mut self, force: f64) {
         self.contact.seat(force);
-        self.gripped.state.contact = self.contact.contact(self.gripped.state.velocity);
+        self.coupled.state.contact = self.contact.contact(self.coupled.state.velocity);
     }
 }

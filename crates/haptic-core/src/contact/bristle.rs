@@ -4,7 +4,7 @@
 
 use super::level::Level;
 use super::state::Contact;
-use super::yielding::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
+use super::yielding::{AdvanceCost, Stroke, Tangent, YieldingContact, by_elastic_share};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
@@ -36,9 +36,9 @@ pub(crate) trait Plasticity: Clone + Copy + Debug + Send + Sync + 'static {
 
 /// Always whole: the flow is closed-form.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct AlwaysPlastic;
+pub(crate) struct FullPlasticity;
 
-impl Plasticity for AlwaysPlastic {
+impl Plasticity for FullPlasticity {
     const EXACT: bool = true;
     const UNLOADS_ELASTICALLY: bool = false;
 
@@ -172,7 +172,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         }
     }
 
-    fn advance(&mut self, stroke: &Stroke) -> Advanced {
+    fn advance(&mut self, stroke: &Stroke) -> AdvanceCost {
         let sign = stroke.direction.sign();
         let (from, to) = (stroke.from_speed, stroke.to_speed);
         let middle = 0.5 * (from + to);
@@ -190,7 +190,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         let (at_once, once) = flow(along, stroke.distance, middle);
         if P::EXACT && !L::VARIES {
             self.deflection = flush(sign * at_once);
-            return Advanced::EXACTLY;
+            return AdvanceCost::EXACT;
         }
         // In two halves of the time, the speed growing evenly, and extrapolated from both: what the
         // two differ by is the measure of the error.
@@ -203,7 +203,7 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
         let (in_halves, other_half) = flow(halfway, stroke.distance - first, 0.25 * (from + 3.0 * to));
         let missed = (in_halves - at_once) / 3.0;
         self.deflection = flush(sign * (in_halves + missed));
-        Advanced {
+        AdvanceCost {
             uncertain: self.stiffness * missed.abs(),
             work: 1 + (once + one_half + other_half) / PIECES_A_WORK,
         }

@@ -11,8 +11,8 @@ pub use level::SUDDEN_FALL_MPS;
 pub use spring::Reseat;
 pub use state::Contact;
 
-pub(crate) use bristle::{AlwaysPlastic, Bristle, Plasticity, flow_in_pieces};
+pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
 pub(crate) use level::{Level, Stribeck, stribeck};
 pub(crate) use spring::{SpringContact, SpringState};
-pub(crate) use static_limit::{AtOnce, Rising, StaticLimit};
-pub(crate) use yielding::{Advanced, Stroke, Tangent, YieldingContact, by_elastic_share};
+pub(crate) use static_limit::{ConstantLimit, RisingLimit, StaticLimit};
+pub(crate) use yielding::{AdvanceCost, Stroke, Tangent, YieldingContact, by_elastic_share};

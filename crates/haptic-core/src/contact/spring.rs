@@ -4,7 +4,7 @@
 use super::level::Level;
 use super::state::Contact;
 use super::static_limit::StaticLimit;
-use super::yielding::{Advanced, Stroke, Tangent, YieldingContact};
+use super::yielding::{AdvanceCost, Stroke, Tangent, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
@@ -134,7 +134,7 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         }
     }
 
-    fn advance(&mut self, stroke: &Stroke) -> Advanced {
+    fn advance(&mut self, stroke: &Stroke) -> AdvanceCost {
         let direction = stroke.direction;
         if let SpringState::Sliding { direction: slid, .. } = self.state
             && slid != direction
@@ -168,7 +168,7 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
             }
             SpringState::Sliding { armed, .. } => *armed |= stroke.to_speed > self.velocity_threshold,
         }
-        Advanced::EXACTLY
+        AdvanceCost::EXACT
     }
 
     fn force_at_rest(&self) -> f64 {

@@ -33,9 +33,9 @@ pub(crate) trait StaticLimit: Clone + Copy + Debug + Send + Sync + 'static {
 
 /// The whole limit is there at once.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct AtOnce;
+pub(crate) struct ConstantLimit;
 
-impl StaticLimit for AtOnce {
+impl StaticLimit for ConstantLimit {
     fn after(&self, rested: f64, _fresh: f64, _wait_s: f64) -> f64 {
         rested
     }
@@ -58,19 +58,19 @@ impl StaticLimit for AtOnce {
 /// `Fs(td) = Fd + (Fs_inf - Fd)(1 - e^(-gamma td))` (Kato, Sato and Matsubayashi 1972, with their
 /// exponent m = 1).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rising {
+pub(crate) struct RisingLimit {
     rate: f64,
     dwell_s: f64,
 }
 
-impl Rising {
+impl RisingLimit {
     /// `rate` is `gamma`, 1/s.
     pub(crate) fn new(rate: f64) -> Self {
         Self { rate, dwell_s: 0.0 }
     }
 }
 
-impl StaticLimit for Rising {
+impl StaticLimit for RisingLimit {
     fn after(&self, rested: f64, fresh: f64, wait_s: f64) -> f64 {
         if rested <= fresh {
             return rested;
@@ -135,7 +135,7 @@ mod tests {
             rate in 0.01..1e4f64, dwell in 0.0..2.0f64, fresh in 0.0..10.0f64, more in 0.0..10.0f64,
             share in 0.0..1.0f64, slope in (-2.0..6.0f64).prop_map(|e| 10_f64.powf(e)),
         ) {
-            let limit = Rising { rate, dwell_s: dwell };
+            let limit = RisingLimit { rate, dwell_s: dwell };
             let rested = fresh + more;
             let force = share * limit.now(rested, fresh);
             let delay = limit.delay(rested, fresh, force, slope);
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn a_rested_limit_is_the_whole_and_a_fresh_one_the_kinetic_force() {
-        let mut limit = Rising::new(10.0);
+        let mut limit = RisingLimit::new(10.0);
         assert_eq!(limit.now(4.0, 3.5), 3.5);
         limit.rest(0.1);
         assert!((limit.now(4.0, 3.5) - (3.5 + 0.5 * (1.0 - exp(-1.0)))).abs() < 1e-15);

@@ -47,16 +47,16 @@ pub(crate) struct Stroke {
 
 /// Cost of an advance.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Advanced {
+pub(crate) struct AdvanceCost {
     /// How much the force of the contact may be off by now, N: 0 where the law is closed-form.
     pub(crate) uncertain: f64,
     /// The work that it was, in units of which a tick may do a bounded number.
     pub(crate) work: u32,
 }
 
-impl Advanced {
+impl AdvanceCost {
     /// In closed form.
-    pub(crate) const EXACTLY: Self = Self {
+    pub(crate) const EXACT: Self = Self {
         uncertain: 0.0,
         work: 1,
     };
@@ -68,7 +68,7 @@ pub(crate) trait YieldingContact: Clone + Debug + Send + Sync + 'static {
     fn tangent(&self, direction: Direction, speed: f64) -> Tangent;
 
     /// Moves on.
-    fn advance(&mut self, stroke: &Stroke) -> Advanced;
+    fn advance(&mut self, stroke: &Stroke) -> AdvanceCost;
 
     /// Friction at rest, N, signed: it balances a load of the same sign and size.
     fn force_at_rest(&self) -> f64;

@@ -13,15 +13,15 @@
 //! It has no stiction, and a load that shakes below the limit makes it creep: see
 //! [`ElastoPlastic`](super::ElastoPlastic) for one that does not.
 
-use super::law::{Law, Named};
+use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{Advanced, Contact, Stroke, Tangent, YieldingContact, by_elastic_share};
+use crate::contact::{AdvanceCost, Contact, Stroke, Tangent, YieldingContact, by_elastic_share};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
 use crate::math::{exp, ln_1p, powf};
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BehindBlock, Surface, YieldingSurface};
+use crate::render::{BlockSetup, Surface, YieldingSurface};
 use alloc::boxed::Box;
 
 /// Dahl friction.
@@ -55,7 +55,7 @@ impl Dahl {
     }
 }
 
-impl Named for Dahl {
+impl LawKind for Dahl {
     const NAME: &'static str = "dahl";
 
     fn usual() -> Self {
@@ -91,7 +91,7 @@ impl Law for Dahl {
         self.contact_stiffness
     }
 
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         block.yielding(
             self.contact(),
             self.contact_stiffness(false),
@@ -180,13 +180,13 @@ impl YieldingContact for DahlContact {
         }
     }
 
-    fn advance(&mut self, stroke: &Stroke) -> Advanced {
+    fn advance(&mut self, stroke: &Stroke) -> AdvanceCost {
         let limit = self.law.dynamic_force.get(stroke.direction);
         if self.law.exponent == 0.0 {
             let along = stroke.direction.sign() * self.force;
             let after = along + self.law.contact_stiffness * stroke.distance;
             self.force = flush(stroke.direction.sign() * after.min(limit.max(along)));
-            return Advanced::EXACTLY;
+            return AdvanceCost::EXACT;
         }
         let rest = self.rest(stroke.direction);
         let left = if limit <= 0.0 || rest == 0.0 {
@@ -207,7 +207,7 @@ impl YieldingContact for DahlContact {
             }
         };
         self.force = flush(stroke.direction.sign() * limit * (1.0 - left));
-        Advanced::EXACTLY
+        AdvanceCost::EXACT
     }
 
     fn force_at_rest(&self) -> f64 {

@@ -8,15 +8,15 @@
 //! alpha = 0 up to zba and wherever z and v are opposed, 1 from zmax on, and half a sine wave in between
 //! ```
 
-use super::forces::Falling;
-use super::law::{Law, Named};
+use super::forces::StribeckForces;
+use super::law::{Law, LawKind};
 use super::usual;
 use crate::contact::{Bristle, Level, Plasticity, flow_in_pieces};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::{cos, sin_cos};
 use crate::parameters::{Parameter, SceneError, Slot};
-use crate::render::{BehindBlock, Surface, YieldingSurface};
+use crate::render::{BlockSetup, Surface, YieldingSurface};
 use alloc::boxed::Box;
 use core::f64::consts::PI;
 
@@ -54,18 +54,18 @@ pub struct ElastoPlastic {
 }
 
 impl ElastoPlastic {
-    fn falling(&self) -> Falling {
-        Falling {
+    fn forces(&self) -> StribeckForces {
+        StribeckForces {
             static_force: self.static_force,
             dynamic_force: self.dynamic_force,
             velocity: self.stribeck_velocity,
         }
     }
 
-    fn contact<L: Level>(&self, level: L) -> Bristle<L, ElasticAtFirst> {
+    fn contact<L: Level>(&self, level: L) -> Bristle<L, DelayedPlasticity> {
         Bristle {
             level,
-            plasticity: ElasticAtFirst {
+            plasticity: DelayedPlasticity {
                 fraction: self.elastic_fraction,
             },
             stiffness: self.contact_stiffness,
@@ -76,7 +76,7 @@ impl ElastoPlastic {
     }
 }
 
-impl Named for ElastoPlastic {
+impl LawKind for ElastoPlastic {
     const NAME: &'static str = "elasto-plastic";
 
     fn usual() -> Self {
@@ -107,13 +107,13 @@ impl Law for ElastoPlastic {
     }
 
     fn validate(&self, _on_device: bool) -> Result<(), SceneError> {
-        self.falling().check(Self::NAME)
+        self.forces().check(Self::NAME)
     }
 
     fn comply(&mut self) {
-        let Falling {
+        let StribeckForces {
             static_force, velocity, ..
-        } = self.falling().complied();
+        } = self.forces().complied();
         (self.static_force, self.stribeck_velocity) = (static_force, velocity);
     }
 
@@ -122,23 +122,23 @@ impl Law for ElastoPlastic {
     }
 
     fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
-        self.falling().at(direction, speed) + self.viscous.get(direction) * speed
+        self.forces().at(direction, speed) + self.viscous.get(direction) * speed
     }
 
     fn contact_stiffness(&self, _on_device: bool) -> f64 {
         self.contact_stiffness
     }
 
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         let (stiffness, holds) = (self.contact_stiffness(false), self.holding_force().greatest());
-        match self.falling().curve() {
+        match self.forces().curve() {
             None => block.yielding(self.contact(self.dynamic_force), stiffness, holds),
             Some(curve) => block.yielding(self.contact(curve), stiffness, holds),
         }
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        match self.falling().curve() {
+        match self.forces().curve() {
             None => Box::new(YieldingSurface::new(self.contact(self.dynamic_force))),
             Some(curve) => Box::new(YieldingSurface::new(self.contact(curve))),
         }
@@ -147,11 +147,11 @@ impl Law for ElastoPlastic {
 
 /// `alpha`, by the share of the steady deflection at which it begins.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ElasticAtFirst {
+pub(crate) struct DelayedPlasticity {
     fraction: f64,
 }
 
-impl Plasticity for ElasticAtFirst {
+impl Plasticity for DelayedPlasticity {
     const EXACT: bool = false;
     const UNLOADS_ELASTICALLY: bool = true;
 

@@ -41,7 +41,7 @@ pub(super) fn raise(static_force: &mut Directional, dynamic_force: Directional) 
 
 /// The forces of a bristle that falls from its static to its dynamic force over a velocity.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Falling {
+pub(super) struct StribeckForces {
     /// `Fs`, N.
     pub(super) static_force: Directional,
     /// `Fd`, N.
@@ -50,7 +50,7 @@ pub(super) struct Falling {
     pub(super) velocity: f64,
 }
 
-impl Falling {
+impl StribeckForces {
     /// Stribeck's curve; `None` where the two forces are equal.
     pub(super) fn curve(&self) -> Option<Stribeck> {
         (self.static_force != self.dynamic_force).then_some(Stribeck {

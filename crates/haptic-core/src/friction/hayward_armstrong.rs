@@ -12,13 +12,13 @@
 //! `x -+ zmax` where that would overshoot; here the same equation is followed within the sample,
 //! and ends there by itself.
 
-use super::law::{Law, Named};
+use super::law::{Law, LawKind};
 use super::usual;
 use crate::contact::{Bristle, Plasticity, flow_in_pieces};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BehindBlock, Surface, YieldingSurface};
+use crate::render::{BlockSetup, Surface, YieldingSurface};
 use alloc::boxed::Box;
 
 /// Hayward-Armstrong friction.
@@ -45,10 +45,10 @@ pub struct HaywardArmstrong {
 }
 
 impl HaywardArmstrong {
-    fn contact(&self) -> Bristle<Directional, Adhesion> {
+    fn contact(&self) -> Bristle<Directional, AdhesionPlasticity> {
         Bristle {
             level: self.dynamic_force,
-            plasticity: Adhesion {
+            plasticity: AdhesionPlasticity {
                 onset: eighth_power(self.elastic_fraction),
             },
             stiffness: self.contact_stiffness,
@@ -59,7 +59,7 @@ impl HaywardArmstrong {
     }
 }
 
-impl Named for HaywardArmstrong {
+impl LawKind for HaywardArmstrong {
     const NAME: &'static str = "hayward-armstrong";
 
     fn usual() -> Self {
@@ -95,7 +95,7 @@ impl Law for HaywardArmstrong {
         self.contact_stiffness
     }
 
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         block.yielding(
             self.contact(),
             self.contact_stiffness(false),
@@ -115,11 +115,11 @@ fn eighth_power(x: f64) -> f64 {
 
 /// `alpha`, with the onset `(zs/zmax)^8`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Adhesion {
+pub(crate) struct AdhesionPlasticity {
     onset: f64,
 }
 
-impl Plasticity for Adhesion {
+impl Plasticity for AdhesionPlasticity {
     const EXACT: bool = false;
     const UNLOADS_ELASTICALLY: bool = false;
 

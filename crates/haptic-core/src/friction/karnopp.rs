@@ -17,16 +17,18 @@
 //! `Fs` to `Fd` as the slide picks up speed, and with a [`rising_rate`](Karnopp::rising_rate) the
 //! static limit is `Fd` just after a slide and grows to `Fs` while the block rests.
 
-use super::law::{Law, Named};
+use super::law::{Law, LawKind};
 use super::usual::{self, DEFAULT_CONTACT_STIFFNESS};
-use crate::block::{Coupling, Each, ExactBlock, LinearSlide, Rigid, Same, StribeckParts, StribeckSlide};
+use crate::block::{
+    Coupling, DirectionalSlides, ExactBlock, LinearSlide, RigidLaw, StribeckParts, StribeckSlide, SymmetricSlides,
+};
 use crate::contact::{
-    AtOnce, Level, Reseat, Rising, SUDDEN_FALL_MPS, SpringContact, SpringState, StaticLimit, Stribeck,
+    ConstantLimit, Level, Reseat, RisingLimit, SUDDEN_FALL_MPS, SpringContact, SpringState, StaticLimit, Stribeck,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{NotApplicable, Note, NoteKind, Parameter, SceneError, Slot};
-use crate::render::{BehindBlock, Surface, YieldingSurface};
+use crate::render::{BlockSetup, Surface, YieldingSurface};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
@@ -134,8 +136,8 @@ impl Karnopp {
     }
 
     /// The law as Euler's step sees it.
-    pub(super) fn stepped<L: Level, R: StaticLimit>(&self, level: L, static_limit: R) -> Rigid<L, R> {
-        Rigid::new(
+    pub(super) fn stepped<L: Level, R: StaticLimit>(&self, level: L, static_limit: R) -> RigidLaw<L, R> {
+        RigidLaw::new(
             self.breakaway_force(),
             static_limit,
             level,
@@ -167,20 +169,20 @@ impl Karnopp {
     }
 
     /// The law under a block. Its slides are compiled for the options that they have.
-    fn rigid<R: StaticLimit>(&self, block: &BehindBlock, level: impl Level, limit: R) -> Box<dyn Surface> {
-        let &BehindBlock { mass, coupling, .. } = block;
+    fn rigid<R: StaticLimit>(&self, block: &BlockSetup, level: impl Level, limit: R) -> Box<dyn Surface> {
+        let &BlockSetup { mass, coupling, .. } = block;
         let threshold = self.velocity_threshold;
         let literal = self.stepped(level, limit);
         let symmetric =
             self.static_force.is_symmetric() && self.dynamic_force.is_symmetric() && self.viscous.is_symmetric();
         if self.curve().is_some() {
-            let slides = Each::new(|direction| self.stribeck_slide(mass, &coupling, direction));
+            let slides = DirectionalSlides::new(|direction| self.stribeck_slide(mass, &coupling, direction));
             block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
         } else if symmetric {
-            let slides = Same(self.linear_slide(mass, &coupling, Direction::Positive));
+            let slides = SymmetricSlides(self.linear_slide(mass, &coupling, Direction::Positive));
             block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
         } else {
-            let slides = Each::new(|direction| self.linear_slide(mass, &coupling, direction));
+            let slides = DirectionalSlides::new(|direction| self.linear_slide(mass, &coupling, direction));
             block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
         }
     }
@@ -201,7 +203,7 @@ impl Karnopp {
     }
 }
 
-impl Named for Karnopp {
+impl LawKind for Karnopp {
     const NAME: &'static str = "karnopp";
 
     fn usual() -> Self {
@@ -280,21 +282,21 @@ impl Law for Karnopp {
         Some(self.dynamic_force)
     }
 
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         match (self.curve(), self.rises()) {
-            (None, false) => self.rigid(block, self.dynamic_force, AtOnce),
-            (None, true) => self.rigid(block, self.dynamic_force, Rising::new(self.rising_rate)),
-            (Some(curve), false) => self.rigid(block, curve, AtOnce),
-            (Some(curve), true) => self.rigid(block, curve, Rising::new(self.rising_rate)),
+            (None, false) => self.rigid(block, self.dynamic_force, ConstantLimit),
+            (None, true) => self.rigid(block, self.dynamic_force, RisingLimit::new(self.rising_rate)),
+            (Some(curve), false) => self.rigid(block, curve, ConstantLimit),
+            (Some(curve), true) => self.rigid(block, curve, RisingLimit::new(self.rising_rate)),
         }
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        let rising = || Rising::new(self.rising_rate);
+        let rising = || RisingLimit::new(self.rising_rate);
         match (self.curve(), self.rises()) {
-            (None, false) => Box::new(YieldingSurface::new(self.contact(self.dynamic_force, AtOnce))),
+            (None, false) => Box::new(YieldingSurface::new(self.contact(self.dynamic_force, ConstantLimit))),
             (None, true) => Box::new(YieldingSurface::new(self.contact(self.dynamic_force, rising()))),
-            (Some(curve), false) => Box::new(YieldingSurface::new(self.contact(curve, AtOnce))),
+            (Some(curve), false) => Box::new(YieldingSurface::new(self.contact(curve, ConstantLimit))),
             (Some(curve), true) => Box::new(YieldingSurface::new(self.contact(curve, rising()))),
         }
     }

@@ -4,7 +4,7 @@
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{NotApplicable, Note, Parameter, SceneError, Slot};
-use crate::render::{BehindBlock, Surface};
+use crate::render::{BlockSetup, Surface};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::fmt::Debug;
@@ -70,14 +70,14 @@ pub(crate) trait Law: Debug {
     }
 
     /// Compiles the law under a block.
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface>;
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface>;
 
     /// Compiles the law on the device itself.
     fn on_device(&self) -> Box<dyn Surface>;
 }
 
 /// The part of a law that needs no values.
-pub(crate) trait Named: Law + Sized {
+pub(crate) trait LawKind: Law + Sized {
     /// Its name in scene files and on the wire: the type's name in kebab case.
     const NAME: &'static str;
 

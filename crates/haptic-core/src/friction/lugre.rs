@@ -10,14 +10,14 @@
 //! `b < sigma1 (Fs/Fd - 1)` (Barabanov and Ortega 2000), which the [adviser](crate::adviser)
 //! checks.
 
-use super::forces::Falling;
-use super::law::{Law, Named};
+use super::forces::StribeckForces;
+use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{AlwaysPlastic, Bristle, Level};
+use crate::contact::{Bristle, FullPlasticity, Level};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, SceneError, Slot};
-use crate::render::{BehindBlock, Surface, YieldingSurface};
+use crate::render::{BlockSetup, Surface, YieldingSurface};
 use alloc::boxed::Box;
 
 /// LuGre friction.
@@ -47,18 +47,18 @@ pub struct Lugre {
 }
 
 impl Lugre {
-    fn falling(&self) -> Falling {
-        Falling {
+    fn forces(&self) -> StribeckForces {
+        StribeckForces {
             static_force: self.static_force,
             dynamic_force: self.dynamic_force,
             velocity: self.stribeck_velocity,
         }
     }
 
-    fn contact<L: Level>(&self, level: L) -> Bristle<L, AlwaysPlastic> {
+    fn contact<L: Level>(&self, level: L) -> Bristle<L, FullPlasticity> {
         Bristle {
             level,
-            plasticity: AlwaysPlastic,
+            plasticity: FullPlasticity,
             stiffness: self.contact_stiffness,
             damping: self.contact_damping,
             viscous: self.viscous,
@@ -67,7 +67,7 @@ impl Lugre {
     }
 }
 
-impl Named for Lugre {
+impl LawKind for Lugre {
     const NAME: &'static str = "lugre";
 
     fn usual() -> Self {
@@ -96,13 +96,13 @@ impl Law for Lugre {
     }
 
     fn validate(&self, _on_device: bool) -> Result<(), SceneError> {
-        self.falling().check(Self::NAME)
+        self.forces().check(Self::NAME)
     }
 
     fn comply(&mut self) {
-        let Falling {
+        let StribeckForces {
             static_force, velocity, ..
-        } = self.falling().complied();
+        } = self.forces().complied();
         (self.static_force, self.stribeck_velocity) = (static_force, velocity);
     }
 
@@ -111,7 +111,7 @@ impl Law for Lugre {
     }
 
     fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
-        self.falling().at(direction, speed) + self.viscous.get(direction) * speed
+        self.forces().at(direction, speed) + self.viscous.get(direction) * speed
     }
 
     fn contact_stiffness(&self, _on_device: bool) -> f64 {
@@ -124,16 +124,16 @@ impl Law for Lugre {
         Some(self.contact_damping * (held / sliding - 1.0))
     }
 
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         let (stiffness, holds) = (self.contact_stiffness(false), self.holding_force().greatest());
-        match self.falling().curve() {
+        match self.forces().curve() {
             None => block.yielding(self.contact(self.dynamic_force), stiffness, holds),
             Some(curve) => block.yielding(self.contact(curve), stiffness, holds),
         }
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        match self.falling().curve() {
+        match self.forces().curve() {
             None => Box::new(YieldingSurface::new(self.contact(self.dynamic_force))),
             Some(curve) => Box::new(YieldingSurface::new(self.contact(curve))),
         }

@@ -38,7 +38,7 @@ use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, ParameterKey, Slot, TABLE};
 use alloc::vec::Vec;
-use law::Named;
+use law::LawKind;
 
 /// Makes [`Friction`], [`LAWS`] and all that tells one law from another.
 macro_rules! laws {
@@ -200,10 +200,10 @@ mod tests {
         assert_eq!(plain.steady_force(0.1), 4.0);
         assert_eq!(plain.steady_force(-0.1), -3.0);
         law.stribeck_velocity = 0.01;
-        let falling = Friction::Karnopp(law);
-        assert_eq!(falling.steady_force(0.0), 4.0);
-        assert!((falling.steady_force(0.01) - (3.0 + exp(-1.0) + 0.1)).abs() < 1e-12);
-        assert_eq!(falling.steady_force(1.0), 13.0);
+        let forces = Friction::Karnopp(law);
+        assert_eq!(forces.steady_force(0.0), 4.0);
+        assert!((forces.steady_force(0.01) - (3.0 + exp(-1.0) + 0.1)).abs() < 1e-12);
+        assert_eq!(forces.steady_force(1.0), 13.0);
     }
 
     #[test]

@@ -12,13 +12,13 @@
 //! `"published"`) is the model as it was printed.
 
 use super::forces::{check_static_not_below, raise};
-use super::law::{Law, Named};
+use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{AtOnce, Reseat, SpringContact, SpringState};
+use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, SceneError, Slot};
-use crate::render::{BehindBlock, Surface, YieldingSurface};
+use crate::render::{BlockSetup, Surface, YieldingSurface};
 use alloc::boxed::Box;
 
 /// The reset integrator.
@@ -60,12 +60,12 @@ impl ResetIntegrator {
         })
     }
 
-    fn contact(&self) -> SpringContact<Directional, AtOnce> {
+    fn contact(&self) -> SpringContact<Directional, ConstantLimit> {
         SpringContact {
             stiffness: self.stuck_stiffness(),
             damping: self.contact_damping,
             static_force: self.static_force,
-            static_limit: AtOnce,
+            static_limit: ConstantLimit,
             level: self.dynamic_force,
             viscous: self.viscous,
             velocity_threshold: 0.0,
@@ -75,7 +75,7 @@ impl ResetIntegrator {
     }
 }
 
-impl Named for ResetIntegrator {
+impl LawKind for ResetIntegrator {
     const NAME: &'static str = "reset-integrator";
 
     fn usual() -> Self {
@@ -141,7 +141,7 @@ impl Law for ResetIntegrator {
         self.stuck_stiffness().greatest()
     }
 
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         block.yielding(
             self.contact(),
             self.contact_stiffness(false),

@@ -7,13 +7,13 @@
 //! sliding:  F = b v,          until |v| < DV; the spring is then anchored where the force stays as it was
 //! ```
 
-use super::law::{Law, Named};
+use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{AtOnce, Reseat, SpringContact, SpringState};
+use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BehindBlock, Surface, YieldingSurface};
+use crate::render::{BlockSetup, Surface, YieldingSurface};
 use alloc::boxed::Box;
 
 /// Salcudean-Vlaar friction.
@@ -37,12 +37,12 @@ pub struct SalcudeanVlaar {
 }
 
 impl SalcudeanVlaar {
-    fn contact(&self) -> SpringContact<Directional, AtOnce> {
+    fn contact(&self) -> SpringContact<Directional, ConstantLimit> {
         SpringContact {
             stiffness: Directional::both(self.contact_stiffness),
             damping: 0.0,
             static_force: self.static_force,
-            static_limit: AtOnce,
+            static_limit: ConstantLimit,
             level: Directional::both(0.0),
             viscous: self.viscous,
             velocity_threshold: self.velocity_threshold,
@@ -52,7 +52,7 @@ impl SalcudeanVlaar {
     }
 }
 
-impl Named for SalcudeanVlaar {
+impl LawKind for SalcudeanVlaar {
     const NAME: &'static str = "salcudean-vlaar";
 
     fn usual() -> Self {
@@ -88,7 +88,7 @@ impl Law for SalcudeanVlaar {
         self.contact_stiffness
     }
 
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         block.yielding(
             self.contact(),
             self.contact_stiffness(false),

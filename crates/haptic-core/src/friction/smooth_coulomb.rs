@@ -1,13 +1,13 @@
 //! Smooth Coulomb friction, `F = Fd tanh(w/ws)`: a law for tests alone. It shows that a law is its
-//! file and its line in the list.
+//! file and its entry in the list.
 
-use super::law::{Law, Named};
-use crate::contact::{Advanced, Contact, Stroke, Tangent, YieldingContact};
+use super::law::{Law, LawKind};
+use crate::contact::{AdvanceCost, Contact, Stroke, Tangent, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BehindBlock, Surface, YieldingSurface};
+use crate::render::{BlockSetup, Surface, YieldingSurface};
 use alloc::boxed::Box;
 
 /// Smooth Coulomb friction.
@@ -31,7 +31,7 @@ impl SmoothCoulomb {
     }
 }
 
-impl Named for SmoothCoulomb {
+impl LawKind for SmoothCoulomb {
     const NAME: &'static str = "smooth-coulomb";
 
     fn usual() -> Self {
@@ -69,7 +69,7 @@ impl Law for SmoothCoulomb {
         0.0
     }
 
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         block.yielding(*self, 0.0, self.dynamic_force.greatest())
     }
 
@@ -90,8 +90,8 @@ impl YieldingContact for SmoothCoulomb {
         }
     }
 
-    fn advance(&mut self, _stroke: &Stroke) -> Advanced {
-        Advanced::EXACTLY
+    fn advance(&mut self, _stroke: &Stroke) -> AdvanceCost {
+        AdvanceCost::EXACT
     }
 
     fn force_at_rest(&self) -> f64 {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_law_that_is_a_file_and_a_line_is_rendered_in_both_settings() {
+    fn a_law_that_is_a_file_and_an_entry_is_rendered_in_both_settings() {
         let on_device = Scene {
             block: None,
             coupling: None,

@@ -1,13 +1,13 @@
 //! Viscous friction: `F = b w`, and nothing that holds.
 
 use super::karnopp::Karnopp;
-use super::law::{Law, Named};
+use super::law::{Law, LawKind};
 use crate::block::LinearBlock;
-use crate::contact::AtOnce;
+use crate::contact::ConstantLimit;
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BehindBlock, Surface, ViscousSurface};
+use crate::render::{BlockSetup, Surface, ViscousSurface};
 use alloc::boxed::Box;
 
 /// Drag of a surface that had none, N s/m: enough to be felt by a hand.
@@ -24,7 +24,7 @@ pub struct Viscous {
     pub viscous: Directional,
 }
 
-impl Named for Viscous {
+impl LawKind for Viscous {
     const NAME: &'static str = "viscous";
 
     fn usual() -> Self {
@@ -56,7 +56,7 @@ impl Law for Viscous {
         0.0
     }
 
-    fn behind_block(&self, block: &BehindBlock) -> Box<dyn Surface> {
+    fn behind_block(&self, block: &BlockSetup) -> Box<dyn Surface> {
         // Karnopp's law without its forces.
         let drag = Karnopp {
             viscous: self.viscous,
@@ -64,7 +64,7 @@ impl Law for Viscous {
         };
         if self.viscous.is_symmetric() {
             let linear = LinearBlock::new(block.mass, block.coupling, self.viscous.positive);
-            block.by_scheme(linear, drag.stepped(drag.dynamic_force, AtOnce))
+            block.by_scheme(linear, drag.stepped(drag.dynamic_force, ConstantLimit))
         } else {
             drag.behind_block(block)
         }

@@ -9,7 +9,7 @@ use alloc::boxed::Box;
 
 /// The block that a law is compiled under.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BehindBlock {
+pub(crate) struct BlockSetup {
     /// kg.
     pub(crate) mass: f64,
     /// Its grip.
@@ -18,12 +18,12 @@ pub(crate) struct BehindBlock {
     pub(crate) scheme: Scheme,
 }
 
-impl BehindBlock {
+impl BlockSetup {
     /// `block` under the exact and the implicit scheme, and `literal` under the literal one.
     pub(crate) fn by_scheme(&self, block: impl Moving, literal: impl literal::SteppedLaw) -> Box<dyn Surface> {
         match self.scheme {
             Scheme::Exact => Box::new(block),
-            Scheme::Implicit => Box::new(Implicit(block)),
+            Scheme::Implicit => Box::new(ImplicitScheme(block)),
             Scheme::Literal { substeps } => {
                 Box::new(literal::LiteralBlock::new(self.mass, self.coupling, literal, substeps))
             }
@@ -45,9 +45,9 @@ impl BehindBlock {
 
 /// Takes one backward-Euler step a tick.
 #[derive(Clone, Copy, Debug)]
-struct Implicit<M>(M);
+struct ImplicitScheme<M>(M);
 
-impl<M: Moving> Moving for Implicit<M> {
+impl<M: Moving> Moving for ImplicitScheme<M> {
     fn advance(
         &mut self,
         elapsed_s: f64,
