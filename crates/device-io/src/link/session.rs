@@ -327,7 +327,7 @@ mod tests {
         for _ in 0..5 {
             pair.tick(0.0, true).expect("it is there");
         }
-        let mut measured = |pair: &mut Pair, buttons: u8, command_lost: bool| {
+        let measured = |pair: &mut Pair, buttons: u8, command_lost: bool| {
             pair.now_ns += MS;
             let Some(FromDevice::Sample(sample)) = pair.firmware.sample(pair.now_ns) else {
                 panic!("a sample");
