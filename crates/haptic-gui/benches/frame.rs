@@ -1,9 +1,8 @@
 //! The cost of a frame of the panel: a minute of samples at 1 kHz in sight, 30 frames a second, and
 //! an hour's recording.
 //!
-//! Counted are the reading of what the daemon sends, the layout of the whole window and its
-//! triangles; not the drawing of those, which is the graphics card's work. Run with `cargo bench -p
-//! haptic-gui`.
+//! A frame includes the reading of the daemon's lines, the layout of the whole window and its
+//! triangles, without the work of the graphics card. Run with `cargo bench -p haptic-gui`.
 
 #[path = "../tests/fixture/metadata.rs"]
 mod metadata;
@@ -72,7 +71,7 @@ fn connected() -> Model {
     model
 }
 
-/// Lays the window out.
+/// Lays out the window and makes its triangles.
 fn draw(ctx: &Context, model: &mut Model) {
     let input = RawInput {
         screen_rect: Some(Rect::from_min_size(egui::Pos2::ZERO, vec2(1280.0, 800.0))),
@@ -81,12 +80,12 @@ fn draw(ctx: &Context, model: &mut Model) {
     let mut output = ctx.run_ui(input, |ui| {
         black_box(haptic_gui::ui(ui, model, Instant::now()));
     });
-    // There is no graphics card to give the fonts to.
+    // There is no graphics card for the fonts.
     output.textures_delta.clear();
     black_box(ctx.tessellate(output.shapes, output.pixels_per_point));
 }
 
-/// Time that a frame takes, reading included, with so many seconds in sight.
+/// Time of a frame, reading included, with so many seconds in sight.
 fn frame(seconds: u32) -> Duration {
     let mut model = connected();
     let ctx = Context::default();

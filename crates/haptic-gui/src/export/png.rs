@@ -2,10 +2,10 @@
 
 use egui::{ColorImage, Pos2, Rect};
 
-/// A part of the window's pixels as a PNG; the whole where the part is none of it.
+/// A part of the window's pixels as a PNG; the whole window if the part lies outside of it.
 ///
 /// # Errors
-/// What the encoder says.
+/// The message of the encoder.
 pub fn png(pixels: &ColorImage, part: Rect, pixels_per_point: f32) -> Result<Vec<u8>, String> {
     let whole = Rect::from_min_size(Pos2::ZERO, vec2_of(pixels.size));
     let seen = whole.intersect(part * pixels_per_point);

@@ -68,11 +68,12 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
     plot.set_plot_bounds(PlotBounds::from_min_max([left, low], [right, high]));
     for overlay in &chart.overlays {
         if let Overlay::Curve(curve) = overlay {
-            draw_curve(plot, curve, palette);
+            plot.line(line(curve, palette));
         }
     }
     for curve in &chart.curves {
-        draw_curve(plot, curve, palette);
+        // A band would have gaps where one column of pixels lies wholly above the next.
+        plot.line(line(curve, palette).allow_band(false));
     }
     for overlay in &chart.overlays {
         match overlay {
@@ -109,11 +110,9 @@ fn color(ink: &Ink, palette: &Palette) -> Color32 {
     (ink.color)(palette).gamma_multiply(ink.opacity)
 }
 
-fn draw_curve(plot: &mut PlotUi<'_>, curve: &Curve, palette: &Palette) {
+fn line<'a>(curve: &Curve, palette: &Palette) -> Line<'a> {
     let line = Line::new(curve.name, PlotPoints::new(curve.points.clone()));
-    let line = line.color(color(&curve.ink, palette)).width(curve.ink.width);
-    // A band would have gaps where one column of pixels lies wholly above the next.
-    plot.line(line.allow_band(false));
+    line.color(color(&curve.ink, palette)).width(curve.ink.width)
 }
 
 /// The label of a mark, on the side away from zero: the band between two marks may be narrower.

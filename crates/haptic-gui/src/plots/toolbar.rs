@@ -82,8 +82,8 @@ fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     let step_s = SHIFT_SHARE * span_s;
     for (text, name, hint) in [
         ("<", "earlier", "Shows earlier samples; so does dragging a plot"),
-        ("-", "zoom out", "Shows a longer while; so does the wheel on a plot"),
-        ("+", "zoom in", "Shows a shorter while; so does the wheel on a plot"),
+        ("-", "zoom out", "Shows more time; so does the wheel on a plot"),
+        ("+", "zoom in", "Shows less time; so does the wheel on a plot"),
         (">", "later", "Shows later samples; so does dragging a plot"),
     ] {
         let button = ui.add(Button::new(RichText::new(text).monospace()));
@@ -98,7 +98,7 @@ fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
         }
     }
     ui.add_sized(SPAN_SIZE, Label::new(duration(span_s)))
-        .on_hover_text("How long a while is seen");
+        .on_hover_text("The time that is seen");
 }
 
 /// The ranges of the value axes, to be typed. The pointer sets them at the numbers of each axis.

@@ -13,7 +13,7 @@ pub(super) fn show_mode(ui: &mut Ui, scope: &mut Scope) {
     let items = || Mode::ALL.map(|other| Item::new(other, other.name(), &mode)).into();
     let (chosen, list) = drop_down::show(ui, "trigger", 80.0, mode.name(), items);
     list.on_hover_text(
-        "Catches the while around a crossing. Auto: at every one, running while there is none. Normal: at every one. \
+        "Catches the time around a crossing. Auto: at every one, running while there is none. Normal: at every one. \
          Single: at the next.",
     );
     if let Some(mode) = chosen {
@@ -44,7 +44,7 @@ pub(super) fn show(ui: &mut Ui, scope: &mut Scope) {
     let before = DragValue::new(&mut percent).range(0.0..=100.0).speed(1.0).suffix(" %");
     ui.add(before)
         .accessible_name("pre-trigger share")
-        .on_hover_text("Share of the while seen that lies before the crossing");
+        .on_hover_text("Share of the time seen that lies before the crossing");
     trigger.share_before = percent / 100.0;
     let arm = ui.add_enabled(trigger.mode() == Mode::Single, Button::new("Arm"));
     let arms = arm.on_hover_text("Waits for the next crossing").clicked();

@@ -18,7 +18,7 @@ pub(crate) const LIMIT: Duration = Duration::from_secs(20);
 /// The daemon's end of one conversation.
 pub(crate) struct Daemon {
     lines: BufReader<UnixStream>,
-    /// What was read of it to see that it is the conversation.
+    /// Lines that were read to recognise the conversation.
     heard: VecDeque<String>,
     /// Connections that are ready for a stop.
     _for_stops: Vec<UnixStream>,
@@ -41,8 +41,8 @@ pub(crate) fn is_stop(line: &str) -> bool {
 }
 
 impl Daemon {
-    /// Takes the panel's next conversation. A connection on which there is nothing but stops is the
-    /// panel's other one, and is kept waiting.
+    /// Takes the panel's next conversation. A connection with stops alone is the panel's other one, and is
+    /// kept waiting.
     pub(crate) fn accept(listener: &UnixListener) -> Self {
         let mut for_stops: Vec<(BufReader<UnixStream>, VecDeque<String>)> = Vec::new();
         listener.set_nonblocking(true).expect("it can be");
@@ -85,7 +85,7 @@ impl Daemon {
         writeln!(self.lines.get_mut(), "{line}").expect("the client listens");
     }
 
-    /// The next request, but for those for the scene, which are answered here.
+    /// The next request. Requests for the scene are answered here.
     pub(crate) fn hear(&mut self) -> Envelope {
         loop {
             let line = self.heard.pop_front().unwrap_or_else(|| {
@@ -117,7 +117,7 @@ impl Daemon {
         advise.id
     }
 
-    /// Goes through what every panel asks first.
+    /// Answers the first requests of a panel.
     pub(crate) fn introduce(&mut self) {
         let describe = self.hear();
         assert_eq!(describe.request, Request::Describe {});
@@ -172,14 +172,13 @@ impl Bench {
         UnixListener::bind(socket(self.dir.path())).expect("a socket")
     }
 
-    /// Ends the daemon as a process that dies does: nothing is left but the socket's file, and then
-    /// not even that.
+    /// Ends the daemon like a process that dies, and removes the file of its socket.
     pub(crate) fn end(&self, listener: UnixListener) {
         drop(listener);
         std::fs::remove_file(socket(self.dir.path())).expect("the socket is there");
     }
 
-    /// Waits for news of one kind and gives what `pick` makes of it.
+    /// Waits for the first update that `pick` takes.
     pub(crate) fn until<T>(&self, pick: impl Fn(Update) -> Option<T>) -> T {
         loop {
             let update = self.connection.wait(LIMIT).expect("news in time");

@@ -160,7 +160,7 @@ fn what_was_asked_before_a_stop_does_not_bring_the_force_back_after_it() {
 
 // hazard: H4
 #[test]
-fn a_house_that_is_full_is_left_to_others_until_there_is_a_stop() {
+fn a_full_daemon_is_left_to_other_clients_until_there_is_a_stop() {
     let bench = Bench::new();
     let listener = bench.listen();
     let mut daemon = Daemon::accept(&listener);

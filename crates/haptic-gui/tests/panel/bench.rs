@@ -12,11 +12,11 @@ use std::time::{Duration, Instant};
 
 pub(crate) const SOCKET: &str = "/run/user/1000/hapticd/control.sock";
 
-/// The panel and everything that it asked for.
+/// The panel and its intents.
 pub(crate) struct Bench {
     pub(crate) model: Model,
     asked: Vec<Intent>,
-    /// When the interface's clock began, by the system's.
+    /// Zero of the interface's clock, by the system's clock.
     began: Instant,
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn panel() -> Panel {
         asked: Vec::new(),
         began: Instant::now(),
     };
-    // The smallest window that the panel is made for.
+    // The smallest supported window.
     let mut panel = Harness::builder()
         .with_size([1024.0, 640.0])
         .with_context_setup(haptic_gui::theme::install)
@@ -49,7 +49,7 @@ pub(crate) fn panel() -> Panel {
     panel
 }
 
-/// A connection that has been greeted.
+/// The daemon's greeting.
 pub(crate) fn greeted(session: &str) -> Update {
     Update::Connected {
         path: SOCKET.into(),
@@ -139,7 +139,7 @@ pub(crate) fn type_into(panel: &mut Panel, field: &str, text: &str) {
     panel.run();
 }
 
-/// Lets the clocks go on.
+/// Runs frames for some seconds of the interface's clock.
 pub(crate) fn wait(panel: &mut Panel, seconds: f64) {
     let begin = panel.ctx.input(|input| input.time);
     while panel.ctx.input(|input| input.time) < begin + seconds {

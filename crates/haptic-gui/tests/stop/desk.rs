@@ -24,7 +24,7 @@ pub(crate) const LIMIT: Duration = Duration::from_secs(30);
 /// Between two frames of a window that draws 30 a second.
 const FRAME: Duration = Duration::from_millis(33);
 
-/// The daemon's program, built where it is not there yet.
+/// The daemon's program, built if it is missing.
 fn hapticd() -> PathBuf {
     // The test itself is target/PROFILE/deps/NAME-HASH.
     let test = std::env::current_exe().expect("a test has a path");
@@ -120,14 +120,14 @@ impl Desk {
         self.app.files().busy()
     }
 
-    /// How long the frames took.
+    /// Durations of the frames.
     pub(crate) fn frames(&self) -> String {
         let mut frames = self.frames.clone();
         frames.sort();
         percentiles(&frames)
     }
 
-    /// What the window does when there is something to draw.
+    /// The work of a window when there is something to draw.
     fn draw(&mut self, events: Vec<Event>) {
         let began = Instant::now();
         let input = RawInput {
@@ -141,7 +141,7 @@ impl Desk {
             app.take_news(ui.ctx());
             app.show(ui);
         });
-        // There is no graphics card to give the fonts to.
+        // There is no graphics card for the fonts.
         output.textures_delta.clear();
         drop(self.ctx.tessellate(output.shapes, output.pixels_per_point));
         self.frames.push(began.elapsed());
@@ -168,31 +168,30 @@ impl Desk {
         // The panel's other connection may stop it once more.
         while self.state() != RigState::Engaged {
             assert!(began.elapsed() < LIMIT, "it does not engage");
-            // Refused where another stop comes in between.
+            // Refused if another stop comes in between.
             drop(self.control.request::<StateReply>(Request::Reset {}));
             drop(self.control.request::<StateReply>(Request::Engage {}));
-            // The panel hears of it, so that it takes part.
+            // The panel receives the state as well.
             self.draw(Vec::new());
         }
         while self.stopped.try_recv().is_ok() {}
     }
 
-    /// Presses Space on an engaged rig at any time of a frame, and gives how long it took until the
-    /// daemon said that it has stopped.
+    /// Presses Space on an engaged rig at any time of a frame. Returns the time until the daemon reports
+    /// the stop.
     pub(crate) fn press_and_wait(&mut self) -> Duration {
         loop {
             self.engage();
             let at = self.press();
             let stopped = self.stopped.recv_timeout(LIMIT).expect("the daemon stops in time");
-            // Otherwise it was the stop before, on the panel's other connection.
+            // Otherwise it is the stop before, on the panel's other connection.
             if let Some(time) = stopped.checked_duration_since(at) {
                 return time;
             }
         }
     }
 
-    /// The same of a stop that goes to the daemon without a panel: what the daemon and the machine
-    /// take of the time.
+    /// The same for a stop without a panel: the share of the daemon and the machine.
     pub(crate) fn stop_without_panel(&mut self) -> Duration {
         loop {
             self.engage();
@@ -205,7 +204,7 @@ impl Desk {
         }
     }
 
-    /// Presses Space, whatever the window does just then; gives when.
+    /// Presses Space at any moment of the window. Returns the time.
     fn press(&mut self) -> Instant {
         self.seed = self.seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         // Up to an eighth of a second.
@@ -236,7 +235,7 @@ impl Desk {
     }
 }
 
-/// Tells of every stop of the daemon's, and when it was heard of.
+/// Receives every stop of the daemon, with its time.
 fn listen(socket: &Path) -> mpsc::Receiver<Instant> {
     let mut client = Client::connect(socket).expect("the daemon serves");
     let subscribe = Request::Subscribe {
@@ -261,7 +260,7 @@ fn listen(socket: &Path) -> mpsc::Receiver<Instant> {
     told
 }
 
-/// The middle, the 99th of a hundred and the last of sorted times.
+/// Median, 99th percentile and maximum of sorted times.
 pub(crate) fn percentiles(times: &[Duration]) -> String {
     let ms = |time: Duration| format!("{:.1} ms", time.as_secs_f64() * 1e3);
     let at = |hundredths: usize| ms(times[(times.len() * hundredths / 100).min(times.len() - 1)]);
@@ -279,17 +278,17 @@ pub(crate) fn an_hour() -> Loaded {
     )
 }
 
-/// A named pipe: a disk that stalls until somebody reads.
+/// A named pipe: a disk that stalls until it is read.
 pub(crate) struct Pipe {
     path: PathBuf,
-    /// Both ends, which lets writers in and is never read.
+    /// Both ends: writers can open it, and it is never read.
     held: Option<File>,
     is_over: Arc<AtomicBool>,
     _directory: tempfile::TempDir,
 }
 
 impl Pipe {
-    /// One that nobody has opened.
+    /// A pipe without a reader.
     pub(crate) fn unopened() -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("pipe");
@@ -303,7 +302,7 @@ impl Pipe {
         }
     }
 
-    /// One that is open for reading, and is not read.
+    /// A pipe that is open for reading, and is not read.
     pub(crate) fn new() -> Self {
         let mut pipe = Self::unopened();
         pipe.held = OpenOptions::new().read(true).write(true).open(&pipe.path).ok();
@@ -315,7 +314,7 @@ impl Pipe {
         &self.path
     }
 
-    /// Whether whoever writes to it stands still: it has no room.
+    /// Whether it has no room, so that its writer is blocked.
     pub(crate) fn is_full(&self) -> bool {
         let held = self.held.as_ref().expect("it is open");
         let at_once = Timespec { tv_sec: 0, tv_nsec: 0 };
@@ -323,7 +322,7 @@ impl Pipe {
         poll(&mut watched, Some(&at_once)).expect("a pipe") == 0
     }
 
-    /// Reads it until what is returned is dropped.
+    /// Reads it until the returned value is dropped.
     pub(crate) fn drain(&self) -> Busy {
         let mut end = self
             .held
@@ -338,7 +337,7 @@ impl Pipe {
         Busy(Arc::clone(&self.is_over))
     }
 
-    /// Writes a recording without an end into it until what is returned is dropped.
+    /// Writes an endless recording into it until the returned value is dropped.
     pub(crate) fn feed(&self) -> Busy {
         let (path, is_over) = (self.path.clone(), Arc::clone(&self.is_over));
         thread::spawn(move || {
@@ -357,7 +356,7 @@ impl Pipe {
     }
 }
 
-/// Ends what a thread does to a pipe.
+/// Ends the thread at a pipe.
 pub(crate) struct Busy(Arc<AtomicBool>);
 
 impl Drop for Busy {

@@ -1,5 +1,5 @@
-//! From the key to the daemon: the panel with everything that it talks to but a window, at a real
-//! daemon with its rig engaged, while disks stall and an hour's recording is open.
+//! Stops from the key to the daemon: the whole panel without a window, at a real daemon with its rig
+//! engaged, while disks stall and an hour's recording is open.
 //!
 //! `cargo test --release -p haptic-gui --test stop -- --ignored --nocapture` prints the table of
 //! docs/measured.md.
@@ -18,12 +18,12 @@ use std::time::Duration;
 /// Stops of each row of the table.
 const STOPS: usize = 200;
 
-/// Presses Space some times, while the window draws, and says how long the slowest stop took.
+/// Presses Space `count` times while the window draws. Returns the sorted times.
 fn stops(desk: &mut Desk, what: &str, count: usize) -> Vec<Duration> {
     let mut times: Vec<Duration> = (0..count).map(|_| desk.press_and_wait()).collect();
     times.sort();
     println!("{what}: {}", percentiles(&times));
-    // A second is no promise, but what a busy machine may take; the promise is a tenth of it.
+    // A busy machine may take a second; the limit of the product is a tenth of it.
     assert!(times[times.len() / 2] < Duration::from_secs(1), "{times:?}");
     times
 }
@@ -69,7 +69,7 @@ fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
     stops(&mut desk, "an hour's recording open", 5);
     println!("a frame of it: {}", desk.frames());
 
-    // Nobody reads it, so that the export goes on for as long as this takes.
+    // It is not read, so that the export goes on meanwhile.
     let export = Pipe::new();
     desk.ask(Intent::Export {
         format: Format::Csv,
