@@ -172,7 +172,7 @@ slider='Acme Slider (1209:0001, serial number 17)'
 check 'the list names the HID device' told root hid:1209:0001:17 "$slider, HID device /dev/hidraw0"
 check 'the list names the CDC-ACM port' told root 'serial:/dev/ttyACM0?baud=1000000' "$slider, serial port /dev/ttyACM0"
 check 'the list names the converter' told root 'serial:/dev/ttyUSB0?baud=1000000' '(0403:6001'
-check 'the superuser is told of nothing in the way' not told root hid:1209:0001:17 'to mend it'
+check 'the superuser is told of nothing in the way' not told root hid:1209:0001:17 'fix: '
 check 'another user is told how to be allowed the HID device' told nobody hid:1209:0001:17 \
     'SUBSYSTEM=="hidraw", ATTRS{idVendor}=="1209", ATTRS{idProduct}=="0001", GROUP="hapticd", MODE="0660"'
 check 'another user is told how to be allowed the port' told nobody 'serial:/dev/ttyACM0?baud=1000000' 'usermod -aG dialout'

@@ -1,4 +1,4 @@
-//! `advise`: what the scene in force will do to the rig.
+//! `advise`: checks the active scene against the rig.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -11,7 +11,7 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         return output::json(&reply);
     }
     let mut rows = vec![
-        ["", "check", "value", "bound", "margin", "to mend it"]
+        ["", "check", "value", "bound", "margin", "fix"]
             .map(str::to_owned)
             .to_vec(),
     ];

@@ -37,14 +37,14 @@ impl ChangeArguments {
 
 /// What of the change is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shown {
+pub(crate) enum ChangeView {
     /// The values that were set.
     Applied,
     /// In what the scene differs from the one before.
     Differences,
 }
 
-pub(crate) fn show(reply: &ChangeReply, shown: Shown, json: bool) -> Result<(), Failure> {
+pub(crate) fn show(reply: &ChangeReply, shown: ChangeView, json: bool) -> Result<(), Failure> {
     if json {
         return output::json(reply);
     }
@@ -55,7 +55,7 @@ pub(crate) fn show(reply: &ChangeReply, shown: Shown, json: bool) -> Result<(), 
     if let Some(ends) = reply.ramp_ends_tick {
         head.push_str(&format!(", ramping until tick {ends}"));
     }
-    if shown == Shown::Applied {
+    if shown == ChangeView::Applied {
         let applied: Vec<String> = reply
             .applied
             .iter()
@@ -66,7 +66,7 @@ pub(crate) fn show(reply: &ChangeReply, shown: Shown, json: bool) -> Result<(), 
         head.push_str(": nothing differs");
     }
     output::line(&head)?;
-    if shown == Shown::Differences {
+    if shown == ChangeView::Differences {
         for difference in &reply.changes {
             output::line(&format!("  {difference}"))?;
         }

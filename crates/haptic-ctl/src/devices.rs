@@ -77,7 +77,7 @@ fn lines(device: &FoundDevice) -> Vec<String> {
     }
     if let Some(problem) = &device.problem {
         add(problem.what.clone());
-        add(format!("to mend it: {}", problem.remedy));
+        add(format!("fix: {}", problem.remedy));
     }
     lines
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
-pub(crate) struct Waiting {
+pub(crate) struct WaitArguments {
     /// Wait for the end of the ramp
     #[arg(long)]
     wait: bool,
@@ -61,7 +61,7 @@ pub(crate) async fn run_to(
     daemon: &mut Daemon,
     request: Request,
     end: RigState,
-    waiting: &Waiting,
+    waiting: &WaitArguments,
     json: bool,
 ) -> Result<(), Failure> {
     if !waiting.wait {

@@ -12,11 +12,11 @@ pub(crate) enum Failure {
     Client(ClientError),
     Usage(String),
     NoAnswer(Duration),
-    /// What was waited for has not come about in time.
+    /// The condition did not hold in time.
     TimedOut(String),
     /// The rig was stopped or faulted instead.
     Halted(String),
-    /// The daemon cannot be asked to stop: nobody is there, or it does not answer.
+    /// The daemon cannot be asked to stop: it is not there, or it does not answer.
     CannotStop(Box<Failure>),
     /// The device that was asked has not answered.
     NoDevice(String),
@@ -78,7 +78,7 @@ impl Failure {
     pub(crate) fn report(&self, json: bool) -> ExitCode {
         let (exit, name) = self.code();
         match self {
-            // Whoever read the output has had enough, as `head` does.
+            // The reader of the output has closed it, as `head` does.
             Self::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => return ExitCode::SUCCESS,
             Self::Interrupted | Self::Silent(_) => {}
             Self::Client(ClientError::Refused(error)) if json => {
@@ -105,7 +105,7 @@ impl std::fmt::Display for Failure {
             | Self::File(message)
             | Self::NoDevice(message)
             | Self::BadRig(message) => f.write_str(message),
-            // How to start one is of no use to somebody whose motor pulls.
+            // While a motor pulls, advice on starting a daemon is of no use.
             Self::CannotStop(failure) => match &**failure {
                 Self::Client(ClientError::NoDaemon { path, source }) => {
                     write!(f, "{CUT_THE_POWER} (no daemon at {}: {source})", path.display())
@@ -120,7 +120,7 @@ impl std::fmt::Display for Failure {
     }
 }
 
-/// A refusal as somebody meets it who has typed options, not fields of the protocol.
+/// A refusal in the words of the command line: options, not fields of the protocol.
 fn in_options(error: &WireError) -> String {
     let mut message = error.message.clone();
     for (field, option) in [

@@ -97,9 +97,9 @@ enum Command {
     /// Show who changed what, and when
     Log(log::Arguments),
     /// Ramp the force up
-    Engage(drive::Waiting),
+    Engage(drive::WaitArguments),
     /// Ramp the force down
-    Release(drive::Waiting),
+    Release(drive::WaitArguments),
     /// Set zero force at once; exits 0 only when the daemon has confirmed it
     Stop,
     /// Clear a stop or a fault; the rig is then idle

@@ -22,7 +22,7 @@ pub(crate) fn steps(count: usize) -> ProgressBar {
     styled(ProgressBar::new(count as u64), "[{wide_bar}] {pos}/{len}  {msg}")
 }
 
-/// A line for something whose end nobody knows.
+/// A line for work of unknown duration.
 pub(crate) fn busy(message: impl Into<Cow<'static, str>>) -> ProgressBar {
     let bar = styled(ProgressBar::no_length(), "{spinner} {msg}  {elapsed}");
     bar.set_message(message);

@@ -1,6 +1,6 @@
 //! `record`: every tick into a file.
 
-use crate::condition::{Condition, Known};
+use crate::condition::{Condition, Observations};
 use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
@@ -78,7 +78,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let failed = |error: std::io::Error| Failure::File(format!("{}: {error}", arguments.file.display()));
     let mut recorder = Recorder::new(file, &metadata).map_err(failed)?;
     let bar = progress::bar(arguments.length);
-    let mut known = Known::default();
+    let mut known = Observations::default();
     let end = loop {
         let event = tokio::select! {
             event = daemon.regular_event() => event,

@@ -1,6 +1,6 @@
 //! `set`: change parameters.
 
-use crate::change::{ChangeArguments, Shown};
+use crate::change::{ChangeArguments, ChangeView};
 use crate::complete;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -73,7 +73,7 @@ pub(crate) fn parameter_help() -> String {
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
     let reply: ChangeReply = daemon.ask(request).await?;
-    change::show(&reply, Shown::Applied, json)
+    change::show(&reply, ChangeView::Applied, json)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! `status`: how the rig and the daemon are.
+//! `status`: the state of the rig and of the daemon.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -10,7 +10,24 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     if json {
         return output::json(&status);
     }
-    let real_time = &status.real_time;
+    let mut rows = rig_rows(&status);
+    if let Some(link) = &status.device.link {
+        rows.extend(link_rows(link));
+    }
+    for problem in &status.device.engage_refused {
+        rows.push(("will not engage", problem.what.clone()));
+        rows.push(("", problem.remedy.clone()));
+    }
+    rows.extend(loop_rows(&status));
+    let rows: Vec<Vec<String>> = rows
+        .into_iter()
+        .map(|(name, value)| vec![name.to_owned(), value])
+        .collect();
+    output::line(&output::table(&rows))
+}
+
+/// The state of the rig, its force and its scene.
+fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
     let mut rows = vec![("state", state(status.state))];
     rows.extend(status.fault.clone().map(|fault| ("fault", fault)));
     rows.extend(
@@ -48,14 +65,13 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         ),
         ("device", status.device.description.clone()),
     ]);
-    if let Some(link) = &status.device.link {
-        rows.extend(link_rows(link));
-    }
-    for problem in &status.device.engage_refused {
-        rows.push(("will not engage", problem.what.clone()));
-        rows.push(("", problem.remedy.clone()));
-    }
-    rows.extend([
+    rows
+}
+
+/// The loop, its thread, and the daemon around it.
+fn loop_rows(status: &Status) -> Vec<(&'static str, String)> {
+    let real_time = &status.real_time;
+    let mut rows = vec![
         (
             "loop",
             format!(
@@ -85,16 +101,12 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
         ),
         ("clients", status.clients.to_string()),
         ("server", status.server.clone()),
-    ]);
+    ];
     for problem in &real_time.problems {
         rows.push(("problem", problem.what.clone()));
-        rows.push(("", format!("to mend it: {}", problem.remedy)));
+        rows.push(("", format!("fix: {}", problem.remedy)));
     }
-    let rows: Vec<Vec<String>> = rows
-        .into_iter()
-        .map(|(name, value)| vec![name.to_owned(), value])
-        .collect();
-    output::line(&output::table(&rows))
+    rows
 }
 
 fn state(state: RigState) -> String {
@@ -106,7 +118,7 @@ fn state(state: RigState) -> String {
     colour::paint(&state.to_string(), style)
 }
 
-/// The link to the rig: who is there, how quick, and what went wrong on the way.
+/// The link to the rig: its device, its delays and its errors.
 fn link_rows(link: &LinkStatus) -> Vec<(&'static str, String)> {
     let mut rows = Vec::new();
     if let Some(device) = &link.device {

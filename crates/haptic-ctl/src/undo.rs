@@ -1,6 +1,6 @@
 //! `undo` and `redo`: back and forth through the changes of all clients.
 
-use crate::change::{self, ChangeArguments, Shown};
+use crate::change::{self, ChangeArguments, ChangeView};
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_ipc::{ChangeReply, Request};
@@ -19,5 +19,5 @@ pub(crate) fn redo(change: &ChangeArguments) -> Request {
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
     let reply: ChangeReply = daemon.ask(request).await?;
-    change::show(&reply, Shown::Differences, json)
+    change::show(&reply, ChangeView::Differences, json)
 }

@@ -1,6 +1,6 @@
 //! `wait`: until a condition holds. The daemon sends every change; nothing is polled.
 
-use crate::condition::{self, Condition, Known};
+use crate::condition::{self, Condition, Observations};
 use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
@@ -88,15 +88,15 @@ pub(crate) async fn until(
     daemon: &mut Daemon,
     condition: &Condition,
     timeout: Option<Duration>,
-) -> Result<Known, Failure> {
+) -> Result<Observations, Failure> {
     let bar = progress::busy(format!("waiting for {condition}"));
     let ended = wait(daemon, condition, timeout).await;
     bar.finish_and_clear();
     ended
 }
 
-async fn wait(daemon: &mut Daemon, condition: &Condition, timeout: Option<Duration>) -> Result<Known, Failure> {
-    let mut known = Known::default();
+async fn wait(daemon: &mut Daemon, condition: &Condition, timeout: Option<Duration>) -> Result<Observations, Failure> {
+    let mut known = Observations::default();
     if condition.topics().contains(&Topic::Timing) {
         // Told once a second only.
         let timing: Timing = daemon.ask(Request::Timing {}).await?;
@@ -134,7 +134,7 @@ async fn wait(daemon: &mut Daemon, condition: &Condition, timeout: Option<Durati
 ///
 /// # Errors
 /// The rig has stopped, and another state is waited for.
-fn holds(known: &mut Known, event: Event, condition: &Condition) -> Result<bool, Failure> {
+fn holds(known: &mut Observations, event: Event, condition: &Condition) -> Result<bool, Failure> {
     if known.take(event, condition) {
         return Ok(true);
     }

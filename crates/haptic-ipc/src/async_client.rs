@@ -1,9 +1,10 @@
 //! A client for programs that wait for other things too, on tokio.
 
 use crate::client::{ClientError, greeting};
+use crate::envelope::Envelope;
 use crate::event::Event;
 use crate::line::{Hello, ServerLine};
-use crate::request::{Envelope, Request};
+use crate::request::Request;
 use serde::de::DeserializeOwned;
 use std::collections::VecDeque;
 use std::path::Path;
@@ -45,7 +46,7 @@ impl AsyncClient {
     /// Connects, and waits for the greeting.
     ///
     /// # Errors
-    /// Nobody is there, permission is missing, or the versions differ.
+    /// No daemon listens, permission is missing, or the versions differ.
     pub async fn connect(path: &Path) -> Result<Self, ClientError> {
         let stream = UnixStream::connect(path)
             .await

@@ -1,7 +1,7 @@
 //! Changes of parameters, as `set` takes them.
 
 use crate::error::{ErrorCode, WireError};
-use crate::object::{Field, Given, Limits, Object};
+use crate::object::{Field, FieldValue, Limits, Object};
 use crate::parameter;
 use haptic_core::{Directional, ParameterKey};
 use serde::{Serialize, Serializer};
@@ -66,7 +66,7 @@ impl Field for Changes {
         r#"an object of parameters and numbers, as in {"mass":1.5}"#.to_owned()
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         let params = Object::of(given).ok_or_else(|| given.is_not(&Self::expected(given.name, None)))?;
         let changes = params.values().map(|value| {
             // A parameter is told by its own name alone.

@@ -1,9 +1,10 @@
 //! A blocking client, in two halves so that one thread can listen while another asks.
 
+use crate::envelope::Envelope;
 use crate::error::WireError;
 use crate::event::Event;
 use crate::line::{Hello, ServerLine};
-use crate::request::{Envelope, Request};
+use crate::request::Request;
 use crate::{MAX_LINE_BYTES, PROTOCOL_VERSION};
 use serde::de::DeserializeOwned;
 use std::collections::VecDeque;
@@ -17,7 +18,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ClientError {
-    /// Nobody listens at the socket.
+    /// No daemon listens at the socket.
     #[error("no daemon at {}: {source}; start one with `hapticd --demo`, or name its socket with --socket or HAPTICD_SOCKET", .path.display())]
     NoDaemon {
         /// The socket.
@@ -172,7 +173,7 @@ impl Client {
     /// Connects, and waits for the greeting.
     ///
     /// # Errors
-    /// Nobody is there, permission is missing, the versions differ, or no greeting comes within
+    /// No daemon listens, permission is missing, the versions differ, or no greeting comes within
     /// five seconds.
     pub fn connect(path: &Path) -> Result<Self, ClientError> {
         let stream = UnixStream::connect(path).map_err(|error| ClientError::connecting(path, error))?;

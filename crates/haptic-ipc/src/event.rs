@@ -2,7 +2,7 @@
 
 use crate::error::WireError;
 use crate::journal::JournalEntry;
-use crate::object::{Field, Given, Limits};
+use crate::object::{Field, FieldValue, Limits};
 use crate::sample::Sample;
 use crate::state::RigState;
 use crate::timing::Timing;
@@ -32,7 +32,7 @@ impl Field for Vec<Topic> {
         format!("a list of topics: {}", words::<Topic>().join(", "))
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         if let Some(topics) = given.json() {
             return Ok(topics);
         }

@@ -151,6 +151,7 @@ mod changes;
 mod client;
 mod commission;
 mod describe;
+mod envelope;
 mod error;
 mod event;
 mod journal;
@@ -180,6 +181,7 @@ pub use changes::Changes;
 pub use client::{Client, ClientError, Receiver, Sender};
 pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
 pub use describe::{Description, ParameterDescription};
+pub use envelope::{BadLine, Envelope};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply, Topic};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
@@ -187,7 +189,7 @@ pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use nearest::{meant_in, meant_or_semicolon, nearest};
 pub use problem::Problem;
-pub use request::{BadLine, ChangeOptions, Envelope, Request};
+pub use request::{ChangeOptions, Request};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,

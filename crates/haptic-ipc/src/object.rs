@@ -18,7 +18,7 @@ pub(crate) trait Field: Sized {
     ///
     /// # Errors
     /// It is not one of this type, or outside its limits.
-    fn read(given: &Given<'_>) -> Result<Self, WireError>;
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError>;
 }
 
 /// The range of a number, in the unit that its field's name ends with.
@@ -34,11 +34,17 @@ impl Limits {
     pub(crate) const fn new(min: u32, max: u32) -> Self {
         Self { min, max, zero: None }
     }
+
+    /// The smallest number accepted.
+    #[cfg(feature = "schema")]
+    pub(crate) const fn smallest(self) -> u32 {
+        if self.zero.is_some() { 0 } else { self.min }
+    }
 }
 
 /// A value as it was written, and where.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Given<'a> {
+pub(crate) struct FieldValue<'a> {
     /// The object that has it; empty for the line itself.
     pub(crate) object: &'a str,
     pub(crate) name: &'a str,
@@ -47,7 +53,7 @@ pub(crate) struct Given<'a> {
     pub(crate) limits: Option<Limits>,
 }
 
-impl Given<'_> {
+impl FieldValue<'_> {
     /// The same, told by its name and not by its place.
     pub(crate) const fn alone(self) -> Self {
         Self { object: "", ..self }
@@ -92,7 +98,7 @@ impl<'a> Object<'a> {
     }
 
     /// Reads a field that holds an object.
-    pub(crate) fn of(given: &Given<'a>) -> Option<Self> {
+    pub(crate) fn of(given: &FieldValue<'a>) -> Option<Self> {
         Self::at(given.path(), given.text).ok()
     }
 
@@ -107,8 +113,8 @@ impl<'a> Object<'a> {
     }
 
     /// All fields.
-    pub(crate) fn values(&self) -> impl Iterator<Item = Given<'_>> {
-        self.fields.iter().map(|(name, text)| Given {
+    pub(crate) fn values(&self) -> impl Iterator<Item = FieldValue<'_>> {
+        self.fields.iter().map(|(name, text)| FieldValue {
             object: &self.path,
             name,
             text,
@@ -161,8 +167,8 @@ impl<'a> Object<'a> {
             .map_or_else(|| Ok(T::default()), |given| T::read(&given))
     }
 
-    fn given<'b>(&'b self, name: &'b str, limits: Option<Limits>) -> Option<Given<'b>> {
-        Some(Given {
+    fn given<'b>(&'b self, name: &'b str, limits: Option<Limits>) -> Option<FieldValue<'b>> {
+        Some(FieldValue {
             object: &self.path,
             name,
             text: self.all(name).next()?,

@@ -1,7 +1,7 @@
 //! The value of a parameter: a number, or one for each direction.
 
 use crate::error::WireError;
-use crate::object::{Given, Object};
+use crate::object::{FieldValue, Object};
 use crate::quantity;
 use crate::refusal;
 use haptic_core::parameters::ParameterInfo;
@@ -11,7 +11,7 @@ use haptic_core::{Directional, ParameterKey};
 ///
 /// # Errors
 /// It is not a number, nor a pair of them where a pair is allowed.
-pub(crate) fn read(given: &Given<'_>, pair: bool) -> Result<Directional, WireError> {
+pub(crate) fn read(given: &FieldValue<'_>, pair: bool) -> Result<Directional, WireError> {
     let key = given.name.parse::<ParameterKey>().ok();
     let info = key.map(|key| key.parameter.info());
     let unit = info.map_or("1", |info| info.unit);
@@ -23,7 +23,7 @@ pub(crate) fn read(given: &Given<'_>, pair: bool) -> Result<Directional, WireErr
             directions.no_field_twice()?;
             let not_a_number = directions.values().find(|value| value.text.parse::<f64>().is_err());
             let text = not_a_number.map_or(given.text, |value| value.text);
-            return Err(not_a_value(&Given { text, ..*given }, info));
+            return Err(not_a_value(&FieldValue { text, ..*given }, info));
         }
     } else if let Some(value) = given.json::<f64>() {
         return Ok(Directional::both(value));
@@ -38,7 +38,7 @@ pub(crate) fn read(given: &Given<'_>, pair: bool) -> Result<Directional, WireErr
     })
 }
 
-fn not_a_value(given: &Given<'_>, info: Option<&ParameterInfo>) -> WireError {
+fn not_a_value(given: &FieldValue<'_>, info: Option<&ParameterInfo>) -> WireError {
     let unit = info.map_or("1", |info| info.unit);
     let mut error = given.is_not(&expected(unit, info.is_some_and(|info| info.directional)));
     if let Some(meant) = given

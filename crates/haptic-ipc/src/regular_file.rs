@@ -1,4 +1,4 @@
-//! Files from outside: scenes and configurations, which anybody may have put there.
+//! Files from outside: scenes and configurations, which any user may have written.
 //!
 //! A FIFO without a writer is waited for for ever, /dev/zero has no end, and to open a device is to
 //! do something to it. So only regular files are read, and of those that are held in memory no more

@@ -1,14 +1,12 @@
-//! The operations: their fields, the fields' limits and their answers, and how a line becomes a
-//! request.
+//! The grammar of the protocol: each operation with its fields, their limits, and its answer.
 
 use crate::changes::Changes;
-use crate::error::{ErrorCode, WireError};
+use crate::error::WireError;
 use crate::event::Topic;
 use crate::object::{Limits, Object};
 use crate::refusal;
 use crate::scene::SceneRef;
 use serde::Serialize;
-use serde::de::IgnoredAny;
 
 /// Ramps, ms.
 const RAMP: Limits = Limits::new(0, 10_000);
@@ -38,6 +36,7 @@ pub struct ChangeOptions {
     pub if_revision: Option<u64>,
     /// Time over which to change, ms; at once when absent.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = RAMP.smallest(), max = RAMP.max)))]
     pub ramp_ms: Option<f64>,
     /// Answer with what would happen, and change nothing.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -62,6 +61,7 @@ impl ChangeOptions {
 macro_rules! operations {
     (@name $field:ident) => { stringify!($field) };
     (@name $field:ident $wire:literal) => { $wire };
+    (@fields $options:ident) => { &ChangeOptions::FIELDS };
     (@limits) => { None };
     (@limits $limits:ident) => { Some($limits) };
     ($(
@@ -88,11 +88,19 @@ macro_rules! operations {
                 $(
                     $(#[$needed_doc])*
                     $(#[serde(rename = $needed_wire)])?
+                    $(#[cfg_attr(
+                        feature = "schema",
+                        schemars(range(min = $needed_limits.smallest(), max = $needed_limits.max))
+                    )])?
                     $needed: $needed_type,
                 )*
                 $($(
                     $(#[$optional_doc])*
                     $(#[serde(rename = $optional_wire)])?
+                    $(#[cfg_attr(
+                        feature = "schema",
+                        schemars(range(min = $optional_limits.smallest(), max = $optional_limits.max))
+                    )])?
                     #[serde(default, skip_serializing_if = "is_default")]
                     $optional: $optional_type,
                 )*)?
@@ -106,16 +114,16 @@ macro_rules! operations {
 
         impl Request {
             /// The names of the operations.
-            const OPERATIONS: &[&str] = &[$($op),*];
+            pub(crate) const OPERATIONS: &[&str] = &[$($op),*];
 
             /// Reads the fields of an operation, which are those of its line but for `id` and `op`.
-            fn read(op: &str, line: &Object<'_>) -> Result<Self, WireError> {
+            pub(crate) fn read(op: &str, line: &Object<'_>) -> Result<Self, WireError> {
                 match op {
                     $($op => {
                         let known: &[&[&str]] = &[
                             &[$(operations!(@name $needed $($needed_wire)?)),*],
                             $(&[$(operations!(@name $optional $($optional_wire)?)),*],)?
-                            $({ let $options = ChangeOptions::FIELDS; &{ $options } },)?
+                            $(operations!(@fields $options),)?
                         ];
                         line.no_field_but(op, &known.concat())?;
                         Ok(Self::$variant {
@@ -321,200 +329,5 @@ impl Request {
                 | Self::Subscribe { .. }
                 | Self::Devices { probe: None }
         )
-    }
-}
-
-/// A request with the number that its answer will carry.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct Envelope {
-    /// Chosen by the client.
-    pub id: u64,
-    /// What is asked.
-    #[serde(flatten)]
-    pub request: Request,
-}
-
-/// A line that is not a request.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BadLine {
-    /// Its number, where one could be read.
-    pub id: Option<u64>,
-    /// What is wrong with it.
-    pub error: WireError,
-    /// Whether it was meant as a stop all the same: when in doubt, zero force.
-    pub means_stop: bool,
-}
-
-impl Envelope {
-    /// Reads a line.
-    ///
-    /// # Errors
-    /// The answer to a line that is not a request.
-    pub fn parse(line: &str) -> Result<Self, BadLine> {
-        let mut object = Object::line(line).map_err(|error| BadLine {
-            id: None,
-            error: not_an_object(line, &error),
-            means_stop: false,
-        })?;
-        let id = object.all("id").find_map(|id| id.parse().ok());
-        let means_stop = object.all("op").any(|op| text(op).as_deref() == Some("stop"));
-        Self::read(&mut object).map_err(|error| BadLine { id, error, means_stop })
-    }
-
-    fn read(line: &mut Object<'_>) -> Result<Self, WireError> {
-        line.no_field_twice()?;
-        let id = line.take("id").ok_or_else(|| {
-            refusal::missing(
-                "the line",
-                "id",
-                "a whole number of your choice, which its answer will have",
-            )
-        })?;
-        let id = id
-            .parse()
-            .map_err(|_| refusal::wrong_type("id", "id", id, "a whole number from 0 to 2^64 - 1"))?;
-        let expected = "the name of an operation in quotes";
-        let op = line
-            .take("op")
-            .ok_or_else(|| refusal::missing("the line", "op", expected))?;
-        let op = text(op).ok_or_else(|| refusal::wrong_type("op", "op", op, expected))?;
-        let request = Request::read(&op, line)?;
-        Ok(Self { id, request })
-    }
-}
-
-fn text(json: &str) -> Option<String> {
-    serde_json::from_str(json).ok()
-}
-
-fn not_an_object(line: &str, error: &serde_json::Error) -> WireError {
-    if serde_json::from_str::<IgnoredAny>(line).is_ok() && !line.trim_start().starts_with('{') {
-        let message = r#"expected a JSON object, as in {"id":1,"op":"get"}"#;
-        return WireError::new(ErrorCode::BadRequest, message);
-    }
-    let message = format!("the line is not JSON: {error} (NaN and infinity are not JSON either)");
-    WireError::new(ErrorCode::BadJson, message)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use haptic_core::Scene;
-
-    #[test]
-    fn requests_read_as_the_specification_shows_them() {
-        let envelope = Envelope::parse(r#"{"id":7,"op":"set","params":{"mass":1.5,"Fs":{"positive":5,"negative":3}}}"#);
-        let Ok(Envelope {
-            id: 7,
-            request: Request::Set { params, .. },
-        }) = envelope
-        else {
-            panic!("{envelope:?}");
-        };
-        assert_eq!(params.resolve().expect("known names").len(), 3);
-        for op in Request::OPERATIONS {
-            let more = match *op {
-                "set" => r#","params":{}"#,
-                "subscribe" => r#","topics":["samples"],"rate_hz":100"#,
-                "scene.load" => r#","scene":"viscous-drag","ramp_ms":50"#,
-                "scene.save" => r#","name":"mine","scene":7"#,
-                "scene.diff" => r#","from":{"friction":{"law":"viscous","viscous":2}}"#,
-                "lease" => r#","timeout_ms":500"#,
-                "commission.pulse" => r#","force_N":-1.5,"duration_ms":100"#,
-                _ => "",
-            };
-            let line = format!(r#"{{"op":"{op}","id":1{more}}}"#);
-            let envelope = Envelope::parse(&line).unwrap_or_else(|error| panic!("{line}: {error:?}"));
-            let written = serde_json::to_string(&envelope).expect("writes");
-            assert_eq!(Envelope::parse(&written).expect("reads"), envelope);
-        }
-    }
-
-    #[test]
-    fn every_bad_line_is_refused_by_its_own_code() {
-        use ErrorCode::{BadJson, BadRequest, UnknownField, UnknownOp};
-        for (line, id, code, part) in [
-            ("not json", None, BadJson, "not JSON"),
-            (r#"{"id":1,"op":"set","params":{"mass":NaN}}"#, None, BadJson, "NaN"),
-            (
-                r#"{"id":1,"op":"set","params":{"mass":1e999}}"#,
-                Some(1),
-                BadRequest,
-                "out of range",
-            ),
-            (r#"{"id":1,"op":"get","colour":1}"#, Some(1), UnknownField, "colour"),
-            (
-                r#"{"id":1,"op":"set","params":{},"colour":1}"#,
-                Some(1),
-                UnknownField,
-                "colour",
-            ),
-            (r#"{"id":1,"op":"dance"}"#, Some(1), UnknownOp, "dance"),
-            (r#"{"id":1}"#, Some(1), BadRequest, "op"),
-            (r#"{"op":"get"}"#, None, BadRequest, "id"),
-            (r#"{"id":-1,"op":"get"}"#, None, BadRequest, "id = -1"),
-            (r#"{"id":"a","op":"get"}"#, None, BadRequest, "id = \"a\""),
-            (r#"{"id":1,"op":3}"#, Some(1), BadRequest, "op = 3"),
-            (r#"{"id":1,"op":"set"}"#, Some(1), BadRequest, "params"),
-            (
-                r#"{"id":1,"op":"set","params":{"mass":"heavy"}}"#,
-                Some(1),
-                BadRequest,
-                "mass",
-            ),
-            (r#"{"id":1,"op":"set","params":[1]}"#, Some(1), BadRequest, "params"),
-            (
-                r#"{"id":1,"op":"subscribe","topics":["weather"]}"#,
-                Some(1),
-                BadRequest,
-                "weather",
-            ),
-            (r#"[1,2]"#, None, BadRequest, ""),
-            ("", None, BadJson, ""),
-        ] {
-            let BadLine { id: got_id, error, .. } = Envelope::parse(line).expect_err(line);
-            assert_eq!((got_id, error.code), (id, code), "{line}: {error}");
-            assert!(error.message.contains(part), "{line}: {error} does not name {part}");
-        }
-    }
-
-    #[test]
-    fn a_stop_that_cannot_be_read_is_known_for_one() {
-        for line in [
-            r#"{"id":1,"op":"stop","why":"fire"}"#,
-            r#"{"id":"x","op":"stop"}"#,
-            r#"{"op":"stop"}"#,
-            r#"{"id":1,"op":"stop","id":1}"#,
-            r#"{"id":1e400,"op":"stop"}"#,
-        ] {
-            assert!(Envelope::parse(line).expect_err(line).means_stop, "{line}");
-        }
-        assert!(
-            !Envelope::parse(r#"{"id":1,"op":"engage","why":"stop"}"#)
-                .expect_err("a field")
-                .means_stop
-        );
-    }
-
-    #[test]
-    fn a_parameter_given_twice_reaches_the_scene_twice() {
-        let line = r#"{"id":1,"op":"set","params":{"Fs":5,"Fs":6}}"#;
-        let Ok(Envelope {
-            request: Request::Set { params, .. },
-            ..
-        }) = Envelope::parse(line)
-        else {
-            panic!("it reads");
-        };
-        let refused = Scene::paper().with(&params.resolve().expect("known names"));
-        assert!(refused.is_err_and(|error| error.to_string().contains("twice")));
-    }
-
-    proptest::proptest! {
-        #[test]
-        fn no_line_panics(line in ".{0,200}") {
-            drop(Envelope::parse(&line));
-        }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::advice::Advice;
 use crate::error::{ErrorCode, WireError};
-use crate::object::{Field, Given, Limits, Object};
+use crate::object::{Field, FieldValue, Limits, Object};
 use crate::values::{is_whole, word, words};
 use crate::{parameter, refusal};
 use haptic_core::friction::{Friction, LAWS, Reseat};
@@ -31,7 +31,7 @@ impl Field for SceneRef {
             .to_owned()
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         if let Some(name) = given.json() {
             return Ok(Self::Name(name));
         }
@@ -64,7 +64,7 @@ impl<T: DeserializeOwned> Field for Part<T> {
         }
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         let Some(part) = Object::of(given) else {
             return Err(given.is_not("an object of parameters and numbers"));
         };
@@ -91,7 +91,7 @@ impl<T: DeserializeOwned> Field for Part<T> {
 }
 
 /// Why serde refused a part of a scene. Its message is the only place where it names the culprit.
-fn refused_part(given: &Given<'_>, message: &str) -> WireError {
+fn refused_part(given: &FieldValue<'_>, message: &str) -> WireError {
     let path = given.path();
     let mut quoted = message.split('`').skip(1).step_by(2);
     match quoted.next() {

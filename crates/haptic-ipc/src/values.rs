@@ -1,7 +1,7 @@
 //! The plain types of fields: numbers, flags, texts and words.
 
 use crate::error::WireError;
-use crate::object::{Field, Given, Limits};
+use crate::object::{Field, FieldValue, Limits};
 use crate::quantity;
 use crate::refusal;
 use serde::de::value::StrDeserializer;
@@ -13,7 +13,7 @@ impl<T: Field> Field for Option<T> {
         T::expected(name, limits)
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         if given.text == "null" {
             return Ok(None);
         }
@@ -26,7 +26,7 @@ impl Field for bool {
         "true or false".to_owned()
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         given.json().ok_or_else(|| given.is_not("true or false"))
     }
 }
@@ -36,7 +36,7 @@ impl Field for String {
         "a text in quotes".to_owned()
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         given.json().ok_or_else(|| given.is_not("a text in quotes"))
     }
 }
@@ -46,7 +46,7 @@ impl Field for f64 {
         format!("a number of {}", unit(name))
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         let unit = unit(given.name);
         let Some(number) = given.json::<Self>() else {
             return Err(match given.text.parse::<Self>() {
@@ -67,7 +67,7 @@ impl Field for u64 {
         }
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         match given.json::<Self>() {
             #[expect(clippy::cast_precision_loss, reason = "limits are far below 2^53")]
             Some(number) => within(given, number as f64, given.text).map(|()| number),
@@ -82,7 +82,7 @@ impl Field for u32 {
         u64::expected(name, limits)
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         Self::try_from(u64::read(given)?).map_err(|_| beyond(given))
     }
 }
@@ -92,13 +92,13 @@ impl Field for usize {
         u64::expected(name, limits)
     }
 
-    fn read(given: &Given<'_>) -> Result<Self, WireError> {
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
         Self::try_from(u64::read(given)?).map_err(|_| beyond(given))
     }
 }
 
 /// Refuses a word that is not known; `kind` says what such words are, as in "topic".
-pub(crate) fn word(given: &Given<'_>, kind: &str, word: &str, known: &[&str]) -> Result<(), WireError> {
+pub(crate) fn word(given: &FieldValue<'_>, kind: &str, word: &str, known: &[&str]) -> Result<(), WireError> {
     if known.contains(&word) {
         return Ok(());
     }
@@ -149,7 +149,7 @@ fn range(limits: Limits, unit: &str) -> String {
     format!("from {} to {}{unit}{zero}", limits.min, limits.max)
 }
 
-fn within(given: &Given<'_>, number: f64, shown: &str) -> Result<(), WireError> {
+fn within(given: &FieldValue<'_>, number: f64, shown: &str) -> Result<(), WireError> {
     let Some(limits) = given.limits else { return Ok(()) };
     let (min, max) = (f64::from(limits.min), f64::from(limits.max));
     if (min..=max).contains(&number) || (limits.zero.is_some() && number == 0.0) {
@@ -161,7 +161,7 @@ fn within(given: &Given<'_>, number: f64, shown: &str) -> Result<(), WireError> 
 }
 
 /// The refusal of a whole number that its type cannot hold.
-fn beyond(given: &Given<'_>) -> WireError {
+fn beyond(given: &FieldValue<'_>) -> WireError {
     let number = given.text.parse().unwrap_or(f64::NAN);
     if let Err(error) = within(given, number, given.text) {
         return error;

@@ -6,13 +6,13 @@ use tokio::sync::mpsc;
 
 /// What is asked goes to standard error, so that standard output has the findings alone.
 pub(super) struct Console {
-    /// Lines as they are typed; nothing where nobody is asked.
+    /// Lines as they are typed; nothing without a terminal.
     lines: Option<mpsc::UnboundedReceiver<String>>,
 }
 
 impl Console {
     /// # Errors
-    /// There is nobody to ask.
+    /// There is no terminal.
     pub(super) fn new(yes: bool) -> Result<Self, Failure> {
         if yes {
             return Ok(Self { lines: None });
@@ -35,12 +35,12 @@ impl Console {
         Ok(Self { lines: Some(lines) })
     }
 
-    /// Whether somebody is asked.
+    /// Whether a person is asked.
     pub(super) fn asks(&self) -> bool {
         self.lines.is_some()
     }
 
-    /// Says something. Where nobody listens there is nobody to tell.
+    /// Prints a line; a closed output is ignored.
     pub(super) fn say(&self, text: &str) {
         drop(writeln!(std::io::stderr().lock(), "{text}"));
     }

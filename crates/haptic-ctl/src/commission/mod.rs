@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-The rig must be idle. It is moved by pulses of at most 300 ms, 20 mm and 0.3 m/s, each within all limits of the daemon, and is released after each. Nobody else can engage it or \
+The rig must be idle. It is moved by pulses of at most 300 ms, 20 mm and 0.3 m/s, each within all limits of the daemon, and is released after each. No other client can engage it or \
 change the scene meanwhile; everybody can stop it, which ends the commissioning, as does the end of this program. A handle that moves against the force ends it at once: the motor or \
 the encoder is wired the other way, and nothing is kept.
 
@@ -94,7 +94,7 @@ impl Arguments {
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
     if arguments.yes && arguments.range == Range::ByHand {
         return Err(Failure::Usage(
-            "--range by-hand needs somebody to say when the handle has been moved: leave --yes out".to_owned(),
+            "--range by-hand needs a person to say when the handle has been moved: leave --yes out".to_owned(),
         ));
     }
     let console = Console::new(arguments.yes)?;

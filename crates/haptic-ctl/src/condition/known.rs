@@ -8,13 +8,13 @@ use haptic_ipc::{Event, Sample, StateEvent, TimingWindow, Topic};
 
 /// The newest state, sample and counts, from the events so far.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Known {
+pub(crate) struct Observations {
     pub(crate) state: Option<StateEvent>,
     sample: Option<Sample>,
     counts: Option<TimingWindow>,
 }
 
-impl Known {
+impl Observations {
     /// Takes in an event; says whether the condition holds after it, or after any sample in it. A
     /// comparison with an unknown field does not hold.
     pub(crate) fn take(&mut self, event: Event, condition: &Condition) -> bool {
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn a_condition_holds_when_all_of_it_does() {
-        let after = |event: Event, text: &str| Known::default().take(event, &condition(text));
+        let after = |event: Event, text: &str| Observations::default().take(event, &condition(text));
         for (text, holds) in [
             ("state=engaged", true),
             ("state == engaged", true),
@@ -177,7 +177,7 @@ mod tests {
             ("state=engaged and contact=-1", true),
             ("overruns=0", false),
         ] {
-            assert_eq!(Known::default().take(batch(), &condition(text)), holds, "{text}");
+            assert_eq!(Observations::default().take(batch(), &condition(text)), holds, "{text}");
         }
     }
 }

@@ -11,4 +11,4 @@ mod known;
 
 pub(crate) use comparison::Condition;
 pub(crate) use field::{fields, words};
-pub(crate) use known::Known;
+pub(crate) use known::Observations;

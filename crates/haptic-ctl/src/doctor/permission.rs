@@ -49,7 +49,7 @@ fn group_name(gid: u32) -> String {
 
 /// The result of connecting to the socket, as far as it concerns permission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Tried<'a> {
+enum ConnectResult<'a> {
     /// The daemon serves this user.
     Served,
     /// The system has refused the connection.
@@ -68,14 +68,14 @@ pub(super) fn permission(path: &Path, failure: Option<&Failure>) -> Check {
         return Check::skip(PERMISSION, "there is no socket to have one for");
     };
     let tried = match failure {
-        None => Tried::Served,
-        Some(Failure::Client(ClientError::Permission { .. })) => Tried::KeptOut,
+        None => ConnectResult::Served,
+        Some(Failure::Client(ClientError::Permission { .. })) => ConnectResult::KeptOut,
         Some(Failure::Client(ClientError::Refused(error))) if error.code == ErrorCode::NotPermitted => {
-            Tried::Refused(&error.message)
+            ConnectResult::Refused(&error.message)
         }
-        Some(_) => Tried::Unknown,
+        Some(_) => ConnectResult::Unknown,
     };
-    let socket = Owned {
+    let socket = SocketFile {
         path,
         owner: found.uid(),
         group: found.gid(),
@@ -88,19 +88,19 @@ const PERMISSION: &str = "permission";
 
 /// A socket, or the directory that hides it.
 #[derive(Clone, Copy)]
-struct Owned<'a> {
+struct SocketFile<'a> {
     path: &'a Path,
     owner: u32,
     group: u32,
     mode: u32,
 }
 
-fn may_use(socket: &Owned<'_>, person: &Person, tried: Tried<'_>) -> Check {
+fn may_use(socket: &SocketFile<'_>, person: &Person, tried: ConnectResult<'_>) -> Check {
     let path = socket.path.display();
     let (me, owner, group) = (user_name(person.uid), user_name(socket.owner), group_name(socket.group));
     // The daemon asks the kernel who the client is: a mode that was widened admits no other user.
     let serves_group = match tried {
-        Tried::Refused(said) => said.contains("members of the group"),
+        ConnectResult::Refused(said) => said.contains("members of the group"),
         _ => socket.mode & 0o030 != 0,
     };
     let by = if person.uid == 0 {
@@ -115,9 +115,11 @@ fn may_use(socket: &Owned<'_>, person: &Person, tried: Tried<'_>) -> Check {
         None
     };
     match (by, tried) {
-        (by, Tried::Served) => return Check::ok(PERMISSION, by.unwrap_or_else(|| format!("the daemon serves {me}"))),
-        (Some(by), Tried::Unknown) => return Check::ok(PERMISSION, by),
-        (Some(by), Tried::KeptOut) => {
+        (by, ConnectResult::Served) => {
+            return Check::ok(PERMISSION, by.unwrap_or_else(|| format!("the daemon serves {me}")));
+        }
+        (Some(by), ConnectResult::Unknown) => return Check::ok(PERMISSION, by),
+        (Some(by), ConnectResult::KeptOut) => {
             return Check::fail(
                 PERMISSION,
                 format!("{by}, and is kept out all the same"),
@@ -169,7 +171,7 @@ mod tests {
         let check = |owner, mode, person: &Person, tried| {
             let group = GROUP;
             let check = may_use(
-                &Owned {
+                &SocketFile {
                     path,
                     owner,
                     group,
@@ -181,7 +183,7 @@ mod tests {
             (check.level, check.found, check.fix.unwrap_or_default())
         };
         let (stranger, member) = (person(&[7], &[7]), person(&[GROUP], &[]));
-        use Tried::{KeptOut, Refused, Served, Unknown};
+        use ConnectResult::{KeptOut, Refused, Served, Unknown};
         for (owner, mode, who, tried) in [
             (stranger.uid, 0o600, &stranger, Unknown),
             (0, 0o660, &member, Unknown),
@@ -208,7 +210,7 @@ mod tests {
         let (level, _, fix) = check(stranger.uid, 0o600, &stranger, KeptOut);
         assert_eq!(level, Level::Fail);
         assert!(fix.contains("namei -l"), "{fix}");
-        // Behind a mode that somebody has widened the daemon has said whom it serves.
+        // Behind a widened mode the daemon has said whom it serves.
         let own = Refused("the daemon serves its own user and root only");
         let (level, _, fix) = check(1, 0o666, &member, own);
         assert_eq!(level, Level::Fail);

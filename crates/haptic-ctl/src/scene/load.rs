@@ -1,7 +1,7 @@
 //! `scene load`: load a whole scene.
 
 use super::reference;
-use crate::change::{self, ChangeArguments, Shown};
+use crate::change::{self, ChangeArguments, ChangeView};
 use crate::complete;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -28,5 +28,5 @@ impl Arguments {
 
 pub(super) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
     let reply: ChangeReply = reference::ask(daemon, request).await?;
-    change::show(&reply, Shown::Differences, json)
+    change::show(&reply, ChangeView::Differences, json)
 }

@@ -3,8 +3,11 @@
 //! One connection listens; another asks, in a task of its own, so that no answer that is late keeps
 //! the keys or the picture waiting.
 
+mod curve;
 mod draw;
+mod loops;
 mod model;
+mod theme;
 
 use crate::colour;
 use crate::daemon::Daemon;
@@ -100,7 +103,7 @@ pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<()
             _ = terminate.recv() => return Err(Failure::Silent(128 + 15)),
             _ = hang_up.recv() => return Err(Failure::Silent(128 + 1)),
         }
-        let theme = draw::Theme::new(!colour::is_forbidden());
+        let theme = theme::Theme::new(!colour::is_forbidden());
         terminal.draw(|frame| draw::draw(frame, &model, theme))?;
     }
 }

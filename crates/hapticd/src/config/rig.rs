@@ -20,7 +20,7 @@ pub(crate) enum RigChoice {
 }
 
 impl Options {
-    /// What the rig itself takes up, with the friction that is supposed where nobody names one, N.
+    /// The losses of the rig itself, with the friction in N that is assumed where none is named.
     pub(super) fn losses(&self, usual_friction_n: f64) -> Result<RigLosses, ConfigError> {
         Ok(RigLosses {
             friction: within(

@@ -5,7 +5,7 @@
 //! late the command arrives.
 
 use crate::control::RigHandle;
-use crate::control::commission::record::Known;
+use crate::control::commission::record::CommissionState;
 use crate::control::connected::Device;
 use crate::control::facts::EngageRules;
 use crate::rt::handoff::ANY_CONNECTION;
@@ -90,7 +90,7 @@ async fn obstacles(rig: &RigHandle, device: &Device, purpose: Purpose, only_look
     let counts_as_commissioned =
         purpose == Purpose::Commissioning || rules.uncommissioned || device.firmware.starts_with(SIMULATED);
     if !counts_as_commissioned
-        && let Known::Not(why) = rig.records().known(&rig.facts.state_dir, device, only_looks).await
+        && let CommissionState::Not(why) = rig.records().known(&rig.facts.state_dir, device, only_looks).await
     {
         found.push(not_commissioned(device, &why));
     }

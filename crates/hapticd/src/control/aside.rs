@@ -64,7 +64,7 @@ impl Aside {
                 .spawn(move || {
                     let result = work();
                     drop(place);
-                    // Nobody may wait for it any more.
+                    // The waiting client may be gone.
                     drop(answer.send(result));
                 })
                 .map_err(|error| failed(&error))?;

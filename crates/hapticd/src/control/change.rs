@@ -1,7 +1,7 @@
 //! How a scene changes: checked, compiled, handed over, and answered with the tick that rendered
 //! it. `set`, `scene.load`, `undo` and `redo` all go this way.
 
-use crate::control::history::{Dragged, Move};
+use crate::control::history::{Drag, Move};
 use crate::control::journal::bytes_of_changes;
 use crate::control::requester::Requester;
 use crate::control::{RigHandle, advise, commission, library};
@@ -67,7 +67,7 @@ pub(super) fn set(
 ) -> Result<PendingChange, WireError> {
     let changes = params.resolve()?;
     let scene = rig.scene().with(&changes)?;
-    let dragged = Dragged {
+    let dragged = Drag {
         session: by.session,
         parameters: changes.iter().map(|(key, _)| *key).collect(),
         goes_on: merge,

@@ -10,12 +10,12 @@ const MOST_STEPS: f64 = 250.0;
 
 /// The way to a scene in steps.
 #[derive(Debug)]
-pub(crate) struct Way {
+pub(crate) struct RampPath {
     from: Scene,
     steps: usize,
 }
 
-impl Way {
+impl RampPath {
     pub(super) fn steps(&self) -> usize {
         self.steps
     }
@@ -33,7 +33,7 @@ impl Way {
 pub(crate) struct Compiled {
     renderer: Renderer,
     transition: Transition,
-    way: Option<Way>,
+    way: Option<RampPath>,
     ramp_ticks: Option<u64>,
 }
 
@@ -80,7 +80,7 @@ impl Compiled {
             step += 1.0;
         }
         on_the_way.push(renderer);
-        let way = Way {
+        let way = RampPath {
             from: from.clone(),
             steps: on_the_way.len(),
         };
@@ -99,7 +99,7 @@ impl Compiled {
     }
 
     /// What the real-time thread takes, and the way there, where it goes in steps.
-    pub(crate) fn into_scene(self, revision: u64) -> (CompiledScene, Option<Way>) {
+    pub(crate) fn into_scene(self, revision: u64) -> (CompiledScene, Option<RampPath>) {
         let scene = CompiledScene {
             renderer: self.renderer,
             revision,

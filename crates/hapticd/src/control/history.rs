@@ -20,14 +20,14 @@ pub(crate) enum Move {
     Forward,
     /// Something new, which may be one step with the change before, of the same session to the same
     /// parameters.
-    Merge(Dragged),
+    Merge(Drag),
     Undo,
     Redo,
 }
 
 /// Who changed which parameters.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Dragged {
+pub(crate) struct Drag {
     pub(crate) session: u64,
     pub(crate) parameters: Vec<ParameterKey>,
     /// Whether it goes on with what was done before.
@@ -43,7 +43,7 @@ pub(crate) struct History {
     undo: VecDeque<Scene>,
     redo: Vec<Scene>,
     /// What the newest step back would take back, where that can grow.
-    dragged: Option<Dragged>,
+    dragged: Option<Drag>,
 }
 
 impl History {
@@ -190,7 +190,7 @@ mod tests {
     fn what_is_dragged_goes_back_in_one_step_and_what_another_did_between_does_not() {
         let mut history = History::new(1, named(0));
         let dragged = |session, goes_on| {
-            Move::Merge(Dragged {
+            Move::Merge(Drag {
                 session,
                 parameters: vec!["mass".parse().expect("a parameter")],
                 goes_on,
@@ -219,7 +219,7 @@ mod tests {
             for step in moves {
                 match step {
                     0 | 1 => {
-                        let set = Move::Merge(Dragged { session: 1, parameters: Vec::new(), goes_on: false });
+                        let set = Move::Merge(Drag { session: 1, parameters: Vec::new(), goes_on: false });
                         history.moved(if step == 0 { set } else { Move::Forward }, named(next));
                         back.push(now);
                         forth.clear();

@@ -21,7 +21,7 @@ const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 
 /// What an entry waits for before it is whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Until {
+pub(crate) enum Completion {
     /// Nothing.
     Done,
     /// The tick that renders this revision, or a newer one.
@@ -32,12 +32,12 @@ pub(crate) enum Until {
 
 /// Entries in their order, with the bytes that they take.
 #[derive(Debug)]
-struct Counted<T> {
+struct SizedQueue<T> {
     entries: VecDeque<(usize, T)>,
     bytes: usize,
 }
 
-impl<T> Default for Counted<T> {
+impl<T> Default for SizedQueue<T> {
     fn default() -> Self {
         Self {
             entries: VecDeque::new(),
@@ -46,7 +46,7 @@ impl<T> Default for Counted<T> {
     }
 }
 
-impl<T> Counted<T> {
+impl<T> SizedQueue<T> {
     fn push(&mut self, bytes: usize, entry: T) {
         self.bytes += bytes;
         self.entries.push_back((bytes, entry));
@@ -61,8 +61,8 @@ impl<T> Counted<T> {
 
 /// An entry that is not whole yet.
 #[derive(Debug)]
-struct Waiting {
-    until: Until,
+struct PendingEntry {
+    until: Completion,
     since: Instant,
     entry: JournalEntry,
 }
@@ -70,8 +70,8 @@ struct Waiting {
 /// The journal.
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
-    kept: Counted<JournalEntry>,
-    waiting: Counted<Waiting>,
+    kept: SizedQueue<JournalEntry>,
+    waiting: SizedQueue<PendingEntry>,
     last: u64,
 }
 
@@ -82,7 +82,7 @@ fn bytes_of(entry: &JournalEntry) -> usize {
         .by
         .as_ref()
         .map_or(0, |by| by.session.len() + optional(&by.user) + optional(&by.program));
-    size_of::<Waiting>() + entry.op.len() + optional(&entry.message) + by + bytes_of_changes(&entry.changes)
+    size_of::<PendingEntry>() + entry.op.len() + optional(&entry.message) + by + bytes_of_changes(&entry.changes)
 }
 
 /// What differences take in memory, bytes.
@@ -102,14 +102,14 @@ pub(super) fn bytes_of_changes(changes: &[Difference]) -> usize {
 
 impl Journal {
     /// Takes an entry in, which gets its number and its time here; it appears once it is whole.
-    pub(crate) fn enter(&mut self, until: Until, entry: JournalEntry) {
+    pub(crate) fn enter(&mut self, until: Completion, entry: JournalEntry) {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let entry = JournalEntry {
             time_unix_s: since_1970.as_secs_f64(),
             ..entry
         };
         let bytes = bytes_of(&entry);
-        let waiting = Waiting {
+        let waiting = PendingEntry {
             until,
             since: Instant::now(),
             entry,
@@ -120,16 +120,19 @@ impl Journal {
     /// The entries that are whole by now, in the order in which they came; `tick` fills in what is
     /// still missing, or says that it is not known yet. One that has waited for long, or for which
     /// there is no room, appears without it.
-    pub(crate) fn completed(&mut self, mut fill: impl FnMut(Until, &mut JournalEntry) -> bool) -> Vec<JournalEntry> {
+    pub(crate) fn completed(
+        &mut self,
+        mut fill: impl FnMut(Completion, &mut JournalEntry) -> bool,
+    ) -> Vec<JournalEntry> {
         let mut whole = Vec::new();
-        while let Some((_, Waiting { until, since, entry })) = self.waiting.entries.front_mut() {
-            if *until != Until::Done && !fill(*until, entry) {
+        while let Some((_, PendingEntry { until, since, entry })) = self.waiting.entries.front_mut() {
+            if *until != Completion::Done && !fill(*until, entry) {
                 if since.elapsed() < LONGEST_WAIT && self.waiting.bytes <= KEPT_BYTES {
                     break;
                 }
                 entry.message = Some("the real-time thread has not confirmed it".to_owned());
             }
-            let Some(Waiting { mut entry, .. }) = self.waiting.pop() else {
+            let Some(PendingEntry { mut entry, .. }) = self.waiting.pop() else {
                 break;
             };
             self.last += 1;
@@ -145,7 +148,7 @@ impl Journal {
 
     /// Whether a stop is on its way.
     pub(crate) fn waits_for_a_stop(&self) -> bool {
-        let is_stop = |waiting: &Waiting| matches!(waiting.until, Until::Stopped(_));
+        let is_stop = |waiting: &PendingEntry| matches!(waiting.until, Completion::Stopped(_));
         self.waiting.entries.iter().any(|(_, waiting)| is_stop(waiting))
     }
 
@@ -193,7 +196,7 @@ mod tests {
     fn what_the_journal_holds_is_bounded_in_bytes_whole_or_not() {
         let mut journal = Journal::default();
         for index in 0..2000 {
-            journal.enter(Until::Done, long(index));
+            journal.enter(Completion::Done, long(index));
         }
         journal.completed(|_, _| true);
         let counted: usize = journal.kept.entries.iter().map(|(_, entry)| bytes_of(entry)).sum();
@@ -214,7 +217,7 @@ mod tests {
 
         // While the loop hangs nothing becomes whole.
         for index in 0..2000 {
-            journal.enter(Until::Rendered(index), long(index));
+            journal.enter(Completion::Rendered(index), long(index));
             journal.completed(|_, _| false);
             assert!(journal.waiting.bytes <= KEPT_BYTES, "{}", journal.waiting.bytes);
         }
@@ -224,8 +227,8 @@ mod tests {
     #[test]
     fn what_is_never_confirmed_does_not_hold_up_what_comes_after_it() {
         let mut journal = Journal::default();
-        journal.enter(Until::Rendered(2), JournalEntry::of("set"));
-        journal.enter(Until::Done, JournalEntry::of("fault"));
+        journal.enter(Completion::Rendered(2), JournalEntry::of("set"));
+        journal.enter(Completion::Done, JournalEntry::of("fault"));
         assert!(journal.completed(|_, _| false).is_empty());
         let began = Instant::now();
         let whole = loop {

@@ -3,7 +3,7 @@
 //! end.
 
 use crate::control::RigHandle;
-use crate::control::journal::Until;
+use crate::control::journal::Completion;
 use crate::control::leases::Lease;
 use crate::control::requester::Requester;
 use crate::rt::clock::now_ns;
@@ -57,7 +57,7 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
             message: Some(why.to_owned()),
             ..JournalEntry::of("lease_lapsed")
         };
-        rig.enter(Until::Done, entry);
+        rig.enter(Completion::Done, entry);
     }
     // The real-time thread has released it already, unless the client closed its connection early.
     // A rig that is stopped or faulted has no force.

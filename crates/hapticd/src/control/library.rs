@@ -4,7 +4,7 @@
 use crate::control::RigHandle;
 use crate::control::aside::{Aside, AsideError};
 use crate::control::history::LONGEST_TITLE;
-use crate::control::journal::Until;
+use crate::control::journal::Completion;
 use crate::control::whole_file;
 use haptic_core::Scene;
 use haptic_ipc::{
@@ -209,7 +209,7 @@ pub(super) async fn save(
         message: Some(saved.path.clone()),
         ..JournalEntry::of("scene.save")
     };
-    rig.enter(Until::Done, entry);
+    rig.enter(Completion::Done, entry);
     Ok(saved)
 }
 

@@ -43,7 +43,7 @@ impl Presence {
             LinkState::Connected { .. } if connections == self.connections => {}
             LinkState::Connected { device, .. } => {
                 if self.lost() {
-                    // It came back before anybody looked.
+                    // It came back between two looks.
                     changes.push(Change::Lost);
                 }
                 (self.is_connected, self.connections) = (true, connections);
@@ -94,7 +94,7 @@ mod tests {
         // The rig is stopped, and the link alone tells.
         assert_eq!(presence.compare(&LinkState::Looking, 2), [Change::Lost]);
         assert_eq!(presence.compare(&there, 3), [found()]);
-        // Nobody looked in between.
+        // No look in between.
         assert_eq!(presence.compare(&there, 4), [Change::Lost, found()]);
     }
 }

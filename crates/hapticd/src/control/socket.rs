@@ -184,7 +184,7 @@ impl Socket {
                     option,
                 });
             }
-            // Whoever listens here does not hold the lock, but is alive.
+            // The process that listens here does not hold the lock, but is alive.
             Ok(_) => match std::os::unix::net::UnixStream::connect(path) {
                 Ok(_) => return Err(in_use()),
                 Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {

@@ -8,7 +8,7 @@ use super::watch::{keep_out, look};
 use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
 use crate::control::connected::Device;
-use crate::control::journal::Until;
+use crate::control::journal::Completion;
 use crate::control::requester::Requester;
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
@@ -28,7 +28,8 @@ const LARGEST_SHARE: f64 = 0.5;
 /// Begins.
 ///
 /// # Errors
-/// Somebody else is at it, the rig is not idle, or the client has no lease that is short enough.
+/// Another client commissions the rig, it is not idle, or the client has no lease that is short
+/// enough.
 pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     let stops = rig.stops();
     let (_turn, state) = rig.quiet_state().await;
@@ -61,7 +62,7 @@ pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Res
         message: Some(device.rig.key.clone()),
         ..JournalEntry::of("commission.begin")
     };
-    rig.enter(Until::Done, entry);
+    rig.enter(Completion::Done, entry);
     *rig.commissioning().borrow_mut() = Some(Commissioning {
         session: by.session,
         by: by.peer.clone(),
@@ -81,7 +82,7 @@ pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Res
 /// How it stands, for the client whose it is.
 ///
 /// # Errors
-/// It is another's, or nobody's.
+/// This client does not commission the rig.
 pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     look(rig);
     let feed = rig.feed();
@@ -164,7 +165,7 @@ pub(in crate::control) async fn pulse(
             .within(force_n, -largest_n, largest_n, "N"));
     }
     let shape = one_pulse::shape(force_n, duration_ms, device.resolution_m);
-    // Refused now rather than later, while nobody waits.
+    // Refused now: later no client waits for the answer.
     let admission = admission::admit(rig, Purpose::Commissioning).await?;
     let stops = {
         let mut commissioning = rig.commissioning().borrow_mut();
@@ -221,7 +222,7 @@ pub(in crate::control) async fn store(
         message: Some(path.clone()),
         ..JournalEntry::of("commission.store")
     };
-    rig.enter(Until::Done, entry);
+    rig.enter(Completion::Done, entry);
     if let Some(current) = rig.commissioning().borrow_mut().as_mut() {
         current.path = Some(path);
     }
@@ -231,7 +232,7 @@ pub(in crate::control) async fn store(
 /// Ends it.
 ///
 /// # Errors
-/// It is another's, or nobody's.
+/// This client does not commission the rig.
 pub(in crate::control) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     status(rig, by)?;
     end_of(rig, by.session, "its client has ended it");

@@ -55,7 +55,7 @@ pub(super) struct Record {
 
 /// What is known of a rig.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::control) enum Known {
+pub(in crate::control) enum CommissionState {
     /// It is as it was when it was commissioned.
     Commissioned,
     /// Why it does not count as commissioned.
@@ -66,7 +66,7 @@ pub(in crate::control) enum Known {
 #[derive(Debug)]
 pub(in crate::control) struct Records {
     /// What was known of the newest connection, and when.
-    shown: RefCell<Option<(u64, Instant, Known)>>,
+    shown: RefCell<Option<(u64, Instant, CommissionState)>>,
     /// One thread: a disk that hangs must not gather them.
     disk: Aside,
 }
@@ -81,7 +81,7 @@ impl Default for Records {
 }
 
 impl Records {
-    /// Does something with a file, where a disk that hangs holds up nobody.
+    /// Works with a file on a thread of its own: a disk that hangs holds up no other work.
     async fn run<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> Result<T, String> + Send + 'static,
@@ -92,7 +92,7 @@ impl Records {
         self.disk.run(PATIENCE, work).await.map_err(|error| error.to_string())?
     }
 
-    fn fresh(&self, connection: u64) -> Option<Known> {
+    fn fresh(&self, connection: u64) -> Option<CommissionState> {
         let shown = self.shown.borrow();
         let (of, at, known) = shown.as_ref()?;
         (*of == connection && at.elapsed() < FRESH).then(|| known.clone())
@@ -100,16 +100,21 @@ impl Records {
 
     /// Whether a rig was commissioned, and is as it was then. The answer for a status line may be a
     /// moment old.
-    pub(in crate::control) async fn known(&self, state_dir: &Path, device: &Device, only_looks: bool) -> Known {
+    pub(in crate::control) async fn known(
+        &self,
+        state_dir: &Path,
+        device: &Device,
+        only_looks: bool,
+    ) -> CommissionState {
         if only_looks && let Some(known) = self.fresh(device.connection) {
             return known;
         }
         let path = path_of(state_dir, &device.rig.key);
         let asked = path.clone();
         let known = match self.run(move || read(&asked)).await {
-            Ok(None) => Known::Not("it was never commissioned".to_owned()),
-            Ok(Some(record)) => difference(&record, device).map_or(Known::Commissioned, Known::Not),
-            Err(why) => Known::Not(format!(
+            Ok(None) => CommissionState::Not("it was never commissioned".to_owned()),
+            Ok(Some(record)) => difference(&record, device).map_or(CommissionState::Commissioned, CommissionState::Not),
+            Err(why) => CommissionState::Not(format!(
                 "whether it was commissioned cannot be read: {}: {why}",
                 path.display()
             )),

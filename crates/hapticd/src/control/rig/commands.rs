@@ -5,7 +5,7 @@ use super::RigHandle;
 use crate::control::admission::{self, Admission, Purpose};
 use crate::control::commission;
 use crate::control::connected::Device;
-use crate::control::journal::Until;
+use crate::control::journal::Completion;
 use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
@@ -36,7 +36,7 @@ impl Drop for WithdrawOnDrop<'_> {
             }),
             ..JournalEntry::of(self.command.name())
         };
-        self.rig.enter(Until::Done, entry);
+        self.rig.enter(Completion::Done, entry);
     }
 }
 
@@ -61,7 +61,7 @@ impl RigHandle {
         self.carry_out(command, admission, stops_known, by).await
     }
 
-    /// The same, for somebody who has the permission already.
+    /// Sends a command that is admitted already.
     ///
     /// # Errors
     /// As [`Self::command`].
@@ -74,7 +74,7 @@ impl RigHandle {
     ) -> Result<Outcome, WireError> {
         let _turn = self.commanding.lock().await;
         if command == Command::Engage && admission.purpose == Purpose::Scene {
-            // Somebody may have begun while it was looked whether this is allowed.
+            // A client may have begun to commission the rig since the admission.
             commission::keep_out(self, "engage")?;
         }
         if self.closing.get() && command == Command::Engage {
@@ -85,7 +85,7 @@ impl RigHandle {
         self.serial.set(serial);
         self.shared.admit(admission.connection);
         self.shared.send(serial, command, stops_known);
-        // Nobody may find later that a command was carried out which was given up here.
+        // A command that is given up here must not be carried out later.
         let withdraw = WithdrawOnDrop {
             rig: self,
             serial,

@@ -1,8 +1,8 @@
 //! Entries of the journal, completed by the loop's records.
 
 use super::RigHandle;
-use super::seen::Seen;
-use crate::control::journal::Until;
+use super::seen::ObservedState;
+use crate::control::journal::Completion;
 use crate::control::presence;
 use crate::rt::handoff::{Heard, Stopped};
 use crate::rt::outbox::TickRecord;
@@ -29,18 +29,18 @@ impl RigHandle {
     fn enter_own_events(&self, changes: &[TickRecord]) {
         let mut journal = self.journal.borrow_mut();
         for record in changes {
-            let before = self.seen.replace(Seen::of(record));
-            if let Some((op, message)) = Seen::of(record).news_since(before) {
+            let before = self.seen.replace(ObservedState::of(record));
+            if let Some((op, message)) = ObservedState::of(record).news_since(before) {
                 let entry = JournalEntry {
                     tick: Some(record.tick),
                     revision: record.revision,
                     message: Some(message),
                     ..JournalEntry::of(op)
                 };
-                journal.enter(Until::Done, entry);
+                journal.enter(Completion::Done, entry);
             }
             if record.state == RigState::Disconnected && self.presence.borrow_mut().lost() {
-                journal.enter(Until::Done, self.lost(Some(record.tick)));
+                journal.enter(Completion::Done, self.lost(Some(record.tick)));
             }
         }
         let Some(link) = &self.facts.link else { return };
@@ -53,15 +53,15 @@ impl RigHandle {
                     ..JournalEntry::of("connected")
                 },
             };
-            journal.enter(Until::Done, entry);
+            journal.enter(Completion::Done, entry);
         }
     }
 
     /// Completes an entry, where what it waits for has happened.
-    fn complete(&self, until: Until, entry: &mut JournalEntry, changes: &[TickRecord]) -> bool {
+    fn complete(&self, until: Completion, entry: &mut JournalEntry, changes: &[TickRecord]) -> bool {
         match until {
-            Until::Done => true,
-            Until::Rendered(revision) => {
+            Completion::Done => true,
+            Completion::Rendered(revision) => {
                 // A record at hand names the exact tick.
                 let seen = changes.iter().find(|record| record.revision >= revision);
                 let tick = seen
@@ -70,7 +70,7 @@ impl RigHandle {
                 entry.tick = tick;
                 tick.is_some()
             }
-            Until::Stopped(stop) => {
+            Completion::Stopped(stop) => {
                 let Some(Stopped { tick, state, heard, .. }) = self.shared.answers.stop(stop) else {
                     return false;
                 };
@@ -97,7 +97,7 @@ impl RigHandle {
     }
 
     /// Takes an entry into the journal, at the newest revision.
-    pub(crate) fn enter(&self, until: Until, entry: JournalEntry) {
+    pub(crate) fn enter(&self, until: Completion, entry: JournalEntry) {
         let revision = self.revision();
         self.journal
             .borrow_mut()

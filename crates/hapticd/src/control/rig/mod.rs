@@ -10,14 +10,14 @@ mod stops;
 use crate::control::aside::Aside;
 use crate::control::commission::record::Records;
 use crate::control::commission::state::Commissioning;
-use crate::control::compile::Way;
+use crate::control::compile::RampPath;
 use crate::control::facts::Facts;
 use crate::control::history::History;
 use crate::control::journal::Journal;
 use crate::control::leases::Leases;
 use crate::control::presence::Presence;
 use crate::control::pulse::Pulse;
-use crate::control::rig::seen::Seen;
+use crate::control::rig::seen::ObservedState;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
 use crate::telemetry::feed::Feed;
@@ -31,7 +31,7 @@ use std::time::{Duration, Instant};
 #[derive(Debug)]
 struct Ramp {
     revision: u64,
-    way: Way,
+    way: RampPath,
 }
 
 /// Threads that may wait for the library at once, and as many for devices.
@@ -58,7 +58,7 @@ pub(crate) struct RigHandle {
     commissioning: RefCell<Option<Commissioning>>,
     records: Records,
     /// The newest record, as far as the journal was told of it.
-    seen: Cell<Seen>,
+    seen: Cell<ObservedState>,
     presence: RefCell<Presence>,
     /// Where the library is read and written.
     library: Aside,
@@ -83,7 +83,7 @@ impl RigHandle {
             leases: Leases::default(),
             commissioning: RefCell::new(None),
             records: Records::default(),
-            seen: Cell::new(Seen::default()),
+            seen: Cell::new(ObservedState::default()),
             presence: RefCell::default(),
             library: Aside::new("library", MOST_ASIDE),
             devices: Aside::new("devices", MOST_ASIDE),
@@ -168,7 +168,7 @@ impl RigHandle {
         }
     }
 
-    /// Says when the rig is to be released by the real-time thread, unless that is moved on.
+    /// Sets the time at which the real-time thread releases the rig, unless it is moved on.
     pub(crate) fn lease_until(&self, until_ns: u64) {
         self.shared.lease_until(until_ns);
     }
@@ -188,7 +188,7 @@ impl RigHandle {
         move || shared.quit()
     }
 
-    /// A sign of life for the real-time thread: whoever calls this hears stops.
+    /// The beat for the real-time thread: the caller is the thread that hears stops.
     pub(crate) fn beat(&self) {
         self.shared.beat(now_ns());
     }
@@ -224,7 +224,7 @@ impl RigHandle {
                 ));
             }
             last_looks -= u32::from(is_late);
-            // The real-time thread wakes nobody: that would be a system call.
+            // The real-time thread wakes no other: that would be a system call.
             pulse.next().await;
         }
     }

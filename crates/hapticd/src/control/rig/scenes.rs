@@ -3,7 +3,7 @@
 use super::{Ramp, RigHandle};
 use crate::control::compile::Compiled;
 use crate::control::history::Move;
-use crate::control::journal::Until;
+use crate::control::journal::Completion;
 use haptic_core::servo::CompiledScene;
 use haptic_core::{Renderer, Scene};
 use haptic_ipc::{JournalEntry, WireError};
@@ -58,7 +58,7 @@ impl RigHandle {
         let revision = self.history.borrow_mut().moved(step, scene);
         let (scene, way) = compiled.into_scene(revision);
         *self.ramp.borrow_mut() = way.map(|way| Ramp { revision, way });
-        self.enter(Until::Rendered(revision), entry);
+        self.enter(Completion::Rendered(revision), entry);
         self.shared.scenes.post(scene);
         revision
     }

@@ -6,12 +6,12 @@ use haptic_ipc::RigState;
 
 /// What the rig does by itself, as the newest record shows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct ObservedState {
     state: Option<RigState>,
     fault: Option<Fault>,
 }
 
-impl Seen {
+impl ObservedState {
     pub(super) fn of(record: &TickRecord) -> Self {
         Self {
             state: Some(record.state),
@@ -19,7 +19,7 @@ impl Seen {
         }
     }
 
-    /// What is to be told of it that no client has asked for: the name of the entry, and its words.
+    /// An event that no client has asked for: the name of its entry, and its message.
     pub(super) fn news_since(self, before: Self) -> Option<(&'static str, String)> {
         if let Some(fault) = self.fault.filter(|_| self.fault != before.fault) {
             let op = if self.state == Some(RigState::Faulted) {

@@ -1,7 +1,7 @@
 //! Stops: raised at once, and confirmed when the device has taken the zero force.
 
 use super::RigHandle;
-use crate::control::journal::Until;
+use crate::control::journal::Completion;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::{Heard, Stopped};
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
@@ -32,7 +32,7 @@ impl RigHandle {
                 state: Some(StateChange { before, after }),
                 ..JournalEntry::of("stop")
             };
-            self.enter(Until::Stopped(stop), entry);
+            self.enter(Completion::Stopped(stop), entry);
         }
         stop
     }

@@ -89,19 +89,19 @@ async fn take_room(room: &Arc<Semaphore>, bytes: usize) -> Option<OwnedSemaphore
 
 /// A line that waits for its turn, and the room that it takes.
 struct QueuedLine {
-    incoming: Incoming,
+    incoming: ReceivedLine,
     room: Option<OwnedSemaphorePermit>,
 }
 
 /// A line, as it was read.
-enum Incoming {
+enum ReceivedLine {
     /// A request, with the count of stops when it was read, its own among them.
     Request { envelope: Envelope, stops: u64 },
     /// A line that is not a request.
     Refused { id: Option<u64>, error: WireError },
 }
 
-impl Incoming {
+impl ReceivedLine {
     /// Bytes that it takes in memory beside those of its text.
     fn beside_its_text(&self) -> usize {
         let changes = match self {
@@ -190,18 +190,18 @@ impl Client {
     }
 
     /// Reads a line and raises its stop; nothing where the line is blank.
-    fn receive(&self, line: Result<String, LinesCodecError>) -> Option<Incoming> {
+    fn receive(&self, line: Result<String, LinesCodecError>) -> Option<ReceivedLine> {
         let rig = &*self.rig;
         let line = match line {
             Ok(line) if line.trim().is_empty() => return None,
             Ok(line) => line,
             Err(error) => {
                 let error = unreadable(&error);
-                return Some(Incoming::Refused { id: None, error });
+                return Some(ReceivedLine::Refused { id: None, error });
             }
         };
         Some(match Envelope::parse(&line) {
-            Ok(envelope) => Incoming::Request {
+            Ok(envelope) => ReceivedLine::Request {
                 stops: match envelope.request {
                     Request::Stop {} => rig.raise_stop(&self.peer),
                     _ => rig.stops(),
@@ -212,7 +212,7 @@ impl Client {
                 if means_stop {
                     rig.raise_stop(&self.peer);
                 }
-                Incoming::Refused { id, error }
+                ReceivedLine::Refused { id, error }
             }
         })
     }
@@ -269,7 +269,7 @@ impl Client {
                 return;
             };
             let reply = match incoming {
-                Incoming::Request { envelope, stops } => {
+                ReceivedLine::Request { envelope, stops } => {
                     if !is_change(&envelope.request) && self.settle(&mut pending).await.is_err() {
                         return;
                     }
@@ -283,7 +283,7 @@ impl Client {
                         }
                     }
                 }
-                Incoming::Refused { id, error } => Some(answer::<()>(id, Err(error))),
+                ReceivedLine::Refused { id, error } => Some(answer::<()>(id, Err(error))),
             };
             drop(room);
             if let Some(reply) = reply
