@@ -54,8 +54,9 @@ fi
 git -C "$folder/tree" fetch --quiet "$PWD" HEAD
 git -C "$folder/tree" checkout --quiet --force --detach FETCH_HEAD
 
-# The loop's long proofs are cut short: what they see, they see early.
-export HAPTICD_PURITY_S=2 CARGO_TERM_COLOR=never
+# Long runs are short: what they see, they see early.
+unset HAPTICD_TEST_LONG
+export CARGO_TERM_COLOR=never
 # The clone has a target folder of its own.
 unset CARGO_TARGET_DIR
 

@@ -52,8 +52,8 @@ impl Machine {
     pub fn boot(configuration: &str) -> Option<Self> {
         let hierarchy = match missing() {
             Ok(hierarchy) => hierarchy,
-            Err(what) => {
-                println!("SKIPPED: {what}");
+            Err((need, remedy)) => {
+                test_run::skip(need, &remedy);
                 return None;
             }
         };
@@ -290,9 +290,9 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// The cgroup (v2) under which this process may make others; or what this machine lacks.
-fn missing() -> Result<PathBuf, String> {
+fn missing() -> Result<PathBuf, (&'static str, String)> {
     if !geteuid().is_root() {
-        return Err("only root can boot systemd in namespaces of its own".to_owned());
+        return Err(("root", "systemd boots in namespaces of its own".to_owned()));
     }
     for (program, package) in [
         ("/usr/lib/systemd/systemd", "systemd"),
@@ -302,7 +302,7 @@ fn missing() -> Result<PathBuf, String> {
         ("/usr/bin/setpriv", "util-linux"),
     ] {
         if !Path::new(program).exists() {
-            return Err(format!("{program} is missing (Debian: apt install {package})"));
+            return Err((package, format!("{program}; Debian: apt install {package}")));
         }
     }
     let works = Command::new("unshare")
@@ -310,7 +310,7 @@ fn missing() -> Result<PathBuf, String> {
         .stderr(Stdio::null())
         .status();
     if !works.is_ok_and(|status| status.success()) {
-        return Err("root may not make namespaces here".to_owned());
+        return Err(("namespaces", "root may not make any here".to_owned()));
     }
     let mounts = fs::read_to_string("/proc/self/mounts").unwrap_or_default();
     let own = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
@@ -321,7 +321,7 @@ fn missing() -> Result<PathBuf, String> {
     });
     let own = own.lines().find_map(|line| line.strip_prefix("0::/"));
     let (Some(mounted), Some(own)) = (mounted, own) else {
-        return Err("no cgroup v2 hierarchy is mounted".to_owned());
+        return Err(("cgroup v2", "a mounted hierarchy".to_owned()));
     };
     Ok(Path::new(mounted).join(own))
 }

@@ -62,7 +62,10 @@ impl Screen {
                 .stderr(Stdio::null())
                 .status();
             if runs.is_err() {
-                eprintln!("SKIPPED: {program} is missing (apt install {package} libgl1-mesa-dri libegl1 libgl1)");
+                test_run::skip(
+                    program,
+                    &format!("Debian: apt install {package} libgl1-mesa-dri libegl1 libgl1"),
+                );
                 return None;
             }
         }

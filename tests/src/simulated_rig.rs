@@ -55,7 +55,7 @@ fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
     ];
     for (what, package, there) in missing {
         if !there {
-            println!("SKIPPED: {what} is missing (Debian: apt install {package})");
+            test_run::skip(what, &format!("Debian: apt install {package}"));
             return None;
         }
     }

@@ -39,7 +39,7 @@ fn mode(path: &Path) -> u32 {
 /// Whether this process may become other users; says so aloud where it may not.
 fn is_root() -> bool {
     if !geteuid().is_root() {
-        eprintln!("SKIPPED: only root can try it as another user");
+        test_run::skip("root", "to become another user");
     }
     geteuid().is_root()
 }
@@ -80,6 +80,7 @@ fn code(refused: ClientError) -> ErrorCode {
 
 #[test]
 fn another_user_is_kept_out_by_the_mode_and_by_the_kernels_word() {
+    let _alone = crate::alone();
     if !is_root() {
         return;
     }
@@ -102,6 +103,7 @@ fn another_user_is_kept_out_by_the_mode_and_by_the_kernels_word() {
 
 #[test]
 fn a_member_of_the_group_tunes_and_nobody_else_does() {
+    let _alone = crate::alone();
     if !is_root() {
         return;
     }
@@ -162,7 +164,7 @@ fn a_member_of_the_group_tunes_and_nobody_else_does() {
         assert_eq!((peer.uid, peer.user.as_deref()), (NOBODY, Some("nobody")), "{peer:?}");
         assert_eq!(peer.pid, i32::try_from(std::process::id()).ok());
         assert!(
-            peer.program.as_ref().is_some_and(|name| name.starts_with("attacks")),
+            peer.program.as_ref().is_some_and(|name| name.starts_with("alone")),
             "{peer:?}"
         );
     }
@@ -178,6 +180,7 @@ fn a_member_of_the_group_tunes_and_nobody_else_does() {
 
 #[test]
 fn a_daemon_says_whom_the_directories_keep_from_its_socket() {
+    let _alone = crate::alone();
     if !is_root() {
         return;
     }
@@ -196,6 +199,7 @@ fn a_daemon_says_whom_the_directories_keep_from_its_socket() {
 
 #[test]
 fn a_watcher_may_look_and_stop_and_takes_nobodys_place() {
+    let _alone = crate::alone();
     let directory = public_directory();
     let (control, watch) = (
         directory.path().join("run/control.sock"),
@@ -315,46 +319,57 @@ fn survives(daemon: &Daemon, attack: Attack, time: Duration) {
     );
 }
 
-#[test]
-fn whatever_clients_do_others_are_served_and_nothing_is_left_behind() {
-    let daemon = Daemon::start(&[]);
-    // What is taken once stays: places for clients, the runtime's and the allocator's.
+/// What a daemon has taken after each attack went on for a while, once it has noticed the last hang-up: the descriptors
+/// are at most so many again.
+fn after_all_attacks(daemon: &Daemon, descriptors: usize, time: impl Fn(&Attack) -> Duration) -> Held {
     for attack in attack::ALL {
-        survives(&daemon, attack, Duration::from_millis(300));
-    }
-    let before = Held::by(&daemon);
-    for attack in attack::ALL {
-        let time = if attack.name.starts_with("1000 connections") {
-            10
-        } else {
-            2
-        };
-        survives(&daemon, attack, Duration::from_secs(time));
+        survives(daemon, attack, time(&attack));
     }
     let began = Instant::now();
-    let after = loop {
-        // The last hang-ups are noticed one by one.
-        let held = Held::by(&daemon);
-        if held.descriptors <= before.descriptors || began.elapsed() > PATIENCE {
-            break held;
+    loop {
+        let held = Held::by(daemon);
+        if held.descriptors <= descriptors {
+            return held;
         }
+        assert!(
+            began.elapsed() < PATIENCE,
+            "more than {descriptors} descriptors: {held:?}"
+        );
         std::thread::yield_now();
+    }
+}
+
+#[test]
+fn whatever_clients_do_others_are_served_and_nothing_is_left_behind() {
+    let _alone = crate::alone();
+    let daemon = Daemon::start(&[]);
+    // What is taken once stays: places for clients, the runtime's and the allocator's.
+    let before = after_all_attacks(&daemon, usize::MAX, |_| Duration::from_millis(300));
+    let time = |attack: &Attack| match test_run::is_long() {
+        true if attack.name.starts_with("1000 connections") => Duration::from_secs(10),
+        true => Duration::from_secs(2),
+        false => Duration::from_millis(300),
     };
-    eprintln!("{before:?}, then {after:?}");
-    assert!(after.descriptors <= before.descriptors, "{before:?}, then {after:?}");
-    assert!(
-        after.resident_kib < before.resident_kib + 16 * 1024,
-        "{before:?}, then {after:?}"
-    );
+    // The allocator keeps what a busy moment once needed, so the first rounds may still take memory. A leak takes some
+    // in every round.
+    let mut rounds = vec![before];
+    let after = loop {
+        let after = after_all_attacks(&daemon, before.descriptors, time);
+        let grown_kib = after.resident_kib.saturating_sub(rounds[rounds.len() - 1].resident_kib);
+        rounds.push(after);
+        if grown_kib < 1024 {
+            break after;
+        }
+        assert!(rounds.len() < 8, "it takes more in every round: {rounds:?}");
+    };
+    println!("{rounds:?}");
     // Not even for a while: a client's questions and answers have room for so much, and no more.
-    assert!(
-        after.peak_kib < before.resident_kib + 64 * 1024,
-        "{before:?}, then {after:?}"
-    );
+    assert!(after.peak_kib < before.resident_kib + 64 * 1024, "{rounds:?}");
 }
 
 #[test]
 fn a_stop_is_heard_though_its_sender_hangs_up_at_once() {
+    let _alone = crate::alone();
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let mut user = daemon.client();
     for (before, greeted) in [0, 1, 2, 5, 40]
@@ -379,6 +394,7 @@ fn a_stop_is_heard_though_its_sender_hangs_up_at_once() {
 
 #[test]
 fn a_last_line_needs_no_end() {
+    let _alone = crate::alone();
     let daemon = Daemon::start(&[]);
     daemon.ctl_ok(&["engage", "--wait"]);
     let mut raw = daemon.raw();
@@ -398,6 +414,7 @@ fn a_last_line_needs_no_end() {
 
 #[test]
 fn a_stop_does_not_wait_behind_what_its_client_asked_before() {
+    let _alone = crate::alone();
     // Each of these takes a tick of 10 ms.
     let daemon = Daemon::start(&["--rate", "100"]);
     let mut raw = daemon.raw();
@@ -422,15 +439,17 @@ fn with_descriptors(most: &str, socket: &Path) -> Daemon {
 
 #[test]
 fn a_crowd_at_the_door_does_not_keep_a_stop_waiting() {
+    let _alone = crate::alone();
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("run/control.sock");
     // With the usual 1024 descriptors it is their lack that keeps the crowd small.
     let daemon = with_descriptors("\"$(ulimit -Hn)\"", &socket);
-    survives(&daemon, attack::CROWD, Duration::from_secs(3));
+    survives(&daemon, attack::CROWD, Duration::from_secs(test_run::extent(1, 3)));
 }
 
 #[test]
 fn without_descriptors_those_who_are_connected_are_served_and_later_all() {
+    let _alone = crate::alone();
     let directory = tempfile::tempdir().expect("a directory");
     let socket = directory.path().join("run/control.sock");
     let daemon = with_descriptors("32", &socket);
@@ -460,6 +479,7 @@ fn without_descriptors_those_who_are_connected_are_served_and_later_all() {
 
 #[test]
 fn a_client_of_a_loop_that_hangs_is_told_so() {
+    let _alone = crate::alone();
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);

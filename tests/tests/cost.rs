@@ -27,7 +27,7 @@ const BUDGETS: [(&str, f64); 15] = [
 #[test]
 fn a_scene_never_pays_for_what_it_lacks() {
     if Command::new("valgrind").arg("--version").output().is_err() {
-        println!("SKIPPED: valgrind is missing, which counts the instructions (Debian: apt install valgrind)");
+        test_run::skip("valgrind", "Debian: apt install valgrind libc6-dbg");
         return;
     }
     let output = ctl_offline(&["cost", "--json"]);

@@ -18,7 +18,7 @@ fn has(programs: &[&str]) -> bool {
             .status();
         let found = found.is_ok_and(|status| status.success());
         if !found {
-            eprintln!("SKIPPED: {program} is missing (Debian: apt install {program})");
+            test_run::skip(program, &format!("Debian: apt install {program}"));
         }
         found
     })

@@ -100,9 +100,7 @@ fn clippy_says(source: &str) -> Option<(bool, String)> {
         .expect("cargo runs");
     let said = String::from_utf8_lossy(&run.stderr).into_owned();
     if said.contains("no such command") || said.contains("is not installed") {
-        println!(
-            "SKIPPED: clippy is missing (rustup component add clippy), so it could not be held to its list: {said}"
-        );
+        test_run::skip("clippy", "rustup component add clippy");
         return None;
     }
     Some((run.status.success(), said))

@@ -38,6 +38,7 @@ fn waited(daemon: &Daemon) -> Option<usize> {
 // hazard: H20
 #[test]
 fn events_that_wait_for_a_client_that_does_not_read_are_bounded_in_bytes() {
+    let _alone = crate::alone();
     let daemon = Daemon::start(&["--rate", &RATE_HZ.to_string()]);
     let began = Instant::now();
     let bytes = loop {

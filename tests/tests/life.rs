@@ -192,7 +192,7 @@ fn scheduled_by_deadline_the_loop_renders_or_says_why_it_is_not() {
             .find(|problem| problem.what.contains("by deadline"));
         let refused = refused.expect("it says why");
         assert!(refused.remedy.contains("cap_sys_nice"), "{refused:?}");
-        println!("SKIPPED: this machine does not let it: {}", refused.what);
+        test_run::skip("SCHED_DEADLINE", &refused.what);
     }
     let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
     let engaged = wait_for_state(&mut client, RigState::Engaged);

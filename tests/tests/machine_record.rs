@@ -6,7 +6,7 @@ use system_tests::{Daemon, machine_record, wait_for_state};
 #[test]
 fn every_tick_of_a_real_motion_reaches_a_subscriber_while_the_scene_changes() {
     let Some(path) = machine_record() else {
-        eprintln!("SKIPPED: shared/data/emps-pulses.csv, the real machine's record, is not beside the repository");
+        test_run::skip("emps-pulses.csv", "the real machine's record, in ../shared/data");
         return;
     };
     let hand = format!("file:{}", path.display());

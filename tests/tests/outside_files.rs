@@ -152,7 +152,7 @@ fn a_disk_that_does_not_answer_holds_up_neither_a_stop_nor_the_end() {
         .args(["--device", "fake", "--ramp-ms", "20", "--scene-dir"])
         .arg(directory.path().join("scenes"));
     if let Err(why) = stall_disk(&mut command) {
-        println!("SKIPPED: this kernel holds no system calls: {why}");
+        test_run::skip("seccomp", &format!("a kernel that holds system calls: {why}"));
         return;
     }
     // A directory that is not there is not read.

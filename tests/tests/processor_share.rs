@@ -29,11 +29,12 @@ fn pinned(client: &mut Client, cpu: &str) -> bool {
 // hazard: H11
 #[test]
 fn two_daemons_on_one_processor_say_so_while_both_are_there() {
+    let _alone = crate::alone();
     let cpu = processor();
     let first = Daemon::start(&["--cpu", &cpu]);
     let mut client = first.client();
     if !pinned(&mut client, &cpu) {
-        println!("SKIPPED: the loop may not be pinned to processor {cpu}");
+        test_run::skip("SCHED_FIFO", "a loop pinned to a processor: ulimit -r, or CAP_SYS_NICE");
         return;
     }
     // Another test's daemon may be about to end.

@@ -131,6 +131,7 @@ fn hold_against_the_kernel(daemon: &Daemon, claimed: &RealTimeStatus) {
 // hazard: P15
 #[test]
 fn priority_processor_and_locked_memory_are_what_status_claims() {
+    let _alone = crate::alone();
     for arguments in [
         &[][..],
         &["--priority", "37"],
@@ -153,9 +154,9 @@ fn priority_processor_and_locked_memory_are_what_status_claims() {
         );
         hold_against_the_kernel(&daemon, &claimed);
         if !claimed.memory_locked || (claimed.fifo_priority.is_none() && !claimed.deadline_scheduled) {
-            println!(
-                "SKIPPED: this user may not have all of it, so only the claim of less was seen: {:?}",
-                claimed.problems
+            test_run::skip(
+                "SCHED_FIFO",
+                &format!("only the claim of less was seen: {:?}", claimed.problems),
             );
         }
     }
@@ -164,8 +165,9 @@ fn priority_processor_and_locked_memory_are_what_status_claims() {
 // hazard: P15
 #[test]
 fn a_daemon_without_privileges_claims_none() {
+    let _alone = crate::alone();
     if !rustix::process::geteuid().is_root() {
-        println!("SKIPPED: only root can start it as another user");
+        test_run::skip("root", "to start it as another user");
         return;
     }
     let directory = tempfile::tempdir().expect("a directory");
@@ -192,8 +194,9 @@ fn a_daemon_without_privileges_claims_none() {
 // hazard: P13
 #[test]
 fn the_control_thread_keeps_off_the_loops_processor() {
+    let _alone = crate::alone();
     if processors().len() < 2 {
-        println!("SKIPPED: there is one processor only, which all threads share");
+        test_run::skip("two processors", "all threads share the one");
         return;
     }
     let daemon = Daemon::start(&[]);
@@ -214,6 +217,7 @@ fn the_control_thread_keeps_off_the_loops_processor() {
 
 #[test]
 fn lists_of_processors_are_read_as_the_kernel_writes_them() {
+    let _alone = crate::alone();
     assert_eq!(cpus("0-2,5"), [0, 1, 2, 5]);
     assert_eq!(cpus("7"), [7]);
 }

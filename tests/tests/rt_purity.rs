@@ -25,12 +25,12 @@ const SCENES: [&str; 5] = [
 
 fn daemon(scene: &str) -> Daemon {
     let path = format!("{}/../scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
-    Daemon::start(&["--scene", &path, "--ramp-ms", "20"])
+    Daemon::start(&["--scene", &path, "--ramp-ms", "20", "--spin-us", "100"])
 }
 
-/// How long the loops are watched altogether: a minute, or what the environment says.
+/// How long the loops are watched altogether.
 fn watched() -> Duration {
-    Duration::from_secs(std::env::var("HAPTICD_PURITY_S").map_or(60, |text| text.parse().expect("seconds")))
+    Duration::from_secs(test_run::extent(5, 60))
 }
 
 /// The real-time thread, as the kernel knows it.
@@ -305,6 +305,7 @@ impl Load {
 
 #[test]
 fn the_loop_sleeps_once_a_tick_never_faults_and_accounts_for_every_period() {
+    let _alone = crate::alone();
     let each = watched() / u32::try_from(SCENES.len()).expect("few");
     for scene in SCENES {
         let daemon = daemon(scene);
@@ -336,7 +337,7 @@ fn the_loop_sleeps_once_a_tick_never_faults_and_accounts_for_every_period() {
                 assert_eq!(after.minor_faults, before.minor_faults, "{scene}: page faults");
                 assert_eq!(after.major_faults, before.major_faults, "{scene}: page faults");
             } else {
-                println!("SKIPPED: memory is not locked (CAP_IPC_LOCK), page faults were not checked");
+                test_run::skip("locked memory", "CAP_IPC_LOCK; page faults were not checked");
             }
         });
         witness.check_every_tick_is_heard_or_counted();
@@ -345,6 +346,7 @@ fn the_loop_sleeps_once_a_tick_never_faults_and_accounts_for_every_period() {
 
 #[test]
 fn a_stall_is_counted_to_the_period() {
+    let _alone = crate::alone();
     let daemon = daemon(SCENES[0]);
     let pid = Pid::from_raw(i32::try_from(daemon.pid()).expect("a process")).expect("not zero");
     let mut witness = Witness::new(&daemon);
@@ -398,12 +400,13 @@ fn stopped(thread: libc::pid_t) -> libc::c_int {
 
 #[test]
 fn the_loop_makes_no_system_call_but_its_sleep() {
+    let _alone = crate::alone();
     const SYSTEM_CALL: libc::c_int = libc::SIGTRAP | 0x80;
     let daemon = daemon("lugre");
     let thread = RtThread::of(&daemon).id();
     let options = usize::try_from(libc::PTRACE_O_TRACESYSGOOD).expect("a flag");
     if let Err(error) = ptrace(libc::PTRACE_SEIZE, thread, 0, options) {
-        println!("SKIPPED: the thread cannot be traced ({error}); allow ptrace (CAP_SYS_PTRACE)");
+        test_run::skip("ptrace", &format!("CAP_SYS_PTRACE: {error}"));
         return;
     }
     let mut calls = BTreeMap::new();

@@ -281,7 +281,7 @@ mod tests {
         std::fs::write(&node, "").expect("a file");
         assert_eq!(closed(&node, remedy), None);
         if rustix::process::geteuid().is_root() {
-            println!("SKIPPED: the superuser may open everything");
+            test_run::skip("an ordinary user", "the superuser may open everything");
             return;
         }
         std::fs::set_permissions(&node, std::os::unix::fs::PermissionsExt::from_mode(0o400)).expect("ours");

@@ -5,9 +5,11 @@
 //! | `HAPTICD_TEST_LONG=1` | long runs take their full [`extent`] |
 //! | `HAPTICD_TEST_MAY_SKIP=NEED,NEED` | a [`skip`] for any other need fails |
 
+use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
 /// Whether long runs take their full extent: `HAPTICD_TEST_LONG` is set, and not to 0.
 #[must_use]
@@ -21,7 +23,7 @@ pub fn extent<T>(short: T, full: T) -> T {
     if is_long() { full } else { short }
 }
 
-/// Says that the calling test, or a part of it, was skipped for lack of `need`, and how to get that.
+/// Says, once, that the calling test, or a part of it, was skipped for lack of `need`, and how to get that.
 ///
 /// The line reaches the terminal although the test passes: libtest captures what the print macros write, and nothing
 /// else.
@@ -39,6 +41,10 @@ pub fn skip(need: &str, remedy: &str) {
             permitted.split(',').any(|each| each.trim() == need),
             "HAPTICD_TEST_MAY_SKIP does not list {need:?}: {line}"
         );
+    }
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+    if !SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(line.clone()) {
+        return;
     }
     // A test does not fail because nobody reads its standard error, or because its folder is read-only.
     drop(io::stderr().write_all(line.as_bytes()));
@@ -110,6 +116,8 @@ mod tests {
     #[test]
     #[ignore = "the test above runs it in a process of its own"]
     fn skips() {
-        skip("a moon", "wait for the night");
+        for _ in 0..2 {
+            skip("a moon", "wait for the night");
+        }
     }
 }

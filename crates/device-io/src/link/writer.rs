@@ -417,9 +417,7 @@ mod tests {
             assert_eq!(scheduled, (libc::SCHED_FIFO, 1));
         } else {
             assert_eq!(scheduled, (libc::SCHED_OTHER, 0), "refused, it runs as it was");
-            println!(
-                "SKIPPED: this user may not use SCHED_FIFO (ulimit -r, CAP_SYS_NICE), so the writer's priority was not seen"
-            );
+            test_run::skip("SCHED_FIFO", "ulimit -r, or CAP_SYS_NICE");
         }
     }
 }

@@ -98,7 +98,7 @@ fn is_passive(friction: &Friction) -> bool {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: test_run::extent(80, 600), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn no_law_ever_blows_up(

@@ -208,7 +208,7 @@ prop_compose! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: test_run::extent(60, 400), failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn the_exact_scheme_never_blows_up(

@@ -11,7 +11,7 @@ pub(crate) mod handoff;
 #[cfg(test)]
 mod handoff_tests;
 pub(crate) mod lateness;
-#[cfg(all(test, not(miri)))]
+#[cfg(all(test, feature = "loom", not(miri)))]
 mod model;
 pub(crate) mod outbox;
 pub(crate) mod privileges;

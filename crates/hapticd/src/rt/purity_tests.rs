@@ -257,15 +257,10 @@ fn start(device: Box<dyn Device>, shared: &Arc<Shared>, scene: &Scene, producer:
     running
 }
 
-/// How long the loop is watched: a minute, or what the environment says.
-fn watched_s() -> u64 {
-    std::env::var("HAPTICD_PURITY_S").map_or(60, |text| text.parse().expect("seconds"))
-}
-
 #[test]
 fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
     // One after the other: they share what counts.
-    let seconds = watched_s().div_ceil(2);
+    let seconds = test_run::extent(2, 30);
     watch(Box::new(FakeRig::new(RigProperties::default(), hand())), false, seconds);
     let rig = UnpluggedNowAndThen::start();
     let connector = SerialConnector::new(rig.link.clone(), 1_000_000);
@@ -459,7 +454,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
             TRAPPED_CALL.load(SeqCst)
         );
     } else {
-        println!("SKIPPED: seccomp is missing, the loop's system calls were not filtered");
+        test_run::skip("seccomp", "a kernel with it");
     }
 }
 

@@ -1190,7 +1190,7 @@ fn happening() -> impl Strategy<Value = Happening> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: test_run::extent(150, 1000), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Whatever is measured, commanded and changed: the force is a number within the limits, and zero where none may flow.
     // hazard: P2

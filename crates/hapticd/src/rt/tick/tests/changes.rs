@@ -122,7 +122,7 @@ const SLEWED: Limits = Limits {
 const STEP_N: f64 = 1e-6;
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: test_run::extent(300, 3000), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// In the very moment of the change the force stays what it was; from there on it grows by no more than the slew limit allows. Over a ramp that
     /// holds for every step of it.

@@ -1,0 +1,37 @@
+//! Whole-system tests that run side by side: each has daemons of its own, and most of its time it waits.
+
+mod acceptance;
+mod adapters;
+mod changes;
+mod check_rig;
+mod commission;
+mod control;
+mod cost;
+mod ctl;
+mod ctl_change;
+mod ctl_doctor;
+mod ctl_lease;
+mod ctl_record;
+mod ctl_requests;
+mod ctl_stop;
+mod ctl_top;
+mod ctl_wait;
+mod examples;
+mod firmware;
+mod forbidden_locks;
+mod hazard_log;
+mod laws;
+mod layout;
+mod library;
+mod life;
+mod link;
+mod link_health;
+mod log;
+mod machine_record;
+mod outside_files;
+mod safety;
+mod schema;
+mod systemd;
+mod transcripts;
+mod usb_kernel;
+mod window;
