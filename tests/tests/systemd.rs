@@ -175,7 +175,7 @@ fn members_of_the_group_tune_and_all_others_watch_and_stop() {
 #[test]
 fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
     const RAMP_S: f64 = 1.0;
-    let Some(machine) = machine_with_unit("ramp-ms = 1000") else {
+    let Some(machine) = machine_with_unit("ramp-ms = 1000\nstale-ms = 500") else {
         return;
     };
     pull(&machine);

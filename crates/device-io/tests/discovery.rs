@@ -6,6 +6,7 @@ use device_io::link::{ConnectError, DeviceFacts};
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 
 /// A fake rig, which ends with the test.
 struct FakeRig {
@@ -50,8 +51,12 @@ fn ask(address: &str) -> Result<DeviceFacts, ConnectError> {
     probe(&mut *address.connector().expect("not the rig in this process"))
 }
 
+/// While one test forks, its child holds the lines that the other has open, and their locks.
+static ALONE: Mutex<()> = Mutex::new(());
+
 #[test]
 fn a_rig_says_who_it_is() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = tempfile::tempdir().expect("a folder");
     let rig = FakeRig::start(folder.path(), &["--force-limit-n", "7", "--sample-rate-hz", "500"]);
     // And once more: the first has let go of it.
@@ -65,6 +70,7 @@ fn a_rig_says_who_it_is() {
 
 #[test]
 fn what_is_no_rig_is_told_apart() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = tempfile::tempdir().expect("a folder");
     let nothing = format!("serial:{}", folder.path().join("nothing").display());
     assert!(matches!(ask(&nothing), Err(ConnectError::Absent { .. })));

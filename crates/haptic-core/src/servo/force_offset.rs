@@ -33,3 +33,21 @@ impl ForceOffset {
         self.now()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_comes_in_evenly_over_its_time_and_a_second_one_on_top_of_what_is_left() {
+        let mut offset = ForceOffset::default();
+        assert_eq!(offset.fade(0.01), 0.0, "nothing was taken back");
+        offset.add(2.0);
+        assert!((offset.fade(0.025) - 1.0).abs() < 1e-12);
+        offset.add(0.0);
+        assert!((offset.fade(0.0125) - 0.5).abs() < 1e-12, "no step changes nothing");
+        offset.add(-1.5);
+        assert!((offset.fade(0.0) + 1.0).abs() < 1e-12);
+        assert_eq!([offset.fade(0.06), offset.fade(0.01)], [0.0, 0.0]);
+    }
+}

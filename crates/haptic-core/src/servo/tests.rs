@@ -174,10 +174,13 @@ fn every_build_gives_the_same_force_to_the_last_bit() {
     assert_eq!(digest, 0xb75b_a1bd_7405_399e, "{digest:#018x}");
 }
 
-/// A servo on the paper's scene, and a hand of which the test decides every position.
+/// A servo on the paper's scene, and a hand.
 struct Bench {
     servo: Servo,
     sequence: u32,
+    motor: Motor,
+    /// The hand trembles by this much instead of going on at 0.1 m/s.
+    amplitude_m: f64,
 }
 
 impl Bench {
@@ -208,10 +211,12 @@ impl Bench {
         Self {
             servo: Servo::new(settings, first),
             sequence: 0,
+            motor: Motor::Unreported,
+            amplitude_m: 0.0,
         }
     }
 
-    /// A step with the hand at 0.1 m/s.
+    /// A step a millisecond after the one before, with a new sample.
     fn step(&mut self, events: Events, command: Option<Command>, scene: Option<Box<CompiledScene>>) -> Outputs {
         self.sequence += 1;
         self.step_after(MS, events, command, scene)
@@ -225,13 +230,18 @@ impl Bench {
         command: Option<Command>,
         scene: Option<Box<CompiledScene>>,
     ) -> Outputs {
+        let time_ms = f64::from(self.sequence);
+        let position_m = if self.amplitude_m > 0.0 {
+            self.amplitude_m * libm::sin(0.8 * time_ms)
+        } else {
+            1e-4 * time_ms
+        };
         let inputs = Inputs {
             elapsed_ns,
-            sample: Ok(Measurement::new(
-                self.sequence,
-                u64::from(self.sequence) * MS,
-                1e-4 * f64::from(self.sequence),
-            )),
+            sample: Ok(Measurement {
+                motor: self.motor,
+                ..Measurement::new(self.sequence, u64::from(self.sequence) * MS, position_m)
+            }),
             device_resolution_m: 0.0,
             device_force_limit_n: f64::INFINITY,
             events,
@@ -371,4 +381,50 @@ fn a_device_may_repeat_itself_for_the_stale_time_and_no_longer() {
         bench.step_after(MS + longer_ns, Events::default(), None, None);
         assert_eq!(bench.servo.state(), state, "{longer_ns} ns longer");
     }
+}
+
+// hazard: H9
+#[test]
+fn a_motor_that_stays_on_is_an_alarm_after_its_time_whatever_is_asked_meanwhile() {
+    for (longer_ns, fault) in [
+        (0, None),
+        (1, Some(Fault::StillEnabled)),
+        (7 * MS, Some(Fault::StillEnabled)),
+    ] {
+        let mut bench = Bench::new();
+        bench.motor = Motor::Enabled;
+        bench.steps(90);
+        // A release is not a reset: the time goes on.
+        bench.step(Events::default(), Some(Command::Release), None);
+        bench.steps(7);
+        assert_eq!(bench.servo.fault(), None);
+        bench.sequence += 1;
+        bench.step_after(MS + longer_ns, Events::default(), None, None);
+        assert_eq!(bench.servo.fault(), fault, "{longer_ns} ns longer");
+    }
+}
+
+#[test]
+fn the_passivity_controller_pulls_against_the_motion() {
+    let run = |control_n: f64| {
+        let mut bench = Bench::new();
+        bench.servo.settings.passivity_control_n = control_n;
+        bench.servo.passivity = PassivityObserver::new(bench.servo.settings.losses, control_n);
+        bench.amplitude_m = 1e-4;
+        bench.steps(50);
+        bench.engage();
+        let outputs: Vec<Outputs> = (0..200).map(|_| bench.steps(0)).collect();
+        outputs
+    };
+    let (watched, controlled) = (run(0.0), run(3.0));
+    let (watched, controlled) = watched
+        .iter()
+        .zip(&controlled)
+        .find(|(watched, controlled)| watched.force_n != controlled.force_n)
+        .expect("there is energy to take out");
+    let added_n = controlled.force_n - watched.force_n;
+    assert!(
+        added_n * controlled.device_velocity_mps < 0.0,
+        "{watched:?} {controlled:?}"
+    );
 }

@@ -29,7 +29,7 @@ type Column<T> = (&'static str, fn(&T) -> f64);
 
 /// The columns of a sample that are numbers.
 #[expect(clippy::cast_precision_loss, reason = "counts and durations below 2^53")]
-pub(super) const COLUMNS: [Column<Sample>; 13] = [
+pub(super) const COLUMNS: [Column<Sample>; 19] = [
     ("tick", |sample| sample.tick as f64),
     ("t_s", |sample| sample.t_s),
     ("contact", |sample| f64::from(sample.contact)),
@@ -43,6 +43,12 @@ pub(super) const COLUMNS: [Column<Sample>; 13] = [
     ("wake_latency_ns", |sample| sample.wake_latency_ns as f64),
     ("tick_ns", |sample| sample.tick_ns as f64),
     ("device_round_trip_ns", |sample| sample.device_round_trip_ns as f64),
+    ("elapsed_ns", |sample| sample.elapsed_ns as f64),
+    ("device_sequence", |sample| f64::from(sample.device_sequence)),
+    ("device_time_ns", |sample| sample.device_time_ns as f64),
+    ("sample_position_m", |sample| sample.sample_position_m),
+    ("input_flags", |sample| f64::from(sample.input_flags)),
+    ("error_detail", |sample| f64::from(sample.error_detail)),
 ];
 
 /// The place of the revision in [`COLUMNS`]; the state event has it as well.

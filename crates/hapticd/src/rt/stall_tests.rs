@@ -373,9 +373,9 @@ fn a_queue_towards_the_real_time_side_would_stall_it_and_this_is_seen() {
 /// Instructions of a whole tick on the paper's scene, without the device's own: its median, and its most, which has a change of contact in it. In the profile that the tests
 /// are built with, and a tenth on top; an optimised build (`cargo test --release`) has its own. Raise them only for something that every tick really needs.
 const TICK_BUDGET: (u64, u64) = if cfg!(debug_assertions) {
-    (1620, 6800)
+    (2340, 6800)
 } else {
-    (1330, 6800)
+    (1480, 6800)
 };
 
 #[test]
