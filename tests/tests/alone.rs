@@ -3,6 +3,7 @@
 
 mod attacks;
 mod blocked_output;
+mod commission;
 mod held_bytes;
 mod lease;
 mod processor_share;

@@ -186,6 +186,7 @@ fn renders_the_scene(daemon: &Daemon, client: &mut Client) {
 // hazard: H13
 #[test]
 fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_the_same() {
+    let _alone = crate::alone();
     let directory = tempfile::tempdir().expect("a directory");
     let link = directory.path().join("rig");
     let mut rig = FakeRig::start_at(&link, &[&OWN[..], &["--stops-mm", "15"]].concat());
@@ -267,6 +268,7 @@ fn a_rig_of_ones_own_engages_only_once_it_is_commissioned_and_as_long_as_it_is_t
 // hazard: H13
 #[test]
 fn with_uncommissioned_in_the_configuration_any_rig_engages() {
+    let _alone = crate::alone();
     let rig = FakeRig::start(&OWN);
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("hapticd.toml");
@@ -279,6 +281,7 @@ fn with_uncommissioned_in_the_configuration_any_rig_engages() {
 // hazard: H13
 #[test]
 fn a_motor_that_is_wired_the_other_way_ends_in_zero_force_and_is_not_kept() {
+    let _alone = crate::alone();
     let rig = FakeRig::start(&[&OWN[..], &["--reversed"]].concat());
     let (daemon, mut client) = daemon(&rig, &[]);
     let began = Instant::now();
@@ -329,6 +332,7 @@ fn a_motor_that_is_wired_the_other_way_ends_in_zero_force_and_is_not_kept() {
 // hazard: H13
 #[test]
 fn a_stop_in_a_pulse_acts_at_once_and_ends_the_commissioning_and_the_scene_comes_back() {
+    let _alone = crate::alone();
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &[]);
     let began = Instant::now();
@@ -377,6 +381,7 @@ fn a_stop_in_a_pulse_acts_at_once_and_ends_the_commissioning_and_the_scene_comes
 // hazard: H13
 #[test]
 fn what_cannot_be_kept_is_told_and_the_rig_stays_uncommissioned() {
+    let _alone = crate::alone();
     let directory = tempfile::tempdir().expect("a directory");
     // A file stands where the directory should be: not even root can write there.
     let state = directory.path().join("state");
@@ -406,6 +411,7 @@ fn what_cannot_be_kept_is_told_and_the_rig_stays_uncommissioned() {
 // hazard: H13
 #[test]
 fn a_client_that_dies_in_a_pulse_takes_its_force_with_it() {
+    let _alone = crate::alone();
     let rig = FakeRig::start(&["--hand", "free"]);
     // A ramp that is longer than the pulse: along it the force would go on.
     let (daemon, mut client) = daemon_with(&rig, &["--ramp-ms", "600"]);
@@ -454,6 +460,7 @@ fn a_client_that_dies_in_a_pulse_takes_its_force_with_it() {
 // hazard: H13
 #[test]
 fn haptic_ctl_killed_in_a_pulse_leaves_no_force_and_nothing_kept() {
+    let _alone = crate::alone();
     let mut rig = FakeRig::start(&OWN);
     let (daemon, mut client) = daemon(&rig, &[]);
     let start = || {
@@ -492,6 +499,7 @@ fn haptic_ctl_killed_in_a_pulse_leaves_no_force_and_nothing_kept() {
 // hazard: H13
 #[test]
 fn nobody_else_moves_the_rig_or_its_scene_meanwhile_and_is_told_by_whom() {
+    let _alone = crate::alone();
     let rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut other) = daemon(&rig, &[]);
     let error = refused(&mut other, Request::CommissionBegin {});
@@ -563,6 +571,7 @@ fn nobody_else_moves_the_rig_or_its_scene_meanwhile_and_is_told_by_whom() {
 // hazard: H8
 #[test]
 fn a_device_that_gives_no_force_is_not_engaged_whatever_is_allowed() {
+    let _alone = crate::alone();
     let rig = FakeRig::start(&["--force-limit-n", "0"]);
     let (daemon, mut client) = daemon(&rig, &["--uncommissioned", "--allow-no-watchdog"]);
     let error = refused(&mut client, Request::Engage {});
@@ -578,6 +587,7 @@ fn a_device_that_gives_no_force_is_not_engaged_whatever_is_allowed() {
 // hazard: H9
 #[test]
 fn a_device_without_a_watchdog_or_with_a_long_one_engages_only_where_that_is_allowed() {
+    let _alone = crate::alone();
     for (watchdog_ms, told) in [("0", "watchdog_ms = 0 ms"), ("1000", "watchdog_ms = 1000 ms")] {
         let rig = FakeRig::start(&["--watchdog-ms", watchdog_ms]);
         let (_strict, mut client) = daemon(&rig, &[]);
@@ -606,6 +616,7 @@ fn on_a_terminal(daemon: &Daemon, arguments: &[&str]) -> Terminal {
 
 #[test]
 fn on_a_terminal_it_asks_before_each_step_and_nothing_is_kept_without_a_yes() {
+    let _alone = crate::alone();
     let rig = FakeRig::start(&[&OWN[..], &["--stops-mm", "5"]].concat());
     let (daemon, mut client) = daemon(&rig, &[]);
     let output = daemon.ctl(&["commission"]);

@@ -4,7 +4,6 @@ mod acceptance;
 mod adapters;
 mod changes;
 mod check_rig;
-mod commission;
 mod control;
 mod cost;
 mod ctl;
