@@ -1,4 +1,5 @@
-//! Whatever the law, the scene, the scheme and the device, on the device itself or behind a block: numbers, bounded work, and no panic, also when one scene takes over from another.
+//! Whatever the law, the scene, the scheme and the device, on the device itself or behind a block:
+//! numbers, bounded work, and no panic, also when one scene takes over from another.
 #![no_main]
 
 use arbitrary::Arbitrary;
@@ -70,7 +71,8 @@ fuzz_target!(|case: Case| {
     for (k, (time, p, v)) in case.samples.into_iter().enumerate() {
         if k == usize::from(case.change_after) {
             let mut new = Renderer::new(&second, scheme, 1e-3).expect("a valid scene");
-            // The literal scheme blows up where it does, to forces beyond all numbers: its step then is none either.
+            // The literal scheme blows up where it does, to forces beyond all numbers: its step
+            // then is none either.
             assert!(new.take_over(&renderer).is_finite() || scheme != Scheme::Exact);
             renderer = new;
         }

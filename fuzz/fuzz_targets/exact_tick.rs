@@ -1,5 +1,5 @@
-//! Whatever the scene and whatever the device says, the exact tick gives numbers, goes the way it slides, does bounded work, and takes no energy from
-//! friction.
+//! Whatever the scene and whatever the device says, the exact tick gives numbers, goes the way it
+//! slides, does bounded work, and takes no energy from friction.
 #![no_main]
 
 use arbitrary::Arbitrary;

@@ -1,4 +1,5 @@
-//! No bytes make the link protocol's reader panic, nothing passes with a wrong CRC, and what is read is written back the same.
+//! No bytes make the link protocol's reader panic, nothing passes with a wrong CRC, and what is
+//! read is written back the same.
 #![no_main]
 
 use device_io::protocol::frame::{Decoder, Frame};

@@ -1,12 +1,14 @@
-//! How well the real-time thread keeps time: against cyclictest, against a bare loop, and against itself while clients do what they can.
+//! How well the real-time thread keeps time: against cyclictest, against a bare loop, and against
+//! itself while clients do what they can.
 //!
 //! ```sh
 //! cargo bench -p system-tests --bench realtime            # all but the hour, some ten minutes
 //! cargo bench -p system-tests --bench realtime -- wake    # a part: wake, tick, rates, clients, panel, memory=MINUTES
 //! ```
 //!
-//! What is compared runs in turns on the same processor at the same priority, five turns of ten seconds each, and the medians of the turns stand side by
-//! side: a turn in which the host took the processor away does not decide. The rest of the machine should be quiet.
+//! What is compared runs in turns on the same processor at the same priority, five turns of ten
+//! seconds each, and the medians of the turns stand side by side: a turn in which the host took the
+//! processor away does not decide. The rest of the machine should be quiet.
 
 use haptic_ipc::{ChangeReply, Changes, Client, Event, Request, SubscribeReply, Timing, TimingWindow, Topic};
 use std::fs;
@@ -254,7 +256,8 @@ fn engage(daemon: &Daemon) {
 
 const CLIENTS: usize = 32;
 
-/// What 31 subscribers of every tick and one client that makes 100 changes a second do to the loop, against the same daemon left alone.
+/// What 31 subscribers of every tick and one client that makes 100 changes a second do to the loop,
+/// against the same daemon left alone.
 fn clients() {
     let daemon = Daemon::start(&[]);
     engage(&daemon);

@@ -1,8 +1,10 @@
 //! The hazard log, docs/safety.md, as data: its rows, the tests in the sources, and whether the two agree.
 //!
-//! A row is a heading of the third level that begins with its id, `### H3: ...`, followed by one item for each of [`FIELDS`], `- **Cause:** ...`; or a row of a table whose first cell is its
-//! id and whose last cell is its tests. Tests are written `` `path: name` `` and marked in the sources by a comment directly above their attributes, `// hazard: H3, P14`. A row that software
-//! cannot prove says `none: ` and why.
+//! A row is a heading of the third level that begins with its id, `### H3: ...`, followed by one
+//! item for each of [`FIELDS`], `- **Cause:** ...`; or a row of a table whose first cell is its id
+//! and whose last cell is its tests. Tests are written `` `path: name` `` and marked in the sources
+//! by a comment directly above their attributes, `// hazard: H3, P14`. A row that software cannot
+//! prove says `none: ` and why.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -18,7 +20,8 @@ pub const FIELDS: [&str; 7] = [
     "Tests",
 ];
 
-/// Letters that ids begin with: hazards seen by trying, further ones, planted faults, and what no software can do.
+/// Letters that ids begin with: hazards seen by trying, further ones, planted faults, and what no
+/// software can do.
 const KINDS: [char; 4] = ['H', 'F', 'P', 'S'];
 
 /// A row of the log.

@@ -6,7 +6,8 @@ use nix::unistd::Pid;
 use std::fs;
 use std::marker::PhantomData;
 
-/// A thread of another process that stands still while the others of that process go on. It runs again when this is dropped.
+/// A thread of another process that stands still while the others of that process go on. It runs
+/// again when this is dropped.
 #[derive(Debug)]
 pub struct HeldThread {
     thread: Pid,

@@ -1,4 +1,5 @@
-//! A thread that is made to hang, in the real program and without a back door in it: a tracer puts its registers where it wants them.
+//! A thread that is made to hang, in the real program and without a back door in it: a tracer puts
+//! its registers where it wants them.
 
 use crate::held::interrupt;
 use nix::libc::{self, user_regs_struct};

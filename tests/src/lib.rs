@@ -1,7 +1,7 @@
 //! What the whole-system tests share: the real binaries, started and talked to as their users do.
 //!
-//! Nothing here sleeps for a state to come about: a daemon is ready when it has named its socket, an answer is there when it is read, and a
-//! condition is waited for by asking the daemon.
+//! Nothing here sleeps for a state to come about: a daemon is ready when it has named its socket,
+//! an answer is there when it is read, and a condition is waited for by asking the daemon.
 
 pub mod attack;
 pub mod blocked;
@@ -48,7 +48,8 @@ pub fn binary(name: &str) -> PathBuf {
             // A benchmark measures what users run.
             &["--release", "--bins"]
         } else {
-            // With the tests, so that the features are those of the whole test run and nothing is compiled twice.
+            // With the tests, so that the features are those of the whole test run and nothing is
+            // compiled twice.
             &["--workspace", "--bins", "--tests"]
         };
         let built = Command::new(env!("CARGO"))
@@ -62,9 +63,9 @@ pub fn binary(name: &str) -> PathBuf {
     directory.join(name)
 }
 
-/// Lets a daemon and its rig stand still for longer than they may with a hand on the rig, where the test does not say
-/// for how long: most tests are not about a busy machine. For the same reason the loop does not spin: the tests run
-/// side by side, and their loops share a processor.
+/// Lets a daemon and its rig stand still for longer than they may with a hand on the rig, where the
+/// test does not say for how long: most tests are not about a busy machine. For the same reason the
+/// loop does not spin: the tests run side by side, and their loops share a processor.
 pub fn be_patient(hapticd: &mut Command) {
     for (option, value) in [
         ("--stale-ms", "500"),
@@ -77,8 +78,9 @@ pub fn be_patient(hapticd: &mut Command) {
     }
 }
 
-/// Copies one of the workspace's binaries to where it can be run by others. A child writes it: were this process to do it, a program that another thread
-/// starts meanwhile would hold it open for writing for a moment, and it could not be run.
+/// Copies one of the workspace's binaries to where it can be run by others. A child writes it: were
+/// this process to do it, a program that another thread starts meanwhile would hold it open for
+/// writing for a moment, and it could not be run.
 ///
 /// # Panics
 /// It cannot be copied.
@@ -402,7 +404,8 @@ pub fn wait_for_state(client: &mut Client, state: RigState) -> Status {
     wait_for(client, &state.to_string(), |status| status.state == state)
 }
 
-/// Engages the rig of a daemon that is behind a link. On a machine so busy that a terminal's bytes are passed on too late, it may fault on the way; then again.
+/// Engages the rig of a daemon that is behind a link. On a machine so busy that a terminal's bytes
+/// are passed on too late, it may fault on the way; then again.
 ///
 /// # Panics
 /// It does not come to that.
@@ -425,7 +428,8 @@ pub fn engage(client: &mut Client) {
     }
 }
 
-/// Engages such a rig and waits until it pulls, as somebody who can look at its motor says; however often it faults on the way.
+/// Engages such a rig and waits until it pulls, as somebody who can look at its motor says; however
+/// often it faults on the way.
 ///
 /// # Panics
 /// It does not come to that.

@@ -1,4 +1,5 @@
-//! A machine of its own for the service: this machine's systemd as PID 1 of new namespaces, with the package laid over its files.
+//! A machine of its own for the service: this machine's systemd as PID 1 of new namespaces, with
+//! the package laid over its files.
 
 use crate::{PATIENCE, binary};
 use haptic_ipc::Client;
@@ -44,7 +45,8 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Boots a machine and installs the package on it, with more lines in its configuration. Returns nothing, and says why, where that cannot be.
+    /// Boots a machine and installs the package on it, with more lines in its configuration.
+    /// Returns nothing, and says why, where that cannot be.
     ///
     /// # Panics
     /// It ought to boot, and does not.
@@ -270,7 +272,8 @@ impl Drop for Machine {
     }
 }
 
-/// The packaged configuration with some lines of it replaced or added. A busy machine misses periods, which no test is about: unless one says otherwise, they are no fault.
+/// The packaged configuration with some lines of it replaced or added. A busy machine misses
+/// periods, which no test is about: unless one says otherwise, they are no fault.
 fn configured(shipped: &str, lines: &str) -> String {
     let option = |line: &str| line.split_once('=').map(|(name, _)| name.trim().to_owned());
     let mut lines = lines.to_owned();

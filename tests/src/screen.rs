@@ -1,6 +1,8 @@
-//! A screen that exists in memory alone: the panel's window is drawn on it in software, looked at pixel by pixel, and given keys and clicks.
+//! A screen that exists in memory alone: the panel's window is drawn on it in software, looked at
+//! pixel by pixel, and given keys and clicks.
 //!
-//! Xvfb keeps its picture in a file (`-fbdir`), in the form of `xwd`, so that nothing else is needed to look at it.
+//! Xvfb keeps its picture in a file (`-fbdir`), in the form of `xwd`, so that nothing else is
+//! needed to look at it.
 
 use crate::{PATIENCE, binary};
 use std::fs;
@@ -128,7 +130,8 @@ impl Screen {
         assert!(done.expect("xdotool runs").success(), "{what:?}");
     }
 
-    /// Clicks, and waits until the place looks otherwise: a field that is clicked shows that it listens, and only then do keys go to it.
+    /// Clicks, and waits until the place looks otherwise: a field that is clicked shows that it
+    /// listens, and only then do keys go to it.
     ///
     /// # Panics
     /// Nothing is to be seen of it.

@@ -1,4 +1,5 @@
-//! The reference firmware on a simulated microcontroller, whose motor pulls a simulated handle: everything of a rig but the copper.
+//! The reference firmware on a simulated microcontroller, whose motor pulls a simulated handle:
+//! everything of a rig but the copper.
 
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
@@ -35,7 +36,8 @@ pub fn firmware_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware")
 }
 
-/// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, where the tools are missing.
+/// The simulator and the firmware for an encoder, built into a folder; nothing, said aloud, where
+/// the tools are missing.
 fn built(encoder: Encoder, folder: &Path) -> Option<(PathBuf, PathBuf)> {
     let missing = [
         ("avr-gcc", "gcc-avr", has_command("avr-gcc")),
@@ -94,13 +96,15 @@ pub struct SimulatedRig {
 }
 
 impl SimulatedRig {
-    /// Builds the firmware into a folder and switches the rig on, with more arguments for the simulator; nothing where the tools to build it are missing.
+    /// Builds the firmware into a folder and switches the rig on, with more arguments for the
+    /// simulator; nothing where the tools to build it are missing.
     ///
     /// # Panics
     /// It cannot be built or does not start.
     #[must_use]
     pub fn start(encoder: Encoder, folder: &str, arguments: &[&str]) -> Option<Self> {
-        // They keep to real time, and a machine has not the processors for many at once. Nor may two be built at once.
+        // They keep to real time, and a machine has not the processors for many at once. Nor may
+        // two be built at once.
         static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
         let alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let (simulator, firmware) = built(encoder, &Path::new(folder).join("firmware"))?;

@@ -1,4 +1,6 @@
-//! A disk that does not answer, for one program and without a file system of one's own: the kernel holds its system calls that list a directory or wait for the disk, for a supervisor that never looks.
+//! A disk that does not answer, for one program and without a file system of one's own: the kernel
+//! holds its system calls that list a directory or wait for the disk, for a supervisor that never
+//! looks.
 #![allow(unsafe_code, reason = "a filter of system calls is set by pointers")]
 
 use libc::{BPF_ABS, BPF_JEQ, BPF_JMP, BPF_K, BPF_LD, BPF_RET, BPF_W, sock_filter, sock_fprog};
@@ -12,7 +14,8 @@ const SECCOMP_FILTER_FLAG_NEW_LISTENER: libc::c_ulong = 1 << 3;
 const SECCOMP_RET_USER_NOTIF: u32 = 0x7fc0_0000;
 const SECCOMP_RET_ALLOW: u32 = 0x7fff_0000;
 
-/// Has a program, once it is started, stand for ever in each call that lists a directory or waits until a file is on the disk. What kills it still does.
+/// Has a program, once it is started, stand for ever in each call that lists a directory or waits
+/// until a file is on the disk. What kills it still does.
 ///
 /// # Errors
 /// This kernel cannot hold system calls.

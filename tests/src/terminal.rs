@@ -147,7 +147,8 @@ impl Terminal {
         if poll(&mut ready, Some(&a_while)).expect("it can be waited for") == 0 {
             return false;
         }
-        // Little at a time: whoever waits for a picture sees it also where a busy machine lets all of them be written before it looks.
+        // Little at a time: whoever waits for a picture sees it also where a busy machine lets all
+        // of them be written before it looks.
         let mut bytes = [0; 64];
         let read = self.master.read(&mut bytes).expect("the terminal is there");
         self.screen.process(&bytes[..read]);

@@ -10,9 +10,11 @@
 //! C2 {"id":1,"op":"get"}                          a second client; those that begin with CW are on the watchers' socket
 //! ```
 //!
-//! What the server says must have every field of the transcript, with an equal value. It may have more: that is how a protocol grows. A list may be
-//! longer at its end, but `[]` is an empty one. `"<number>"`, `"<string>"`, `"<boolean>"`, `"<list>"` and `"<object>"` stand for any of their kind. An answer must be the next answer of its
-//! connection; an event the next of its kind that matches, since how many there are depends on the time.
+//! What the server says must have every field of the transcript, with an equal value. It may have
+//! more: that is how a protocol grows. A list may be longer at its end, but `[]` is an empty one.
+//! `"<number>"`, `"<string>"`, `"<boolean>"`, `"<list>"` and `"<object>"` stand for any of their
+//! kind. An answer must be the next answer of its connection; an event the next of its kind that
+//! matches, since how many there are depends on the time.
 
 use crate::schema::{Part, Validator};
 use crate::{Daemon, PATIENCE, Raw};

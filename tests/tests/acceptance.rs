@@ -1,5 +1,6 @@
-//! Three scenes in which other haptic software fails, on the fake rig's plant with the daemon's own estimator and renderer, in a 1 kHz loop without
-//! a clock: device of 0.1 kg, 5 um encoder, Fs = 2 N, Fd = 1.5 N.
+//! Three scenes in which other haptic software fails, on the fake rig's plant with the daemon's own
+//! estimator and renderer, in a 1 kHz loop without a clock: device of 0.1 kg, 5 um encoder, Fs = 2
+//! N, Fd = 1.5 N.
 
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, Motion, Recording, RigProperties};

@@ -1,4 +1,5 @@
-//! hapticd on fakes of other makers' motor controllers, each behind a pseudo-terminal and in its published protocol: force acts, and whatever dies, none stays.
+//! hapticd on fakes of other makers' motor controllers, each behind a pseudo-terminal and in its
+//! published protocol: force acts, and whatever dies, none stays.
 
 use haptic_ipc::{Client, LinkCounts, RigState, Status};
 use rustix::process::Signal;

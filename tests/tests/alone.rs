@@ -1,5 +1,5 @@
-//! Whole-system tests that run one after the other: they pin processors, hang threads, starve the machine or measure.
-//! Each begins with [`alone`].
+//! Whole-system tests that run one after the other: they pin processors, hang threads, starve the
+//! machine or measure. Each begins with [`alone`].
 
 mod attacks;
 mod blocked_output;

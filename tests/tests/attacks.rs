@@ -44,7 +44,8 @@ fn is_root() -> bool {
     geteuid().is_root()
 }
 
-/// Does something as another user: on Linux every thread has an identity of its own, and the kernel tells the daemon that of the one that connects.
+/// Does something as another user: on Linux every thread has an identity of its own, and the kernel
+/// tells the daemon that of the one that connects.
 fn as_user<T: Send>(uid: u32, gid: u32, groups: &[u32], act: impl FnOnce() -> T + Send) -> T {
     let (uid, gid) = (Uid::from_raw(uid), Gid::from_raw(gid));
     let groups: Vec<Gid> = groups.iter().copied().map(Gid::from_raw).collect();
@@ -267,7 +268,8 @@ impl Held {
     }
 }
 
-/// Nine of ten stops take less while somebody attacks. The loop needs a millisecond; on the tests' busy machine any one of them may take longer.
+/// Nine of ten stops take less while somebody attacks. The loop needs a millisecond; on the tests'
+/// busy machine any one of them may take longer.
 const SLOW_STOP: Duration = Duration::from_millis(100);
 
 /// What so many of a thousand took at most.
@@ -319,8 +321,8 @@ fn survives(daemon: &Daemon, attack: Attack, time: Duration) {
     );
 }
 
-/// What a daemon has taken after each attack went on for a while, once it has noticed the last hang-up: the descriptors
-/// are at most so many again.
+/// What a daemon has taken after each attack went on for a while, once it has noticed the last
+/// hang-up: the descriptors are at most so many again.
 fn after_all_attacks(daemon: &Daemon, descriptors: usize, time: impl Fn(&Attack) -> Duration) -> Held {
     for attack in attack::ALL {
         survives(daemon, attack, time(&attack));
@@ -350,8 +352,8 @@ fn whatever_clients_do_others_are_served_and_nothing_is_left_behind() {
         true => Duration::from_secs(2),
         false => Duration::from_millis(300),
     };
-    // The allocator keeps what a busy moment once needed, so the first rounds may still take memory. A leak takes some
-    // in every round.
+    // The allocator keeps what a busy moment once needed, so the first rounds may still take
+    // memory. A leak takes some in every round.
     let mut rounds = vec![before];
     let after = loop {
         let after = after_all_attacks(&daemon, before.descriptors, time);

@@ -76,7 +76,8 @@ fn serving(socket: &Path) -> Client {
     }
 }
 
-/// Asks for something on a thread of its own, since a daemon that hangs never answers; returns the state and how long it took.
+/// Asks for something on a thread of its own, since a daemon that hangs never answers; returns the
+/// state and how long it took.
 fn asked(socket: &Path, request: Request) -> (RigState, Duration) {
     let (answer, answered) = std::sync::mpsc::channel();
     let socket = socket.to_path_buf();
@@ -92,7 +93,8 @@ fn asked(socket: &Path, request: Request) -> (RigState, Duration) {
 /// Longest that a stop or an end may take, beyond the ramp, on a machine as busy as any.
 const LIMIT: Duration = Duration::from_secs(5);
 
-/// Engages the rig of a daemon with blocked outputs, lets it say more than fits into its queues, stops it, and ends it.
+/// Engages the rig of a daemon with blocked outputs, lets it say more than fits into its queues,
+/// stops it, and ends it.
 fn holds(what: &str, arguments: &[&str], blocked: impl Fn() -> Blocked) {
     for signal in [Signal::TERM, Signal::INT] {
         let output = blocked();

@@ -1,4 +1,5 @@
-//! The checker for writers of firmware sees what a firmware does wrong: the fake rig does each of it on purpose.
+//! The checker for writers of firmware sees what a firmware does wrong: the fake rig does each of
+//! it on purpose.
 
 use std::process::Command;
 use system_tests::fake_rig::FakeRig;

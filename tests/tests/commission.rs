@@ -1,4 +1,5 @@
-//! A rig is commissioned by small pulses before it is engaged: the real programs, a fake rig with a firmware of somebody's own behind a pseudo-terminal.
+//! A rig is commissioned by small pulses before it is engaged: the real programs, a fake rig with a
+//! firmware of somebody's own behind a pseudo-terminal.
 
 use haptic_ipc::{
     Client, ClientError, CommissionReply, ErrorCode, Event, LeaseReply, LogReply, PulseEnd, Request, RigState, Sample,
@@ -172,7 +173,8 @@ fn let_go(client: &mut Client) {
     }
 }
 
-/// Engaged, a block at rest is stuck in the paper's scene; where a pulse was left in its place, nothing would hold it.
+/// Engaged, a block at rest is stuck in the paper's scene; where a pulse was left in its place,
+/// nothing would hold it.
 fn renders_the_scene(daemon: &Daemon, client: &mut Client) {
     let scene: SceneReply = client.request(Request::get()).expect("a scene");
     assert_eq!(scene.revision, 1, "it is the one of before");

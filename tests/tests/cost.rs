@@ -1,11 +1,12 @@
-//! A scene pays for what it has: instructions a tick, counted by callgrind in the real program, as `haptic-ctl cost` prints them.
+//! A scene pays for what it has: instructions a tick, counted by callgrind in the real program, as
+//! `haptic-ctl cost` prints them.
 
 use std::collections::BTreeMap;
 use std::process::Command;
 use system_tests::ctl_offline;
 
-/// Instructions a tick of each scene of the table, in the profile that the tests are built with, and a tenth on top. Raise one only for something that the
-/// scene really needs.
+/// Instructions a tick of each scene of the table, in the profile that the tests are built with,
+/// and a tenth on top. Raise one only for something that the scene really needs.
 const BUDGETS: [(&str, f64); 15] = [
     ("viscous on the device", 33.0),
     ("Salcudean-Vlaar on the device", 137.0),

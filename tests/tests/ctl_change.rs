@@ -1,4 +1,5 @@
-//! Changing scenes from the command line: units, conditions, ramps, undo, the library, files, and the log of it all.
+//! Changing scenes from the command line: units, conditions, ramps, undo, the library, files, and
+//! the log of it all.
 
 use serde_json::Value;
 use std::io::{BufRead, BufReader};

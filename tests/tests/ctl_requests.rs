@@ -1,4 +1,5 @@
-//! The command line beside the protocol: requests that are shown, lines that are sent as they are, and what shells and readers get.
+//! The command line beside the protocol: requests that are shown, lines that are sent as they are,
+//! and what shells and readers get.
 
 use serde_json::{Value, json};
 use std::io::Write;

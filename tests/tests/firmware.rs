@@ -1,5 +1,6 @@
-//! The reference firmware, as it runs on its microcontroller: the real machine code on a simulated ATmega328P, whose PWM pin pulls a handle. All times are the
-//! microcontroller's own, and forces are what its pins give, so a busy machine changes nothing but how long the test takes.
+//! The reference firmware, as it runs on its microcontroller: the real machine code on a simulated
+//! ATmega328P, whose PWM pin pulls a handle. All times are the microcontroller's own, and forces
+//! are what its pins give, so a busy machine changes nothing but how long the test takes.
 
 use device_io::protocol::frame::{Decoder, Frame};
 use device_io::protocol::message::{DeviceSample, ErrorCode, FromDevice, FromHost};
@@ -161,13 +162,15 @@ fn pulling(encoder: Encoder) -> Option<(SimulatedRig, Host)> {
     Some((rig, host))
 }
 
-/// Whether a device is as the protocol wants it, by the checker for writers of firmware; nothing, said aloud, where that cannot be run.
+/// Whether a device is as the protocol wants it, by the checker for writers of firmware; nothing,
+/// said aloud, where that cannot be run.
 fn conforms(line: &Path, arguments: &[&str]) -> Option<bool> {
     if Command::new("python3").arg("--version").output().is_err() {
         test_run::skip("python3", "Debian: apt install python3");
         return None;
     }
-    // A fault of a device is there each time; a checker that a busy machine held up for 50 ms has seen the watchdog at work.
+    // A fault of a device is there each time; a checker that a busy machine held up for 50 ms has
+    // seen the watchdog at work.
     let passed = (0..3).any(|_| {
         let checked = Command::new("python3")
             .arg(firmware_folder().join("check_rig.py"))
@@ -188,6 +191,7 @@ fn conforms(line: &Path, arguments: &[&str]) -> Option<bool> {
 
 #[test]
 fn both_builds_pass_the_conformance_check() {
+    let _one = crate::one_of_two();
     for encoder in ENCODERS {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &LEFT_ALONE) else {
             return;
@@ -207,12 +211,14 @@ fn both_builds_pass_the_conformance_check() {
 
 #[test]
 fn the_fake_rig_passes_the_same_check() {
+    let _one = crate::one_of_two();
     let rig = FakeRig::start(&["--hand", "free"]);
     assert_ne!(conforms(rig.link(), &["--push", "2"]), Some(false));
 }
 
 #[test]
 fn it_keeps_time_while_commands_come_in_bursts() {
+    let _one = crate::one_of_two();
     for encoder in ENCODERS {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &["--amplitude", "0.05", "--frequency", "1"]) else {
             return;
@@ -267,8 +273,10 @@ fn it_keeps_time_while_commands_come_in_bursts() {
 
 #[test]
 fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
+    let _one = crate::one_of_two();
     for encoder in ENCODERS {
-        // The hardware watchdog after 32 ms, whether interrupts still come or not; and where the loop that hangs kicks it, the interrupt's after 50.
+        // The hardware watchdog after 32 ms, whether interrupts still come or not; and where the
+        // loop that hangs kicks it, the interrupt's after 50.
         for (how, resets, promised_s) in [("loop", 1, 0.033), ("deaf", 1, 0.033), ("kicking", 0, WATCHDOG_S)] {
             let Some((mut rig, _host)) = pulling(encoder) else {
                 return;
@@ -296,6 +304,7 @@ fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
 
 #[test]
 fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
+    let _one = crate::one_of_two();
     for encoder in ENCODERS {
         let Some((mut rig, mut host)) = pulling(encoder) else {
             return;
@@ -319,6 +328,7 @@ fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
 
 #[test]
 fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
+    let _one = crate::one_of_two();
     let Some((mut rig, mut host)) = pulling(Encoder::Magneto) else {
         return;
     };
@@ -431,10 +441,12 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
 
 #[test]
 fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_quadrature_encoder() {
+    let _one = crate::one_of_two();
     rendered(Encoder::Quadrature, 20.0);
 }
 
 #[test]
 fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_magneto_sensor() {
+    let _one = crate::one_of_two();
     rendered(Encoder::Magneto, 5.0);
 }

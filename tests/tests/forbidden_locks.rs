@@ -1,5 +1,6 @@
-//! No lock in what the real-time thread runs: clippy refuses the types, and this holds it to that. An uncontended lock makes no system call, so that nothing which watches the
-//! running loop could see it.
+//! No lock in what the real-time thread runs: clippy refuses the types, and this holds it to that.
+//! An uncontended lock makes no system call, so that nothing which watches the running loop could
+//! see it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,7 +17,8 @@ fn read(path: &str) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Files whose own attribute covers them and what lies in them as modules: all that runs between reading a sample and writing a force.
+/// Files whose own attribute covers them and what lies in them as modules: all that runs between
+/// reading a sample and writing a force.
 const COVERED: [&str; 14] = [
     "crates/hapticd/src/rt/mod.rs",
     "crates/haptic-core/src/lib.rs",
@@ -79,7 +81,8 @@ const PLANTED: [(&str, &str); 6] = [
     ),
 ];
 
-/// What clippy says of a library under the workspace's list of what is forbidden; nothing where there is no clippy.
+/// What clippy says of a library under the workspace's list of what is forbidden; nothing where
+/// there is no clippy.
 fn clippy_says(source: &str) -> Option<(bool, String)> {
     let directory = tempfile::tempdir().expect("a directory");
     let at = |name: &str| directory.path().join(name);

@@ -1,4 +1,5 @@
-//! docs/safety.md names a test for every hazard, and every test that is marked as the proof of a hazard is named there.
+//! docs/safety.md names a test for every hazard, and every test that is marked as the proof of a
+//! hazard is named there.
 
 use std::path::Path;
 use system_tests::hazards::{Row, Test, disagreements, rows, sources, tests};

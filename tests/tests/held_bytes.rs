@@ -11,7 +11,8 @@ const SOCKET_BYTES: usize = 384 * 1024;
 
 const RATE_HZ: u64 = 5000;
 
-/// Subscribes to every tick in long lines, reads nothing for a while, and then all; returns the bytes that had waited, unless the machine was so busy that the client was cut off meanwhile.
+/// Subscribes to every tick in long lines, reads nothing for a while, and then all; returns the
+/// bytes that had waited, unless the machine was so busy that the client was cut off meanwhile.
 fn waited(daemon: &Daemon) -> Option<usize> {
     let began = Instant::now();
     let mut slow = daemon.raw();

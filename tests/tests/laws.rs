@@ -49,7 +49,8 @@ fn every_ready_scene_is_rendered_with_a_hand_on_it() {
         // Without friction there is the block's own inertia, 0.4 N on this hand.
         assert!((0.3..15.0).contains(&largest), "{scene}: {largest} N at most");
         assert_eq!(status(&mut client).state, RigState::Engaged, "{scene}");
-        // Each of its parameters can be changed while it runs, and a parameter that it has not is refused by name.
+        // Each of its parameters can be changed while it runs, and a parameter that it has not is
+        // refused by name.
         let reply: SceneReply = client.request(Request::get()).expect("the scene");
         for (name, value) in &reply.params {
             drop(daemon.ctl_ok(&["set", &format!("{name}={}", value.greatest() * 0.99)]));

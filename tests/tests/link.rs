@@ -1,4 +1,5 @@
-//! A rig behind a serial line: the real daemon, a real pseudo-terminal, the fake rig at its other end, and all that can go wrong between them.
+//! A rig behind a serial line: the real daemon, a real pseudo-terminal, the fake rig at its other
+//! end, and all that can go wrong between them.
 
 use haptic_ipc::{
     ChangeReply, Client, ClientError, ErrorCode, LinkStatus, LogReply, Request, RigState, StateReply, Status,
@@ -18,7 +19,8 @@ fn connected(arguments: &[&str]) -> (FakeRig, Daemon, Client) {
 }
 
 fn daemon(rig: &FakeRig, arguments: &[&str]) -> Daemon {
-    // On a busy machine the kernel may pass a terminal's bytes on late, which is not what most of these are about.
+    // On a busy machine the kernel may pass a terminal's bytes on late, which is not what most of
+    // these are about.
     Daemon::start_on(
         &rig.address(),
         &[&["--ramp-ms", "20", "--stale-ms", "200"], arguments].concat(),
@@ -41,6 +43,7 @@ fn pull(rig: &mut FakeRig, client: &mut Client) {
 
 #[test]
 fn the_papers_scene_is_rendered_over_the_wire() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[]);
     let (from, to) = loop {
         pull(&mut rig, &mut client);
@@ -74,7 +77,8 @@ fn the_papers_scene_is_rendered_over_the_wire() {
     assert!(device.firmware.starts_with("fake-rig "), "{device:?}");
     assert_eq!((device.force_limit_n, device.sample_rate_hz), (20.0, 1000.0));
     assert!((device.resolution_m - 1e-5).abs() < 1e-10, "{device:?}");
-    // The scene's kinetic friction is 3.5 N and its stiction 4 N. What passes late on a busy machine makes it swing, up to the limit.
+    // The scene's kinetic friction is 3.5 N and its stiction 4 N. What passes late on a busy
+    // machine makes it swing, up to the limit.
     let force = rig.force();
     assert!((3.0..=20.0).contains(&force.largest_n), "{force:?}");
     let _: StateReply = client.request(Request::Stop {}).expect("a stop");
@@ -83,6 +87,7 @@ fn the_papers_scene_is_rendered_over_the_wire() {
 
 #[test]
 fn unplugged_it_is_disconnected_and_plugged_in_again_it_is_idle_within_two_seconds() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[]);
     // On a busy machine one of the rounds may take longer.
     let mut least = Duration::MAX;
@@ -154,6 +159,7 @@ fn stop_unheard(client: &mut Client) {
 
 #[test]
 fn a_stop_without_a_device_is_answered_truly_and_holds_nothing_up() {
+    let _one = crate::one_of_two();
     let directory = tempfile::tempdir().expect("a directory");
     let daemon = Daemon::start_on(&format!("serial:{}", directory.path().join("rig").display()), &[]);
     stop_unheard(&mut daemon.client());
@@ -161,6 +167,7 @@ fn a_stop_without_a_device_is_answered_truly_and_holds_nothing_up() {
 
 #[test]
 fn a_rig_that_is_stopped_while_it_is_unplugged_comes_back_stopped() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[]);
     pull(&mut rig, &mut client);
     rig.fail("hang-up 3600");
@@ -180,6 +187,7 @@ fn a_rig_that_is_stopped_while_it_is_unplugged_comes_back_stopped() {
 
 #[test]
 fn a_daemon_that_is_killed_leaves_the_motor_off() {
+    let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&[]);
     pull(&mut rig, &mut client);
     drop(daemon);
@@ -193,6 +201,7 @@ fn a_daemon_that_is_killed_leaves_the_motor_off() {
 
 #[test]
 fn a_daemon_that_ends_lets_the_force_down_itself() {
+    let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&[]);
     pull(&mut rig, &mut client);
     drop(client);
@@ -212,6 +221,7 @@ fn a_daemon_that_ends_lets_the_force_down_itself() {
 
 #[test]
 fn a_device_that_stalls_faults_and_is_well_after_a_reset() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[]);
     let began = Instant::now();
     let faulted = loop {
@@ -242,6 +252,7 @@ fn a_device_that_stalls_faults_and_is_well_after_a_reset() {
 
 #[test]
 fn an_encoder_that_jumps_faults_without_a_jump_of_force() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[]);
     let began = Instant::now();
     loop {
@@ -269,10 +280,12 @@ fn an_encoder_that_jumps_faults_without_a_jump_of_force() {
 
 #[test]
 fn the_devices_clock_may_wrap_around_and_run_away_from_ours() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&["--clock-ppm", "200"]);
     pull(&mut rig, &mut client);
     rig.fail("wrap 0.2");
-    // Whether the setting of its clock has faulted the rig or not: the drift is known after some seconds of samples.
+    // Whether the setting of its clock has faulted the rig or not: the drift is known after some
+    // seconds of samples.
     let known = wait_for(&mut client, "the drift", |status| {
         link(status)
             .clock_drift_ppm
@@ -284,6 +297,7 @@ fn the_devices_clock_may_wrap_around_and_run_away_from_ours() {
 
 #[test]
 fn another_version_is_named() {
+    let _one = crate::one_of_two();
     let rig = FakeRig::start(&["--fault", "version 2"]);
     let daemon = daemon(&rig, &[]);
     let mut client = daemon.client();
@@ -302,6 +316,7 @@ fn another_version_is_named() {
 
 #[test]
 fn what_is_not_there_or_is_no_line_is_told() {
+    let _one = crate::one_of_two();
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("line");
     let daemon = Daemon::start_on(&format!("serial:{}", path.display()), &[]);
@@ -322,6 +337,7 @@ fn what_is_not_there_or_is_no_line_is_told() {
 /// A bad line is ridden out, and whatever happens the force stays what the scene can give.
 #[test]
 fn a_line_that_loses_doubles_damages_and_delays_is_ridden_out() {
+    let _one = crate::one_of_two();
     for faults in [
         &["loss 0.05", "double 0.05", "reorder 0.05"][..],
         &["corrupt 0.2"],
@@ -361,6 +377,7 @@ fn resident_kib(daemon: &Daemon) -> u64 {
 
 #[test]
 fn unplugged_a_thousand_times_it_leaks_nothing_and_never_pulls_by_itself() {
+    let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&["--sample-rate-hz", "1000"]);
     let began = Instant::now();
     let unplugs = test_run::extent(40, 1000);
@@ -411,7 +428,8 @@ fn unplugged_a_thousand_times_it_leaks_nothing_and_never_pulls_by_itself() {
     if !test_run::is_long() {
         return;
     }
-    // 600 cycles that each lost a connection would lose megabytes; the journal, which fills up meanwhile, takes a few hundred KiB.
+    // 600 cycles that each lost a connection would lose megabytes; the journal, which fills up
+    // meanwhile, takes a few hundred KiB.
     assert!(
         resident_after < resident_before + 1024,
         "{resident_before} -> {resident_after} KiB"
@@ -420,6 +438,7 @@ fn unplugged_a_thousand_times_it_leaks_nothing_and_never_pulls_by_itself() {
 
 #[test]
 fn devices_are_listed_and_asked_who_they_are() {
+    let _one = crate::one_of_two();
     let (rig, daemon, _client) = connected(&[]);
     let listed = daemon.ctl_ok(&["devices"]);
     println!("{listed}");

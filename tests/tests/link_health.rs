@@ -43,6 +43,7 @@ fn stiffest(reply: &AdviceReply) -> f64 {
 // hazard: H10
 #[test]
 fn advice_reckons_with_the_rate_of_the_rig_and_the_delay_of_the_link() {
+    let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&["--sample-rate-hz", "60"], "200");
     let measured = advice_until(&mut client, |reply| {
         reply.basis.is_some_and(|basis| basis.delay_measured)
@@ -75,6 +76,7 @@ fn advice_reckons_with_the_rate_of_the_rig_and_the_delay_of_the_link() {
 
 #[test]
 fn an_error_of_the_device_is_told_with_its_code_and_its_detail() {
+    let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&[], "200");
     // A message that the device did not understand is no fault, and is shown all the same.
     rig.fail("error 1 170");
@@ -108,6 +110,7 @@ fn an_error_of_the_device_is_told_with_its_code_and_its_detail() {
 
 #[test]
 fn a_jump_of_the_sequence_or_of_the_clock_is_not_counted_as_a_million_lost_samples() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[], "200");
     rig.fail("sequence-jump 1000000000");
     let told = wait_for(&mut client, "the jump", |status| {
@@ -126,6 +129,7 @@ fn a_jump_of_the_sequence_or_of_the_clock_is_not_counted_as_a_million_lost_sampl
 
 #[test]
 fn a_rig_that_is_back_and_silent_is_told_apart_from_one_that_is_gone() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[], "200");
     let says = |client: &mut Client, what: &str| {
         wait_for(client, what, |status| {

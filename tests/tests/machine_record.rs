@@ -1,4 +1,5 @@
-//! A real machine's motion: the fake rig's hand follows its whole 1 kHz record while the scene changes under it.
+//! A real machine's motion: the fake rig's hand follows its whole 1 kHz record while the scene
+//! changes under it.
 
 use haptic_ipc::{ChangeReply, Event, Request, RigState, StateReply, SubscribeReply, Timing, Topic};
 use system_tests::{Daemon, machine_record, wait_for_state};

@@ -84,7 +84,8 @@ fn unlocked(daemon: &Daemon) -> Vec<String> {
             continue;
         };
         let has = |flag: &str| flags.split_whitespace().any(|each| each == flag);
-        // What the kernel itself puts into every process (vdso, vvar) cannot be paged out and is never marked.
+        // What the kernel itself puts into every process (vdso, vvar) cannot be paged out and is
+        // never marked.
         let kernels = mapping.ends_with(']') && mapping.contains("[v");
         if has("rd") && !has("lo") && !kernels {
             unlocked.push(mapping.to_owned());
@@ -209,7 +210,8 @@ fn the_control_thread_keeps_off_the_loops_processor() {
         !main.cpus.contains(&cpu),
         "the control thread may run on {cpu}: {main:?}"
     );
-    // Other threads of ordinary priority may, where the loop's own priority keeps them off while it needs it; none of them does what the loop waits for.
+    // Other threads of ordinary priority may, where the loop's own priority keeps them off while it
+    // needs it; none of them does what the loop waits for.
     for thread in Thread::all(&daemon) {
         println!("{thread:?}");
     }

@@ -1,5 +1,5 @@
-//! The real-time thread of the real daemon, while clients do what they can: facts that no noise of the machine can disturb. They are counted, by the
-//! kernel and by the daemon, and not timed.
+//! The real-time thread of the real daemon, while clients do what they can: facts that no noise of
+//! the machine can disturb. They are counted, by the kernel and by the daemon, and not timed.
 #![allow(unsafe_code, reason = "ptrace has no safe wrapper")]
 
 use haptic_ipc::{
@@ -316,7 +316,8 @@ fn the_loop_sleeps_once_a_tick_never_faults_and_accounts_for_every_period() {
             // The first scenes and commands touch what no tick has touched before.
             let warm = witness.moment().tick + 300;
             while witness.moment().tick < warm {}
-            // Counted after the first tick and before the last: nothing is counted that does not lie between the two.
+            // Counted after the first tick and before the last: nothing is counted that does not
+            // lie between the two.
             let from = witness.moment();
             let before = thread.counters();
             let end = Instant::now() + each;
@@ -362,7 +363,8 @@ fn a_stall_is_counted_to_the_period() {
         std::thread::sleep(Duration::from_millis(stall_ms));
         let lasted = began.elapsed();
         kill_process(pid, Signal::CONT).expect("it runs");
-        // The answer may come before the late tick, which does not know yet what it cost; the one after it does.
+        // The answer may come before the late tick, which does not know yet what it cost; the one
+        // after it does.
         let known = witness.moment().tick + 3;
         let mut to = witness.moment();
         while to.tick < known {
@@ -381,7 +383,8 @@ fn a_stall_is_counted_to_the_period() {
 
 /// A request to ptrace about a thread.
 fn ptrace(request: libc::c_uint, thread: libc::pid_t, address: usize, data: usize) -> Result<(), std::io::Error> {
-    // SAFETY: the requests used here read no memory of this process, but for the one whose buffer lives where it is made.
+    // SAFETY: the requests used here read no memory of this process, but for the one whose buffer
+    // lives where it is made.
     let result = unsafe { libc::ptrace(request, thread, address, data) };
     if result < 0 {
         return Err(std::io::Error::last_os_error());

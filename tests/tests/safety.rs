@@ -1,4 +1,5 @@
-//! What must hold with a hand on the handle, whatever lies, hangs or is cut: the real daemon on a real pseudo-terminal, and a rig that misbehaves on demand.
+//! What must hold with a hand on the handle, whatever lies, hangs or is cut: the real daemon on a
+//! real pseudo-terminal, and a rig that misbehaves on demand.
 
 use haptic_ipc::{Client, ClientError, ErrorCode, Request, RigState, StateReply, Status, Timing};
 use std::process::{Command, Stdio};
@@ -84,6 +85,7 @@ fn hang_it<T>(what: &str, stdout: Option<&Blocked>, hang: impl FnOnce(u32) -> T)
 // hazard: H2
 #[test]
 fn a_control_thread_that_a_debugger_stops_ends_in_a_released_rig() {
+    let _one = crate::one_of_two();
     hang_it("stopped by a debugger", None, HeldThread::control);
 }
 
@@ -91,6 +93,7 @@ fn a_control_thread_that_a_debugger_stops_ends_in_a_released_rig() {
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn a_control_thread_that_goes_round_and_round_ends_in_a_released_rig() {
+    let _one = crate::one_of_two();
     hang_it("a busy loop", None, |daemon| {
         HungThread::control(daemon, Hang::Spinning)
     });
@@ -100,6 +103,7 @@ fn a_control_thread_that_goes_round_and_round_ends_in_a_released_rig() {
 #[cfg(target_arch = "x86_64")]
 #[test]
 fn a_control_thread_that_stands_in_a_write_ends_in_a_released_rig() {
+    let _one = crate::one_of_two();
     let full = Blocked::pipe();
     hang_it("a write to a full pipe", Some(&full), |daemon| {
         HungThread::control(daemon, Hang::Writing(1))
@@ -109,6 +113,7 @@ fn a_control_thread_that_stands_in_a_write_ends_in_a_released_rig() {
 // hazard: H3
 #[test]
 fn no_lying_clock_of_a_device_is_rendered() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[], &["--stale-ms", "40"]);
     for lie in [
         "clock-backwards",
@@ -147,6 +152,7 @@ fn no_lying_clock_of_a_device_is_rendered() {
 // hazard: H6
 #[test]
 fn a_lone_wrong_sample_is_not_felt() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[], &[]);
     for wrong in ["position-spike 0.5", "position-spike 1", "position-spike -5"] {
         let began = Instant::now();
@@ -172,6 +178,7 @@ fn a_lone_wrong_sample_is_not_felt() {
 // hazard: H9
 #[test]
 fn a_device_that_stays_enabled_after_a_stop_is_an_alarm() {
+    let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&[], &[]);
     pull(&mut rig, &mut client);
     rig.fail("stay-enabled");
@@ -197,6 +204,7 @@ fn a_device_that_stays_enabled_after_a_stop_is_an_alarm() {
 // hazard: H12
 #[test]
 fn a_stop_is_confirmed_by_the_device_and_timed() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&[], &[]);
     pull(&mut rig, &mut client);
     let stopped: StateReply = client.request(Request::Stop {}).expect("confirmed");
@@ -228,6 +236,7 @@ fn a_stop_is_confirmed_by_the_device_and_timed() {
 // hazard: H19
 #[test]
 fn the_rigs_own_buttons_stop_it() {
+    let _one = crate::one_of_two();
     let (mut rig, daemon, mut client) = connected(&["--buttons", "2"], &["--stop-button", "1", "--enable-button", "2"]);
     assert_eq!(
         refused(&mut client, Request::Engage {}).code,
@@ -261,6 +270,7 @@ fn the_rigs_own_buttons_stop_it() {
 // hazard: H8
 #[test]
 fn the_devices_own_force_limit_is_the_limit_and_is_said() {
+    let _one = crate::one_of_two();
     let (mut rig, _daemon, mut client) = connected(&["--force-limit-n", "1"], &[]);
     pull_until(&mut client, |_| rig.force().now_n.abs() > 0.9);
     let device = status(&mut client).device;
@@ -281,6 +291,7 @@ fn the_devices_own_force_limit_is_the_limit_and_is_said() {
 // hazard: H7
 #[test]
 fn a_daemon_that_was_stopped_while_force_flowed_comes_back_without_force() {
+    let _one = crate::one_of_two();
     let daemon = Daemon::start(&["--ramp-ms", "20", "--stale-ms", "20"]);
     let mut client = daemon.client();
     engage(&mut client);
@@ -303,6 +314,7 @@ fn a_daemon_that_was_stopped_while_force_flowed_comes_back_without_force() {
 // hazard: H17
 #[test]
 fn signals_do_not_reach_the_real_time_thread() {
+    let _one = crate::one_of_two();
     let daemon = Daemon::start(&[]);
     let thread = system_tests::real_time_thread(daemon.pid());
     let status = std::fs::read_to_string(format!("/proc/{}/task/{thread}/status", daemon.pid())).expect("it runs");

@@ -1,4 +1,5 @@
-//! The protocol's document for machines is that of the types, and tells a line of the protocol from one that is none.
+//! The protocol's document for machines is that of the types, and tells a line of the protocol from
+//! one that is none.
 
 use serde_json::{Value, json};
 use std::fs;

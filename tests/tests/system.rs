@@ -34,3 +34,15 @@ mod systemd;
 mod transcripts;
 mod usb_kernel;
 mod window;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Waits until at most one other test runs that simulates a board, boots an init or depends on a link's time: more of
+/// them together would keep the processors too busy for real time.
+fn one_of_two() -> MutexGuard<'static, ()> {
+    static RUNNING: [Mutex<()>; 2] = [const { Mutex::new(()) }; 2];
+    let [first, second] = &RUNNING;
+    first
+        .try_lock()
+        .unwrap_or_else(|_| second.lock().unwrap_or_else(PoisonError::into_inner))
+}

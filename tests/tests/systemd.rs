@@ -43,6 +43,7 @@ fn send(daemon: u32, signal: Signal) {
 
 #[test]
 fn the_unit_grants_what_the_loop_needs_and_no_more() {
+    let _one = crate::one_of_two();
     let Some(machine) = machine_with_unit("") else { return };
     let daemon = machine.daemon();
     let of_process = fs::read_to_string(format!("/proc/{daemon}/status")).expect("it runs");
@@ -101,7 +102,8 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
     assert_eq!(directory.permissions().mode() & 0o777, 0o750);
     assert_eq!(directory.uid().to_string(), user.trim());
 
-    // What systemd does not understand it skips, with a word on standard error, and still calls the unit good.
+    // What systemd does not understand it skips, with a word on standard error, and still calls the
+    // unit good.
     let unit = "/usr/lib/systemd/system/hapticd.service";
     let verified = machine.run(&["systemd-analyze", "verify", "--recursive-errors=no", unit]);
     let complaints = String::from_utf8_lossy(&verified.stderr).into_owned();
@@ -145,6 +147,7 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
 
 #[test]
 fn members_of_the_group_tune_and_all_others_watch_and_stop() {
+    let _one = crate::one_of_two();
     const CONTROL: &str = "/run/hapticd/control.sock";
     const WATCH: &str = "/run/hapticd-watch/watch.sock";
     let Some(machine) = machine_with_unit(&format!("watch-socket = \"{WATCH}\"")) else {
@@ -174,6 +177,7 @@ fn members_of_the_group_tune_and_all_others_watch_and_stop() {
 
 #[test]
 fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
+    let _one = crate::one_of_two();
     const RAMP_S: f64 = 1.0;
     let Some(machine) = machine_with_unit("ramp-ms = 1000\nstale-ms = 500") else {
         return;
@@ -216,7 +220,8 @@ fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
         .find(|row| row.state == RigState::Idle)
         .expect("it came to rest");
     assert!(idle.t_s - first.t_s > 0.9 * RAMP_S, "{} s", idle.t_s - first.t_s);
-    // Not all at once: what is left when it ends is next to nothing, also where a busy machine comes late to a few ticks.
+    // Not all at once: what is left when it ends is next to nothing, also where a busy machine
+    // comes late to a few ticks.
     let left = last.iter().rfind(|row| row.command_force_n != 0.0).expect("a force");
     assert!(left.command_force_n.abs() < 0.3, "{left:?}");
 
@@ -232,6 +237,7 @@ fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
 
 #[test]
 fn killed_it_comes_back_idle_and_without_force() {
+    let _one = crate::one_of_two();
     let Some(machine) = machine_with_unit("") else { return };
     pull(&machine);
     let killed = machine.daemon();
@@ -243,6 +249,7 @@ fn killed_it_comes_back_idle_and_without_force() {
 
 #[test]
 fn a_real_time_thread_that_hangs_is_restarted_by_the_watchdog() {
+    let _one = crate::one_of_two();
     let Some(machine) = machine_with_unit("") else { return };
     pull(&machine);
     let mut client = machine.client();
@@ -263,6 +270,7 @@ fn a_real_time_thread_that_hangs_is_restarted_by_the_watchdog() {
 
 #[test]
 fn a_wrong_configuration_is_not_tried_again() {
+    let _one = crate::one_of_two();
     let Some(machine) = Machine::boot("rate = 1") else {
         return;
     };
@@ -276,6 +284,7 @@ fn a_wrong_configuration_is_not_tried_again() {
 // hazard: H18
 #[test]
 fn the_managers_journal_tells_who_stopped_the_rig_and_how_urgent_that_is() {
+    let _one = crate::one_of_two();
     let Some(machine) = machine_with_unit("") else { return };
     pull(&machine);
     let mut client = machine.client();

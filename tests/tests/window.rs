@@ -1,8 +1,10 @@
 //! The panel in a real window: how it looks in both themes, and that keys and clicks reach the daemon.
 //!
-//! The pictures are compared in software rendering under Xvfb rather than through `egui_kittest`'s snapshots: those need wgpu and a Vulkan
-//! driver, which would double what the panel compiles, and would not draw through the OpenGL code that its users run. After a change
-//! that is meant to be seen, `HAPTIC_UPDATE_PICTURES=1 cargo test -p system-tests window::` draws the pictures anew; look at them.
+//! The pictures are compared in software rendering under Xvfb rather than through `egui_kittest`'s
+//! snapshots: those need wgpu and a Vulkan driver, which would double what the panel compiles, and
+//! would not draw through the OpenGL code that its users run. After a change that is meant to be
+//! seen, `HAPTIC_UPDATE_PICTURES=1 cargo test -p system-tests window::` draws the pictures anew;
+//! look at them.
 
 use haptic_core::{Directional, Parameter, Scene};
 use haptic_ipc::{

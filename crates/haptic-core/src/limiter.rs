@@ -1,5 +1,6 @@
-//! The last gate before the motor: what leaves it is finite, within the rig's force limit, and no faster in changing than the rig allows. And the speed beyond
-//! which a hand, or an encoder, is out of control.
+//! The last gate before the motor: what leaves it is finite, within the rig's force limit, and no
+//! faster in changing than the rig allows. And the speed beyond which a hand, or an encoder, is out
+//! of control.
 
 use thiserror::Error;
 
@@ -12,7 +13,8 @@ pub struct Limits {
     pub slew_n_per_s: f64,
     /// Largest speed of the device, m/s (> 0).
     pub speed_mps: f64,
-    /// Largest acceleration of the device, m/s^2 (> 0): what is faster is no motion but an encoder that has jumped.
+    /// Largest acceleration of the device, m/s^2 (> 0): what is faster is no motion but an encoder
+    /// that has jumped.
     pub acceleration_mps2: f64,
 }
 
@@ -44,7 +46,8 @@ impl SafetyLimiter {
         }
     }
 
-    /// Another device is there, which gives so much force at most, N (>= 0; infinite where it names no limit). NaN counts as 0 N.
+    /// Another device is there, which gives so much force at most, N (>= 0; infinite where it names
+    /// no limit). NaN counts as 0 N.
     pub fn set_device_force(&mut self, force_n: f64) {
         self.device_force_n = if force_n >= 0.0 { force_n } else { 0.0 };
     }
@@ -55,8 +58,8 @@ impl SafetyLimiter {
         self.limits.force_n.min(self.device_force_n)
     }
 
-    /// Scales `force` (N) by `gain` in 0..1, cuts it to the limit, and lets it go no farther from the last one than `elapsed_s` allows. Towards zero it may go at
-    /// once.
+    /// Scales `force` (N) by `gain` in 0..1, cuts it to the limit, and lets it go no farther from
+    /// the last one than `elapsed_s` allows. Towards zero it may go at once.
     ///
     /// # Errors
     /// [`NonFiniteForce`] where the product is not a finite number.
@@ -88,7 +91,8 @@ impl SafetyLimiter {
         self.last_n = 0.0;
     }
 
-    /// Whether a device with a velocity (m/s) can have moved so far (m) in a time (s), counting with a resolution (m). What is no number cannot.
+    /// Whether a device with a velocity (m/s) can have moved so far (m) in a time (s), counting
+    /// with a resolution (m). What is no number cannot.
     #[must_use]
     pub fn allows_step(&self, moved: f64, velocity: f64, elapsed_s: f64, resolution: f64) -> bool {
         // The velocity is an estimate from positions, good to about a count a sample.

@@ -1,9 +1,14 @@
-//! Watches the energy that the sampled loop makes, and takes it out again where that is asked for: a passivity observer and controller after Hannaford and Ryu 2002, "Time-domain passivity control of haptic interfaces".
+//! Watches the energy that the sampled loop makes, and takes it out again where that is asked for:
+//! a passivity observer and controller after Hannaford and Ryu 2002, "Time-domain passivity control
+//! of haptic interfaces".
 //!
-//! A force is held from one sample to the next while the hand moves on. The motor does `f_(k-1) dx` on the hand; a surface that went along with the hand would
-//! have done `(f_(k-1) + f_k)/2 dx`. The difference, `(f_(k-1) - f_k)/2 dx`, is made of nothing: it is what sampling, delay and a noisy velocity add, to whatever scene. (Observing
-//! the whole work at the port instead would let the friction of an hour pay for it.) The rig's own friction and damping take energy up in every sample. What is left over
-//! is the excess; it never falls below zero, so that no long rest is credited.
+//! A force is held from one sample to the next while the hand moves on. The motor does `f_(k-1) dx`
+//! on the hand; a surface that went along with the hand would have done `(f_(k-1) + f_k)/2 dx`. The
+//! difference, `(f_(k-1) - f_k)/2 dx`, is made of nothing: it is what sampling, delay and a noisy
+//! velocity add, to whatever scene. (Observing the whole work at the port instead would let the
+//! friction of an hour pay for it.) The rig's own friction and damping take energy up in every
+//! sample. What is left over is the excess; it never falls below zero, so that no long rest is
+//! credited.
 //!
 //! The controller, where it is wanted, opposes the motion until the excess is gone.
 
@@ -39,7 +44,8 @@ struct Sample {
 }
 
 impl PassivityObserver {
-    /// An empty account. `control_n` (N, >= 0) is the largest force that the controller may add; with 0 it only observes.
+    /// An empty account. `control_n` (N, >= 0) is the largest force that the controller may add;
+    /// with 0 it only observes.
     #[must_use]
     pub fn new(losses: RigLosses, control_n: f64) -> Self {
         Self {
@@ -50,8 +56,9 @@ impl PassivityObserver {
         }
     }
 
-    /// Takes in a sample and the force on the hand that it leads to (N); returns the force that the controller wants to add (N), against the motion. Where
-    /// not just the sum of both is applied, [`applied`](Self::applied) tells what is.
+    /// Takes in a sample and the force on the hand that it leads to (N); returns the force that the
+    /// controller wants to add (N), against the motion. Where not just the sum of both is applied,
+    /// [`applied`](Self::applied) tells what is.
     ///
     /// `position` in m, `velocity` in m/s.
     pub fn observe(&mut self, elapsed_s: f64, position: f64, velocity: f64, force: f64) -> f64 {
@@ -64,7 +71,8 @@ impl PassivityObserver {
         added
     }
 
-    /// The force on the hand (N) that is applied until the next sample: what the rig's limits have made of the sum.
+    /// The force on the hand (N) that is applied until the next sample: what the rig's limits have
+    /// made of the sum.
     pub fn applied(&mut self, force: f64) {
         if let Some(last) = &mut self.last {
             last.applied = force;
@@ -85,7 +93,8 @@ impl PassivityObserver {
         if self.control_n == 0.0 || self.excess_j == 0.0 || coming <= 0.0 {
             return 0.0;
         }
-        // Over the way that the hand will go until the next sample it takes out what there is, as far as it may.
+        // Over the way that the hand will go until the next sample it takes out what there is, as
+        // far as it may.
         -copysign((self.excess_j / coming).min(self.control_n), velocity)
     }
 
@@ -109,8 +118,8 @@ mod tests {
     const T: f64 = 1e-3;
     const MASS: f64 = 0.1;
 
-    /// A mass on a sampled spring and nothing else, which sampling makes swing ever wider: the energy of the swing at the end over that at the beginning, and the
-    /// largest excess, J.
+    /// A mass on a sampled spring and nothing else, which sampling makes swing ever wider: the
+    /// energy of the swing at the end over that at the beginning, and the largest excess, J.
     fn swing(losses: RigLosses, control_n: f64) -> (f64, f64) {
         let stiffness = 2000.0;
         let mut observer = PassivityObserver::new(losses, control_n);

@@ -1,11 +1,14 @@
 //! A position is believed only if a hand could have made it: a lone wrong sample is never rendered.
 //!
-//! A sample that lies aside from where the motion before it leads is held back for one sample. If the next one lies where the motion led, the one between was wrong and is
-//! forgotten; if it agrees with the one held back, the hand has really moved so, unless that is faster than the rig allows: then the encoder has jumped.
+//! A sample that lies aside from where the motion before it leads is held back for one sample. If
+//! the next one lies where the motion led, the one between was wrong and is forgotten; if it agrees
+//! with the one held back, the hand has really moved so, unless that is faster than the rig allows:
+//! then the encoder has jumped.
 
 use crate::limiter::SafetyLimiter;
 
-/// How far a sample may lie from where the motion led, m, whatever the time: below what a hand feels as a kick (0.3 mm are 0.3 N at 1 kN/m).
+/// How far a sample may lie from where the motion led, m, whatever the time: below what a hand
+/// feels as a kick (0.3 mm are 0.3 N at 1 kN/m).
 const DOUBT_M: f64 = 0.3e-3;
 
 /// What a hand does without being doubted, m/s^2. Over several milliseconds that is more than [`DOUBT_M`].
@@ -142,7 +145,8 @@ mod tests {
         })
     }
 
-    /// What is rendered of positions at 1 kHz, by a device that moves at a steady speed before them, and how it ended.
+    /// What is rendered of positions at 1 kHz, by a device that moves at a steady speed before
+    /// them, and how it ended.
     fn rendered(speed: f64, positions: &[f64]) -> (Vec<f64>, Option<usize>, PositionGuard) {
         let mut guard = PositionGuard::default();
         let mut motion = Motion {

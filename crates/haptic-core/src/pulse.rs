@@ -1,7 +1,8 @@
 //! A single pulse of force on the hand, by which a rig is commissioned.
 //!
-//! It is rendered in the place of a scene, and has no law of friction: it is bounded by itself in time, travel and speed, and gives zero force for ever once it has ended, been
-//! interrupted, or gone the wrong way. The limits of the rig hold behind it as behind every scene.
+//! It is rendered in the place of a scene, and has no law of friction: it is bounded by itself in
+//! time, travel and speed, and gives zero force for ever once it has ended, been interrupted, or
+//! gone the wrong way. The limits of the rig hold behind it as behind every scene.
 
 use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
 use crate::direction::Direction;
@@ -84,7 +85,8 @@ impl PulseShape {
         self.rise_s + self.hold_s + self.fall_s
     }
 
-    /// Whether it is bounded as every pulse is. How large a force may be is for whoever knows the rig to say; here it must be a number.
+    /// Whether it is bounded as every pulse is. How large a force may be is for whoever knows the
+    /// rig to say; here it must be a number.
     ///
     /// # Errors
     /// The first quantity that is out of range, or no number.
@@ -206,7 +208,8 @@ impl Moving for Pulse {
         state
     }
 
-    /// The first time tells it where it begins. After that it has been interrupted: no force flowed, or another pulse was meant.
+    /// The first time tells it where it begins. After that it has been interrupted: no force
+    /// flowed, or another pulse was meant.
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
         self.phase = match self.phase {

@@ -1,8 +1,10 @@
 //! The time between two samples of a device, held against our own clock before anything is made of it.
 //!
-//! Three measures of that time are at hand: the device's time stamps, its sequence numbers times the sampling period, and our own clock. The stamps are the best
-//! of them, as neither the link's jitter nor our own is in them, and they are used as they are unless both others contradict them: then the middle one of the three is, so that
-//! no single wrong clock is ever rendered. A device whose stamps run backwards, stand still, jump or drift is an error besides.
+//! Three measures of that time are at hand: the device's time stamps, its sequence numbers times
+//! the sampling period, and our own clock. The stamps are the best of them, as neither the link's
+//! jitter nor our own is in them, and they are used as they are unless both others contradict them:
+//! then the middle one of the three is, so that no single wrong clock is ever rendered. A device
+//! whose stamps run backwards, stand still, jump or drift is an error besides.
 
 use thiserror::Error;
 
@@ -12,8 +14,8 @@ const WINDOW_NS: u64 = 100_000_000;
 /// Fewest samples in such a window.
 const WINDOW_SAMPLES: u32 = 8;
 
-/// Share by which the device's clock may run faster or slower than ours. A quartz keeps to 1e-4 and a microcontroller's RC oscillator to 3 %; a wrong
-/// prescaler is off by a factor.
+/// Share by which the device's clock may run faster or slower than ours. A quartz keeps to 1e-4 and
+/// a microcontroller's RC oscillator to 3 %; a wrong prescaler is off by a factor.
 const MOST_DRIFT: f64 = 0.05;
 
 /// What the quickest samples of two windows may differ by in their time on the way, s.
@@ -22,7 +24,8 @@ const JITTER_S: f64 = 0.003;
 /// Share by which a stamp may differ from another measure of the same time and still agree with it.
 const AGREEMENT: f64 = 0.4;
 
-/// Samples in a row that may have the same stamp: a clock that counts milliseconds gives two the same now and then.
+/// Samples in a row that may have the same stamp: a clock that counts milliseconds gives two the
+/// same now and then.
 const MOST_EQUAL: u32 = 2;
 
 /// Steps of the sequence up to which the sampling period foretells a time.
@@ -33,7 +36,8 @@ const LONGEST_STEP: u32 = 1000;
 pub struct Stamp {
     /// Number of the sample; it wraps around.
     pub sequence: u32,
-    /// When it was taken, on the device's clock, ns. A clock that runs backwards looks like one that leaps ahead, because it is taken for one that has wrapped around.
+    /// When it was taken, on the device's clock, ns. A clock that runs backwards looks like one
+    /// that leaps ahead, because it is taken for one that has wrapped around.
     pub device_ns: u64,
     /// When it was first read, on our clock, ns.
     pub host_ns: u64,
@@ -228,7 +232,8 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    /// Stamps of a device at 1 kHz whose clock shows, at a time of ours in ns, what `clock` says, in us as 32 bits.
+    /// Stamps of a device at 1 kHz whose clock shows, at a time of ours in ns, what `clock` says,
+    /// in us as 32 bits.
     fn run(ticks: u64, clock: impl Fn(u64) -> u32) -> Vec<Result<f64, ClockError>> {
         let mut compared = SampleClock::new(20 * MS);
         let (mut last_us, mut device_ns) = (clock(0), 0);
@@ -255,7 +260,8 @@ mod tests {
     /// Ticks of an honest clock before it begins to lie.
     const HONEST: u64 = 500;
 
-    /// From a moment on the clock shows that moment and so many ns more or less, by how long it has been lying.
+    /// From a moment on the clock shows that moment and so many ns more or less, by how long it has
+    /// been lying.
     fn lie(ns: u64, by: impl Fn(i64) -> i64) -> u32 {
         let began = HONEST * MS;
         us(match ns.checked_sub(began) {

@@ -1,7 +1,9 @@
-//! What a tick costs, scene by scene: instructions, bytes and nanoseconds. A scene compiles to its own parts only, and this is where that shows.
+//! What a tick costs, scene by scene: instructions, bytes and nanoseconds. A scene compiles to its
+//! own parts only, and this is where that shows.
 //!
-//! Instructions are counted by callgrind (valgrind), which is deterministic and deaf to whatever else the machine does: the program that counts starts
-//! itself once more under it, as a probe that runs [`measured_ticks`] for one thing after another, and reads one total for each.
+//! Instructions are counted by callgrind (valgrind), which is deterministic and deaf to whatever
+//! else the machine does: the program that counts starts itself once more under it, as a probe that
+//! runs [`measured_ticks`] for one thing after another, and reads one total for each.
 
 use crate::accuracy::cases::{self, Case, ToAndFro};
 use crate::motion::DeviceSample;
@@ -124,7 +126,8 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// The hand that the table's scenes are rendered for: to and fro for two seconds, with every stop and breakaway in it.
+/// The hand that the table's scenes are rendered for: to and fro for two seconds, with every stop
+/// and breakaway in it.
 #[must_use]
 pub fn hand() -> Vec<DeviceSample> {
     ToAndFro {
@@ -147,7 +150,8 @@ pub struct SceneCost {
     pub median_ns: f64,
 }
 
-/// Measures every scene of the table. `instructions` are the totals of a probe, in the table's order, or none.
+/// Measures every scene of the table. `instructions` are the totals of a probe, in the table's
+/// order, or none.
 ///
 /// # Errors
 /// A scene cannot be rendered.
@@ -261,7 +265,8 @@ pub enum CountError {
     Failed(String),
 }
 
-/// Counts the instructions of each call of [`measured_ticks`] that `program` makes when it is run with `arguments`. `directory` takes callgrind's files.
+/// Counts the instructions of each call of [`measured_ticks`] that `program` makes when it is run
+/// with `arguments`. `directory` takes callgrind's files.
 ///
 /// # Errors
 /// There is no valgrind, or the program fails under it.

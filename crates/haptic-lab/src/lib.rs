@@ -1,4 +1,5 @@
-//! Offline work on scenes and recordings: the very code that the daemon runs, fed with a motion from a file instead of a rig.
+//! Offline work on scenes and recordings: the very code that the daemon runs, fed with a motion
+//! from a file instead of a rig.
 #![forbid(unsafe_code)]
 
 pub mod accuracy;

@@ -15,7 +15,8 @@ pub struct DeviceSample {
     pub velocity_mps: f64,
 }
 
-/// Largest time (s), position (m) or velocity (m/s) taken: beyond it the products that forces are made of leave the range of numbers.
+/// Largest time (s), position (m) or velocity (m/s) taken: beyond it the products that forces are
+/// made of leave the range of numbers.
 const LARGEST: f64 = 1e12;
 
 /// Why a motion file cannot be used.
@@ -72,8 +73,9 @@ pub enum MotionError {
     },
 }
 
-/// Reads a motion with the columns `t_s` and `device_position_m`, and `device_velocity_mps` where it is there; others are ignored. Without
-/// velocities they are estimated from the positions, as the daemon does. Times may be irregular, but must grow.
+/// Reads a motion with the columns `t_s` and `device_position_m`, and `device_velocity_mps` where
+/// it is there; others are ignored. Without velocities they are estimated from the positions, as
+/// the daemon does. Times may be irregular, but must grow.
 ///
 /// # Errors
 /// The file is not such a file; the error names the line.

@@ -1,4 +1,5 @@
-//! The exact tick against true motions: the project's own reference solver, first held against the stored references, then used on the hard cases.
+//! The exact tick against true motions: the project's own reference solver, first held against the
+//! stored references, then used on the hard cases.
 
 use haptic_core::{Parameter, ParameterKey, Scene, Scheme};
 use haptic_lab::accuracy::cases::{self, ToAndFro};
@@ -94,7 +95,8 @@ fn every_other_law_is_true_to_its_tolerance() {
             // Pieces of straight lines: exact, changes of contact and all.
             error.relative_force <= 1e-9 && error.position_m <= 1e-12
         } else if rough && (case.name.starts_with("lugre") || case.name.starts_with("elasto")) {
-            // Missed ticks and jumps under the stiffest of laws: the tick's bounded work is used, and exactness relaxed.
+            // Missed ticks and jumps under the stiffest of laws: the tick's bounded work is used,
+            // and exactness relaxed.
             error.force_n <= 1e-2
         } else {
             error.force_n <= 1e-3
@@ -135,8 +137,8 @@ fn a_tick_may_hold_a_hundred_and_forty_changes_of_contact() {
 
 #[test]
 fn a_stop_that_is_hardly_touched_is_found_or_not_and_matters_not() {
-    // A slide that the hand slows down and then speeds up again: where it keeps enough speed, the block does not stop in between.
-    // With one limit for both, a stop of no time changes nothing.
+    // A slide that the hand slows down and then speeds up again: where it keeps enough speed, the
+    // block does not stop in between. With one limit for both, a stop of no time changes nothing.
     let scene = scene(&[("K", 2000.0), ("B", 5.0), ("Fs", 3.5)]);
     let run = |least_speed: f64| {
         let hand: Vec<DeviceSample> = (0..100)
@@ -206,8 +208,9 @@ fn far_from_the_origin_forces_lose_the_digits_of_the_position_and_no_more() {
     }
 }
 
-/// A run without the contacts that last no time. A swing that nothing damps, or a force that comes back to exactly its limit, touches zero
-/// and does not cross it: whether that is a stop is for the last digit to say, in the reference as well.
+/// A run without the contacts that last no time. A swing that nothing damps, or a force that comes
+/// back to exactly its limit, touches zero and does not cross it: whether that is a stop is for the
+/// last digit to say, in the reference as well.
 fn without_touches(mut run: Simulation) -> Simulation {
     let mut kept: Vec<ContactChange> = Vec::with_capacity(run.events.len());
     for event in run.events {
@@ -275,8 +278,8 @@ proptest! {
         let run = simulate(&scene, Scheme::Exact, &motion, Start::default()).expect("a valid scene");
         let (run, truth) = (without_touches(run), without_touches(truth));
         prop_assert_eq!(run.energy_created_j, 0.0);
-        // A swing without any loss comes back to rest under exactly the force that set it off: whether it sticks there is a matter of the last
-        // digit, and the two ways part.
+        // A swing without any loss comes back to rest under exactly the force that set it off:
+        // whether it sticks there is a matter of the last digit, and the two ways part.
         let least = |parameter| scene.value(parameter).expect("it has it").least();
         let coupling = scene.coupling.expect("a coupling");
         let undamped = coupling.damping + least(Parameter::Viscous) == 0.0;
@@ -286,7 +289,8 @@ proptest! {
         prop_assert_eq!(run.exhausted_ticks, 0, "{:?}", scene);
         let error = compare(&run, &truth, coupling.stiffness);
         prop_assert!(error.position_m <= 1e-12 && error.relative_force <= 1e-9, "{scene:?}: {error:?}");
-        // Where one limit is zero, a block at rest under no force is exactly at its limit: again the last digit decides.
+        // Where one limit is zero, a block at rest under no force is exactly at its limit: again
+        // the last digit decides.
         if least(Parameter::StaticForce) == 0.0 {
             return Ok(());
         }

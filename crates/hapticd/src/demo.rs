@@ -5,7 +5,8 @@ use std::io::IsTerminal;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// Shows state, rate, cost of a tick and overruns until it is dropped: in place on a terminal, once a second elsewhere.
+/// Shows state, rate, cost of a tick and overruns until it is dropped: in place on a terminal, once
+/// a second elsewhere.
 pub(crate) async fn show_status(rig: Rc<RigHandle>) {
     let in_place = std::io::stdout().is_terminal();
     let mut pause = tokio::time::interval(Duration::from_millis(if in_place { 200 } else { 1000 }));

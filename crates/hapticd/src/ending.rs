@@ -1,8 +1,10 @@
 //! How the daemon is told to end, and what makes sure that it does.
 //!
-//! SIGINT, SIGTERM and SIGHUP are taken by a thread of their own, which passes them on to the control thread. That one lets the force down along its ramp and ends the loop. A third thread waits meanwhile:
-//! where the control thread does not take the signal up, or does not come to an end, it ends the loop itself, whose last word is zero force, and then the process. So no file, no descriptor and no lock on which
-//! the control thread may stand keeps a signal from being heard.
+//! SIGINT, SIGTERM and SIGHUP are taken by a thread of their own, which passes them on to the
+//! control thread. That one lets the force down along its ramp and ends the loop. A third thread
+//! waits meanwhile: where the control thread does not take the signal up, or does not come to an
+//! end, it ends the loop itself, whose last word is zero force, and then the process. So no file,
+//! no descriptor and no lock on which the control thread may stand keeps a signal from being heard.
 
 use crate::log::{self, Level};
 use nix::sys::signal::{SigSet, Signal};
@@ -19,7 +21,8 @@ const TAKE_UP: Duration = Duration::from_millis(600);
 /// What the loop needs for its last word.
 const LAST_WORD: Duration = Duration::from_millis(200);
 
-/// What the end may take beyond the ramp, once it is begun: the release, the end of the loop, and what is left to be said.
+/// What the end may take beyond the ramp, once it is begun: the release, the end of the loop, and
+/// what is left to be said.
 const LONGEST_END: Duration = Duration::from_millis(2500);
 
 /// Stack of either thread, bytes; all of it is locked in memory.
@@ -56,7 +59,8 @@ impl BlockedSignals {
         Ok(Self(set))
     }
 
-    /// Has them taken from now on. `end_loop` ends the loop with zero force, from any thread; the ramp at the end takes `ramp`.
+    /// Has them taken from now on. `end_loop` ends the loop with zero force, from any thread; the
+    /// ramp at the end takes `ramp`.
     ///
     /// # Errors
     /// The system has no thread left.

@@ -1,4 +1,5 @@
-//! What the log says of missed periods: the first at once, and then no more than a line every ten seconds, with everything since the line before.
+//! What the log says of missed periods: the first at once, and then no more than a line every ten
+//! seconds, with everything since the line before.
 
 use crate::control::RigHandle;
 use crate::telemetry::timing::Counted;

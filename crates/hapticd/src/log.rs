@@ -1,9 +1,13 @@
 //! What the daemon says on standard error and, with `--demo`, on standard output.
 //!
-//! Either may be a pipe that nobody reads or a terminal held with Ctrl-S, where a write waits for as long as that lasts. So no thread of the daemon writes by itself: a line goes into a bounded queue, from
-//! which a thread of its own writes it. Where the queue is full the line is lost and counted, and the count is written once there is room again. The end of the process waits for that thread for a moment only.
+//! Either may be a pipe that nobody reads or a terminal held with Ctrl-S, where a write waits for
+//! as long as that lasts. So no thread of the daemon writes by itself: a line goes into a bounded
+//! queue, from which a thread of its own writes it. Where the queue is full the line is lost and
+//! counted, and the count is written once there is room again. The end of the process waits for
+//! that thread for a moment only.
 //!
-//! Under systemd each line begins with its priority, `<3>` for a fault down to `<6>`, so that the journal can be searched by it.
+//! Under systemd each line begins with its priority, `<3>` for a fault down to `<6>`, so that the
+//! journal can be searched by it.
 
 mod outlet;
 
@@ -19,7 +23,8 @@ use std::time::{Duration, Instant};
 /// Lines that may wait for standard error.
 const BACKLOG_LINES: usize = 256;
 
-/// Longest line, bytes; a longer one is cut. With the lines that may wait this bounds what is held for a reader that does not read.
+/// Longest line, bytes; a longer one is cut. With the lines that may wait this bounds what is held
+/// for a reader that does not read.
 const LONGEST_LINE: usize = 4096;
 
 /// How long one write may take before the end of the process no longer waits for it.
@@ -113,7 +118,8 @@ pub(crate) fn show(line: String) {
     }
 }
 
-/// An entry of the journal, unless it is only a change of the scene, of which there may be a thousand a second.
+/// An entry of the journal, unless it is only a change of the scene, of which there may be a
+/// thousand a second.
 pub(crate) fn journal(entry: &JournalEntry) {
     let level = match entry.op.as_str() {
         "set" | "undo" | "redo" | "scene.load" | "scene.save" => return,
@@ -150,7 +156,8 @@ fn text(level: Level, message: &str, with_priorities: bool) -> String {
     text
 }
 
-/// Whether standard error leads to a service manager's journal: it names the device and inode of the stream that it made.
+/// Whether standard error leads to a service manager's journal: it names the device and inode of
+/// the stream that it made.
 fn is_journal() -> bool {
     let Ok(named) = std::env::var("JOURNAL_STREAM") else {
         return false;
@@ -158,8 +165,10 @@ fn is_journal() -> bool {
     fstat(std::io::stderr()).is_ok_and(|found| named == format!("{}:{}", found.st_dev, found.st_ino))
 }
 
-/// Blocks all signals in a thread that writes. Those that a write itself may bring would stop or kill the whole process, loop and all: a background process that writes to its terminal, a file that may grow no
-/// further; blocked, the write goes through or fails. All others are for other threads.
+/// Blocks all signals in a thread that writes. Those that a write itself may bring would stop or
+/// kill the whole process, loop and all: a background process that writes to its terminal, a file
+/// that may grow no further; blocked, the write goes through or fails. All others are for other
+/// threads.
 fn block_signals() {
     // Where that fails they are as they were.
     SigSet::all().thread_block().unwrap_or_default();
@@ -180,7 +189,8 @@ mod tests {
 
     #[test]
     fn changes_of_the_scene_are_not_said_and_all_else_is() {
-        // Nothing is started here: what is said goes to standard error, and this holds that it does not panic.
+        // Nothing is started here: what is said goes to standard error, and this holds that it does
+        // not panic.
         for op in ["set", "stop", "fault", "disconnected", "something new"] {
             journal(&JournalEntry::of(op));
         }

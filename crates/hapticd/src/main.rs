@@ -261,7 +261,8 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         keeper: None,
         rig: RigFacts {
             period_s,
-            // The rig in this process measures when it is read, and is driven in the same tick; of a link that is measured.
+            // The rig in this process measures when it is read, and is driven in the same tick; of
+            // a link that is measured.
             sample_period_s: 0.0,
             delay_s: 0.0,
             damping: losses.damping,

@@ -1,14 +1,17 @@
 //! Who else has a loop on the same processor.
 //!
-//! Two loops at one priority on one processor do not see each other, and spoil each other all the same: a loop that wakes up while the other one spins or ticks waits for it. So each loop holds a
+//! Two loops at one priority on one processor do not see each other, and spoil each other all the
+//! same: a loop that wakes up while the other one spins or ticks waits for it. So each loop holds a
 //! lock that every other daemon can see, whatever its user, and looks who else holds one.
 //!
 //! - The lock is on a byte of /dev/null: `16 * processor + slot` beyond a base. That inode is there for every user, can always be opened for writing, and stays the same in a unit with
-//!   ProtectSystem=strict, PrivateTmp and DevicePolicy=closed, where a file in /run, /tmp or /dev/shm is another one or read-only. A lock is not content: nothing is written.
+//! ProtectSystem=strict, PrivateTmp and DevicePolicy=closed, where a file in /run, /tmp or /dev/shm
+//! is another one or read-only. A lock is not content: nothing is written.
 //! - It belongs to the open file (an OFD lock), so that it goes with the process however that ends, and no other descriptor of the process takes it away.
 //! - Nobody enforces it. Who wants to keep a daemon in the dark, or frighten it, can; all that comes of it is a line in `status`.
 //!
-//! The slot also gives the loop its place within the period, so that loops on one processor do not wake up at once.
+//! The slot also gives the loop its place within the period, so that loops on one processor do not
+//! wake up at once.
 
 use haptic_ipc::Problem;
 use nix::fcntl::{FcntlArg, fcntl};
@@ -23,7 +26,8 @@ const BASE: i64 = 0x6861_7074_6963_0000;
 
 const INODE: &str = "/dev/null";
 
-/// Where in the period each slot's deadlines are, as a share of it. The kernel's own tick sits on the multiples of the period, so none is near there; the first ones are furthest from each other.
+/// Where in the period each slot's deadlines are, as a share of it. The kernel's own tick sits on
+/// the multiples of the period, so none is near there; the first ones are furthest from each other.
 const PLACES: [f64; SLOTS as usize] = [
     0.5, 0.25, 0.75, 0.375, 0.625, 0.125, 0.875, 0.4375, 0.5625, 0.3125, 0.6875, 0.1875, 0.8125, 0.28125, 0.71875,
     0.46875,

@@ -1,5 +1,6 @@
-//! `--self-test`: what the machine can do, and what hapticd adds to it. The loop and a bare one that only waits take turns on the same processor at the
-//! same priority, so that the machine's moods are shared; what they saw stands side by side.
+//! `--self-test`: what the machine can do, and what hapticd adds to it. The loop and a bare one
+//! that only waits take turns on the same processor at the same priority, so that the machine's
+//! moods are shared; what they saw stands side by side.
 
 use crate::PUMP_PERIOD;
 use crate::processor_share::usual_phase_ns;
@@ -79,7 +80,8 @@ pub(crate) struct ControlSide {
 }
 
 impl ControlSide {
-    /// Has a thread at an ordinary priority take what the loop leaves, as the daemon's control thread does; off the loop's processor, of those that there are.
+    /// Has a thread at an ordinary priority take what the loop leaves, as the daemon's control
+    /// thread does; off the loop's processor, of those that there are.
     ///
     /// # Errors
     /// The system has no thread left.
@@ -171,7 +173,8 @@ impl NoLink {
 
 /// Samples from one crossing of the middle to the next.
 const HALF_TURN: u32 = 1000;
-/// The hand's speed where it crosses the middle, m/s. It turns round along parabolas, so that at no rate its acceleration is that of an encoder which jumps.
+/// The hand's speed where it crosses the middle, m/s. It turns round along parabolas, so that at no
+/// rate its acceleration is that of an encoder which jumps.
 const TOP_SPEED_MPS: f64 = 0.06;
 
 impl Device for NoLink {
@@ -207,8 +210,8 @@ const TICKS_BACK_TO_BACK: u64 = 1_000_000;
 /// Ticks between two changes of the scene.
 const TICKS_A_SCENE: u64 = 20;
 
-/// Times whole ticks without a link, with a new scene every so often; what a control thread does in between is not timed. Returns how many records have been
-/// dropped before.
+/// Times whole ticks without a link, with a new scene every so often; what a control thread does in
+/// between is not timed. Returns how many records have been dropped before.
 #[inline(never)]
 fn back_to_back(
     seen: &mut Histogram<u64>,

@@ -1,7 +1,9 @@
-//! What the service manager hears: that the daemon is ready, how it is, that it ends, and that its loop goes on.
+//! What the service manager hears: that the daemon is ready, how it is, that it ends, and that its
+//! loop goes on.
 //!
-//! The watchdog is fed from the control thread, and only when the loop has ticked since the last time: whichever of the two threads hangs, the
-//! manager restarts the daemon. The real-time thread does nothing for it, since its newest tick comes with the telemetry.
+//! The watchdog is fed from the control thread, and only when the loop has ticked since the last
+//! time: whichever of the two threads hangs, the manager restarts the daemon. The real-time thread
+//! does nothing for it, since its newest tick comes with the telemetry.
 
 use crate::control::RigHandle;
 use sd_notify::NotifyState;
@@ -38,7 +40,8 @@ impl ServiceManager {
                 feeding: None,
             });
         }
-        // On a thread of its own, because sending blocks while the manager does not read, and a stop must never wait for that.
+        // On a thread of its own, because sending blocks while the manager does not read, and a
+        // stop must never wait for that.
         let (messages, to_send) = sync_channel::<String>(BACKLOG);
         std::thread::Builder::new()
             .name("notify".to_owned())

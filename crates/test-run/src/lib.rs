@@ -25,8 +25,8 @@ pub fn extent<T>(short: T, full: T) -> T {
 
 /// Says, once, that the calling test, or a part of it, was skipped for lack of `need`, and how to get that.
 ///
-/// The line reaches the terminal although the test passes: libtest captures what the print macros write, and nothing
-/// else.
+/// The line reaches the terminal although the test passes: libtest captures what the print macros
+/// write, and nothing else.
 ///
 /// # Panics
 /// `HAPTICD_TEST_MAY_SKIP` is set and does not list `need`.

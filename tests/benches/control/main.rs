@@ -260,7 +260,8 @@ fn turn(daemon: &Daemon) -> Turn {
     }
 }
 
-/// The loop under every attack beside the same loop left alone, in turns; and how long a stop takes meanwhile.
+/// The loop under every attack beside the same loop left alone, in turns; and how long a stop takes
+/// meanwhile.
 fn attacks() {
     let daemon = engaged(&[]);
     println!(

@@ -1,4 +1,5 @@
-//! How long a stop takes, from a client's line to the answer that it is confirmed, on each kind of rig and with everything against it that the program knows of.
+//! How long a stop takes, from a client's line to the answer that it is confirmed, on each kind of
+//! rig and with everything against it that the program knows of.
 
 use crate::ns;
 use haptic_ipc::{Client, Request, RigState, ServerLine, StateReply};
@@ -67,7 +68,8 @@ impl Rig {
         )
         .expect("a named pipe");
         let mut command = Command::new("sh");
-        // Opened both ways it waits for no reader. A demo, which writes to it ten times a second, runs on the rig in the process alone.
+        // Opened both ways it waits for no reader. A demo, which writes to it ten times a second,
+        // runs on the rig in the process alone.
         let run = match (blocked, serial) {
             (true, false) => "full=$1; shift; exec \"$0\" --demo \"$@\" 1<>\"$full\"",
             (true, true) => "full=$1; shift; exec \"$0\" \"$@\" 1<>\"$full\"",
@@ -146,7 +148,8 @@ fn take(daemon: &Daemon) -> Taken {
     let mut client = daemon.client();
     for _ in 0..stops_each() {
         engage(&mut client);
-        // Force has begun to flow, and the client is idle: a person's stop does not come at a moment of the loop's choosing either.
+        // Force has begun to flow, and the client is idle: a person's stop does not come at a
+        // moment of the loop's choosing either.
         let from = system_tests::status(&mut client).tick;
         wait_for(&mut client, "force", |status| status.tick > from + 2);
         match stop(daemon.socket()) {

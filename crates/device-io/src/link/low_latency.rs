@@ -30,7 +30,8 @@ pub(crate) fn ask(line: BorrowedFd<'_>) {
         flags: 0,
         rest: [0; 16],
     };
-    // SAFETY: the kernel writes its own, shorter structure to the beginning of this one, and reads it from there.
+    // SAFETY: the kernel writes its own, shorter structure to the beginning of this one, and reads
+    // it from there.
     unsafe {
         if libc::ioctl(line.as_raw_fd(), libc::TIOCGSERIAL, &raw mut serial) == 0 {
             serial.flags |= ASYNC_LOW_LATENCY;

@@ -34,7 +34,8 @@ pub enum Fault {
     ControlLost,
     /// Not a fault, but a stop, by the rig's own button.
     StopButton,
-    /// The device has its motor on, or does not confirm that it is off, long after it was told to switch it off.
+    /// The device has its motor on, or does not confirm that it is off, long after it was told to
+    /// switch it off.
     StillEnabled,
 }
 

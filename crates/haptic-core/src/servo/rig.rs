@@ -32,8 +32,8 @@ pub(super) struct Rig {
 }
 
 impl Rig {
-    /// A rig at rest whose ramps take `ramp_s` seconds. After a stall a ramp goes on from where it was: one step counts for
-    /// `longest_step_s` seconds at most.
+    /// A rig at rest whose ramps take `ramp_s` seconds. After a stall a ramp goes on from where it
+    /// was: one step counts for `longest_step_s` seconds at most.
     pub(super) fn new(ramp_s: f64, longest_step_s: f64) -> Self {
         Self {
             state: RigState::Idle,
@@ -342,7 +342,8 @@ mod tests {
         let mut slow = engaged();
         slow.command(Command::Release).expect("it is engaged");
         assert!(ticks(&mut slow) > 9_990, "a person's release takes the whole ramp");
-        // Neither a client nor a lapsed lease slows down a release that is in a hurry, and the next one is not.
+        // Neither a client nor a lapsed lease slows down a release that is in a hurry, and the next
+        // one is not.
         let mut hurried = engaged();
         hurried.release_into(Fault::ControlLost, 0.04);
         hurried.release_within(0.2);
@@ -414,7 +415,8 @@ mod tests {
         );
     }
 
-    /// Every sequence of six happenings, 262 144 of them: what is said above of any, without leaving it to chance.
+    /// Every sequence of six happenings, 262 144 of them: what is said above of any, without
+    /// leaving it to chance.
     #[test]
     fn no_sequence_of_happenings_lets_force_flow_where_it_may_not() {
         use Happening::{Device, Fail, Pass, Stop};

@@ -1,4 +1,5 @@
-//! From what a device reports to where the hand is: which samples are new, when they were taken, and whether a hand can have made them.
+//! From what a device reports to where the hand is: which samples are new, when they were taken,
+//! and whether a hand can have made them.
 
 use super::fault::Fault;
 use crate::limiter::SafetyLimiter;
@@ -42,7 +43,8 @@ struct Newest {
 /// What is known of the hand.
 #[derive(Clone, Debug)]
 pub(super) struct Sensing {
-    /// How long a device may repeat its last sample before it counts as stale, ns. Until then no time passes for the block.
+    /// How long a device may repeat its last sample before it counts as stale, ns. Until then no
+    /// time passes for the block.
     stale_ns: u64,
     newest: Option<Newest>,
     clock: SampleClock,
@@ -121,8 +123,9 @@ impl Sensing {
         self.estimator.reset();
     }
 
-    /// Takes in a reading at a time of ours, of a device with a resolution (m). A failed or stale reading is never rendered as a position. While force flows (`live`) a sample that no hand can have
-    /// made is not rendered either; without, the block goes wherever the device says.
+    /// Takes in a reading at a time of ours, of a device with a resolution (m). A failed or stale
+    /// reading is never rendered as a position. While force flows (`live`) a sample that no hand
+    /// can have made is not rendered either; without, the block goes wherever the device says.
     pub(super) fn sense(
         &mut self,
         measured: Result<Measurement, DeviceError>,
@@ -205,7 +208,8 @@ impl Sensing {
         Sensed::Moved { elapsed_s }
     }
 
-    /// Share of the force that may flow at a time of ours, so long after the tick before, s: it decays while no new sample comes, and comes back more slowly.
+    /// Share of the force that may flow at a time of ours, so long after the tick before, s: it
+    /// decays while no new sample comes, and comes back more slowly.
     pub(super) fn share(&mut self, now_ns: u64, tick_s: f64) -> f64 {
         let silent_ns = self.newest.map_or(0, |newest| now_ns.saturating_sub(newest.read_ns));
         if silent_ns == 0 && self.share == 1.0 {

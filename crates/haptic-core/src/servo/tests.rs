@@ -61,7 +61,8 @@ fn scene(dice: &mut Dice, revision: u64) -> Box<CompiledScene> {
     })
 }
 
-/// Steps a servo through a motion and through everything that can happen, all of it decided by a seed; returns the bits of all outputs.
+/// Steps a servo through a motion and through everything that can happen, all of it decided by a
+/// seed; returns the bits of all outputs.
 fn run(seed: u64, steps: u32) -> Vec<u64> {
     let mut dice = Dice(seed);
     let settings = Settings {
@@ -157,8 +158,8 @@ proptest! {
     }
 }
 
-/// The number is the same in every build and on every machine: `.ci/run` has it computed with and without optimisation. It changes with the physics, and with
-/// nothing else.
+/// The number is the same in every build and on every machine: `.ci/run` has it computed with and
+/// without optimisation. It changes with the physics, and with nothing else.
 #[test]
 fn every_build_gives_the_same_force_to_the_last_bit() {
     let (mut digest, mut live) = (0xcbf2_9ce4_8422_2325_u64, 0);

@@ -1,6 +1,7 @@
 //! Recordings: every tick of a rig in a file that other programs read too.
 //!
-//! A recording is CSV with lines of `#`, so that pandas (`comment="#"`), R, Matlab and gnuplot read it as it is:
+//! A recording is CSV with lines of `#`, so that pandas (`comment="#"`), R, Matlab and gnuplot read
+//! it as it is:
 //!
 //! ```text
 //! # hapticd recording 1
@@ -13,12 +14,13 @@
 //! # {"mark":"end","rows":5000,"lost":12}
 //! ```
 //!
-//! The first line names the format and its version, the next lines hold the [`Metadata`], then come the columns' names
-//! ([`haptic_ipc::SAMPLE_COLUMNS`], later versions may add more at the end) and a row for each sample. A [`Mark`] stands before the first row that
-//! it concerns. Other lines of `#` are remarks, and are passed over.
+//! The first line names the format and its version, the next lines hold the [`Metadata`], then come
+//! the columns' names ([`haptic_ipc::SAMPLE_COLUMNS`], later versions may add more at the end) and
+//! a row for each sample. A [`Mark`] stands before the first row that it concerns. Other lines of
+//! `#` are remarks, and are passed over.
 //!
-//! A line counts only when its newline is there. A recording that was broken off, by a full disk or a dead process, reads up to its last
-//! whole line, and [`Ending`] says so.
+//! A line counts only when its newline is there. A recording that was broken off, by a full disk or
+//! a dead process, reads up to its last whole line, and [`Ending`] says so.
 
 mod reader;
 mod recorder;

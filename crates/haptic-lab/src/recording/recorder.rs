@@ -18,8 +18,9 @@ pub struct Totals {
     pub length_s: f64,
 }
 
-/// Writes what a subscription to the topics `state` and `samples` brings, with each change put before the first row that it concerns: events of the
-/// two topics overtake one another on their way.
+/// Writes what a subscription to the topics `state` and `samples` brings, with each change put
+/// before the first row that it concerns: events of the two topics overtake one another on their
+/// way.
 #[derive(Debug)]
 pub struct Recorder<W: Write> {
     writer: Writer<W>,

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 /// Longest time that a row stays in memory while others follow.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
 
-/// Writes rows and marks. What is written is buffered, and passed on at least each second while more is written.
+/// Writes rows and marks. What is written is buffered, and passed on at least each second while
+/// more is written.
 #[derive(Debug)]
 pub struct Writer<W: Write> {
     out: Counted<BufWriter<W>>,
@@ -76,7 +77,8 @@ impl<W: Write> Writer<W> {
         self.out.flush()
     }
 
-    /// Ends the recording, and says in it that this is its end. Returns where it was written to, and its size in bytes.
+    /// Ends the recording, and says in it that this is its end. Returns where it was written to,
+    /// and its size in bytes.
     ///
     /// # Errors
     /// It cannot be written.

@@ -139,7 +139,8 @@ fn timed_write(queue: &Queue, descriptor: &impl AsFd, bytes: &[u8]) {
 
 /// Writes all of it, however long that takes; where nobody listens any more there is nobody to tell.
 ///
-/// Not through the standard library's handles: their locks would be held while the write is blocked, and the end of the process flushes what they buffer.
+/// Not through the standard library's handles: their locks would be held while the write is
+/// blocked, and the end of the process flushes what they buffer.
 fn write_all(descriptor: &impl AsFd, mut bytes: &[u8]) {
     while !bytes.is_empty() {
         match write(descriptor, bytes) {

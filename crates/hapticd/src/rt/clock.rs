@@ -28,11 +28,13 @@ fn sleep_until(deadline_ns: u64) {
 /// How the last stretch before a deadline is waited for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Waiting {
-    /// Asleep up to this long before the deadline, ns, and spinning from there: waking up takes its time. Zero sleeps to the end.
+    /// Asleep up to this long before the deadline, ns, and spinning from there: waking up takes its
+    /// time. Zero sleeps to the end.
     pub(crate) spin_ns: u64,
 }
 
-/// A grid of deadlines. A deadline that has passed is skipped and counted, never made up for: ticks do not come back to back.
+/// A grid of deadlines. A deadline that has passed is skipped and counted, never made up for: ticks
+/// do not come back to back.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
     period_ns: u64,
@@ -45,12 +47,14 @@ pub(crate) struct Grid {
 pub(crate) struct Wake {
     pub(crate) deadline_ns: u64,
     pub(crate) began_ns: u64,
-    /// How long the machine has been suspended since it was booted, ns: the monotonic clock stands still meanwhile.
+    /// How long the machine has been suspended since it was booted, ns: the monotonic clock stands
+    /// still meanwhile.
     pub(crate) asleep_ns: u64,
 }
 
 impl Grid {
-    /// A grid that begins a period or two after `now_ns`, with its deadlines `phase_ns` after the multiples of the period: the kernel's own tick sits on those.
+    /// A grid that begins a period or two after `now_ns`, with its deadlines `phase_ns` after the
+    /// multiples of the period: the kernel's own tick sits on those.
     pub(crate) fn new(period_ns: u64, phase_ns: u64, now_ns: u64) -> Self {
         let deadline_ns = (now_ns / period_ns + 2) * period_ns + phase_ns;
         Self {
@@ -72,7 +76,8 @@ impl Grid {
         let since_boot_ns = read_ns(ClockId::Boottime);
         let asleep_ns = since_boot_ns.saturating_sub(now_ns());
         let mut began_ns = now_ns();
-        // Without the processor's pause instruction: a hypervisor takes many of those for a lock that is waited for, and the core away.
+        // Without the processor's pause instruction: a hypervisor takes many of those for a lock
+        // that is waited for, and the core away.
         while began_ns < self.deadline_ns {
             began_ns = now_ns();
         }
@@ -135,7 +140,8 @@ mod tests {
         let first = grid.deadline_ns;
         grid.advance(first + 20_000);
         assert_eq!((grid.deadline_ns, grid.missed()), (first + 1_000_000, 0));
-        // The tick due at first + 1 ms ends 5.2 ms late: the deadlines at +2, +3, +4, +5 and +6 ms have passed.
+        // The tick due at first + 1 ms ends 5.2 ms late: the deadlines at +2, +3, +4, +5 and +6 ms
+        // have passed.
         grid.advance(first + 6_200_000);
         assert_eq!((grid.deadline_ns, grid.missed()), (first + 7_000_000, 5));
         // Exactly on a deadline, that deadline has passed.

@@ -1,5 +1,6 @@
-//! From the control thread to the real-time thread, and the answers: single words and one mailbox, so that
-//! neither side can make the real-time side wait. What leaves it in numbers goes through the [outbox](super::outbox).
+//! From the control thread to the real-time thread, and the answers: single words and one mailbox,
+//! so that neither side can make the real-time side wait. What leaves it in numbers goes through
+//! the [outbox](super::outbox).
 //!
 //! | what | how | why it is wait-free for the real-time side |
 //! |---|---|---|
@@ -18,8 +19,8 @@ use std::ptr;
 
 /// Holds the newest scene until the real-time thread takes it.
 ///
-/// The pointer in it is null or owned by the mailbox: whoever swaps it out owns the scene. Nothing is read through a pointer that
-/// is still in the mailbox.
+/// The pointer in it is null or owned by the mailbox: whoever swaps it out owns the scene. Nothing
+/// is read through a pointer that is still in the mailbox.
 #[derive(Debug)]
 pub(crate) struct SceneMailbox {
     slot: AtomicPtr<CompiledScene>,
@@ -58,7 +59,8 @@ impl SceneMailbox {
 
     fn swap(&self, new: *mut CompiledScene) -> Option<Box<CompiledScene>> {
         let old = self.slot.swap(new, Ordering::AcqRel);
-        // SAFETY: a pointer in the slot is null or came from `Box::into_raw` in `post`; the swap took it out, so it is this thread's alone.
+        // SAFETY: a pointer in the slot is null or came from `Box::into_raw` in `post`; the swap
+        // took it out, so it is this thread's alone.
         (!old.is_null()).then(|| unsafe { Box::from_raw(old) })
     }
 }
@@ -84,7 +86,8 @@ pub(crate) struct Shared {
     admitted: AtomicU64,
     /// When the first lease lapses, ns on the monotonic clock; never, where it is the largest number.
     lease_until_ns: AtomicU64,
-    /// When the control thread last gave a sign of life, ns on the monotonic clock; the largest number before it has begun to.
+    /// When the control thread last gave a sign of life, ns on the monotonic clock; the largest
+    /// number before it has begun to.
     beat_ns: AtomicU64,
     pub(crate) answers: Answers,
 }
@@ -185,7 +188,8 @@ impl Shared {
         self.quit.load(Ordering::Acquire)
     }
 
-    /// Says for which connection to a device the next command to engage holds. To be said before the command is sent.
+    /// Says for which connection to a device the next command to engage holds. To be said before
+    /// the command is sent.
     pub(crate) fn admit(&self, connection: u64) {
         self.admitted.store(connection, Ordering::Release);
     }
@@ -196,7 +200,8 @@ impl Shared {
         admitted == ANY_CONNECTION || admitted == connection
     }
 
-    /// Leaves a command of somebody who knew of so many stops. The one before must have been answered or withdrawn.
+    /// Leaves a command of somebody who knew of so many stops. The one before must have been
+    /// answered or withdrawn.
     pub(crate) fn send(&self, serial: u32, command: Command, stops_known: u64) {
         #[expect(clippy::cast_possible_truncation, reason = "modulo 2^24")]
         let stops_known = stops_known as u32 & STOPS_MASK;
@@ -208,7 +213,8 @@ impl Shared {
         self.command.store(word.pack(), Ordering::Release);
     }
 
-    /// Takes the newest command back. The real-time thread may be carrying it out at this moment; once that is done it can be seen in the answers.
+    /// Takes the newest command back. The real-time thread may be carrying it out at this moment;
+    /// once that is done it can be seen in the answers.
     pub(crate) fn withdraw(&self) {
         self.command.store(0, Ordering::Release);
     }

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 /// Over this the missed periods are counted, ns.
 const WINDOW_NS: u64 = 1_000_000_000;
 
-/// The largest number of missed periods that a policy may name: each of them may have to be remembered, and forgotten again within one tick.
+/// The largest number of missed periods that a policy may name: each of them may have to be
+/// remembered, and forgotten again within one tick.
 const MOST_IN_A_SECOND: u32 = 1000;
 
 /// What to do about missed periods.
@@ -38,7 +39,8 @@ impl std::str::FromStr for LatePolicy {
 #[derive(Clone, Debug)]
 pub(crate) struct Lateness {
     policy: LatePolicy,
-    /// Those of the last second, the oldest first. Fewer than the policy's number are ever in it, so there is room for each of them.
+    /// Those of the last second, the oldest first. Fewer than the policy's number are ever in it,
+    /// so there is room for each of them.
     recent: VecDeque<Missed>,
     /// How many `recent` has in all.
     recent_periods: u64,
@@ -67,7 +69,8 @@ impl Lateness {
         }
     }
 
-    /// Without force nobody is harmed: what was missed until now, with so many periods in all, does not count.
+    /// Without force nobody is harmed: what was missed until now, with so many periods in all, does
+    /// not count.
     pub(crate) fn rest(&mut self, missed_periods: u64) {
         self.recent.clear();
         self.recent_periods = 0;
@@ -91,7 +94,8 @@ impl Lateness {
             return true;
         }
         if periods > 0 {
-            // Never more entries than periods, and never as many periods as there is room for: nothing is allocated.
+            // Never more entries than periods, and never as many periods as there is room for:
+            // nothing is allocated.
             self.recent.push_back(Missed { at_ns: now_ns, periods });
             self.recent_periods += periods;
         }

@@ -1,7 +1,7 @@
 //! The real-time thread and everything that touches it.
 //!
-//! Nothing here allocates, locks, logs, formats or waits for anyone once the loop runs; its only system calls are the sleep and
-//! the device's own.
+//! Nothing here allocates, locks, logs, formats or waits for anyone once the loop runs; its only
+//! system calls are the sleep and the device's own.
 // clippy.toml lists what waits. Tests may: they wait for each other.
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 

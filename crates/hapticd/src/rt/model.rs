@@ -1,4 +1,5 @@
-//! The hand-over under loom: every interleaving and every reordering that the memory model allows, with two threads.
+//! The hand-over under loom: every interleaving and every reordering that the memory model allows,
+//! with two threads.
 //!
 //! `handoff.rs` is compiled here a second time, on loom's atomics.
 #![allow(
@@ -22,7 +23,8 @@ use haptic_ipc::RigState;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Runs a body under every interleaving with at most three preemptions: what two threads can do to each other shows with two (CHESS).
+/// Runs a body under every interleaving with at most three preemptions: what two threads can do to
+/// each other shows with two (CHESS).
 fn model(body: impl Fn() + Sync + Send + 'static) {
     let mut builder = loom::model::Builder::new();
     builder.preemption_bound = Some(3);

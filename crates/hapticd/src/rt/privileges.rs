@@ -1,4 +1,5 @@
-//! What the real-time thread asks of the system: a core of its own, a real-time priority, and memory that stays in place.
+//! What the real-time thread asks of the system: a core of its own, a real-time priority, and
+//! memory that stays in place.
 //!
 //! Whatever cannot be had is reported with the exact way to get it, and the loop runs without.
 #![allow(unsafe_code, reason = "scheduling has no safe wrapper")]
@@ -18,7 +19,8 @@ pub(crate) fn available_cpus() -> Vec<usize> {
     (0..CpuSet::MAX_CPU).filter(|&cpu| set.is_set(cpu)).collect()
 }
 
-/// The processor for the loop where none was named: the last one, as the first serves most interrupts. None where there is only one.
+/// The processor for the loop where none was named: the last one, as the first serves most
+/// interrupts. None where there is only one.
 pub(crate) fn default_cpu(available: &[usize]) -> Option<usize> {
     match available {
         [_, .., last] => Some(*last),
@@ -26,8 +28,8 @@ pub(crate) fn default_cpu(available: &[usize]) -> Option<usize> {
     }
 }
 
-/// Memory that the daemon may come to use, bytes. Under a smaller limit it must not lock what it will allocate later: an allocation beyond the
-/// limit would then fail, and end it.
+/// Memory that the daemon may come to use, bytes. Under a smaller limit it must not lock what it
+/// will allocate later: an allocation beyond the limit would then fail, and end it.
 const ENOUGH_LOCKED_BYTES: u64 = 256 * 1024 * 1024;
 
 /// Why memory cannot be locked, or nothing.
@@ -44,7 +46,8 @@ fn lock_all_memory() -> Result<(), String> {
     mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE).map_err(|error| format!("mlockall says {error}"))
 }
 
-/// Locks all memory of the process, now and later. Before the thread is started, so that its stack is locked too.
+/// Locks all memory of the process, now and later. Before the thread is started, so that its stack
+/// is locked too.
 pub(crate) fn lock_memory(status: &mut RealTimeStatus) {
     match lock_all_memory() {
         Ok(()) => status.memory_locked = true,
@@ -109,7 +112,8 @@ fn prefault_stack() {
     }
 }
 
-/// Has timers that are not late: without a real-time priority the kernel may delay them by 50 us, to wake up less often.
+/// Has timers that are not late: without a real-time priority the kernel may delay them by 50 us,
+/// to wake up less often.
 fn tighten_timers(status: &mut RealTimeStatus) {
     if let Err(error) = rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1)) {
         status.problems.push(Problem {
@@ -120,8 +124,8 @@ fn tighten_timers(status: &mut RealTimeStatus) {
     }
 }
 
-/// Keeps signals to the process away from the calling thread, so that no handler runs in a tick: the control thread hears them. Those that a fault of the thread itself raises
-/// still reach it.
+/// Keeps signals to the process away from the calling thread, so that no handler runs in a tick:
+/// the control thread hears them. Those that a fault of the thread itself raises still reach it.
 fn block_signals() {
     // SAFETY: the set is initialised by sigfillset before anything reads it, and lives on this stack.
     unsafe {

@@ -1,6 +1,7 @@
-//! The real loop, on its own thread as the daemon starts it, does nothing that it must not: it allocates and frees nothing, and makes no system call
-//! but its sleep and, on a link, the device's read, write and poll. Meanwhile scenes change, people stop, reset, engage and release, and the device fails in every
-//! way it can, or is unplugged and plugged in again.
+//! The real loop, on its own thread as the daemon starts it, does nothing that it must not: it
+//! allocates and frees nothing, and makes no system call but its sleep and, on a link, the device's
+//! read, write and poll. Meanwhile scenes change, people stop, reset, engage and release, and the
+//! device fails in every way it can, or is unplugged and plugged in again.
 //!
 //! All of it is counted, not timed, so that a busy machine cannot disturb it.
 #![allow(unsafe_code, reason = "a counting allocator, a seccomp filter and a signal handler")]
@@ -77,13 +78,15 @@ unsafe impl GlobalAlloc for Counting {
 extern "C" fn on_forbidden_call(_: libc::c_int, info: *mut libc::siginfo_t, _: *mut libc::c_void) {
     if WATCHED.get() {
         TRAPPED.fetch_add(1, SeqCst);
-        // SAFETY: in the information of a SIGSYS the call's number follows the address of the call, which follows three words and their padding.
+        // SAFETY: in the information of a SIGSYS the call's number follows the address of the call,
+        // which follows three words and their padding.
         let call = unsafe { info.byte_add(24).cast::<i32>().read() };
         TRAPPED_CALL.store(u64::from(call.unsigned_abs()), SeqCst);
     }
 }
 
-/// What the loop may call, and what its thread needs to end: returning from the handler and giving back its stack.
+/// What the loop may call, and what its thread needs to end: returning from the handler and giving
+/// back its stack.
 const ALLOWED: [libc::c_long; 9] = [
     libc::SYS_clock_nanosleep,
     libc::SYS_clock_gettime,
@@ -130,7 +133,8 @@ fn forbid_system_calls(on_a_link: bool) -> Result<(), std::io::Error> {
         len: u16::try_from(filter.len()).unwrap_or(0),
         filter: filter.as_mut_ptr(),
     };
-    // SAFETY: plain system calls on this thread, with a valid action and a valid program, which the kernel copies.
+    // SAFETY: plain system calls on this thread, with a valid action and a valid program, which the
+    // kernel copies.
     let done = unsafe {
         let mut action: libc::sigaction = std::mem::zeroed();
         action.sa_sigaction = on_forbidden_call as *const () as usize;
@@ -370,7 +374,8 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     let mut running = start(device, &shared, &scenes[0], producer);
 
     let began = Instant::now();
-    // The control side, as busy as it gets: the next scene as soon as one is rendered, and the next command as soon as one is answered.
+    // The control side, as busy as it gets: the next scene as soon as one is rendered, and the next
+    // command as soon as one is answered.
     let (mut revision, mut serial, mut newest) = (1, 0, None);
     let (mut faults, mut lost, mut live, mut stopped, mut pushed) = (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
     let commands = [Command::Reset, Command::Engage, Command::Engage, Command::Release];
@@ -497,7 +502,8 @@ impl Device for Panicking {
     }
 }
 
-/// Has the loop panic with force on the hand, on a link that then has no room for so many commands. How it ended, and what was written last, N.
+/// Has the loop panic with force on the hand, on a link that then has no room for so many commands.
+/// How it ended, and what was written last, N.
 fn panic_with_force(refusals: u64) -> (End, f64) {
     let shared = Arc::new(Shared::new());
     let (written, panicked_at) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));

@@ -1,9 +1,12 @@
-//! The control side stalls at every instruction inside the hand-over, and the real-time side still ends, in a bounded number of instructions.
+//! The control side stalls at every instruction inside the hand-over, and the real-time side still
+//! ends, in a bounded number of instructions.
 //!
-//! A real-time thread that preempts the control thread on its own processor runs while that one stands between two instructions, for as long as it
-//! likes. Here the processor's trap flag stops the control side after its first instruction, in the next round after its second, and so on;
-//! in the trap, on the same thread, a whole tick of the real-time side runs, counted by the same flag. Had it to wait for the control side (for a
-//! slot in flight, or for a lock such as the allocator's), it would never end, and the count would tell. No privilege is needed.
+//! A real-time thread that preempts the control thread on its own processor runs while that one
+//! stands between two instructions, for as long as it likes. Here the processor's trap flag stops
+//! the control side after its first instruction, in the next round after its second, and so on; in
+//! the trap, on the same thread, a whole tick of the real-time side runs, counted by the same flag.
+//! Had it to wait for the control side (for a slot in flight, or for a lock such as the
+//! allocator's), it would never end, and the count would tell. No privilege is needed.
 #![allow(unsafe_code, reason = "single-stepping, signals and fork")]
 
 use crate::rt::clock::Wake;
@@ -24,8 +27,11 @@ use std::sync::atomic::{AtomicPtr, AtomicU64, Ordering::SeqCst};
 /// Instructions after which the real-time side counts as stuck: some ten times what its tick takes.
 const BOUND: u64 = 30_000;
 
-/// Instructions of the control side at which it is stopped, at most: more than one whole hand-over; what follows is the same over again.
-const MOST_STEPS: u64 = 400;
+/// Instructions of the control side at which it is stopped, at most: more than one whole hand-over;
+/// what follows is the same over again.
+fn most_steps() -> u64 {
+    test_run::extent(250, 400)
+}
 
 const IDLE: u64 = 0;
 const FREEZING: u64 = 1;
@@ -168,7 +174,7 @@ fn instructions_of(work: impl FnOnce()) -> u64 {
 }
 
 fn step_through(round: &impl Fn() -> Round, report: &Report) {
-    for target in 1..=MOST_STEPS {
+    for target in 1..=most_steps() {
         let mut round = round();
         let mut real_time: &mut dyn FnMut() = &mut *round.real_time;
         // SAFETY: only the lifetime is dropped; the handler uses it while this frame stands.
@@ -370,8 +376,10 @@ fn a_queue_towards_the_real_time_side_would_stall_it_and_this_is_seen() {
     assert_ne!(report.stuck_at.load(SeqCst), 0, "{report:?}");
 }
 
-/// Instructions of a whole tick on the paper's scene, without the device's own: its median, and its most, which has a change of contact in it. In the profile that the tests
-/// are built with, and a tenth on top; an optimised build (`cargo test --release`) has its own. Raise them only for something that every tick really needs.
+/// Instructions of a whole tick on the paper's scene, without the device's own: its median, and its
+/// most, which has a change of contact in it. In the profile that the tests are built with, and a
+/// tenth on top; an optimised build (`cargo test --release`) has its own. Raise them only for
+/// something that every tick really needs.
 const TICK_BUDGET: (u64, u64) = if cfg!(debug_assertions) {
     (2340, 6800)
 } else {
@@ -383,7 +391,7 @@ fn a_whole_tick_on_the_papers_scene_costs_no_more_than_was_agreed_on() {
     let report = in_a_child(|report| {
         let mut bench = Bench::on(Box::new(NoLink::new(1_000_000)), &renderer());
         // Every eighth tick of two strokes: a trap costs microseconds.
-        let mut counts: Vec<u64> = (0..500)
+        let mut counts: Vec<u64> = (0..test_run::extent(100, 500))
             .map(|_| {
                 bench.ticks(7);
                 while bench.records.pop().is_some() {}

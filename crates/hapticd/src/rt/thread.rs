@@ -36,7 +36,8 @@ pub(crate) enum FinalZero {
 /// Name of the thread.
 const NAME: &str = "rt";
 
-/// Keeps the panic message of the real-time thread from being written before its force is zeroed: standard error may block. [`End`] carries it.
+/// Keeps the panic message of the real-time thread from being written before its force is zeroed:
+/// standard error may block. [`End`] carries it.
 pub(crate) fn keep_panics() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
@@ -112,7 +113,8 @@ impl fmt::Debug for PanicMessage {
 /// The stack, bytes: the loop needs a few kilobytes, and all of it is locked in memory.
 const STACK_BYTES: usize = 256 * 1024;
 
-/// The thread, while it runs. However the daemon ends, the loop ends first, and its last command is zero force.
+/// The thread, while it runs. However the daemon ends, the loop ends first, and its last command is
+/// zero force.
 #[derive(Debug)]
 pub(crate) struct RunningLoop {
     shared: Arc<Shared>,
@@ -193,7 +195,8 @@ pub(crate) fn start(
     Ok((running, status))
 }
 
-/// How long the device may take for the last zero force; a link that takes nothing for so long counts as disconnected.
+/// How long the device may take for the last zero force; a link that takes nothing for so long
+/// counts as disconnected.
 const FINAL_ZERO_TIMEOUT: Duration = Duration::from_millis(100);
 
 /// Commands zero force until the device has taken it.

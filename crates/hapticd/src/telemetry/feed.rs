@@ -19,10 +19,12 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 /// Lines that may wait for a subscriber; more are not queued but counted as dropped.
 pub(crate) const BACKLOG_LINES: usize = 64;
 
-/// Rows that one event may hold, so that its line stays within the protocol's limit; a longer batch goes out in several.
+/// Rows that one event may hold, so that its line stays within the protocol's limit; a longer batch
+/// goes out in several.
 const MOST_ROWS: usize = 256;
 
-/// Bytes of events that may wait for a subscriber, whatever it subscribes to and however often: two seconds of every tick at 1 kHz.
+/// Bytes of events that may wait for a subscriber, whatever it subscribes to and however often: two
+/// seconds of every tick at 1 kHz.
 pub(crate) const BACKLOG_BYTES: usize = 512 * 1024;
 
 /// A line on its way to a client, with the room that it takes until it is written.
@@ -185,8 +187,8 @@ impl Feed {
         }
     }
 
-    /// Takes in what the loop left since the last call, and sends what is due. `scenes` has those that may be in force. Returns the first record of
-    /// each state and revision.
+    /// Takes in what the loop left since the last call, and sends what is due. `scenes` has those
+    /// that may be in force. Returns the first record of each state and revision.
     pub(crate) fn pump(&mut self, scenes: &VecDeque<KnownScene>) -> Vec<TickRecord> {
         self.consumer.drop_retired();
         while let Some(record) = self.consumer.pop() {

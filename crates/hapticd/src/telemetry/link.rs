@@ -82,7 +82,8 @@ fn seconds_since(at_ns: u64) -> f64 {
 fn waiting(state: &LinkState, counters: &LinkCounters) -> String {
     let asking = counters.asking_since_ns().map(seconds_since);
     let why = match (state, asking) {
-        // It came back, and takes its time: boards that are reset when their port is opened need a second or two.
+        // It came back, and takes its time: boards that are reset when their port is opened need a
+        // second or two.
         (LinkState::Looking | LinkState::Waiting(ConnectError::Absent { .. }), Some(since_s)) => {
             format!("the device is there, but has not answered the hello yet ({since_s:.1} s)")
         }

@@ -19,7 +19,8 @@ const LEAST_WAY: (f64, f64) = (20.0, 5e-4);
 /// A way that shows which way a force pulls: in counts, and m.
 const LEAST_SIGN: (f64, f64) = (4.0, 2e-4);
 
-/// A handle whose way is so much longer than what it brought it has turned round on the way: it has bounced, or something else moves it.
+/// A handle whose way is so much longer than what it brought it has turned round on the way: it has
+/// bounced, or something else moves it.
 const STRAIGHT: f64 = 1.1;
 
 /// What is watched of the handle.
@@ -252,7 +253,8 @@ mod tests {
         wrong_way_limit_m: 1e-4,
     };
 
-    /// A handle of 1 kg with 0.5 N of friction under a pulse, with the motor's sign; what was found and whether it was over in time.
+    /// A handle of 1 kg with 0.5 N of friction under a pulse, with the motor's sign; what was found
+    /// and whether it was over in time.
     fn pushed(sign: f64, gap: bool) -> (Motion, PulseReport) {
         let mut motion = Motion::new(1e-5);
         motion.begin_pulse(SHAPE);

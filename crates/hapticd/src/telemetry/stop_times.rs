@@ -1,4 +1,5 @@
-//! How long stops take: from the line that asks for one to zero force on the link, and to the device's word that its motor is off.
+//! How long stops take: from the line that asks for one to zero force on the link, and to the
+//! device's word that its motor is off.
 
 use crate::rt::handoff::{Answers, Heard};
 use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};

@@ -1,4 +1,5 @@
-//! How well the loop keeps time, from the records of its ticks: since it began, and over the last ten seconds.
+//! How well the loop keeps time, from the records of its ticks: since it began, and over the last
+//! ten seconds.
 //!
 //! The real-time thread only stamps its ticks; the histograms are kept here, on the control thread.
 

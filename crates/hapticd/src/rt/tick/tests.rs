@@ -1192,7 +1192,8 @@ fn happening() -> impl Strategy<Value = Happening> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: test_run::extent(150, 1000), failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever is measured, commanded and changed: the force is a number within the limits, and zero where none may flow.
+    /// Whatever is measured, commanded and changed: the force is a number within the limits, and
+    /// zero where none may flow.
     // hazard: P2
     #[test]
     fn force_stays_within_its_limits_and_where_it_belongs(

@@ -1,4 +1,5 @@
-//! A change of scene never jerks the hand, whatever the two scenes, the state of the surface, and the way from one to the other.
+//! A change of scene never jerks the hand, whatever the two scenes, the state of the surface, and
+//! the way from one to the other.
 
 use super::*;
 use haptic_core::Directional;
@@ -68,7 +69,8 @@ fn valid_scene() -> impl Strategy<Value = Scene> {
 }
 
 impl Bench {
-    /// Engaged on a scene, with a hand that has gone at a speed for so many ticks and then, if it is to, has come to rest.
+    /// Engaged on a scene, with a hand that has gone at a speed for so many ticks and then, if it
+    /// is to, has come to rest.
     fn dragged(scene: &Scene, speed: f64, ticks: usize, at_rest: bool) -> (Self, f64) {
         let settings = Settings {
             ramp_s: 1e-3,
@@ -124,8 +126,8 @@ const STEP_N: f64 = 1e-6;
 proptest! {
     #![proptest_config(ProptestConfig { cases: test_run::extent(300, 3000), failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// In the very moment of the change the force stays what it was; from there on it grows by no more than the slew limit allows. Over a ramp that
-    /// holds for every step of it.
+    /// In the very moment of the change the force stays what it was; from there on it grows by no
+    /// more than the slew limit allows. Over a ramp that holds for every step of it.
     #[test]
     fn a_change_of_scene_makes_no_step_of_force(
         from in valid_scene(),
