@@ -124,11 +124,10 @@ impl DeviceClock {
     }
 
     fn drift_over_windows(&self) -> Option<i64> {
-        let newest = self.ended.checked_sub(1)?;
-        let oldest = self.ended.saturating_sub(WINDOWS);
-        if newest - oldest + 1 < FEWEST_WINDOWS {
+        if self.ended < FEWEST_WINDOWS {
             return None;
         }
+        let (oldest, newest) = (self.ended.saturating_sub(WINDOWS), self.ended - 1);
         let (from, to) = (self.windows[oldest % WINDOWS], self.windows[newest % WINDOWS]);
         let elapsed_ns = signed(to.host_ns.checked_sub(from.host_ns)?);
         // The faster its clock, the smaller our lead.
@@ -230,6 +229,31 @@ mod tests {
             clock.stamp(host_ms * 1000 + gained_us, BEGAN_NS + u64::from(host_ms) * 1_000_000);
         }
         assert_eq!(clock.drift_ppb(), Some(100_000));
+    }
+
+    #[test]
+    fn the_drift_is_that_of_the_last_sixteen_windows_and_known_after_four() {
+        let mut clock = DeviceClock::new();
+        let mut device_us = 0.0_f64;
+        // 30 s, from the thirteenth on 100 ppm fast.
+        for k in 0..30_000_u32 {
+            device_us += if k < 12_000 { 1000.0 } else { 1000.1 };
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "30 s in us")]
+            clock.stamp(device_us as u32, 7_000_000_000 + u64::from(k) * 1_000_000);
+            // A window of a second ends with the first sample after it.
+            let seconds = k / 1000;
+            assert_eq!(clock.drift_ppb().is_some(), seconds >= 4, "sample {k}");
+            if k == 24_500 {
+                // Of the sixteen windows from the 9th to the 24th four are before the change.
+                let drift = clock.drift_ppb().expect("known");
+                assert!((70_000..85_000).contains(&drift), "{drift} ppb");
+            }
+        }
+        let drift = clock.drift_ppb().expect("known");
+        assert!(
+            (98_000..102_000).contains(&drift),
+            "{drift} ppb: all of them are after it"
+        );
     }
 
     #[test]
