@@ -5,8 +5,8 @@
 //! lock that every other daemon can see, whatever its user, and looks who else holds one.
 //!
 //! - The lock is on a byte of /dev/null: `16 * processor + slot` beyond a base. That inode is there for every user, can always be opened for writing, and stays the same in a unit with
-//! ProtectSystem=strict, PrivateTmp and DevicePolicy=closed, where a file in /run, /tmp or /dev/shm
-//! is another one or read-only. A lock is not content: nothing is written.
+//!   ProtectSystem=strict, PrivateTmp and DevicePolicy=closed, where a file in /run, /tmp or /dev/shm
+//!   is another one or read-only. A lock is not content: nothing is written.
 //! - It belongs to the open file (an OFD lock), so that it goes with the process however that ends, and no other descriptor of the process takes it away.
 //! - Nobody enforces it. Who wants to keep a daemon in the dark, or frighten it, can; all that comes of it is a line in `status`.
 //!
