@@ -12,6 +12,27 @@ use proptest::prelude::*;
 
 const MS: u64 = 1_000_000;
 
+/// What the tests have in common.
+const SETTINGS: Settings = Settings {
+    period_s: 1e-3,
+    ramp_s: 0.02,
+    limits: Limits {
+        force_n: 20.0,
+        slew_n_per_s: 5000.0,
+        speed_mps: 5.0,
+        acceleration_mps2: 2000.0,
+    },
+    losses: RigLosses {
+        damping: 0.0,
+        friction: 0.0,
+    },
+    passivity_control_n: 0.0,
+    velocity: velocity::Method::AlphaBetaGamma,
+    stale_ns: 50 * MS,
+    stop_button: None,
+    enable_button: None,
+};
+
 /// Numbers that depend on nothing but where they begin.
 struct Dice(u64);
 
@@ -66,23 +87,14 @@ fn scene(dice: &mut Dice, revision: u64) -> Box<CompiledScene> {
 fn run(seed: u64, steps: u32) -> Vec<u64> {
     let mut dice = Dice(seed);
     let settings = Settings {
-        period_s: 1e-3,
-        ramp_s: 0.02,
-        limits: Limits {
-            force_n: 20.0,
-            slew_n_per_s: 5000.0,
-            speed_mps: 5.0,
-            acceleration_mps2: 2000.0,
-        },
         losses: RigLosses {
             damping: 0.1,
             friction: 0.2,
         },
         passivity_control_n: 2.0,
         velocity: METHODS[usize::try_from(dice.below(5)).expect("small")],
-        stale_ns: 50 * MS,
         stop_button: Some(0),
-        enable_button: None,
+        ..SETTINGS
     };
     let mut servo = Servo::new(settings, scene(&mut dice, 1));
     let (mut time_ns, mut phase, mut revision) = (0_u64, 0.0_f64, 1);
@@ -186,31 +198,13 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        let mut dice = Dice(0);
-        let settings = Settings {
-            period_s: 1e-3,
-            ramp_s: 0.02,
-            limits: Limits {
-                force_n: 20.0,
-                slew_n_per_s: 5000.0,
-                speed_mps: 5.0,
-                acceleration_mps2: 2000.0,
-            },
-            losses: RigLosses {
-                damping: 0.0,
-                friction: 0.0,
-            },
-            passivity_control_n: 0.0,
-            velocity: velocity::Method::default(),
-            stale_ns: 50 * MS,
-            stop_button: None,
-            enable_button: None,
-        };
-        let mut first = scene(&mut dice, 1);
-        first.renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
-        first.transition = Transition::AtOnce;
+        Self::with(SETTINGS)
+    }
+
+    fn with(settings: Settings) -> Self {
+        let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
         Self {
-            servo: Servo::new(settings, first),
+            servo: Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1))),
             sequence: 0,
             motor: Motor::Unreported,
             amplitude_m: 0.0,
@@ -408,9 +402,10 @@ fn a_motor_that_stays_on_is_an_alarm_after_its_time_whatever_is_asked_meanwhile(
 #[test]
 fn the_passivity_controller_pulls_against_the_motion() {
     let run = |control_n: f64| {
-        let mut bench = Bench::new();
-        bench.servo.settings.passivity_control_n = control_n;
-        bench.servo.passivity = PassivityObserver::new(bench.servo.settings.losses, control_n);
+        let mut bench = Bench::with(Settings {
+            passivity_control_n: control_n,
+            ..SETTINGS
+        });
         bench.amplitude_m = 1e-4;
         bench.steps(50);
         bench.engage();
