@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn every_bad_line_is_refused_by_its_own_code() {
-        use ErrorCode::{BadJson, BadRequest, UnknownField, UnknownOp};
+        use ErrorCode::{BadJson, BadRequest, UnknownField, UnknownOp, UnknownParameter};
         for (line, id, code, part) in [
             ("not json", None, BadJson, "not JSON"),
             (r#"{"id":1,"op":"set","params":{"mass":NaN}}"#, None, BadJson, "NaN"),
@@ -147,6 +147,12 @@ mod tests {
                 "mass",
             ),
             (r#"{"id":1,"op":"set","params":[1]}"#, Some(1), BadRequest, "params"),
+            (
+                r#"{"id":1,"op":"set","params":{"colour":"red"}}"#,
+                Some(1),
+                UnknownParameter,
+                "no parameter `colour`",
+            ),
             (
                 r#"{"id":1,"op":"subscribe","topics":["weather"]}"#,
                 Some(1),

@@ -10,11 +10,12 @@ use haptic_core::{Directional, ParameterKey};
 /// Reads the value of the parameter that the field is named after, by name or symbol.
 ///
 /// # Errors
-/// It is not a number, nor a pair of them where a pair is allowed.
+/// There is no such parameter, or the value is not a number, nor a pair of them where a pair is
+/// allowed.
 pub(crate) fn read(given: &FieldValue<'_>, pair: bool) -> Result<Directional, WireError> {
-    let key = given.name.parse::<ParameterKey>().ok();
-    let info = key.map(|key| key.parameter.info());
-    let unit = info.map_or("1", |info| info.unit);
+    // The first unknown name ends it: a guess at what was meant takes time, a line has room for
+    // thousands of names, and a stop may wait behind it.
+    let info = given.name.parse::<ParameterKey>()?.parameter.info();
     if pair {
         if let Some(value) = given.json() {
             return Ok(value);
@@ -31,16 +32,13 @@ pub(crate) fn read(given: &FieldValue<'_>, pair: bool) -> Result<Directional, Wi
     if given.text.parse::<f64>().is_err() {
         return Err(not_a_value(given, info));
     }
-    let error = refusal::too_large(&given.path(), given.name, given.text, unit);
-    Err(match info {
-        Some(info) => error.within(f64::INFINITY, info.min, info.max, info.unit),
-        None => error,
-    })
+    let error = refusal::too_large(&given.path(), given.name, given.text, info.unit);
+    Err(error.within(f64::INFINITY, info.min, info.max, info.unit))
 }
 
-fn not_a_value(given: &FieldValue<'_>, info: Option<&ParameterInfo>) -> WireError {
-    let unit = info.map_or("1", |info| info.unit);
-    let mut error = given.is_not(&expected(unit, info.is_some_and(|info| info.directional)));
+fn not_a_value(given: &FieldValue<'_>, info: &ParameterInfo) -> WireError {
+    let unit = info.unit;
+    let mut error = given.is_not(&expected(unit, info.directional));
     if let Some(meant) = given
         .json::<String>()
         .and_then(|text| quantity::parse(&text, unit).ok())

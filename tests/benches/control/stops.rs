@@ -201,13 +201,14 @@ pub(crate) fn stops() {
     println!("|---|---|---|---|---|---|---|---|---|---|");
     system_tests::screen::build_panel();
     let screen = Screen::open();
+    let rows = std::env::var("HAPTICD_STOPS_ROWS").unwrap_or_default();
     for (name, serial) in [("fake, in process", false), ("serial, a pseudo-terminal", true)] {
         let attacks = attack::ALL.into_iter().chain([attack::CROWD]).map(Meanwhile::Attack);
         let all = [Meanwhile::Nothing, Meanwhile::BlockedOutput]
             .into_iter()
             .chain(screen.is_some().then_some(Meanwhile::Panel))
             .chain(attacks);
-        for meanwhile in all {
+        for meanwhile in all.filter(|meanwhile| meanwhile.name().contains(&rows)) {
             let rig = Rig::start(serial, matches!(meanwhile, Meanwhile::BlockedOutput));
             row(name, meanwhile.name(), under(&rig.daemon, &meanwhile, screen.as_ref()));
         }

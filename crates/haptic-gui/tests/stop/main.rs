@@ -16,7 +16,7 @@ use metadata::metadata;
 use std::time::Duration;
 
 /// Stops of each row of the table.
-const STOPS: usize = 200;
+const STOPS: usize = 1000;
 
 /// Presses Space `count` times while the window draws. Returns the sorted times.
 fn stops(desk: &mut Desk, what: &str, count: usize) -> Vec<Duration> {
