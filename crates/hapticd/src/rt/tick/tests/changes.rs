@@ -2,8 +2,10 @@
 //! the way from one to the other.
 
 use super::*;
+use crate::control::compile::Compiled;
 use haptic_core::Directional;
 use haptic_core::scene::{Block, Coupling};
+use proptest::prelude::*;
 use serde_json::json;
 
 /// What time the tests' samples are apart, s.
@@ -14,7 +16,8 @@ fn decades(low: f64, high: f64) -> impl Strategy<Value = f64> {
 }
 
 prop_compose! {
-    /// Scenes of every law, behind a block and on the device, symmetric and not; a few of them are refused.
+    /// Scenes of every law, behind a block and on the device, symmetric and not; a few of them are
+    /// refused.
     fn any_scene()(
         law in 0..8_usize,
         with_block in any::<bool>(),

@@ -1,0 +1,248 @@
+//! Everything that takes the force away on purpose: a stop and its confirmation, the rig's buttons,
+//! a lapsed lease, a control thread that hangs.
+
+use super::*;
+use haptic_core::servo::Fault;
+
+#[test]
+fn a_stop_is_confirmed_only_when_the_device_has_taken_zero_force() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(50);
+    // A link that is busy: the zero force waits.
+    bench.tick.device.writing = Ok(Written::Later);
+    let stop = bench.shared.stop();
+    bench.ticks(5);
+    assert_eq!(bench.shared.answers.stop(stop), None);
+    // Another has seen the stop and resets; force may not come before the zero force has gone.
+    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
+    assert!(bench.command(Command::Engage).refused);
+    assert_eq!(bench.shared.answers.stop(stop), None);
+    bench.tick.device.writing = Ok(Written::Taken);
+    let tick = bench.tick().tick;
+    let stopped = bench.shared.answers.stop(stop).expect("confirmed");
+    assert_eq!(
+        (stopped.tick, stopped.state, stopped.heard),
+        (tick, RigState::Stopped, Heard::Confirmed)
+    );
+    assert_eq!(bench.last_written(), 0.0);
+    assert!(!bench.command(Command::Engage).refused);
+}
+
+// hazard: H12
+#[test]
+fn a_stop_is_confirmed_when_the_device_says_that_its_motor_is_off_and_never_waited_for_longer_than_100_ms() {
+    let mut bench = bench(ramp());
+    bench.tick.device.motor = Motor::Off;
+    bench.ticks(SETTLE);
+    bench.tick.device.motor = Motor::Enabled;
+    bench.engage();
+    let stop = bench.shared.stop();
+    bench.ticks(3);
+    bench.tick.device.motor = Motor::Unconfirmed;
+    bench.ticks(3);
+    assert_eq!(
+        bench.shared.answers.stop(stop),
+        None,
+        "the link has it, and the device has not said so"
+    );
+    assert_eq!(bench.last_written(), 0.0);
+    bench.tick.device.motor = Motor::Off;
+    bench.tick();
+    let stopped = bench.shared.answers.stop(stop).expect("confirmed");
+    assert_eq!((stopped.heard, stopped.state), (Heard::Confirmed, RigState::Stopped));
+    assert!(stopped.confirmed_ns > stopped.written_ns);
+    // One that never says so.
+    bench.command(Command::Reset);
+    bench.tick.device.motor = Motor::Enabled;
+    bench.engage();
+    bench.tick.device.motor = Motor::Unconfirmed;
+    let stop = bench.shared.stop();
+    let began_ns = bench.clock_ns;
+    while bench.shared.answers.stop(stop).is_none() {
+        bench.tick();
+        assert!(bench.clock_ns - began_ns < 200_000_000, "it waits for ever");
+    }
+    assert_eq!(
+        bench.shared.answers.stop(stop).map(|stopped| stopped.heard),
+        Some(Heard::Unconfirmed)
+    );
+}
+
+#[test]
+fn a_stop_that_no_device_can_hear_is_answered_at_once_and_says_so() {
+    let gone = || std::iter::repeat_n(Err(DeviceError::Disconnected), 20);
+    let mut bench = bench(ramp().take(100).chain(gone()).chain(ramp().take(50)));
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(99 - SETTLE);
+    bench.tick.device.writing = Err(DeviceError::Disconnected);
+    bench.tick();
+    let stop = bench.shared.stop();
+    let tick = bench.tick().tick;
+    let unheard = bench.shared.answers.stop(stop).expect("answered at once");
+    assert_eq!(
+        (unheard.tick, unheard.state, unheard.heard),
+        (tick, RigState::Stopped, Heard::NoDevice)
+    );
+    // The device that comes back is told, and nobody pulls before a reset.
+    bench.ticks(18);
+    bench.written.lock().expect("one thread").clear();
+    bench.tick.device.writing = Ok(Written::Taken);
+    assert_eq!(bench.tick().state, RigState::Stopped);
+    assert_eq!(bench.last_written(), 0.0);
+    assert!(bench.command(Command::Engage).refused);
+    // The next stop is heard.
+    let stop = bench.shared.stop();
+    bench.tick();
+    let heard = bench.shared.answers.stop(stop).map(|stopped| stopped.heard);
+    assert_eq!(heard, Some(Heard::Confirmed));
+}
+
+#[test]
+fn a_reset_that_a_stop_has_overtaken_clears_nothing() {
+    let mut bench = bench(ramp());
+    bench.shared.stop();
+    bench.tick();
+    bench.shared.send(7, Command::Reset, bench.shared.stops());
+    bench.shared.stop();
+    bench.tick();
+    let outcome = bench.shared.answers.command(7).expect("answered");
+    assert!(outcome.refused);
+    assert_eq!(outcome.state, RigState::Stopped);
+}
+
+// hazard: H9
+#[test]
+fn a_motor_that_stays_enabled_is_an_alarm_in_every_state_without_force() {
+    for stop in [true, false] {
+        let mut bench = bench(ramp());
+        bench.tick.device.motor = Motor::Off;
+        bench.ticks(SETTLE);
+        bench.tick.device.motor = Motor::Enabled;
+        bench.engage();
+        bench.ticks(300);
+        if stop {
+            bench.shared.stop();
+        } else {
+            bench.command(Command::Release);
+            while bench.tick().state.is_live() {}
+        }
+        bench.ticks(95);
+        let before = bench.tick();
+        assert_eq!(before.state, if stop { RigState::Stopped } else { RigState::Idle });
+        bench.ticks(5);
+        let alarmed = bench.tick();
+        assert_eq!(
+            (alarmed.state, alarmed.fault),
+            (RigState::Faulted, Some(Fault::StillEnabled))
+        );
+        // A reset does not make it well.
+        bench.command(Command::Reset);
+        bench.ticks(90);
+        assert_eq!(bench.tick.servo.state(), RigState::Idle, "it has its time again");
+        bench.ticks(15);
+        assert_eq!(bench.tick.servo.fault(), Some(Fault::StillEnabled));
+    }
+}
+
+// hazard: H19
+#[test]
+fn the_rigs_own_buttons_stop_it_and_let_it_go() {
+    let settings = Settings {
+        enable_button: Some(3),
+        ..SETTINGS
+    };
+    let mut bench = bench_with(settings, ramp());
+    bench.ticks(SETTLE);
+    assert!(bench.command(Command::Engage).refused, "the enable button is not held");
+    bench.tick.device.buttons = 1 << 3;
+    bench.tick();
+    bench.engage();
+    bench.ticks(100);
+    bench.tick.device.buttons = 0;
+    let let_go = bench.tick();
+    assert_eq!(
+        (let_go.state, let_go.command_force),
+        (RigState::Idle, 0.0),
+        "in that very tick"
+    );
+    bench.tick.device.buttons = 1 << 3;
+    bench.ticks(5);
+    assert_eq!(bench.tick().state, RigState::Idle, "it does not come back by itself");
+    bench.engage();
+    bench.tick.device.buttons |= 1;
+    let stopped = bench.tick();
+    assert_eq!(
+        (stopped.state, stopped.fault, stopped.command_force),
+        (RigState::Stopped, Some(Fault::StopButton), 0.0)
+    );
+    // While it is pressed nothing helps; after that a reset does.
+    bench.command(Command::Reset);
+    assert_eq!(bench.tick().state, RigState::Stopped);
+    bench.tick.device.buttons = 1 << 3;
+    bench.tick();
+    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
+    bench.engage();
+}
+
+// hazard: H15
+#[test]
+fn a_lapsed_lease_lets_the_force_down_within_200_ms_whatever_the_ramp() {
+    let mut bench = bench_with(
+        Settings {
+            ramp_s: 1.0,
+            ..SETTINGS
+        },
+        ramp(),
+    );
+    bench.command(Command::Engage);
+    while bench.tick().state != RigState::Engaged {}
+    bench.shared.lease_until(bench.clock_ns);
+    let mut ticks = 0;
+    while bench.tick().state.is_live() {
+        ticks += 1;
+    }
+    assert!((190..=202).contains(&ticks), "{ticks} ms");
+    assert_eq!(bench.tick.servo.state(), RigState::Idle);
+}
+
+// hazard: H2
+#[test]
+fn a_control_thread_that_hangs_lets_the_force_down_within_300_ms() {
+    let mut bench = bench_with(
+        Settings {
+            ramp_s: 10.0,
+            ..SETTINGS
+        },
+        ramp(),
+    );
+    bench.shared.beat(bench.clock_ns);
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    // Of a ramp of ten seconds a tenth is gone.
+    for _ in 0..1000 {
+        // Not a whole number of ticks before any of them.
+        bench.shared.beat(bench.clock_ns + 1);
+        assert!(bench.tick().state.is_live());
+    }
+    let lost_ns = bench.clock_ns;
+    let mut last = bench.tick();
+    while last.state.is_live() {
+        let record = bench.tick();
+        assert!(
+            (record.command_force - last.command_force).abs() < 0.5,
+            "no jump: {last:?} {record:?}"
+        );
+        last = record;
+    }
+    assert_eq!((last.state, last.fault), (RigState::Faulted, Some(Fault::ControlLost)));
+    let took_ns = bench.clock_ns - lost_ns;
+    assert!((240_000_000..=300_000_000).contains(&took_ns), "{took_ns} ns");
+    // It comes to itself: that alone brings no force back.
+    bench.shared.beat(bench.clock_ns);
+    assert!(bench.command(Command::Engage).refused);
+    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
+    assert!(!bench.command(Command::Engage).refused);
+}

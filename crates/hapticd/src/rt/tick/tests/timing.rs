@@ -1,0 +1,203 @@
+//! Clocks that lie or jitter, a loop that stalls or comes late, and the times that a record
+//! carries.
+
+use super::*;
+use haptic_core::servo::Fault;
+
+#[test]
+fn a_record_has_its_number_and_the_time_that_the_link_took() {
+    let mut bench = bench(ramp());
+    let first = bench.tick();
+    assert_eq!((first.tick, bench.tick().tick, bench.tick().tick), (0, 1, 2));
+    assert_eq!(first.device_round_trip_ns, 0, "no link");
+    let takes = std::time::Duration::from_millis(2);
+    bench.tick.device.link = Some(takes);
+    bench.clock_ns = now_ns();
+    let record = bench.tick_after(0);
+    let round_trip = std::time::Duration::from_nanos(record.device_round_trip_ns);
+    let whole = std::time::Duration::from_nanos(record.ended_ns - record.began_ns);
+    assert!(
+        2 * takes <= round_trip && round_trip <= whole,
+        "{round_trip:?} of {whole:?}"
+    );
+}
+
+// hazard: P6
+#[test]
+fn the_jitter_of_our_own_clock_is_not_felt() {
+    let run = |jitter_ns: u64| {
+        let mut bench = bench(ramp());
+        bench.ticks(SETTLE);
+        bench.engage();
+        bench.ticks(300);
+        let records: Vec<TickRecord> = (0..200)
+            .map(|k| {
+                bench.tick_after(if k % 2 == 0 {
+                    1_000_000 - jitter_ns
+                } else {
+                    1_000_000 + jitter_ns
+                })
+            })
+            .collect();
+        records
+    };
+    for (even, uneven) in run(0).iter().zip(&run(700_000)) {
+        assert_eq!(even.device_velocity, uneven.device_velocity);
+        assert_eq!(even.command_force, uneven.command_force);
+    }
+}
+
+// hazard: H3
+#[test]
+fn no_lying_clock_makes_more_force_than_an_honest_one() {
+    // A hand at 0.1 m/s that turns round every half second.
+    let hand = || {
+        (0..4000).map(|k| {
+            let phase = k % 1000;
+            Ok(1e-4 * f64::from(if phase < 500 { phase } else { 1000 - phase }))
+        })
+    };
+    let run = |lie: fn(u64) -> u64| {
+        let mut bench = bench(hand());
+        bench.ticks(SETTLE);
+        bench.engage();
+        bench.ticks(600);
+        let (mut largest, mut fault) = (0.0_f64, None);
+        for k in 1..1500 {
+            // What the device's clock goes on by while ours goes on by a millisecond.
+            bench.tick.device.sample_ns = lie(k);
+            let record = bench.tick();
+            largest = largest.max(record.command_force.abs());
+            fault = fault.or(record.fault);
+        }
+        (largest, fault)
+    };
+    let (honest, none) = run(|_| 1_000_000);
+    assert_eq!(none, None);
+    type Lie = (&'static str, fn(u64) -> u64);
+    let lies: [Lie; 8] = [
+        ("stands still", |_| 0),
+        ("half speed", |_| 500_000),
+        ("double speed", |_| 2_000_000),
+        ("ten percent fast", |_| 1_100_000),
+        ("runs backwards", |_| ((1 << 32) - 1000) * 1000),
+        ("jumps ahead", |k| if k == 100 { 60_000_000 } else { 1_000_000 }),
+        ("jumps back", |k| {
+            if k == 100 {
+                ((1 << 32) - 60_000) * 1000
+            } else {
+                1_000_000
+            }
+        }),
+        ("wraps at 16 bits", |k| {
+            if k % 65 == 0 {
+                ((1 << 32) - 64_000) * 1000
+            } else {
+                1_000_000
+            }
+        }),
+    ];
+    for (name, lie) in lies {
+        let (largest, fault) = run(lie);
+        assert!(matches!(fault, Some(Fault::DeviceClock(_))), "{name}: {fault:?}");
+        assert!(
+            largest <= 1.5 * honest,
+            "{name}: {largest} N, the honest one {honest} N"
+        );
+    }
+}
+
+// hazard: H7
+#[test]
+fn a_stall_or_a_sleep_of_the_machine_while_force_flows_is_a_fault() {
+    for (stalls_ns, sleeps_ns, fault) in [
+        (STALE_NS, 0, None),
+        (STALE_NS + 1, 0, Some(Fault::Stalled)),
+        (1_000_000_000, 0, Some(Fault::Stalled)),
+        (1_000_000, STALE_NS, None),
+        // The monotonic clock stands still while the machine sleeps.
+        (1_000_000, 10_000_000_000, Some(Fault::Stalled)),
+    ] {
+        let mut bench = bench(ramp());
+        bench.asleep_ns = 3_600_000_000_000;
+        bench.ticks(SETTLE);
+        bench.engage();
+        bench.tick.device.sample_ns = stalls_ns;
+        bench.asleep_ns += sleeps_ns;
+        let record = bench.tick_after(stalls_ns);
+        assert_eq!(record.fault, fault, "{stalls_ns} ns, {sleeps_ns} ns");
+        assert_eq!(record.command_force == 0.0, fault.is_some(), "{record:?}");
+    }
+}
+
+#[test]
+fn a_stall_does_not_lift_the_slew_limit() {
+    // At rest, and a millimetre on after the stall, on a spring that gives all the force there is.
+    let still = || std::iter::repeat_n(Ok(0.0), 150);
+    let slew_n_per_s = 1000.0;
+    let mut bench = bench_with(slewed(slew_n_per_s), still().chain(std::iter::repeat_n(Ok(1e-3), 10)));
+    bench.shared.scenes.post(compiled(&scenes()[5], 2));
+    bench.command(Command::Engage);
+    bench.ticks(148);
+    assert_eq!(bench.tick().state, RigState::Engaged);
+    bench.tick.device.sample_ns = STALE_NS;
+    let after = bench.tick_after(STALE_NS);
+    assert!(after.coupling_force.abs() > MAX_FORCE, "{after:?}");
+    assert_eq!(after.command_force.abs(), slew_n_per_s * LONGEST_STEP_S, "{after:?}");
+    bench.tick.device.sample_ns = 1_000_000;
+    let next = bench.tick();
+    assert_eq!(next.command_force.abs(), slew_n_per_s * (LONGEST_STEP_S + 1e-3));
+}
+
+#[test]
+fn a_loop_that_is_too_late_faults_where_the_policy_says_so() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    bench.command(Command::Engage);
+    bench.ticks(50);
+    let mut missed = |periods: u64| {
+        bench.missed_periods += periods;
+        let record = bench.tick();
+        (record.fault, record.command_force)
+    };
+    assert_eq!(missed(4).0, None);
+    assert_eq!(missed(1), (Some(Fault::TooLate), 0.0));
+}
+
+#[test]
+fn only_what_is_missed_while_force_flows_makes_the_loop_too_late() {
+    let mut bench = bench(ramp());
+    bench.ticks(SETTLE);
+    // Idle, and late in many ticks: nobody is harmed.
+    for _ in 0..100 {
+        bench.missed_periods += 3;
+        bench.tick();
+    }
+    bench.command(Command::Engage);
+    bench.ticks(5);
+    assert_eq!(bench.tick().fault, None, "what was missed while it was idle");
+    // Four at the end of a second, four at the beginning of the next.
+    bench.missed_periods += 4;
+    assert_eq!(bench.tick().fault, None);
+    bench.missed_periods += 4;
+    assert_eq!(bench.tick().fault, Some(Fault::TooLate));
+    // While it is faulted it is late again; after a reset that is the past.
+    bench.missed_periods += 50;
+    bench.tick();
+    assert_eq!(bench.command(Command::Reset).state, RigState::Idle);
+    bench.missed_periods += 50;
+    bench.tick();
+    assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
+    bench.ticks(5);
+    bench.missed_periods += 4;
+    let engaged = bench.tick();
+    assert!(engaged.state.is_live(), "{engaged:?}");
+    // Released and engaged again within the second: it begins anew.
+    bench.command(Command::Release);
+    bench.ticks(30);
+    assert_eq!(bench.command(Command::Engage).state, RigState::Engaging);
+    bench.missed_periods += 4;
+    assert_eq!(bench.tick().fault, None);
+    bench.missed_periods += 1;
+    assert_eq!(bench.tick().fault, Some(Fault::TooLate));
+}
