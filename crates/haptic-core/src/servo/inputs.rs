@@ -219,7 +219,8 @@ mod tests {
             };
             let mut word = InputWord::new(&inputs, new_scene);
             if write_failed {
-                word = word.with_write_failed();
+                // However often it is said.
+                word = word.with_write_failed().with_write_failed();
             }
             let Measurement { sequence, time_ns, position_m, .. } = sample.unwrap_or(Measurement::new(0, 0, 0.0));
             prop_assert_eq!(word.sample(sequence, time_ns, position_m), sample);

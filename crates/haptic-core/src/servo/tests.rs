@@ -2,6 +2,10 @@
 
 extern crate std;
 
+mod forces;
+mod script;
+mod states;
+
 use super::*;
 use crate::friction::LAWS;
 use crate::sample::{DeviceError, Measurement};

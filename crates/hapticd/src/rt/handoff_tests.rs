@@ -1,6 +1,7 @@
 //! The hand-over with real threads. Miri runs these too, with many seeds.
 
-use crate::rt::handoff::{CommandWord, Shared, state_from};
+use crate::rt::handoff::{ANY_CONNECTION, CommandWord, Heard, Outcome, Shared, Stopped, state_from};
+use crate::rt::outbox::with_capacity;
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::RigState;
@@ -58,4 +59,159 @@ fn states_survive_the_way_through_a_word() {
     for state in RigState::ALL {
         assert_eq!(state_from(state as u64), state);
     }
+}
+
+/// Words of all bits set and of none, and the one with nothing but a number of stops in it.
+#[test]
+fn what_is_not_a_command_word_is_no_command() {
+    for word in [4, 0xff, 0x100, u64::MAX, 0x1_0000_0000] {
+        assert_eq!(CommandWord::unpack(word), None, "{word:#x}");
+    }
+    let word = CommandWord {
+        serial: 0,
+        stops_known: u32::MAX,
+        command: Command::Release,
+    };
+    let unpacked = CommandWord::unpack(word.pack()).expect("a command");
+    assert_eq!((unpacked.serial, unpacked.stops_known), (0, 0x00ff_ffff), "modulo 2^24");
+}
+
+#[test]
+fn a_scene_that_nobody_took_is_replaced_and_one_that_was_taken_does_not_come_again() {
+    let shared = Shared::new();
+    let mut seen = 0;
+    assert!(shared.scenes.take_new(&mut seen).is_none());
+    shared.scenes.post(compiled(1));
+    shared.scenes.post(compiled(2));
+    let taken = shared.scenes.take_new(&mut seen).map(|scene| scene.revision);
+    assert_eq!((taken, seen), (Some(2), 2));
+    assert!(shared.scenes.take_new(&mut seen).is_none());
+    shared.scenes.post(compiled(3));
+    assert_eq!(shared.scenes.take().map(|scene| scene.revision), Some(3));
+    // What nobody takes goes with the mailbox: Miri tells what is not freed.
+    shared.scenes.post(compiled(4));
+}
+
+#[test]
+fn a_command_is_there_until_it_is_withdrawn_and_knows_of_the_stops_before_it() {
+    let shared = Shared::new();
+    assert_eq!(shared.command(), None);
+    assert_eq!([shared.stop(), shared.stop(), shared.stops()], [1, 2, 2]);
+    shared.send(7, Command::Reset, shared.stops());
+    let word = shared.command().expect("it was sent");
+    assert_eq!((word.serial, word.stops_known, word.command), (7, 2, Command::Reset));
+    assert!(!word.overtaken_by(shared.stops()));
+    assert_eq!(shared.stop(), 3);
+    assert!(word.overtaken_by(shared.stops()));
+    shared.withdraw();
+    assert_eq!(shared.command(), None);
+}
+
+#[test]
+fn a_lease_lapses_after_its_time_and_silence_begins_with_the_last_beat() {
+    let shared = Shared::new();
+    assert!(!shared.has_lapsed(u64::MAX), "nobody has a lease");
+    shared.lease_until(1000);
+    assert_eq!(
+        [999, 1000, 1001].map(|now_ns| shared.has_lapsed(now_ns)),
+        [false, false, true]
+    );
+    assert_eq!(shared.silent_ns(5000), 0, "the control thread has not begun");
+    shared.beat(2000);
+    assert_eq!(
+        [1999, 2000, 2001, 5000].map(|now_ns| shared.silent_ns(now_ns)),
+        [0, 0, 1, 3000]
+    );
+}
+
+#[test]
+fn an_engagement_is_admitted_for_any_device_or_for_the_one_that_was_named() {
+    let shared = Shared::new();
+    assert!(shared.is_admitted(3), "nobody has named one");
+    shared.admit(3);
+    assert_eq!(
+        [2, 3, 4].map(|connection| shared.is_admitted(connection)),
+        [false, true, false]
+    );
+    shared.admit(ANY_CONNECTION);
+    assert!(shared.is_admitted(4));
+}
+
+#[test]
+fn the_loop_ends_when_it_is_asked_to() {
+    let shared = Shared::new();
+    assert!(!shared.quitting());
+    shared.quit();
+    assert!(shared.quitting());
+}
+
+#[test]
+fn a_command_is_answered_under_its_own_number_alone() {
+    let shared = Shared::new();
+    for (serial, refused) in [(1, false), (2, true)] {
+        let outcome = Outcome {
+            tick: 70 + u64::from(serial),
+            state: RigState::Releasing,
+            refused,
+        };
+        assert_eq!(shared.answers.command(serial), None);
+        shared.answers.command_done(serial, outcome);
+        assert_eq!(shared.answers.command(serial), Some(outcome));
+        assert_eq!(shared.answers.command(serial - 1), None);
+    }
+}
+
+#[test]
+fn a_stop_is_answered_with_all_that_is_known_of_it_and_so_are_those_before() {
+    let shared = Shared::new();
+    assert_eq!(shared.answers.stop(1), None);
+    for (stop, heard) in [(1, Heard::Confirmed), (2, Heard::Unconfirmed), (4, Heard::NoDevice)] {
+        let stopped = Stopped {
+            tick: 10 * stop,
+            state: RigState::Stopped,
+            heard,
+            written_ns: 100 * stop,
+            confirmed_ns: 1000 * stop,
+        };
+        shared.answers.stopped(stop, stopped);
+        assert_eq!(shared.answers.stop(stop), Some(stopped));
+        assert_eq!(
+            shared.answers.stop(stop - 1),
+            Some(stopped),
+            "it has overtaken that one"
+        );
+        assert_eq!(shared.answers.stop(stop + 1), None);
+    }
+}
+
+#[test]
+fn a_scene_counts_as_rendered_from_its_tick_on_and_its_steps_are_told() {
+    let shared = Shared::new();
+    assert_eq!(shared.answers.applied(1), None);
+    shared.answers.scene_applied(5, 77);
+    assert_eq!(
+        [4, 5, 6].map(|revision| shared.answers.applied(revision)),
+        [Some(77), Some(77), None]
+    );
+    assert_eq!(shared.answers.steps(), 0);
+    shared.answers.set_ramp_step(3);
+    assert_eq!(shared.answers.steps(), 3);
+    assert_eq!(shared.answers.samples_forgotten(), 0);
+    shared.answers.set_samples_forgotten(9);
+    assert_eq!(shared.answers.samples_forgotten(), 9);
+}
+
+#[test]
+fn scenes_are_handed_back_as_long_as_there_is_room_which_freeing_them_makes() {
+    let (mut producer, mut consumer) = with_capacity(1);
+    let mut handed_back = 0;
+    while producer.has_room_for_scenes(1) {
+        assert_eq!(producer.has_room_for_scenes(2), handed_back < 15);
+        producer.retire(Box::new(compiled(handed_back)));
+        handed_back += 1;
+    }
+    assert_eq!(handed_back, 16);
+    assert!(producer.has_room_for_scenes(0) && !producer.has_room_for_scenes(1));
+    consumer.drop_retired();
+    assert!(producer.has_room_for_scenes(16) && !producer.has_room_for_scenes(17));
 }

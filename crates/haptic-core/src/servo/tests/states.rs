@@ -1,0 +1,338 @@
+//! What a person, the loop and the device's own words do to the state of the rig, and what is made
+//! of samples that no hand can have made.
+
+use super::script::{PLAIN, SPEED_MPS, Script};
+use super::*;
+use crate::sample::ErrorCode;
+use crate::sample_clock::ClockError;
+use alloc::string::{String, ToString};
+
+const STOP_BUTTON: u8 = 1 << 2;
+const ENABLE_BUTTON: u8 = 1 << 5;
+
+const WITH_BUTTONS: Settings = Settings {
+    stop_button: Some(2),
+    enable_button: Some(5),
+    ..PLAIN
+};
+
+fn ended(script: &Script) -> (RigState, Option<Fault>) {
+    (script.servo.state(), script.servo.fault())
+}
+
+#[test]
+fn a_ramp_takes_its_time_whatever_the_devices_clock_does() {
+    let mut script = Script::new(PLAIN);
+    script.go_on(50);
+    script.command(Command::Engage);
+    for k in 1..=20 {
+        script.once.device_elapsed_ns = MS / 2;
+        script.next();
+        let state = if k < 20 { RigState::Engaging } else { RigState::Engaged };
+        assert_eq!((k, script.servo.state()), (k, state));
+    }
+}
+
+#[test]
+fn what_the_loop_missed_while_force_flowed_is_a_fault_and_else_is_none() {
+    let nothing = Events::default();
+    let slept = Events { slept: true, ..nothing };
+    let too_late = Events {
+        too_late: true,
+        ..nothing
+    };
+    for (elapsed_ns, events, fault) in [
+        (MS, nothing, None),
+        (50 * MS, nothing, None),
+        (50 * MS + 1, nothing, Some(Fault::Stalled)),
+        (MS, slept, Some(Fault::Stalled)),
+        (MS, too_late, Some(Fault::TooLate)),
+        (60 * MS, too_late, Some(Fault::Stalled)),
+    ] {
+        for live in [true, false] {
+            let mut script = Script::engaged(PLAIN);
+            if !live {
+                script.command(Command::Release);
+                script.until_released();
+            }
+            script.once.events = events;
+            (script.once.elapsed_ns, script.once.device_elapsed_ns) = (elapsed_ns, elapsed_ns);
+            let outputs = script.next();
+            let expected = match (live, fault) {
+                (false, _) => (RigState::Idle, None),
+                (true, None) => (RigState::Engaged, None),
+                (true, fault) => (RigState::Faulted, fault),
+            };
+            assert_eq!(ended(&script), expected, "{elapsed_ns} ns, {events:?}");
+            assert_eq!(outputs.force_n == 0.0, expected.0 != RigState::Engaged);
+        }
+    }
+}
+
+#[test]
+fn a_loop_that_may_stand_still_does_not_fault_by_it() {
+    let mut script = Script::engaged(PLAIN);
+    script.servo.disregard_stalls();
+    (script.once.elapsed_ns, script.once.device_elapsed_ns) = (1000 * MS, 1000 * MS);
+    script.next();
+    assert_eq!(ended(&script), (RigState::Engaged, None));
+}
+
+#[test]
+fn a_lapsed_lease_and_a_lost_control_thread_end_a_long_ramp_soon() {
+    let settings = Settings { ramp_s: 1.0, ..PLAIN };
+    let mut script = Script::engaged(settings);
+    script.once.events.lease_lapsed = true;
+    let took = script.until_released();
+    assert!((200..=201).contains(&took), "{took} ms");
+    assert_eq!(ended(&script), (RigState::Idle, None));
+    let mut script = Script::engaged(settings);
+    script.once.events.control_lost = true;
+    let took = script.until_released();
+    assert!((40..=41).contains(&took), "{took} ms");
+    assert_eq!(ended(&script), (RigState::Faulted, Some(Fault::ControlLost)));
+}
+
+#[test]
+fn nobody_engages_without_the_enable_button_or_a_motor_without_force() {
+    for (buttons, force_n, refused) in [
+        (ENABLE_BUTTON, 20.0, false),
+        (0, 20.0, true),
+        (!ENABLE_BUTTON & !STOP_BUTTON, 20.0, true),
+        (ENABLE_BUTTON | STOP_BUTTON, 20.0, true),
+        (ENABLE_BUTTON, 0.0, true),
+        (0, 0.0, true),
+    ] {
+        let mut script = Script::new(WITH_BUTTONS);
+        script.sample.buttons = buttons;
+        script.device_force_limit_n = force_n;
+        script.go_on(50);
+        // Only force waits for them.
+        assert!(!script.command(Command::Reset), "{buttons:#b}, {force_n} N");
+        assert_eq!(script.command(Command::Engage), refused, "{buttons:#b}, {force_n} N");
+        assert_eq!(script.servo.state() == RigState::Engaging, !refused);
+    }
+    let mut script = Script::new(PLAIN);
+    script.device_force_limit_n = 0.0;
+    script.go_on(50);
+    assert!(
+        !script.command(Command::Release),
+        "a motor without force may be released"
+    );
+}
+
+#[test]
+fn the_stop_button_stops_the_enable_button_lets_go_and_no_other_does_anything() {
+    for (buttons, expected) in [
+        (ENABLE_BUTTON, (RigState::Engaged, None)),
+        (!STOP_BUTTON, (RigState::Engaged, None)),
+        (0, (RigState::Idle, None)),
+        (!STOP_BUTTON & !ENABLE_BUTTON, (RigState::Idle, None)),
+        (
+            ENABLE_BUTTON | STOP_BUTTON,
+            (RigState::Stopped, Some(Fault::StopButton)),
+        ),
+    ] {
+        let mut script = Script::new(WITH_BUTTONS);
+        script.sample.buttons = ENABLE_BUTTON;
+        script.go_on(50);
+        script.command(Command::Engage);
+        script.go_on(50);
+        script.sample.buttons = buttons;
+        let outputs = script.next();
+        assert_eq!(ended(&script), expected, "{buttons:#b}");
+        assert_eq!(outputs.enabled, expected.0 == RigState::Engaged);
+    }
+    // A bit that the device does not have is never pressed.
+    let mut script = Script::engaged(Settings {
+        stop_button: Some(8),
+        ..PLAIN
+    });
+    script.sample.buttons = u8::MAX;
+    script.go_on(10);
+    assert_eq!(ended(&script), (RigState::Engaged, None));
+}
+
+#[test]
+fn buttons_of_a_device_that_is_gone_are_not_pressed() {
+    let mut script = Script::new(WITH_BUTTONS);
+    script.sample.buttons = ENABLE_BUTTON | STOP_BUTTON;
+    script.next();
+    assert_eq!(script.servo.state(), RigState::Stopped);
+    for error in [DeviceError::Disconnected, DeviceError::Failed(ErrorCode::Sensor.into())] {
+        script.once.command = Some(Command::Reset);
+        script.fail(error);
+        assert_ne!(script.servo.state(), RigState::Stopped, "{error:?}");
+        script.next();
+    }
+}
+
+#[test]
+fn a_device_that_cannot_be_written_is_gone_and_comes_back_without_force() {
+    let mut script = Script::engaged(PLAIN);
+    script.servo.disconnect();
+    assert_eq!(script.servo.state(), RigState::Disconnected);
+    assert_eq!(script.next().force_n, 0.0);
+    assert_eq!(ended(&script), (RigState::Idle, None));
+    assert_eq!(script.next().force_n, 0.0);
+}
+
+#[test]
+fn a_device_that_comes_back_begins_anew_though_its_sample_has_the_same_number() {
+    let mut script = Script::new(PLAIN);
+    script.go_on(50);
+    script.fail(DeviceError::Disconnected);
+    assert_eq!(script.servo.state(), RigState::Disconnected);
+    script.sample.position_m = 0.7;
+    let outputs = script.repeat();
+    assert_eq!(outputs.device_position_m, 0.7);
+    assert_eq!(ended(&script), (RigState::Idle, None));
+    assert_eq!(outputs.device_velocity_mps, 0.0, "nothing is known of its motion");
+}
+
+#[test]
+fn another_device_may_be_anywhere_and_at_any_time_and_begins_without_force() {
+    let mut script = Script::engaged(PLAIN);
+    script.servo.forget_device();
+    script.sample.position_m = 0.7;
+    script.sample.time_ns = 7;
+    let outputs = script.repeat();
+    assert_eq!(outputs.device_position_m, 0.7);
+    assert_eq!(outputs.device_velocity_mps, 0.0);
+    assert_eq!(ended(&script), (RigState::Engaged, None));
+}
+
+#[test]
+fn a_lying_clock_is_a_fault_while_force_flows_and_else_is_none() {
+    let mut script = Script::engaged(PLAIN);
+    script.once.device_elapsed_ns = 80 * MS;
+    let outputs = script.step(script.sample.position_m);
+    let fault = script.servo.fault();
+    assert!(matches!(fault, Some(Fault::DeviceClock(_))), "{fault:?}");
+    assert_eq!(outputs.force_n, 0.0);
+    let mut script = Script::new(PLAIN);
+    script.go_on(50);
+    script.once.device_elapsed_ns = 80 * MS;
+    let outputs = script.step(0.7);
+    assert_eq!(ended(&script), (RigState::Idle, None));
+    assert_eq!((outputs.device_position_m, outputs.device_velocity_mps), (0.7, 0.0));
+}
+
+#[test]
+fn a_lone_wrong_sample_is_not_rendered_and_counted_while_force_flows() {
+    let mut script = Script::engaged(PLAIN);
+    let honest_m = script.next().device_position_m;
+    assert_eq!(script.servo.samples_forgotten(), 0);
+    for count in 1..=2_u32 {
+        let before_m = honest_m + f64::from(2 * count - 2) * SPEED_MPS * 1e-3;
+        let outputs = script.step(before_m + 0.01);
+        assert_eq!(outputs.device_position_m, before_m, "it is held back");
+        let next_m = before_m + 2.0 * SPEED_MPS * 1e-3;
+        assert_eq!(script.step(next_m).device_position_m, next_m);
+        assert_eq!(script.servo.samples_forgotten(), u64::from(count));
+    }
+    assert_eq!(ended(&script), (RigState::Engaged, None));
+}
+
+#[test]
+fn without_force_the_hand_is_wherever_the_device_says() {
+    let mut script = Script::new(PLAIN);
+    script.go_on(50);
+    assert_eq!(script.step(0.7).device_position_m, 0.7);
+    // In the step that engages no force flows yet.
+    script.once.command = Some(Command::Engage);
+    assert_eq!(script.step(-0.3).device_position_m, -0.3);
+    assert_eq!(script.servo.state(), RigState::Engaging);
+    // And in the one that stops none any more.
+    let mut script = Script::engaged(PLAIN);
+    script.once.events.stop = true;
+    assert_eq!(script.step(0.7).device_position_m, 0.7);
+    assert_eq!(ended(&script), (RigState::Stopped, None));
+}
+
+#[test]
+fn a_motor_is_an_alarm_only_where_it_stays_on_without_force() {
+    for (motor, live, alarmed) in [
+        (Motor::Enabled, false, true),
+        (Motor::Enabled, true, false),
+        (Motor::Unconfirmed, false, false),
+        (Motor::Off, false, false),
+        (Motor::Unreported, false, false),
+    ] {
+        let mut script = if live {
+            Script::engaged(PLAIN)
+        } else {
+            Script::new(PLAIN)
+        };
+        script.sample.motor = motor;
+        script.go_on(300);
+        assert_eq!(script.servo.motor(), motor);
+        let fault = alarmed.then_some(Fault::StillEnabled);
+        assert_eq!(script.servo.fault(), fault, "{motor:?}, {live}");
+    }
+}
+
+#[test]
+fn the_time_in_which_a_motor_must_go_off_begins_with_the_first_sample_of_its_device() {
+    let mut script = Script::new(PLAIN);
+    for _ in 0..300 {
+        script.fail(DeviceError::Disconnected);
+    }
+    script.sample.motor = Motor::Enabled;
+    script.go_on(101);
+    assert_eq!(script.servo.fault(), None);
+    script.go_on(1);
+    assert_eq!(script.servo.fault(), Some(Fault::StillEnabled));
+}
+
+#[test]
+fn a_motor_of_a_slow_rig_has_three_periods_to_go_off() {
+    let period_ns = 50 * MS;
+    let mut script = Script::new(Settings {
+        period_s: 0.05,
+        stale_ns: 500 * MS,
+        ..PLAIN
+    });
+    script.sample.motor = Motor::Enabled;
+    let step = |script: &mut Script| {
+        (script.once.elapsed_ns, script.once.device_elapsed_ns) = (period_ns, period_ns);
+        script.next();
+        script.servo.fault()
+    };
+    for k in 0..=3 {
+        assert_eq!((k, step(&mut script)), (k, None));
+    }
+    assert_eq!(step(&mut script), Some(Fault::StillEnabled));
+}
+
+#[test]
+fn faults_states_and_commands_say_what_they_are() {
+    let told: [(Fault, &str); 14] = [
+        (Fault::NonFiniteForce, "force"),
+        (Fault::NonFinitePosition, "position"),
+        (Fault::TooFast, "speed limit"),
+        (Fault::TooLate, "late policy"),
+        (Fault::Stale, "no new sample"),
+        (Fault::Jump, "jumped"),
+        (Fault::MotorOff { watchdog: false }, "switched its motor off"),
+        (Fault::MotorOff { watchdog: true }, "watchdog"),
+        (Fault::Device(ErrorCode::Sensor.into()), "sensor"),
+        (Fault::DeviceClock(ClockError::StoodStill), "device_clock"),
+        (Fault::Stalled, "stalled"),
+        (Fault::ControlLost, "control_lost"),
+        (Fault::StopButton, "stop_button"),
+        (Fault::StillEnabled, "cut its power"),
+    ];
+    for (fault, word) in told {
+        assert!(fault.to_string().contains(word), "{fault}");
+    }
+    let states: Vec<String> = RigState::ALL.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        states.join(" "),
+        "disconnected idle engaging engaged releasing stopped faulted"
+    );
+    let live: Vec<bool> = RigState::ALL.iter().map(|state| state.is_live()).collect();
+    assert_eq!(live, [false, false, true, true, true, false, false]);
+    let commands = [Command::Engage, Command::Release, Command::Reset].map(Command::name);
+    assert_eq!(commands, ["engage", "release", "reset"]);
+}
