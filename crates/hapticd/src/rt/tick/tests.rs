@@ -1,5 +1,6 @@
 mod admission;
 mod changes;
+mod told;
 
 use super::*;
 use crate::control::compile::Compiled;
