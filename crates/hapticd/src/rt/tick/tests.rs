@@ -7,6 +7,7 @@ mod happenings;
 mod samples;
 mod stopping;
 mod timing;
+mod told;
 
 use super::*;
 use crate::rt::lateness::LatePolicy;
