@@ -58,6 +58,7 @@ pub mod sample;
 pub mod sample_clock;
 pub mod scene;
 mod scheme;
+mod series;
 pub mod servo;
 pub mod velocity;
 

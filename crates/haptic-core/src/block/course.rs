@@ -1,13 +1,16 @@
 //! The course of a tick through its pieces, common to all blocks that are solved piece by piece.
 //!
 //! A tick that is steady throughout is one piece. Any other is a sequence of pieces, each to the
-//! next event or to where a tangent no longer holds. The work of a tick is bounded; when the bound
-//! is reached, one backward-Euler step does the rest.
+//! next event or to where a series no longer converges. The work of a tick is bounded; when the
+//! bound is reached, a few backward-Euler steps do the rest.
 
 use super::body::Coupling;
 use super::load::{Load, rounding};
 use super::moving::{EventSink, Rendered};
 use super::state::BlockState;
+
+/// Backward-Euler steps that do the rest of a tick whose work is used up.
+const FALLBACK_STEPS: u32 = 8;
 
 /// A block in its coupling.
 #[derive(Clone, Copy, Debug)]
@@ -80,9 +83,9 @@ impl Course {
         self.load.at(self.time) - coupling.stiffness * self.moved
     }
 
-    /// The same at the end of the tick.
-    pub(super) fn at_rest_at_end(&self, coupling: &Coupling) -> f64 {
-        self.load.at(self.elapsed_s) - coupling.stiffness * self.moved
+    /// The same some time on.
+    pub(super) fn at_rest_after(&self, step_s: f64, coupling: &Coupling) -> f64 {
+        self.load.at(self.time + step_s) - coupling.stiffness * self.moved
     }
 
     fn is_exhausted(&self) -> bool {
@@ -118,8 +121,8 @@ pub(super) trait PiecewiseBlock {
     /// The next piece.
     fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome;
 
-    /// One backward-Euler step to the end of the tick: stable and dissipative whatever its length.
-    fn implicit_step(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized));
+    /// One backward-Euler step: stable and dissipative whatever its length.
+    fn implicit_step(&mut self, course: &mut Course, step_s: f64, sink: &mut (impl EventSink + ?Sized));
 
     /// Whether the contact's own state is a finite number.
     fn has_finite_contact(&self) -> bool {
@@ -154,7 +157,10 @@ pub(super) fn advance<B: PiecewiseBlock>(
                 Outcome::NextPiece => {}
                 Outcome::TickEnds => break,
                 Outcome::Exhausted => {
-                    block.implicit_step(&mut course, sink);
+                    let step_s = course.remaining() / f64::from(FALLBACK_STEPS);
+                    for _ in 0..FALLBACK_STEPS {
+                        block.implicit_step(&mut course, step_s, sink);
+                    }
                     course.rendered.work_exhausted = true;
                     break;
                 }
@@ -175,7 +181,7 @@ pub(super) fn advance_implicitly<B: PiecewiseBlock>(
     tick(block, elapsed_s, sample, |block, load| {
         let mut course = Course::new(block.coupled(), elapsed_s, load, 0);
         let from = block.coupled().state.contact;
-        block.implicit_step(&mut course, sink);
+        block.implicit_step(&mut course, elapsed_s, sink);
         let state = &mut block.coupled_mut().state;
         state.position += course.moved;
         Rendered {

@@ -12,8 +12,8 @@
 //!   Newton iteration finds it.
 //! * Rising static friction: the limit is a concave function of the time at rest, so the breakaway
 //!   is found by Newton's method from the right.
-//! * Stribeck's curve is no oscillator: its slides are cut into pieces that nearly are. Only they
-//!   are not exact, but to a tolerance.
+//! * Stribeck's curve is no oscillator: its slides are power series of the motion. Only they are
+//!   not exact, but to a tolerance.
 //! * The velocity threshold DV: a slide is *armed* once it has been faster than DV. An armed slide
 //!   that falls back to DV re-sticks if the force on the block at rest is within the static limit,
 //!   and otherwise goes on, disarmed. An unarmed slide re-sticks at zero velocity. DV = 0 is the
@@ -31,7 +31,7 @@ use super::fall::FallLevel;
 use super::load::Load;
 use super::moving::{EventSink, Moving, Rendered};
 use super::oscillator::Motion;
-use super::slide::{PieceEnd, Sides, Slide};
+use super::slide::{PieceEnd, Sides, Slide, SlideBounds};
 use super::state::BlockState;
 use crate::contact::{Contact, StaticLimit};
 use crate::direction::Direction;
@@ -122,7 +122,13 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
                 .unwrap_or_else(|| sign * at_rest - slide.friction_at(0.0)),
             g1: sign * course.load.slope,
         };
-        let (end, work) = slide.piece(&motion, remaining, level, course.budget - course.work);
+        let bounds = SlideBounds {
+            remaining_s: remaining,
+            level,
+            most_work: course.budget - course.work,
+            listens: sink.listens(),
+        };
+        let (end, work) = slide.piece(&motion, &bounds);
         course.work += work;
         match end {
             PieceEnd::Lasts {
@@ -130,9 +136,9 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
                 moved,
                 speed,
                 armed,
-                friction,
+                dissipated,
             } => {
-                sink.dissipated(friction * moved);
+                sink.dissipated(dissipated);
                 course.moved += sign * moved;
                 self.coupled.state.velocity = sign * speed;
                 self.coupled.state.armed = armed;
@@ -147,9 +153,9 @@ impl<S: Sides, R: StaticLimit> ExactBlock<S, R> {
                 at_s,
                 moved,
                 armed,
-                friction,
+                dissipated,
             } => {
-                sink.dissipated(friction * moved);
+                sink.dissipated(dissipated);
                 course.moved += sign * moved;
                 course.time += at_s;
                 course.net_force = self.fall(direction, armed, course, sink);
@@ -288,17 +294,16 @@ impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
         }
     }
 
-    fn implicit_step(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
+    fn implicit_step(&mut self, course: &mut Course, step_s: f64, sink: &mut (impl EventSink + ?Sized)) {
         let CoupledBlock { mass, coupling, .. } = self.coupled;
-        let remaining = course.remaining();
-        let at_rest = course.at_rest_at_end(&coupling);
-        let impulse = mass * self.coupled.state.velocity / remaining + at_rest;
+        let at_rest = course.at_rest_after(step_s, &coupling);
+        let impulse = mass * self.coupled.state.velocity / step_s + at_rest;
         let direction = Direction::of(impulse);
         let from = self.coupled.state.contact;
         self.coupled.state.armed = false;
         let displacement = if impulse.abs() <= self.limit(direction) {
             if from == Contact::Stuck {
-                self.static_limit.rest(remaining);
+                self.static_limit.rest(step_s);
             } else {
                 self.static_limit.begin(0.0);
             }
@@ -313,16 +318,17 @@ impl<S: Sides, R: StaticLimit> PiecewiseBlock for ExactBlock<S, R> {
             let slide = self.slides.get(direction);
             let friction = slide.friction_at(self.coupled.state.velocity.abs());
             let net = (impulse.abs() - friction).max(0.0);
-            let speed = net / (mass / remaining + slide.damping() + coupling.stiffness * remaining);
+            let speed = net / (mass / step_s + slide.damping() + coupling.stiffness * step_s);
             self.coupled.state.contact = Contact::Sliding(direction);
             self.coupled.state.velocity = direction.sign() * speed;
-            sink.dissipated(friction * remaining * speed);
-            remaining * self.coupled.state.velocity
+            sink.dissipated(friction * step_s * speed);
+            step_s * self.coupled.state.velocity
         };
-        if from != self.coupled.state.contact {
-            sink.contact_changed(course.elapsed_s, from, self.coupled.state.contact);
-        }
         course.moved += displacement;
+        course.time += step_s;
+        if from != self.coupled.state.contact {
+            sink.contact_changed(course.time, from, self.coupled.state.contact);
+        }
     }
 }
 

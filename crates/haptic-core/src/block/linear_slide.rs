@@ -3,7 +3,7 @@
 use super::fall::{FallLevel, SlideEnd, first_fall, passes};
 use super::oscillator::{Motion, Oscillator};
 use super::propagator::Propagator;
-use super::slide::{PieceEnd, Slide};
+use super::slide::{PieceEnd, Slide, SlideBounds};
 
 /// A slide against constant and viscous friction: solved exactly.
 #[derive(Clone, Copy, Debug)]
@@ -60,27 +60,37 @@ impl Slide for LinearSlide {
         Some((y.max(0.0), w))
     }
 
-    fn piece(&mut self, motion: &Motion, remaining_s: f64, level: FallLevel, most_extrema: u32) -> (PieceEnd, u32) {
+    fn piece(&mut self, motion: &Motion, bounds: &SlideBounds) -> (PieceEnd, u32) {
         let oscillator = &self.oscillator;
-        let (end, extrema) = first_fall(oscillator, motion, remaining_s, level, most_extrema);
+        let SlideBounds {
+            remaining_s,
+            level,
+            most_work,
+            ..
+        } = *bounds;
+        let (end, extrema) = first_fall(oscillator, motion, remaining_s, level, most_work);
         let end = match end {
             SlideEnd::None { armed } => {
                 let (y, w) = oscillator.advance(motion, &oscillator.response(remaining_s));
+                let moved = y.max(0.0);
                 PieceEnd::Lasts {
                     lasted_s: remaining_s,
-                    moved: y.max(0.0),
+                    moved,
                     // Rounding may leave a hair of backward motion at the end of the interval.
                     speed: w.max(0.0),
                     armed,
-                    friction: self.dynamic_force,
+                    dissipated: self.dynamic_force * moved,
                 }
             }
-            SlideEnd::Falls { at, armed } => PieceEnd::Falls {
-                at_s: at,
-                moved: oscillator.advance(motion, &oscillator.response(at)).0.max(0.0),
-                armed,
-                friction: self.dynamic_force,
-            },
+            SlideEnd::Falls { at, armed } => {
+                let moved = oscillator.advance(motion, &oscillator.response(at)).0.max(0.0);
+                PieceEnd::Falls {
+                    at_s: at,
+                    moved,
+                    armed,
+                    dissipated: self.dynamic_force * moved,
+                }
+            }
             SlideEnd::Exhausted => PieceEnd::Exhausted,
         };
         (end, extrema)

@@ -5,25 +5,27 @@
 //! the paper's Euler step, for every law. One backward-Euler step a tick, the implicit scheme, is
 //! part of the first two, which fall back on it when a tick has more in it than may be worked
 //! through.
+//!
+//! Where a law is curved, a piece is a power series of the motion: see the `expansion`.
 
 mod body;
 mod budget;
 mod course;
 pub mod exact;
+mod expansion;
 mod fall;
+mod falling_slide;
 pub mod linear;
 mod linear_slide;
 pub mod literal;
 mod load;
 mod moving;
 mod oscillator;
-mod piece_length;
 mod propagator;
 mod response;
 mod slide;
 mod state;
-mod stribeck_slide;
-mod tangent_piece;
+mod straight;
 pub mod yielding;
 
 pub use crate::contact::Contact;
@@ -33,9 +35,12 @@ pub use moving::{EventSink, Rendered};
 pub use state::BlockState;
 
 pub(crate) use exact::ExactBlock;
+pub(crate) use expansion::{Expansion, Held, Piece, Start};
+pub(crate) use falling_slide::FallingSlide;
 pub(crate) use linear::LinearBlock;
 pub(crate) use linear_slide::LinearSlide;
 pub(crate) use literal::RigidLaw;
 pub(crate) use moving::Moving;
 pub(crate) use slide::{DirectionalSlides, SymmetricSlides};
-pub(crate) use stribeck_slide::{StribeckParts, StribeckSlide};
+pub(crate) use straight::{LineEnd, straight_piece};
+pub(crate) use yielding::PiecewiseContact;

@@ -33,8 +33,7 @@ enum Damping {
     Under {
         omega_d: f64,
     },
-    /// Overdamped or critical: the two real roots `slow >= fast`, both <= 0 unless the damping is
-    /// negative, and half their distance.
+    /// Overdamped or critical: the two real roots, `fast <= slow <= 0`, and half their distance.
     Over {
         slow: f64,
         fast: f64,
@@ -72,10 +71,7 @@ const NEAR_LIMIT: f64 = 2e-3;
 const FIRST_ORDER_LIMIT: f64 = 1e-8;
 
 impl Oscillator {
-    /// Mass kg (> 0), total damping `B + b` N s/m, stiffness N/m (>= 0).
-    ///
-    /// The damping may be negative, as where friction falls with speed, for times of up to one of
-    /// `1/fastest` at once.
+    /// Mass kg (> 0), total damping `B + b` N s/m (>= 0), stiffness N/m (>= 0).
     pub(super) fn new(mass: f64, damping: f64, stiffness: f64) -> Self {
         let sigma = damping / (2.0 * mass);
         let omega_squared = stiffness / mass;
@@ -89,32 +85,22 @@ impl Oscillator {
             }
         } else {
             let half_gap = sqrt(-gap_squared);
+            let fast = -(sigma + half_gap);
             // The product of the roots is omega^2; a difference would cancel.
-            let (slow, fast) = if sigma >= 0.0 {
-                let fast = -(sigma + half_gap);
-                (if fast == 0.0 { 0.0 } else { omega_squared / fast }, fast)
-            } else {
-                let slow = half_gap - sigma;
-                (slow, omega_squared / slow)
-            };
+            let slow = if fast == 0.0 { 0.0 } else { omega_squared / fast };
             Damping::Over { slow, fast, half_gap }
         };
         Self {
             inverse_mass: 1.0 / mass,
             sigma,
             omega_squared,
-            fastest: omega.max(2.0 * sigma.abs()),
+            fastest: omega.max(2.0 * sigma),
             half_turn_s: match damping {
                 Damping::Under { omega_d } => PI / omega_d,
                 Damping::Over { .. } => f64::INFINITY,
             },
             damping,
         }
-    }
-
-    /// The shortest of the times in which the motion changes, s.
-    pub(super) fn shortest_time(&self) -> f64 {
-        1.0 / self.fastest
     }
 
     /// Half-turns of the free oscillation in `t` seconds: as many extrema of the velocity can lie
@@ -267,23 +253,6 @@ impl Oscillator {
             motion.w0 * r.h + (motion.f0 * r.h1 + motion.g1 * r.h2) * self.inverse_mass,
             motion.w0 * r.dh + (motion.f0 * r.h + motion.g1 * r.h1) * self.inverse_mass,
         )
-    }
-
-    /// Contribution of a force that grows with the square of time, to `force` (N) at `t`, to
-    /// displacement and velocity there; `r` is the response at `t`.
-    pub(super) fn late_force(&self, force: f64, t: f64, r: &Response) -> (f64, f64) {
-        if t <= 0.0 {
-            return (0.0, 0.0);
-        }
-        let scale = 2.0 * force * self.inverse_mass / (t * t);
-        // H3, the integral of H2, is t H2/4 for a short time and t H2/2 for one of many turns.
-        let h3 = if self.fastest * t < 1.0 || self.omega_squared == 0.0 {
-            0.25 * t * r.h2
-        } else {
-            let h3 = (0.5 * t * t - r.h1 - 2.0 * self.sigma * r.h2) / self.omega_squared;
-            h3.max(0.25 * t * r.h2).min(0.5 * t * r.h2)
-        };
-        (scale * h3, scale * r.h2)
     }
 
     /// Velocity and acceleration at `t`.

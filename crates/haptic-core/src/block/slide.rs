@@ -7,24 +7,35 @@ use core::fmt::Debug;
 
 /// End of a piece of a slide, in the coordinate in which it goes forwards.
 pub(crate) enum PieceEnd {
-    /// It went on for a time; whether it is armed at the end, and the friction that it met on the
-    /// way, N.
+    /// It went on for a time; whether it is armed at the end, and the energy that its friction took,
+    /// J, its viscous part left out.
     Lasts {
         lasted_s: f64,
         moved: f64,
         speed: f64,
         armed: bool,
-        friction: f64,
+        dissipated: f64,
     },
     /// It fell to the velocity at which it ends.
     Falls {
         at_s: f64,
         moved: f64,
         armed: bool,
-        friction: f64,
+        dissipated: f64,
     },
     /// The search met more extrema than a tick may work through.
     Exhausted,
+}
+
+/// Limits of a piece.
+pub(crate) struct SlideBounds {
+    /// Time to the end of the tick, s.
+    pub(crate) remaining_s: f64,
+    pub(crate) level: FallLevel,
+    /// Work that it may take.
+    pub(crate) most_work: u32,
+    /// Whether a listener wants the energy.
+    pub(crate) listens: bool,
 }
 
 /// One direction of sliding, compiled.
@@ -51,8 +62,8 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     /// `motion.f0` is the force on the block at rest, less the friction at no speed.
     fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)>;
 
-    /// The next piece of a slide, and the extrema looked at for it.
-    fn piece(&mut self, motion: &Motion, remaining_s: f64, level: FallLevel, most_extrema: u32) -> (PieceEnd, u32);
+    /// The next piece of a slide, and the work that it took.
+    fn piece(&mut self, motion: &Motion, bounds: &SlideBounds) -> (PieceEnd, u32);
 }
 
 /// The slides of both directions.

@@ -1,78 +1,84 @@
 //! A block on a contact that gives way before it slides: Dahl, LuGre and the others with a memory
 //! of their own.
 //!
-//! Near its present state such a contact is a spring and a damper beside those of the coupling, so
-//! the block is the same oscillator as in the [exact](super::exact) scheme, with other numbers. A
-//! tick is cut into pieces, each under the tangent of the law at its start. Where the law is
-//! linear, as a stuck spring or a steady slide is, one piece is the exact solution, however stiff
-//! the contact.
+//! A tick is cut into pieces, each of which goes one way and under one regime of the law. Where the
+//! law is a straight line, as a stuck spring or a steady slide is, the block is the same oscillator
+//! as in the [exact](super::exact) scheme, with other numbers: one piece is the exact solution,
+//! however stiff the contact. Where it is curved, a piece is a power series of the motion.
 
 use super::body::Coupling;
 use super::budget::work_budget;
 use super::course::{self, CoupledBlock, Course, Outcome, PiecewiseBlock};
+use super::expansion::{Held, Piece, Start};
 use super::moving::{EventSink, Moving, Rendered};
 use super::state::BlockState;
-use super::tangent_piece::{Bounds, Start};
-use crate::contact::{Contact, Stroke, YieldingContact};
+use super::straight::straight_piece;
+use crate::contact::{Contact, SpringContact, StaticLimit, Stroke, YieldingContact};
 use crate::direction::Direction;
+use crate::directional::Directional;
 use crate::math::sqrt;
 
-/// A correction of the coupling force is accepted up to this share of [`YieldingBlock::holds`].
-const TOLERANCE: f64 = 1e-6;
 /// Pieces that every tick may be cut into, beside those of its half-turns.
-const PIECES: u32 = 160;
+const PIECES: u32 = 128;
+/// Within this share of the forces at rest, their difference is none.
+const BALANCE: f64 = 1e-13;
 /// Secants that find the end of an implicit step, to far less than the step is exact.
 const MOST_SECANTS: usize = 24;
+
+/// A contact under a block, which is moved on piece by piece.
+pub(crate) trait PiecewiseContact: YieldingContact {
+    /// Moves on by the next piece: up to where the law goes over into another regime, the block
+    /// comes to rest or turns, the series ends, or the tick does.
+    fn piece(&mut self, start: &Start) -> Piece;
+}
+
+impl<R: StaticLimit> PiecewiseContact for SpringContact<Directional, R> {
+    fn piece(&mut self, start: &Start) -> Piece {
+        straight_piece(self, start)
+    }
+}
 
 /// A block on the contact of a law.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct YieldingBlock<C> {
     coupled: CoupledBlock,
     contact: C,
+    held: Held,
     /// The most that the contact holds, N.
     holds: f64,
     /// Undamped angular frequency while stuck, rad/s.
     fastest: f64,
-    /// Length of the piece to try next, s.
-    try_s: f64,
 }
 
-impl<C: YieldingContact> YieldingBlock<C> {
+impl<C: PiecewiseContact> YieldingBlock<C> {
     /// `contact_stiffness` (N/m) is the greatest that the contact has, `holds` (N) the most that it
     /// holds.
     pub(crate) fn new(mass: f64, coupling: Coupling, contact: C, contact_stiffness: f64, holds: f64) -> Self {
         let mut block = Self {
             coupled: CoupledBlock::new(mass, coupling),
             contact,
+            held: Held::new(mass, coupling, holds),
             holds,
             fastest: sqrt((coupling.stiffness + contact_stiffness) / mass),
-            try_s: f64::INFINITY,
         };
         block.coupled.state.contact = block.at_rest();
         block
     }
 
-    /// Correction of the coupling force, N, up to which a piece is accepted: relaxed in a tick that
-    /// takes much work, before it falls back on one implicit step.
-    fn tolerance(&self, work: u32, budget: u32) -> f64 {
-        let strict = TOLERANCE * self.holds;
-        match 4 * work / budget {
-            0 | 1 => strict,
-            2 => 30.0 * strict,
-            _ => 1000.0 * strict,
-        }
-    }
-
-    /// The direction in which the block moves on; `None` for a block at rest that nothing pulls.
-    fn direction(&self, at_rest: f64, slope: f64, rounding: f64) -> Option<Direction> {
+    /// The direction in which the block moves on, and the net force where it is known better than
+    /// by subtraction; `None` for a block at rest that nothing pulls.
+    fn direction(&self, at_rest: f64, slope: f64, rounding: f64) -> Option<(Direction, Option<f64>)> {
         if self.coupled.state.velocity != 0.0 {
-            return Some(Direction::of(self.coupled.state.velocity));
+            return Some((Direction::of(self.coupled.state.velocity), None));
         }
-        let net = at_rest - self.contact.force_at_rest();
+        let held = self.contact.force_at_rest();
+        let net = at_rest - held;
         // A sliding contact that has come to rest holds until the load exceeds it; one that yields
         // has no such band.
-        let net = if net.abs() <= rounding { slope } else { net };
-        (net != 0.0).then(|| Direction::of(net))
+        if net.abs() <= rounding + BALANCE * (at_rest.abs() + held.abs()) {
+            return (slope != 0.0).then(|| (Direction::of(slope), Some(0.0)));
+        }
+        Some((Direction::of(net), Some(net.abs())))
     }
 
     fn change_contact(&mut self, at_s: f64, sink: &mut (impl EventSink + ?Sized), rendered: &mut Rendered) {
@@ -160,7 +166,7 @@ impl<C: YieldingContact> YieldingBlock<C> {
     }
 }
 
-impl<C: YieldingContact> PiecewiseBlock for YieldingBlock<C> {
+impl<C: PiecewiseContact> PiecewiseBlock for YieldingBlock<C> {
     fn coupled(&self) -> &CoupledBlock {
         &self.coupled
     }
@@ -174,50 +180,40 @@ impl<C: YieldingContact> PiecewiseBlock for YieldingBlock<C> {
     }
 
     fn piece(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) -> Outcome {
-        let CoupledBlock { mass, coupling, state } = self.coupled;
-        let (remaining, at_rest) = (course.remaining(), course.at_rest(&coupling));
-        let Some(direction) = self.direction(at_rest, course.load.slope, course.rounding) else {
+        let CoupledBlock { coupling, state, .. } = self.coupled;
+        let (remaining_s, at_rest) = (course.remaining(), course.at_rest(&coupling));
+        let Some((direction, net)) = self.direction(at_rest, course.load.slope, course.rounding) else {
             return Outcome::TickEnds;
         };
         let sign = direction.sign();
-        let bounds = Bounds {
-            remaining_s: remaining,
-            most_work: course.budget - course.work,
-            tolerance: self.tolerance(course.work, course.budget),
-        };
-        let start = Start {
-            mass,
-            coupling,
-            contact: &self.contact,
+        let piece = self.contact.piece(&Start {
+            held: self.held,
             direction,
             speed: sign * state.velocity,
             at_rest: sign * at_rest,
             slope: sign * course.load.slope,
-            fastest: self.fastest,
+            net,
+            remaining_s,
             listens: sink.listens(),
-        };
-        let piece = start.piece(&bounds, &mut self.try_s);
+        });
         course.work += piece.work;
-        self.contact = piece.contact;
         course.moved += sign * piece.distance;
         course.time += piece.lasted_s;
         self.coupled.state.velocity = sign * piece.speed;
-        if piece.fell {
-            self.contact.fall(direction, piece.speed);
-        }
         sink.dissipated(piece.dissipated);
         self.change_contact(course.time, sink, &mut course.rendered);
-        if piece.lasted_s >= remaining {
+        if piece.lasted_s >= remaining_s {
             Outcome::TickEnds
         } else {
             Outcome::NextPiece
         }
     }
 
-    fn implicit_step(&mut self, course: &mut Course, sink: &mut (impl EventSink + ?Sized)) {
-        let at_rest = course.at_rest_at_end(&self.coupled.coupling);
-        course.moved += self.step_implicitly(course.remaining(), at_rest, sink);
-        self.change_contact(course.elapsed_s, sink, &mut course.rendered);
+    fn implicit_step(&mut self, course: &mut Course, step_s: f64, sink: &mut (impl EventSink + ?Sized)) {
+        let at_rest = course.at_rest_after(step_s, &self.coupled.coupling);
+        course.moved += self.step_implicitly(step_s, at_rest, sink);
+        course.time += step_s;
+        self.change_contact(course.time, sink, &mut course.rendered);
     }
 
     fn has_finite_contact(&self) -> bool {
@@ -229,7 +225,7 @@ impl<C: YieldingContact> PiecewiseBlock for YieldingBlock<C> {
     }
 }
 
-impl<C: YieldingContact> Moving for YieldingBlock<C> {
+impl<C: PiecewiseContact> Moving for YieldingBlock<C> {
     fn advance(
         &mut self,
         elapsed_s: f64,
@@ -261,7 +257,6 @@ impl<C: YieldingContact> Moving for YieldingBlock<C> {
         }
         self.coupled.state = state;
         self.coupled.state.contact = self.contact.contact(state.velocity);
-        self.try_s = f64::INFINITY;
     }
 
     fn at_rest(&self) -> Contact {

@@ -4,7 +4,7 @@
 
 use super::level::Level;
 use super::state::Contact;
-use super::yielding::{AdvanceCost, Stroke, Tangent, YieldingContact, by_elastic_share};
+use super::yielding::{Stroke, YieldingContact, by_elastic_share};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
@@ -23,15 +23,8 @@ pub(crate) trait Plasticity: Clone + Copy + Debug + Send + Sync + 'static {
     /// `alpha`.
     fn alpha(&self, deflection: f64, steady: f64) -> f64;
 
-    /// Slope of the elastic share `1 - alpha(z) z/zss` over `z/zss`.
-    fn share_slope(&self, ratio: f64) -> f64;
-
-    /// Up to this deflection along the motion there is no plastic flow at all; `None` where there
-    /// always is.
-    fn elastic_up_to(&self, steady: f64) -> Option<f64>;
-
-    /// Moves a deflection on by a distance; also returns the pieces that it took.
-    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32);
+    /// Moves a deflection on by a distance.
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64;
 }
 
 /// Always whole: the flow is closed-form.
@@ -46,23 +39,13 @@ impl Plasticity for FullPlasticity {
         1.0
     }
 
-    fn share_slope(&self, _ratio: f64) -> f64 {
-        -1.0
-    }
-
-    fn elastic_up_to(&self, _steady: f64) -> Option<f64> {
-        None
-    }
-
-    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32) {
-        (steady + (deflection - steady) * flush(exp(-distance / steady)), 1)
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64 {
+        steady + (deflection - steady) * flush(exp(-distance / steady))
     }
 }
 
 /// Pieces into which a displacement is cut at most.
 const MOST_PIECES: f64 = 16.0;
-/// So many pieces are about as much work as all else that a piece of a tick takes.
-const PIECES_A_WORK: u32 = 4;
 /// Elastic share below which the rest of a displacement is one piece.
 const NEARLY_STEADY: f64 = 0.02;
 /// A piece's share of the steady deflection.
@@ -70,12 +53,7 @@ const PIECE: f64 = 1.0 / 16.0;
 
 /// The flow for an `alpha` that varies: by the exponential midpoint rule, which is stable whatever
 /// the displacement.
-pub(crate) fn flow_in_pieces(
-    mut deflection: f64,
-    distance: f64,
-    steady: f64,
-    alpha: impl Fn(f64) -> f64,
-) -> (f64, u32) {
+pub(crate) fn flow_in_pieces(mut deflection: f64, distance: f64, steady: f64, alpha: impl Fn(f64) -> f64) -> f64 {
     let step = |from: f64, rate_at: f64, by: f64| {
         let rate = alpha(rate_at) / steady;
         let z = rate * by;
@@ -83,7 +61,6 @@ pub(crate) fn flow_in_pieces(
         from + (1.0 - rate * from) * by * phi
     };
     let mut left = distance;
-    let mut pieces = 0;
     let shortest = (PIECE * steady).max(distance / MOST_PIECES);
     while left > 0.0 {
         let share = 1.0 - alpha(deflection) / steady * deflection;
@@ -96,14 +73,9 @@ pub(crate) fn flow_in_pieces(
         let middle = step(deflection, deflection, 0.5 * piece);
         deflection = step(deflection, middle, piece);
         left -= piece;
-        pieces += 1;
     }
-    (deflection, pieces)
+    deflection
 }
-
-/// A deflection that is this near the end of its elastic part, as a share of it, is there:
-/// displacements are found to rounding only.
-const AT_THE_END: f64 = 1e-9;
 
 /// The contact of such a law.
 #[derive(Clone, Copy, Debug)]
@@ -142,37 +114,7 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
 }
 
 impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
-    fn tangent(&self, direction: Direction, speed: f64) -> Tangent {
-        let steady = self.steady(direction, speed);
-        // Without a limit this way, whatever the bristle held is gone at once.
-        let along = if steady > 0.0 || P::UNLOADS_ELASTICALLY {
-            direction.sign() * self.deflection
-        } else {
-            0.0
-        };
-        let share = self.share(direction, steady);
-        let end = self.plasticity.elastic_up_to(steady);
-        let elastic = end.is_some_and(|end| along < end * (1.0 - AT_THE_END));
-        let (mut stiffness, mut damping) = (self.stiffness * share, self.damping * share);
-        if self.damping > 0.0 && steady > 0.0 {
-            // The share itself changes along the way, and with speed, and sigma1 feels it.
-            let ratio = along / steady;
-            let slope = self.plasticity.share_slope(ratio);
-            stiffness += self.damping * speed * share * slope / steady;
-            damping -=
-                self.damping * speed * slope * ratio / steady * self.level.slope(direction, speed) / self.stiffness;
-        }
-        let viscous = self.viscous.get(direction);
-        Tangent {
-            force: self.stiffness * along + (self.damping * share - damping) * speed,
-            stiffness,
-            damping: damping + viscous,
-            linear: elastic && !L::VARIES,
-            kink: end.filter(|_| elastic).map_or(f64::INFINITY, |end| end - along),
-        }
-    }
-
-    fn advance(&mut self, stroke: &Stroke) -> AdvanceCost {
+    fn advance(&mut self, stroke: &Stroke) {
         let sign = stroke.direction.sign();
         let (from, to) = (stroke.from_speed, stroke.to_speed);
         let middle = 0.5 * (from + to);
@@ -181,36 +123,43 @@ impl<L: Level, P: Plasticity> YieldingContact for Bristle<L, P> {
             if steady > 0.0 {
                 self.plasticity.flow(along, distance, steady)
             } else if P::UNLOADS_ELASTICALLY {
-                ((along + distance).min(0.0), 1)
+                (along + distance).min(0.0)
             } else {
-                (0.0, 1)
+                0.0
             }
         };
         let along = sign * self.deflection;
-        let (at_once, once) = flow(along, stroke.distance, middle);
+        let at_once = flow(along, stroke.distance, middle);
         if P::EXACT && !L::VARIES {
             self.deflection = flush(sign * at_once);
-            return AdvanceCost::EXACT;
+            return;
         }
-        // In two halves of the time, the speed growing evenly, and extrapolated from both: what the
-        // two differ by is the measure of the error.
+        // In two halves of the time, the speed growing evenly, and extrapolated from both.
         let first = if middle > 0.0 {
             stroke.distance * (0.25 * (3.0 * from + to) / (2.0 * middle))
         } else {
             0.5 * stroke.distance
         };
-        let (halfway, one_half) = flow(along, first, 0.25 * (3.0 * from + to));
-        let (in_halves, other_half) = flow(halfway, stroke.distance - first, 0.25 * (from + 3.0 * to));
+        let halfway = flow(along, first, 0.25 * (3.0 * from + to));
+        let in_halves = flow(halfway, stroke.distance - first, 0.25 * (from + 3.0 * to));
         let missed = (in_halves - at_once) / 3.0;
         self.deflection = flush(sign * (in_halves + missed));
-        AdvanceCost {
-            uncertain: self.stiffness * missed.abs(),
-            work: 1 + (once + one_half + other_half) / PIECES_A_WORK,
-        }
     }
 
     fn force_at_rest(&self) -> f64 {
         self.stiffness * self.deflection
+    }
+
+    fn friction(&self, velocity: f64) -> f64 {
+        let direction = Direction::of(velocity);
+        let steady = self.steady(direction, velocity.abs());
+        // Without a limit this way, whatever the bristle held is gone at once.
+        let held = if steady > 0.0 || P::UNLOADS_ELASTICALLY {
+            self.force_at_rest()
+        } else {
+            0.0
+        };
+        held + (self.damping * self.share(direction, steady) + self.viscous.get(direction)) * velocity
     }
 
     fn seat(&mut self, force: f64) {

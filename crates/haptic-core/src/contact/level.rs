@@ -2,7 +2,8 @@
 
 use crate::direction::Direction;
 use crate::directional::Directional;
-use crate::math::exp;
+use crate::math::{exp, ln, sqrt};
+use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, inner};
 use core::fmt::Debug;
 
 /// Friction while sliding, without its viscous part.
@@ -11,12 +12,14 @@ pub(crate) trait Level: Clone + Copy + Debug + Send + Sync + 'static {
     const VARIES: bool;
     /// At a speed (m/s, >= 0), N.
     fn at(&self, direction: Direction, speed: f64) -> f64;
-    /// Its slope there, N s/m; negative where it falls.
-    fn slope(&self, direction: Direction, speed: f64) -> f64;
     /// Its value for fast motion, N: the smallest where it falls.
     fn kinetic(&self, direction: Direction) -> f64;
     /// A slide sets off at a static limit (N) that need not be the whole one: a curve begins there.
     fn set_off(&mut self, _direction: Direction, _limit: f64) {}
+    /// Its part that falls with speed; `None` where there is none.
+    fn fall(&self, _direction: Direction) -> Option<Fall> {
+        None
+    }
 }
 
 impl Level for Directional {
@@ -24,10 +27,6 @@ impl Level for Directional {
 
     fn at(&self, direction: Direction, _speed: f64) -> f64 {
         self.get(direction)
-    }
-
-    fn slope(&self, _direction: Direction, _speed: f64) -> f64 {
-        0.0
     }
 
     fn kinetic(&self, direction: Direction) -> f64 {
@@ -50,37 +49,16 @@ pub(crate) struct Stribeck {
 /// Beyond this many `ws` the exponential is less than the last digit.
 const FALLEN: f64 = 6.1;
 
-/// Stribeck's curve in one direction.
-pub(crate) fn stribeck(static_force: f64, dynamic_force: f64, velocity: f64, speed: f64) -> (f64, f64) {
-    let ratio = speed / velocity;
-    if ratio > FALLEN {
-        return (dynamic_force, 0.0);
-    }
-    let above = (static_force - dynamic_force) * exp(-ratio * ratio);
-    (dynamic_force + above, -2.0 * above * ratio / velocity)
-}
-
 impl Level for Stribeck {
     const VARIES: bool = true;
 
     fn at(&self, direction: Direction, speed: f64) -> f64 {
-        stribeck(
-            self.static_force.get(direction),
-            self.dynamic_force.get(direction),
-            self.velocity,
-            speed,
-        )
-        .0
-    }
-
-    fn slope(&self, direction: Direction, speed: f64) -> f64 {
-        stribeck(
-            self.static_force.get(direction),
-            self.dynamic_force.get(direction),
-            self.velocity,
-            speed,
-        )
-        .1
+        let dynamic_force = self.dynamic_force.get(direction);
+        let ratio = speed / self.velocity;
+        if ratio > FALLEN {
+            return dynamic_force;
+        }
+        dynamic_force + (self.static_force.get(direction) - dynamic_force) * exp(-ratio * ratio)
     }
 
     fn kinetic(&self, direction: Direction) -> f64 {
@@ -89,5 +67,90 @@ impl Level for Stribeck {
 
     fn set_off(&mut self, direction: Direction, limit: f64) {
         *self.static_force.get_mut(direction) = limit;
+    }
+
+    fn fall(&self, direction: Direction) -> Option<Fall> {
+        let excess = self.static_force.get(direction) - self.dynamic_force.get(direction);
+        Some(Fall {
+            excess,
+            velocity: self.velocity,
+            fallen_from: fallen_from(excess, self.velocity),
+        })
+    }
+}
+
+/// What of Stribeck's curve counts as nothing, N.
+const FALLEN_N: f64 = 1e-12;
+
+/// The speed, m/s, above which an excess (N) over the kinetic force has fallen to [`FALLEN_N`].
+/// A series begun there would find nothing of the curve, and would not know of it below.
+pub(crate) fn fallen_from(excess: f64, velocity: f64) -> f64 {
+    if excess.abs() <= FALLEN_N {
+        return 0.0;
+    }
+    velocity * sqrt(ln(excess.abs() / FALLEN_N))
+}
+
+/// The part of Stribeck's curve above the kinetic force, in one direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fall {
+    /// At rest, N; negative where the curve rises.
+    pub(crate) excess: f64,
+    /// `ws`, m/s.
+    pub(crate) velocity: f64,
+    /// From [`fallen_from`], m/s.
+    pub(crate) fallen_from: f64,
+}
+
+impl Fall {
+    /// At a speed, N.
+    pub(crate) fn at(&self, speed: f64) -> f64 {
+        let ratio = speed / self.velocity;
+        self.excess * exp(-ratio * ratio)
+    }
+}
+
+/// The series `E = excess e^-q`, `q = (w/ws)^2`: `n E[n] = -sum k q[k] E[n-k]`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FallSeries {
+    inverse_square: f64,
+    /// `k q[k]`.
+    slope: Ascending,
+    pub(crate) force: Ascending,
+    descending: Descending,
+}
+
+impl FallSeries {
+    /// `at_start` is the force at the speed of the start.
+    pub(crate) fn new(fall: &Fall, at_start: f64) -> Self {
+        let mut series = Self {
+            inverse_square: 1.0 / (fall.velocity * fall.velocity),
+            slope: Ascending::ZERO,
+            force: Ascending::ZERO,
+            descending: Descending::ZERO,
+        };
+        series.set(0, at_start);
+        series
+    }
+
+    /// The coefficient of order `n`, N.
+    pub(crate) fn next(&mut self, path: &Path, newest: Newest) -> f64 {
+        let n = newest.n;
+        if n == 0 {
+            return self.force.get(0);
+        }
+        let squares = inner(n, &path.speed, &path.speed_descending);
+        let fallen = inner(n, &self.slope, &self.descending);
+        let square = squares + 2.0 * path.speed.get(0) * newest.speed;
+        let slope = square * (self.inverse_square * n as f64);
+        let force = -RECIPROCAL[n] * (fallen + slope * self.force.get(0));
+        self.slope.set(n, slope);
+        self.set(n, force);
+        force
+    }
+
+    fn set(&mut self, n: usize, force: f64) {
+        self.force.set(n, force);
+        self.descending.set(n, force);
     }
 }

@@ -1,6 +1,7 @@
 //! The contact with the surface: whether it sticks, and the parts of which the laws build contacts.
 
 mod bristle;
+mod bristle_series;
 mod level;
 mod spring;
 mod state;
@@ -12,7 +13,10 @@ pub use spring::Reseat;
 pub use state::Contact;
 
 pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
-pub(crate) use level::{Level, Stribeck, stribeck};
+pub(crate) use bristle_series::{
+    BristleForce, FEWEST_ON_CURVE, LOOK_BACK_ON_CURVE, RatioSeries, SETTLED_N, TowardsLimit, UnderCurve,
+};
+pub(crate) use level::{Fall, FallSeries, Level, Stribeck, fallen_from};
 pub(crate) use spring::{SpringContact, SpringState};
 pub(crate) use static_limit::{ConstantLimit, RisingLimit, StaticLimit};
-pub(crate) use yielding::{AdvanceCost, Stroke, Tangent, YieldingContact, by_elastic_share};
+pub(crate) use yielding::{Line, StraightContact, Stroke, YieldingContact, by_elastic_share};

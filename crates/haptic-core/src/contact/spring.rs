@@ -4,7 +4,7 @@
 use super::level::Level;
 use super::state::Contact;
 use super::static_limit::StaticLimit;
-use super::yielding::{AdvanceCost, Stroke, Tangent, YieldingContact};
+use super::yielding::{Line, StraightContact, Stroke, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
@@ -74,19 +74,6 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
         direction.sign() * force >= self.limit(direction) * (1.0 - AT_THE_LIMIT)
     }
 
-    fn sliding_tangent(&self, direction: Direction, speed: f64) -> Tangent {
-        let slope = self.level.slope(direction, speed);
-        let damping = self.viscous.get(direction) + slope;
-        let friction = self.level.at(direction, speed) + self.viscous.get(direction) * speed;
-        Tangent {
-            force: friction - damping * speed,
-            stiffness: 0.0,
-            damping,
-            linear: !L::VARIES,
-            kink: f64::INFINITY,
-        }
-    }
-
     /// Holds on to where it is, with the force that there was.
     fn stick(&mut self, force: f64) {
         let direction = Direction::of(force);
@@ -105,17 +92,22 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
     }
 }
 
-impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
-    fn tangent(&self, direction: Direction, speed: f64) -> Tangent {
-        let SpringState::Stuck { force } = self.state else {
-            return self.sliding_tangent(direction, speed);
+impl<R: StaticLimit> StraightContact for SpringContact<Directional, R> {
+    fn line(&self, direction: Direction) -> Line {
+        let held = match self.state {
+            SpringState::Stuck { force } if !self.reached(direction, force) => force,
+            _ => {
+                return Line {
+                    force: self.level.get(direction),
+                    stiffness: 0.0,
+                    damping: self.viscous.get(direction),
+                    kink: f64::INFINITY,
+                };
+            }
         };
-        if self.reached(direction, force) {
-            return self.sliding_tangent(direction, speed);
-        }
-        let along = direction.sign() * force;
+        let along = direction.sign() * held;
         let stiffness = if along < 0.0 {
-            self.stiffness.get(Direction::of(force))
+            self.stiffness.get(Direction::of(held))
         } else {
             self.stiffness.get(direction)
         };
@@ -125,16 +117,17 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
         } else {
             self.limit(direction)
         };
-        Tangent {
+        Line {
             force: along,
             stiffness,
             damping: self.damping,
-            linear: true,
             kink: (to - along) / stiffness,
         }
     }
+}
 
-    fn advance(&mut self, stroke: &Stroke) -> AdvanceCost {
+impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
+    fn advance(&mut self, stroke: &Stroke) {
         let direction = stroke.direction;
         if let SpringState::Sliding { direction: slid, .. } = self.state
             && slid != direction
@@ -168,7 +161,6 @@ impl<L: Level, R: StaticLimit> YieldingContact for SpringContact<L, R> {
             }
             SpringState::Sliding { armed, .. } => *armed |= stroke.to_speed > self.velocity_threshold,
         }
-        AdvanceCost::EXACT
     }
 
     fn force_at_rest(&self) -> f64 {

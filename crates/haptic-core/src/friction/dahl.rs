@@ -15,13 +15,17 @@
 
 use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{AdvanceCost, Contact, Stroke, Tangent, YieldingContact, by_elastic_share};
+use crate::block::{Piece, PiecewiseContact, Start, straight_piece};
+use crate::contact::{
+    BristleForce, Contact, Line, SETTLED_N, StraightContact, Stroke, TowardsLimit, YieldingContact, by_elastic_share,
+};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
-use crate::math::{exp, ln_1p, powf};
+use crate::math::{exp, ln_1p, powf, sqrt};
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner, integral_of_product};
 use alloc::boxed::Box;
 
 /// Dahl friction.
@@ -143,50 +147,13 @@ impl DahlContact {
     reason = "the exponents 0 and 1 themselves have closed forms of their own"
 )]
 impl YieldingContact for DahlContact {
-    fn tangent(&self, direction: Direction, _speed: f64) -> Tangent {
-        let rest = self.rest(direction);
-        let law = &self.law;
-        if law.exponent == 0.0 {
-            let left = law.dynamic_force.get(direction) - direction.sign() * self.force;
-            return Tangent {
-                force: direction.sign() * self.force,
-                stiffness: if left > 0.0 { law.contact_stiffness } else { 0.0 },
-                damping: law.viscous.get(direction),
-                linear: true,
-                kink: if left > 0.0 {
-                    left / law.contact_stiffness
-                } else {
-                    f64::INFINITY
-                },
-            };
-        }
-        Tangent {
-            // Without a limit this way, whatever the spring held is gone at once.
-            force: if law.dynamic_force.get(direction) > 0.0 {
-                direction.sign() * self.force
-            } else {
-                0.0
-            },
-            stiffness: law.contact_stiffness * self.share(rest),
-            damping: law.viscous.get(direction),
-            linear: rest == 0.0,
-            kink: if law.exponent < 1.0 && rest > 0.0 {
-                // Below an exponent of 1 the limit is reached in a finite displacement.
-                let stroke = powf(rest, 1.0 - law.exponent) / (1.0 - law.exponent);
-                stroke * law.dynamic_force.get(direction) / law.contact_stiffness
-            } else {
-                f64::INFINITY
-            },
-        }
-    }
-
-    fn advance(&mut self, stroke: &Stroke) -> AdvanceCost {
+    fn advance(&mut self, stroke: &Stroke) {
         let limit = self.law.dynamic_force.get(stroke.direction);
         if self.law.exponent == 0.0 {
             let along = stroke.direction.sign() * self.force;
             let after = along + self.law.contact_stiffness * stroke.distance;
             self.force = flush(stroke.direction.sign() * after.min(limit.max(along)));
-            return AdvanceCost::EXACT;
+            return;
         }
         let rest = self.rest(stroke.direction);
         let left = if limit <= 0.0 || rest == 0.0 {
@@ -207,11 +174,21 @@ impl YieldingContact for DahlContact {
             }
         };
         self.force = flush(stroke.direction.sign() * limit * (1.0 - left));
-        AdvanceCost::EXACT
     }
 
     fn force_at_rest(&self) -> f64 {
         self.force
+    }
+
+    fn friction(&self, velocity: f64) -> f64 {
+        let direction = Direction::of(velocity);
+        // Without a limit this way, whatever the spring held is gone at once.
+        let held = if self.law.exponent == 0.0 || self.law.dynamic_force.get(direction) > 0.0 {
+            self.force
+        } else {
+            0.0
+        };
+        held + self.law.viscous.get(direction) * velocity
     }
 
     fn seat(&mut self, force: f64) {
@@ -232,6 +209,217 @@ impl YieldingContact for DahlContact {
             self.share(self.rest(direction))
         };
         by_elastic_share(share, direction)
+    }
+}
+
+/// With the exponent 0 the spring is straight up to its limit.
+impl StraightContact for DahlContact {
+    fn line(&self, direction: Direction) -> Line {
+        let limit = self.law.dynamic_force.get(direction);
+        let along = direction.sign() * self.force;
+        let stiffness = self.law.contact_stiffness;
+        let holds = along < limit;
+        Line {
+            force: along,
+            stiffness: if holds { stiffness } else { 0.0 },
+            damping: self.law.viscous.get(direction),
+            kink: if holds {
+                (limit - along) / stiffness
+            } else {
+                f64::INFINITY
+            },
+        }
+    }
+}
+
+impl DahlContact {
+    /// A piece at the limit.
+    fn slide(&mut self, start: &Start) -> Piece {
+        let limit = self.law.dynamic_force.get(start.direction);
+        self.force = start.direction.sign() * limit;
+        let line = Line {
+            force: limit,
+            stiffness: 0.0,
+            damping: self.law.viscous.get(start.direction),
+            kink: f64::INFINITY,
+        };
+        let (mut piece, _) = start.on_line(&line, 0.0);
+        piece.dissipated = limit * piece.distance;
+        piece
+    }
+
+    /// A piece on the exponential that `i = 1` has.
+    fn yield_exponentially(&mut self, start: &Start) -> Piece {
+        let (limit, sign) = (self.law.dynamic_force.get(start.direction), start.direction.sign());
+        let bristle = BristleForce::new(self.law.contact_stiffness, 0.0, sign * self.force);
+        let mut series = TowardsLimit::new(bristle, limit);
+        let mut expansion = start.expand(self.law.viscous.get(start.direction), &mut series);
+        let speed = expansion.falls_to(0.0).then_some(0.0);
+        let bristle = &series.bristle;
+        self.force = flush(sign * bristle.at(expansion.end));
+        let dissipated = if start.listens {
+            bristle.dissipated(&expansion.path, expansion.end)
+        } else {
+            0.0
+        };
+        expansion.piece(speed, dissipated)
+    }
+
+    /// A piece on the power of the way that any other exponent has.
+    fn yield_by_power(&mut self, start: &Start, rest: f64) -> Piece {
+        let (limit, sign) = (self.law.dynamic_force.get(start.direction), start.direction.sign());
+        let mut series = PowerSeries::new(&self.law, limit, rest);
+        let (at_start, slope) = (series.line.get(0), series.slope);
+        let mut expansion = start.expand(self.law.viscous.get(start.direction), &mut series);
+        let mut speed = expansion.falls_to(0.0).then_some(0.0);
+        // Below an exponent of 1 the limit is reached in a finite displacement.
+        let reaches = slope < 0.0 && expansion.until(|_, n| series.line.get(n));
+        let mut piece = expansion.piece(speed.take_if(|_| !reaches), 0.0);
+        let left = if reaches {
+            piece.distance = -at_start / slope;
+            0.0
+        } else {
+            series.rest_at(piece.distance)
+        };
+        let before = self.stored_energy();
+        self.force = flush(sign * limit * (1.0 - left));
+        if start.listens {
+            let resisted = integral_of_product(
+                |n| series.friction.get(n),
+                |n| expansion.path.speed.get(n),
+                expansion.end,
+                expansion.last_of_law(),
+            );
+            piece.dissipated = expansion.path.duration_s * resisted - (self.stored_energy() - before);
+        }
+        piece
+    }
+}
+
+impl PiecewiseContact for DahlContact {
+    #[expect(
+        clippy::float_cmp,
+        reason = "the exponents 0 and 1 themselves have ways of their own"
+    )]
+    fn piece(&mut self, start: &Start) -> Piece {
+        if self.law.exponent == 0.0 {
+            return straight_piece(self, start);
+        }
+        let limit = self.law.dynamic_force.get(start.direction);
+        if limit == 0.0 && self.force != 0.0 {
+            // Without a limit this way, whatever the spring held is gone at once, and the block may
+            // go the other way.
+            let dissipated = self.stored_energy();
+            self.force = 0.0;
+            return start.no_way(dissipated);
+        }
+        let rest = self.rest(start.direction);
+        if limit * rest < SETTLED_N {
+            self.slide(start)
+        } else if self.law.exponent == 1.0 {
+            self.yield_exponentially(start)
+        } else {
+            self.yield_by_power(start, rest)
+        }
+    }
+}
+
+/// Dahl's law with an exponent that is neither 0 nor 1: `Y = r^(1-i)` is a straight line of the
+/// way, and `r = Y^m` with `m = 1/(1-i)`.
+struct PowerSeries {
+    limit: f64,
+    exponent: f64,
+    /// `dY/dx`, 1/m.
+    slope: f64,
+    line: Ascending,
+    /// `n Y[n]`.
+    weighted: Ascending,
+    /// `r`, or `Y` itself where `r` is its square.
+    factor: Descending,
+    friction: Ascending,
+    next_size: f64,
+}
+
+/// The exponent under which `r` is the square of `Y`.
+const SQUARE: f64 = 0.5;
+
+impl PowerSeries {
+    fn new(law: &Dahl, limit: f64, rest: f64) -> Self {
+        let exponent = law.exponent;
+        let at_start = if exponent == SQUARE {
+            sqrt(rest)
+        } else {
+            powf(rest, 1.0 - exponent)
+        };
+        let mut series = Self {
+            limit,
+            exponent,
+            slope: (exponent - 1.0) * law.contact_stiffness / limit,
+            line: Ascending::ZERO,
+            weighted: Ascending::ZERO,
+            factor: Descending::ZERO,
+            friction: Ascending::ZERO,
+            next_size: 0.0,
+        };
+        series.line.set(0, at_start);
+        series.factor.set(0, if exponent == SQUARE { at_start } else { rest });
+        series.friction.set(0, limit * (1.0 - rest));
+        series
+    }
+
+    /// `r` after a way, m.
+    fn rest_at(&self, distance: f64) -> f64 {
+        let line = self.line.get(0) + self.slope * distance;
+        if line <= 0.0 {
+            0.0
+        } else if self.exponent == SQUARE {
+            line * line
+        } else {
+            // The logarithm keeps its digits where i is near 1.
+            exp(ln_1p(line - 1.0) / (1.0 - self.exponent))
+        }
+    }
+
+    /// The coefficient of order `n` of `r`, for one of the line.
+    fn rest(&mut self, n: usize, line: f64) -> f64 {
+        let known = inner(n, &self.line, &self.factor);
+        let first = self.factor.get(0);
+        if self.exponent == SQUARE {
+            self.factor.set(n, line);
+            return known + 2.0 * first * line;
+        }
+        let weight = n as f64;
+        let weighted = inner(n, &self.weighted, &self.factor) + weight * line * first;
+        let power = 1.0 / (1.0 - self.exponent);
+        let rest = ((power + 1.0) * weighted * RECIPROCAL[n] - (known + line * first)) / self.line.get(0);
+        self.factor.set(n, rest);
+        self.weighted.set(n, weight * line);
+        rest
+    }
+}
+
+impl Recurrence for PowerSeries {
+    const LOOK_BACK: usize = 2;
+
+    fn fewest_orders(&self) -> usize {
+        4
+    }
+
+    fn friction(&mut self, _path: &Path, newest: Newest) -> f64 {
+        let n = newest.n;
+        if n > 0 {
+            let line = self.slope * newest.distance;
+            let friction = -self.limit * self.rest(n, line);
+            self.line.set(n, line);
+            self.friction.set(n, friction);
+            self.next_size = friction.abs();
+        }
+        self.friction.get(n)
+    }
+
+    fn next_size(&self) -> f64 {
+        // That of the order before it, which is more.
+        self.next_size
     }
 }
 

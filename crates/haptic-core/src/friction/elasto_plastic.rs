@@ -11,12 +11,17 @@
 use super::forces::StribeckForces;
 use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{Bristle, Level, Plasticity, flow_in_pieces};
+use crate::block::{Piece, PiecewiseContact, Start};
+use crate::contact::{
+    Bristle, BristleForce, FEWEST_ON_CURVE, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level, Plasticity, RatioSeries,
+    TowardsLimit, UnderCurve, flow_in_pieces,
+};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::{cos, sin_cos};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner};
 use alloc::boxed::Box;
 use core::f64::consts::PI;
 
@@ -167,29 +172,206 @@ impl Plasticity for DelayedPlasticity {
         }
     }
 
-    fn share_slope(&self, ratio: f64) -> f64 {
-        if ratio <= self.fraction {
-            0.0
-        } else if ratio >= 1.0 {
-            -1.0
-        } else {
-            let angle = PI * (ratio - self.fraction) / (1.0 - self.fraction);
-            let (sin, cos) = sin_cos(angle);
-            -0.5 * (1.0 - cos) - ratio * 0.5 * PI / (1.0 - self.fraction) * sin
-        }
-    }
-
-    fn elastic_up_to(&self, steady: f64) -> Option<f64> {
-        Some(self.fraction * steady)
-    }
-
-    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32) {
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64 {
         let elastic = (self.fraction * steady - deflection).max(0.0).min(distance);
         let deflection = deflection + elastic;
         let plastic = distance - elastic;
         if plastic <= 0.0 {
-            return (deflection, 1);
+            return deflection;
         }
         flow_in_pieces(deflection, plastic, steady, |z| self.alpha(z, steady))
+    }
+}
+
+/// A bristle enters a regime at its border, and leaves it so much below, as a share of its steady
+/// deflection: on the border itself the speed may sway it to and fro. What `alpha` is off in between
+/// goes with the square.
+const BAND: f64 = 3e-7;
+/// A force this near the end of the elastic part, as a share of it, is there.
+const AT_THE_END: f64 = 1e-12;
+
+impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
+    fn piece(&mut self, start: &Start) -> Piece {
+        let direction = start.direction;
+        let along = direction.sign() * self.force();
+        let kinetic = self.level.kinetic(direction);
+        let fraction = self.plasticity.fraction;
+        let elastic = fraction * kinetic;
+        if along < elastic * (1.0 - AT_THE_END) {
+            return self.stretch(start, elastic, 0.0);
+        }
+        let fall = self.level.fall(direction);
+        let falls_to = fall.map_or(0.0, |fall| fall.fallen_from);
+        if let Some(fall) = fall.filter(|_| start.speed <= falls_to && falls_to > 0.0) {
+            return self.flow_on_curve(start, &fall, kinetic);
+        }
+        if kinetic == 0.0 && along != 0.0 {
+            return self.let_go(start);
+        }
+        if self.is_settled(along, kinetic) {
+            return self.slide(start, falls_to);
+        }
+        let bristle = BristleForce::new(self.stiffness, self.damping, along);
+        let viscous = self.viscous.get(direction);
+        if along >= kinetic * (1.0 - 0.5 * BAND) {
+            let mut series = TowardsLimit::new(bristle, kinetic);
+            let mut expansion = start.expand(viscous, &mut series);
+            let speed = expansion.falls_to(falls_to).then_some(falls_to);
+            return self.bend(start, &expansion, speed, &series.bristle);
+        }
+        let mut series = DelayedSeries::new(bristle, RatioSeries::new(kinetic, None), fraction);
+        let mut expansion = start.expand(viscous, &mut series);
+        let speed = expansion.falls_to(falls_to).then_some(falls_to);
+        self.bend(start, &expansion, speed, &series.bristle)
+    }
+}
+
+impl<L: Level> Bristle<L, DelayedPlasticity> {
+    /// A piece at a speed at which Stribeck's curve is felt.
+    fn flow_on_curve(&mut self, start: &Start, fall: &Fall, kinetic: f64) -> Piece {
+        let along = start.direction.sign() * self.force();
+        let fraction = self.plasticity.fraction;
+        let above = fall.at(start.speed);
+        let bristle = BristleForce::new(self.stiffness, self.damping, along);
+        let viscous = self.viscous.get(start.direction);
+        let ratio = along / (kinetic + above);
+        let (expansion, stops, leaves, bristle) = if ratio < fraction - 0.5 * BAND {
+            let mut series = StretchSeries {
+                bristle,
+                fall: FallSeries::new(fall, above),
+                newest: 0.0,
+            };
+            let mut piece = start.expand(viscous, &mut series);
+            let stops = piece.falls_to(0.0);
+            let yields = piece.until(|_, n| {
+                let level = series.fall.force.get(n) + if n == 0 { kinetic } else { 0.0 };
+                fraction * level - series.bristle.get(n)
+            });
+            (piece, stops, yields, series.bristle)
+        } else if ratio < 1.0 - 0.5 * BAND {
+            let ratio = RatioSeries::new(kinetic, Some((fall, above)));
+            let mut series = DelayedSeries::new(bristle, ratio, fraction);
+            let mut piece = start.expand(viscous, &mut series);
+            let stops = piece.falls_to(0.0);
+            let ratios = &series.ratio.ratio;
+            let sticks = piece.until(|_, n| ratios.get(n) - if n == 0 { fraction - BAND } else { 0.0 });
+            let slides = piece.until(|_, n| if n == 0 { 1.0 - ratios.get(n) } else { -ratios.get(n) });
+            (piece, stops, sticks || slides, series.bristle)
+        } else {
+            let ratio = RatioSeries::new(kinetic, Some((fall, above)));
+            let mut series = UnderCurve { bristle, ratio };
+            let mut piece = start.expand(viscous, &mut series);
+            let stops = piece.falls_to(0.0);
+            let ratios = &series.ratio.ratio;
+            let sticks = piece.until(|_, n| ratios.get(n) - if n == 0 { 1.0 - BAND } else { 0.0 });
+            (piece, stops, sticks, series.bristle)
+        };
+        let speed = (stops && !leaves).then_some(0.0);
+        self.bend(start, &expansion, speed, &bristle)
+    }
+}
+
+/// A bristle that takes up the whole motion while its limit falls with speed.
+struct StretchSeries {
+    bristle: BristleForce,
+    fall: FallSeries,
+    newest: f64,
+}
+
+impl Recurrence for StretchSeries {
+    const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+
+    fn fewest_orders(&self) -> usize {
+        FEWEST_ON_CURVE
+    }
+
+    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
+        self.newest = self.fall.next(path, newest);
+        self.bristle.take(newest.n, newest.speed, path.duration_s)
+    }
+
+    fn next_size(&self) -> f64 {
+        self.bristle.next_size().max(self.newest.abs())
+    }
+}
+
+/// A bristle that flows in part: `rho = 1 - alpha u`, `alpha = (1 - cos theta)/2`, `theta = pi (u -
+/// f)/(1 - f)`.
+struct DelayedSeries {
+    bristle: BristleForce,
+    ratio: RatioSeries,
+    fraction: f64,
+    /// `n theta[n]`.
+    turn: Ascending,
+    sine: Descending,
+    cosine: Descending,
+    alpha: Ascending,
+    share: Descending,
+}
+
+impl DelayedSeries {
+    fn new(bristle: BristleForce, ratio: RatioSeries, fraction: f64) -> Self {
+        Self {
+            bristle,
+            ratio,
+            fraction,
+            turn: Ascending::ZERO,
+            sine: Descending::ZERO,
+            cosine: Descending::ZERO,
+            alpha: Ascending::ZERO,
+            share: Descending::ZERO,
+        }
+    }
+
+    fn elastic_share(&mut self, path: &Path, newest: Newest) -> f64 {
+        let n = newest.n;
+        let a_radian = PI / (1.0 - self.fraction);
+        let turned_cosine = inner(n, &self.turn, &self.cosine);
+        let turned_sine = inner(n, &self.turn, &self.sine);
+        let flown = inner(n, &self.alpha, &self.ratio.descending);
+        let ratio = self.ratio.next(self.bristle.get(n), path, newest);
+        self.ratio.keep(n, ratio);
+        let (sine, cosine, alpha, share);
+        if n == 0 {
+            (sine, cosine) = sin_cos(a_radian * (ratio - self.fraction));
+            alpha = 0.5 * (1.0 - cosine);
+            share = 1.0 - alpha * ratio;
+        } else {
+            let turn = n as f64 * a_radian * ratio;
+            sine = RECIPROCAL[n] * (turned_cosine + turn * self.cosine.get(0));
+            cosine = -RECIPROCAL[n] * (turned_sine + turn * self.sine.get(0));
+            alpha = -0.5 * cosine;
+            share = -(flown + alpha * self.ratio.ratio.get(0) + self.alpha.get(0) * ratio);
+            self.turn.set(n, turn);
+        }
+        self.sine.set(n, sine);
+        self.cosine.set(n, cosine);
+        self.alpha.set(n, alpha);
+        share
+    }
+}
+
+impl Recurrence for DelayedSeries {
+    const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+
+    fn fewest_orders(&self) -> usize {
+        if self.ratio.varies() { FEWEST_ON_CURVE } else { 4 }
+    }
+
+    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
+        let Newest { n, speed, .. } = newest;
+        let known = inner(n, &path.speed, &self.share);
+        let share = self.elastic_share(path, newest);
+        self.share.set(n, share);
+        let taken = if n == 0 {
+            speed * share
+        } else {
+            known + path.speed.get(0) * share + speed * self.share.get(0)
+        };
+        self.bristle.take(n, taken, path.duration_s)
+    }
+
+    fn next_size(&self) -> f64 {
+        self.bristle.next_size()
     }
 }

@@ -14,11 +14,13 @@
 
 use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{Bristle, Plasticity, flow_in_pieces};
+use crate::block::{Piece, PiecewiseContact, Start};
+use crate::contact::{Bristle, BristleForce, Plasticity, TowardsLimit, flow_in_pieces};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::series::{Ascending, Descending, Newest, Path, Recurrence, inner};
 use alloc::boxed::Box;
 
 /// Hayward-Armstrong friction.
@@ -49,6 +51,7 @@ impl HaywardArmstrong {
         Bristle {
             level: self.dynamic_force,
             plasticity: AdhesionPlasticity {
+                fraction: self.elastic_fraction,
                 onset: eighth_power(self.elastic_fraction),
             },
             stiffness: self.contact_stiffness,
@@ -116,6 +119,7 @@ fn eighth_power(x: f64) -> f64 {
 /// `alpha`, with the onset `(zs/zmax)^8`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AdhesionPlasticity {
+    fraction: f64,
     onset: f64,
 }
 
@@ -132,16 +136,144 @@ impl Plasticity for AdhesionPlasticity {
         (1.0 + self.onset) / (1.0 + self.onset / r)
     }
 
-    fn share_slope(&self, _ratio: f64) -> f64 {
-        // There is no sigma1 to feel it.
-        0.0
-    }
-
-    fn elastic_up_to(&self, _steady: f64) -> Option<f64> {
-        None
-    }
-
-    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32) {
+    fn flow(&self, deflection: f64, distance: f64, steady: f64) -> f64 {
         flow_in_pieces(deflection, distance, steady, |z| self.alpha(z, steady))
+    }
+}
+
+/// An onset below this, `(1e-5)^8`, is none: its share of the force is less than 1e-10.
+const NO_ONSET: f64 = 1e-40;
+
+impl PiecewiseContact for Bristle<Directional, AdhesionPlasticity> {
+    fn piece(&mut self, start: &Start) -> Piece {
+        let direction = start.direction;
+        let along = direction.sign() * self.force();
+        let limit = self.level.get(direction);
+        if limit == 0.0 && along != 0.0 {
+            return self.let_go(start);
+        }
+        if self.is_settled(along, limit) {
+            return self.slide(start, 0.0);
+        }
+        let centre = CENTRE * self.plasticity.fraction * limit;
+        if along.abs() < centre * (1.0 - 1e-12) {
+            return self.stretch(start, centre, 0.0);
+        }
+        let bristle = BristleForce::new(self.stiffness, 0.0, along);
+        let viscous = self.viscous.get(direction);
+        if self.plasticity.onset < NO_ONSET {
+            let mut series = TowardsLimit::new(bristle, limit);
+            let mut expansion = start.expand(viscous, &mut series);
+            let speed = expansion.falls_to(0.0).then_some(0.0);
+            return self.bend(start, &expansion, speed, &series.bristle);
+        }
+        let mut series = AdhesionSeries::new(bristle, limit, self.plasticity.onset);
+        let mut expansion = start.expand(viscous, &mut series);
+        let speed = expansion.falls_to(0.0).then_some(0.0);
+        self.bend(start, &expansion, speed, &series.bristle)
+    }
+}
+
+/// Up to this share of `zs` what flows is `u^10/10 o` of the force, less than 1e-12 of it: nothing.
+/// A series begun there has its first term of the flow beyond its order.
+const CENTRE: f64 = 0.08;
+/// Up to this share of the greatest deflection the coefficients of a series say less of those that
+/// follow.
+const NEAR_CENTRE: f64 = 0.35;
+
+/// The recurrences of the law: `rho = 1 - (1 + o)(u - o u/(o + u^8))`, with `u = p/Fd` and the onset
+/// `o`.
+struct AdhesionSeries {
+    bristle: BristleForce,
+    onset: f64,
+    inverse_limit: f64,
+    inverse_sum: f64,
+    /// `u`, `u^2`, `u^4` and `u^8`.
+    powers: [Ascending; 4],
+    descending: [Descending; 3],
+    /// `1/(o + u^8)`.
+    inverse: Descending,
+    share: Descending,
+}
+
+impl AdhesionSeries {
+    fn new(bristle: BristleForce, limit: f64, onset: f64) -> Self {
+        Self {
+            bristle,
+            onset,
+            inverse_limit: 1.0 / limit,
+            inverse_sum: 1.0 / (onset + eighth_power(bristle.get(0) / limit)),
+            powers: [Ascending::ZERO; 4],
+            descending: [Descending::ZERO; 3],
+            inverse: Descending::ZERO,
+            share: Descending::ZERO,
+        }
+    }
+
+    fn elastic_share(&mut self, n: usize, ratio: f64) -> f64 {
+        let [ratios, .., eighths] = &self.powers;
+        let inverted = inner(n, eighths, &self.inverse);
+        let adhered = inner(n, ratios, &self.inverse);
+        let known = [0, 1, 2].map(|k| inner(n, &self.powers[k], &self.descending[k]));
+        let mut power = ratio;
+        for (k, known) in known.into_iter().enumerate() {
+            self.powers[k].set(n, power);
+            self.descending[k].set(n, power);
+            let first = self.powers[k].get(0);
+            power = if n == 0 {
+                first * first
+            } else {
+                known + 2.0 * first * power
+            };
+        }
+        self.powers[3].set(n, power);
+        let inverse = if n == 0 {
+            self.inverse_sum
+        } else {
+            -self.inverse_sum * (inverted + power * self.inverse_sum)
+        };
+        self.inverse.set(n, inverse);
+        let first = self.powers[0].get(0);
+        let product = if n == 0 {
+            first * inverse
+        } else {
+            adhered + first * inverse + ratio * self.inverse_sum
+        };
+        let whole = if n == 0 { 1.0 } else { 0.0 };
+        whole - (1.0 + self.onset) * (ratio - self.onset * product)
+    }
+}
+
+impl Recurrence for AdhesionSeries {
+    const LOOK_BACK: usize = 8;
+
+    fn caution(&self) -> f64 {
+        if self.powers[0].get(0).abs() < NEAR_CENTRE {
+            0.7
+        } else {
+            1.0
+        }
+    }
+
+    fn fewest_orders(&self) -> usize {
+        11
+    }
+
+    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
+        let Newest { n, speed, .. } = newest;
+        let known = inner(n, &path.speed, &self.share);
+        let ratio = self.bristle.get(n) * self.inverse_limit;
+        let share = self.elastic_share(n, ratio);
+        self.share.set(n, share);
+        let taken = if n == 0 {
+            speed * share
+        } else {
+            known + path.speed.get(0) * share + speed * self.share.get(0)
+        };
+        self.bristle.take(n, taken, path.duration_s)
+    }
+
+    fn next_size(&self) -> f64 {
+        self.bristle.next_size()
     }
 }

@@ -20,7 +20,7 @@
 use super::law::{Law, LawKind};
 use super::usual::{self, DEFAULT_CONTACT_STIFFNESS};
 use crate::block::{
-    Coupling, DirectionalSlides, ExactBlock, LinearSlide, RigidLaw, StribeckParts, StribeckSlide, SymmetricSlides,
+    Coupling, DirectionalSlides, ExactBlock, FallingSlide, Held, LinearSlide, RigidLaw, SymmetricSlides,
 };
 use crate::contact::{
     ConstantLimit, Level, Reseat, RisingLimit, SUDDEN_FALL_MPS, SpringContact, SpringState, StaticLimit, Stribeck,
@@ -156,16 +156,14 @@ impl Karnopp {
         )
     }
 
-    fn stribeck_slide(&self, mass: f64, coupling: &Coupling, direction: Direction) -> StribeckSlide {
-        StribeckSlide::new(&StribeckParts {
-            mass,
-            stiffness: coupling.stiffness,
-            coupling_damping: coupling.damping,
-            viscous: self.viscous.get(direction),
-            static_force: self.static_force.get(direction),
-            dynamic_force: self.dynamic_force.get(direction),
-            velocity: self.stribeck_velocity,
-        })
+    fn falling_slide(&self, mass: f64, coupling: &Coupling, direction: Direction) -> FallingSlide {
+        let holds = self.static_force.get(direction).max(self.dynamic_force.get(direction));
+        FallingSlide::new(
+            self.linear_slide(mass, coupling, direction),
+            Held::new(mass, *coupling, holds),
+            self.viscous.get(direction),
+            self.stribeck_velocity,
+        )
     }
 
     /// The law under a block. Its slides are compiled for the options that they have.
@@ -176,7 +174,7 @@ impl Karnopp {
         let symmetric =
             self.static_force.is_symmetric() && self.dynamic_force.is_symmetric() && self.viscous.is_symmetric();
         if self.curve().is_some() {
-            let slides = DirectionalSlides::new(|direction| self.stribeck_slide(mass, &coupling, direction));
+            let slides = DirectionalSlides::new(|direction| self.falling_slide(mass, &coupling, direction));
             block.by_scheme(ExactBlock::new(mass, coupling, threshold, slides, limit), literal)
         } else if symmetric {
             let slides = SymmetricSlides(self.linear_slide(mass, &coupling, Direction::Positive));

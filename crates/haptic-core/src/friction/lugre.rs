@@ -13,7 +13,8 @@
 use super::forces::StribeckForces;
 use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{Bristle, FullPlasticity, Level};
+use crate::block::{Piece, PiecewiseContact, Start};
+use crate::contact::{Bristle, BristleForce, FullPlasticity, Level, RatioSeries, TowardsLimit, UnderCurve};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, SceneError, Slot};
@@ -136,6 +137,35 @@ impl Law for Lugre {
         match self.forces().curve() {
             None => Box::new(YieldingSurface::new(self.contact(self.dynamic_force))),
             Some(curve) => Box::new(YieldingSurface::new(self.contact(curve))),
+        }
+    }
+}
+
+impl<L: Level> PiecewiseContact for Bristle<L, FullPlasticity> {
+    fn piece(&mut self, start: &Start) -> Piece {
+        let direction = start.direction;
+        let along = direction.sign() * self.force();
+        let kinetic = self.level.kinetic(direction);
+        let fall = self.level.fall(direction);
+        let falls_to = fall.map_or(0.0, |fall| fall.fallen_from);
+        match fall.filter(|_| start.speed <= falls_to && falls_to > 0.0) {
+            None if kinetic == 0.0 && along != 0.0 => self.let_go(start),
+            None if self.is_settled(along, kinetic) => self.slide(start, falls_to),
+            None => {
+                let bristle = BristleForce::new(self.stiffness, self.damping, along);
+                let mut series = TowardsLimit::new(bristle, kinetic);
+                let mut expansion = start.expand(self.viscous.get(direction), &mut series);
+                let speed = expansion.falls_to(falls_to).then_some(falls_to);
+                self.bend(start, &expansion, speed, &series.bristle)
+            }
+            Some(fall) => {
+                let bristle = BristleForce::new(self.stiffness, self.damping, along);
+                let ratio = RatioSeries::new(kinetic, Some((&fall, fall.at(start.speed))));
+                let mut series = UnderCurve { bristle, ratio };
+                let mut expansion = start.expand(self.viscous.get(direction), &mut series);
+                let speed = expansion.falls_to(0.0).then_some(0.0);
+                self.bend(start, &expansion, speed, &series.bristle)
+            }
         }
     }
 }

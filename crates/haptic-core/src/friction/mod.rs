@@ -14,6 +14,7 @@
 //! To add a law, write its file, which implements the traits of `law.rs`, and add its two lines
 //! below: the module and the entry in the list.
 
+mod bristle_pieces;
 mod dahl;
 mod elasto_plastic;
 mod forces;

@@ -2,12 +2,14 @@
 //! file and its entry in the list.
 
 use super::law::{Law, LawKind};
-use crate::contact::{AdvanceCost, Contact, Stroke, Tangent, YieldingContact};
+use crate::block::{Piece, PiecewiseContact, Start};
+use crate::contact::{Contact, Stroke, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner};
 use alloc::boxed::Box;
 
 /// Smooth Coulomb friction.
@@ -22,12 +24,11 @@ pub struct SmoothCoulomb {
 }
 
 impl SmoothCoulomb {
-    /// Force, N, and its slope, N s/m, at a speed.
-    fn at(&self, direction: Direction, speed: f64) -> (f64, f64) {
+    /// Force, N, at a speed.
+    fn at(&self, direction: Direction, speed: f64) -> f64 {
         let limit = self.dynamic_force.get(direction);
         let grown = exp_m1(2.0 * (speed / self.stribeck_velocity).min(300.0));
-        let tanh = grown / (grown + 2.0);
-        (limit * tanh, limit * (1.0 - tanh * tanh) / self.stribeck_velocity)
+        limit * grown / (grown + 2.0)
     }
 }
 
@@ -62,7 +63,7 @@ impl Law for SmoothCoulomb {
     }
 
     fn steady_friction(&self, direction: Direction, speed: f64) -> f64 {
-        self.at(direction, speed).0
+        self.at(direction, speed)
     }
 
     fn contact_stiffness(&self, _on_device: bool) -> f64 {
@@ -79,19 +80,11 @@ impl Law for SmoothCoulomb {
 }
 
 impl YieldingContact for SmoothCoulomb {
-    fn tangent(&self, direction: Direction, speed: f64) -> Tangent {
-        let (force, damping) = self.at(direction, speed);
-        Tangent {
-            force: force - damping * speed,
-            stiffness: 0.0,
-            damping,
-            linear: false,
-            kink: f64::INFINITY,
-        }
-    }
+    fn advance(&mut self, _stroke: &Stroke) {}
 
-    fn advance(&mut self, _stroke: &Stroke) -> AdvanceCost {
-        AdvanceCost::EXACT
+    fn friction(&self, velocity: f64) -> f64 {
+        let direction = Direction::of(velocity);
+        direction.sign() * self.at(direction, velocity.abs())
     }
 
     fn force_at_rest(&self) -> f64 {
@@ -106,6 +99,72 @@ impl YieldingContact for SmoothCoulomb {
 
     fn contact(&self, velocity: f64) -> Contact {
         Contact::Sliding(Direction::of(velocity))
+    }
+}
+
+/// `tanh q`, `q = w/ws`: its slope over `q` is `1 - tanh^2`.
+struct TanhSeries {
+    limit: f64,
+    per_speed: f64,
+    tanh: Ascending,
+    descending: Descending,
+    /// `n q[n]`.
+    weighted: Ascending,
+    slope: Descending,
+    next_size: f64,
+}
+
+impl Recurrence for TanhSeries {
+    const LOOK_BACK: usize = 2;
+
+    fn fewest_orders(&self) -> usize {
+        8
+    }
+
+    fn friction(&mut self, _path: &Path, newest: Newest) -> f64 {
+        let n = newest.n;
+        let squares = inner(n, &self.tanh, &self.descending);
+        let sloped = inner(n, &self.weighted, &self.slope);
+        let tanh = if n == 0 {
+            self.tanh.get(0)
+        } else {
+            let weighted = n as f64 * self.per_speed * newest.speed;
+            self.weighted.set(n, weighted);
+            RECIPROCAL[n] * (sloped + weighted * self.slope.get(0))
+        };
+        let slope = if n == 0 {
+            1.0 - tanh * tanh
+        } else {
+            -(squares + 2.0 * self.tanh.get(0) * tanh)
+        };
+        self.tanh.set(n, tanh);
+        self.descending.set(n, tanh);
+        self.slope.set(n, slope);
+        self.next_size = self.limit * tanh.abs();
+        self.limit * tanh
+    }
+
+    fn next_size(&self) -> f64 {
+        self.next_size
+    }
+}
+
+impl PiecewiseContact for SmoothCoulomb {
+    fn piece(&mut self, start: &Start) -> Piece {
+        let limit = self.dynamic_force.get(start.direction);
+        let mut series = TanhSeries {
+            limit,
+            per_speed: 1.0 / self.stribeck_velocity,
+            tanh: Ascending::ZERO,
+            descending: Descending::ZERO,
+            weighted: Ascending::ZERO,
+            slope: Descending::ZERO,
+            next_size: 0.0,
+        };
+        series.tanh.set(0, self.at(start.direction, start.speed) / limit);
+        let mut expansion = start.expand(0.0, &mut series);
+        let speed = expansion.falls_to(0.0).then_some(0.0);
+        expansion.piece(speed, 0.0)
     }
 }
 

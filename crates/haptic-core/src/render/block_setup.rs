@@ -1,9 +1,9 @@
 //! A block on a surface, under each of the schemes.
 
 use super::surface::Surface;
-use crate::block::{BlockState, Coupling, EventSink, Moving, Rendered};
+use crate::block::{BlockState, Coupling, EventSink, Moving, PiecewiseContact, Rendered};
 use crate::block::{literal, yielding};
-use crate::contact::{Contact, YieldingContact};
+use crate::contact::Contact;
 use crate::scheme::Scheme;
 use alloc::boxed::Box;
 
@@ -34,7 +34,7 @@ impl BlockSetup {
     /// most `holds` (N).
     pub(crate) fn yielding(
         &self,
-        contact: impl YieldingContact,
+        contact: impl PiecewiseContact,
         contact_stiffness: f64,
         holds: f64,
     ) -> Box<dyn Surface> {

@@ -8,3 +8,4 @@ mod no_subnormals;
 mod reference;
 mod same_everywhere;
 mod schemes;
+mod split_ticks;

@@ -1,0 +1,211 @@
+//! A piece of a motion under a curved law: its Taylor series, as far as it converges, up to the
+//! first event on the way.
+//!
+//! ```text
+//! y[n+1] = H w[n]/(n+1)      w[n+1] = H/(M (n+1)) (L[n] - K y[n] - (B + b) w[n] - F[n])
+//! ```
+//!
+//! with `y` the way along the motion, `w` the speed, `H` the time left of the tick, which is 1 in
+//! the series' own time, `L` the pull of the device and `F` the friction, whose coefficients the
+//! law gives. Orders are added until two in a row are nothing: then one piece is the rest of the
+//! tick. Where that takes more than [`ORDER`], the last coefficients say how far the series may be
+//! used.
+
+use super::body::Coupling;
+use crate::direction::Direction;
+use crate::math::{exp, sqrt};
+use crate::series::{Ascending, Newest, ORDER, Path, RECIPROCAL, Recurrence, first_root};
+use core::f64::consts::LN_2;
+
+/// What a series leaves out, N in the coupling or in the contact. It bounds the error of a piece;
+/// that of a tick is about as much, since what is left out falls off fast.
+const TOLERANCE_N: f64 = 3e-11;
+/// Share of the series' own time that a piece takes at most where the series does not reach its end.
+const LONGEST: f64 = 0.95;
+/// Share taken of the length that the last coefficients promise.
+const SHARE: f64 = 0.9;
+
+/// A block in its coupling, as every piece needs it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Held {
+    /// kg.
+    pub(crate) mass: f64,
+    pub(crate) coupling: Coupling,
+    /// `B + sqrt(K M)`: what a speed is in the coupling force, N s/m.
+    impedance: f64,
+    /// The size of the contact's forces, N.
+    holds: f64,
+}
+
+impl Held {
+    /// `holds` is the most that the contact holds, N.
+    pub(crate) fn new(mass: f64, coupling: Coupling, holds: f64) -> Self {
+        Self {
+            mass,
+            coupling,
+            impedance: coupling.damping + sqrt(coupling.stiffness * mass),
+            holds: holds.max(1e-3),
+        }
+    }
+}
+
+/// Where a piece starts. Speeds and forces along the direction are positive.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Start {
+    pub(crate) held: Held,
+    pub(crate) direction: Direction,
+    /// Speed along the direction, m/s.
+    pub(crate) speed: f64,
+    /// The coupling force if the block stood still, N, along the direction, and its slope, N/s.
+    pub(crate) at_rest: f64,
+    pub(crate) slope: f64,
+    /// Net force at the start, N, where an event fixes it better than subtraction can.
+    pub(crate) net: Option<f64>,
+    /// Time to the end of the tick, s.
+    pub(crate) remaining_s: f64,
+    /// Whether a listener wants the energy.
+    pub(crate) listens: bool,
+}
+
+/// One piece, in the coordinate in which it goes forwards.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    pub(crate) lasted_s: f64,
+    pub(crate) distance: f64,
+    pub(crate) speed: f64,
+    /// Energy that the friction took and the contact does not hold, J; 0 where nobody listens.
+    pub(crate) dissipated: f64,
+    /// Work that it took.
+    pub(crate) work: u32,
+}
+
+/// A series, and how far it is used.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Expansion {
+    pub(crate) path: Path,
+    /// The last order.
+    last: usize,
+    /// In the series' own time.
+    pub(crate) end: f64,
+}
+
+impl Start {
+    /// A piece of no length, in which the contact lost an energy, J.
+    pub(crate) fn no_way(&self, dissipated: f64) -> Piece {
+        Piece {
+            lasted_s: 0.0,
+            distance: 0.0,
+            speed: self.speed,
+            dissipated,
+            work: 1,
+        }
+    }
+
+    /// The motion under a law in one of its regimes; `viscous` is `b`, N s/m.
+    pub(crate) fn expand<R: Recurrence>(&self, viscous: f64, law: &mut R) -> Expansion {
+        let Held { mass, coupling, .. } = self.held;
+        let duration_s = self.remaining_s;
+        let (damping, acceleration) = (coupling.damping + viscous, duration_s / mass);
+        let mut path = Path::new(duration_s);
+        let mut sizes = [0.0; ORDER + 1];
+        let (mut distance, mut speed) = (0.0, self.speed);
+        let fewest = law.fewest_orders();
+        for n in 0..ORDER {
+            let friction = law.friction(&path, Newest { n, distance, speed });
+            path.set(n, distance, speed);
+            let rest = coupling.stiffness * distance + damping * speed + friction;
+            let force = match n {
+                0 => self.net.unwrap_or(self.at_rest - rest),
+                1 => self.slope * duration_s - rest,
+                _ => -rest,
+            };
+            let share = RECIPROCAL[n + 1];
+            (distance, speed) = (share * duration_s * speed, share * acceleration * force);
+            sizes[n + 1] = self.held.impedance * speed.abs() + law.next_size();
+            if n + 1 >= fewest && sizes[n] + sizes[n + 1] < 0.25 * TOLERANCE_N {
+                path.set(n + 1, distance, speed);
+                return Expansion {
+                    path,
+                    last: n + 1,
+                    end: 1.0,
+                };
+            }
+        }
+        path.set(ORDER, distance, speed);
+        let end = law.caution() * self.reach(&sizes[ORDER + 1 - R::LOOK_BACK..]);
+        Expansion {
+            path,
+            last: ORDER,
+            end: end.min(LONGEST),
+        }
+    }
+
+    /// How far a series reaches whose last coefficients have these sizes, N.
+    fn reach(&self, sizes: &[f64]) -> f64 {
+        let scale = self.held.holds;
+        let growth = sizes
+            .iter()
+            .rev()
+            .enumerate()
+            .map(|(back, size)| log2(size / scale) * RECIPROCAL[ORDER - back])
+            .fold(f64::MIN, f64::max);
+        let allowed = log2(TOLERANCE_N / scale) * RECIPROCAL[ORDER];
+        SHARE * exp(LN_2 * (allowed - growth))
+    }
+}
+
+/// The binary logarithm of a number that is not negative, to 0.09: a straight line between powers
+/// of two. Of zero it is as little as a number has.
+fn log2(value: f64) -> f64 {
+    value.to_bits() as f64 / (1_u64 << 52) as f64 - 1023.0
+}
+
+impl Expansion {
+    /// Ends the piece where the speed falls to a level, m/s; whether it does. A piece that begins at
+    /// the level leaves it first.
+    pub(crate) fn falls_to(&mut self, level: f64) -> bool {
+        let mut polynomial = self.path.speed.up_to(self.last);
+        polynomial[0] -= level;
+        self.ends_at_root(&polynomial)
+    }
+
+    /// Ends the piece where a series comes down to zero, whose coefficients follow from the path;
+    /// whether it does.
+    pub(crate) fn until(&mut self, coefficient: impl Fn(&Path, usize) -> f64) -> bool {
+        let mut polynomial = [0.0; ORDER + 1];
+        for (n, term) in polynomial.iter_mut().enumerate().take(self.last + 1) {
+            *term = coefficient(&self.path, n);
+        }
+        self.ends_at_root(&polynomial)
+    }
+
+    fn ends_at_root(&mut self, polynomial: &[f64; ORDER + 1]) -> bool {
+        let begins_at_root = polynomial[..self.last].iter().take_while(|term| **term == 0.0).count();
+        let root = first_root(&polynomial[begins_at_root..=self.last], self.end);
+        if let Some(root) = root {
+            self.end = root;
+        }
+        root.is_some()
+    }
+
+    /// The last order of what the law gives: one less than the motion's.
+    pub(crate) fn last_of_law(&self) -> usize {
+        self.last - 1
+    }
+
+    /// The value of a series of the path at the end.
+    pub(crate) fn at_end(&self, series: &Ascending) -> f64 {
+        series.at(self.end, self.last)
+    }
+
+    /// The piece. `speed` is that of the event that ended it, m/s.
+    pub(crate) fn piece(&self, speed: Option<f64>, dissipated: f64) -> Piece {
+        Piece {
+            lasted_s: self.end * self.path.duration_s,
+            distance: self.at_end(&self.path.distance).max(0.0),
+            speed: speed.unwrap_or_else(|| self.at_end(&self.path.speed).max(0.0)),
+            dissipated,
+            work: 1,
+        }
+    }
+}

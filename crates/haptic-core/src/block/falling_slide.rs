@@ -1,0 +1,240 @@
+//! A slide against friction that falls with speed (Stribeck's curve): power series of the motion
+//! where the curve is felt, and a slide against constant friction above.
+
+use super::expansion::{Held, Piece, Start};
+use super::fall::FallLevel;
+use super::linear_slide::LinearSlide;
+use super::oscillator::Motion;
+use super::slide::{PieceEnd, Slide, SlideBounds};
+use super::straight::LineEnd;
+use crate::contact::{FEWEST_ON_CURVE, Fall, FallSeries, LOOK_BACK_ON_CURVE, Line, fallen_from};
+use crate::direction::Direction;
+use crate::series::{Newest, Path, Recurrence, integral_of_product};
+
+/// One direction of sliding under Stribeck's curve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FallingSlide {
+    /// The slide above the curve.
+    fast: LinearSlide,
+    held: Held,
+    /// `b`, N s/m.
+    viscous: f64,
+    /// Where the curve begins, N: the limit at which this slide let go.
+    peak: f64,
+    fall: Fall,
+}
+
+/// Friction on the curve.
+struct OnCurve {
+    dynamic_force: f64,
+    above: FallSeries,
+}
+
+impl Recurrence for OnCurve {
+    const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+
+    fn fewest_orders(&self) -> usize {
+        FEWEST_ON_CURVE
+    }
+
+    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
+        let above = self.above.next(path, newest);
+        if newest.n == 0 {
+            self.dynamic_force + above
+        } else {
+            above
+        }
+    }
+
+    fn next_size(&self) -> f64 {
+        // It goes with the speed.
+        0.0
+    }
+}
+
+/// Reason why a piece ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ends {
+    /// The series, or the tick.
+    Lasts,
+    /// The speed falls to where the slide ends.
+    Stops,
+    /// It falls to where the curve begins.
+    Slows,
+    /// It comes to the threshold.
+    Arms,
+}
+
+impl FallingSlide {
+    /// `fast` is the slide above the curve, `viscous` `b`, N s/m, and `velocity` `ws`, m/s.
+    pub(crate) fn new(fast: LinearSlide, held: Held, viscous: f64, velocity: f64) -> Self {
+        let mut slide = Self {
+            fast,
+            held,
+            viscous,
+            peak: 0.0,
+            fall: Fall {
+                excess: 0.0,
+                velocity,
+                fallen_from: 0.0,
+            },
+        };
+        slide.set_off(fast.static_force());
+        slide
+    }
+
+    /// Whether nothing of the curve is left at a speed.
+    fn is_fallen(&self, speed: f64) -> bool {
+        speed > self.fall.fallen_from || self.fall.fallen_from == 0.0
+    }
+
+    /// The slide's motion in the coordinates of the one above the curve.
+    fn above(&self, motion: &Motion) -> Motion {
+        Motion {
+            f0: motion.f0 + (self.peak - self.dynamic_force()),
+            ..*motion
+        }
+    }
+
+    /// A piece above the curve, of a slide that does not have to be armed any more.
+    fn above_curve(&self, start: &Start, stop: f64) -> (Piece, Ends) {
+        let dynamic_force = self.dynamic_force();
+        let line = Line {
+            force: dynamic_force,
+            stiffness: 0.0,
+            damping: self.viscous,
+            kink: f64::INFINITY,
+        };
+        let slow = self.fall.fallen_from;
+        let (mut piece, end) = start.on_line(&line, stop.max(slow));
+        piece.dissipated = dynamic_force * piece.distance;
+        let ends = match end {
+            LineEnd::Lasts | LineEnd::Kink => Ends::Lasts,
+            LineEnd::Falls if slow > stop => Ends::Slows,
+            LineEnd::Falls => Ends::Stops,
+        };
+        (piece, ends)
+    }
+
+    /// A piece by its series. `arms_at` is the threshold of a slide that is not armed.
+    fn by_series(&self, start: &Start, stop: f64, arms_at: Option<f64>) -> (Piece, Ends) {
+        let mut friction = OnCurve {
+            dynamic_force: self.dynamic_force(),
+            above: FallSeries::new(&self.fall, self.fall.at(start.speed)),
+        };
+        let mut expansion = start.expand(self.viscous, &mut friction);
+        let slow = self.fall.fallen_from;
+        let (mut ends, mut speed) = (Ends::Lasts, None);
+        if self.is_fallen(start.speed) && slow > stop {
+            if expansion.falls_to(slow) {
+                (ends, speed) = (Ends::Slows, Some(slow));
+            }
+        } else if expansion.falls_to(stop) {
+            (ends, speed) = (Ends::Stops, Some(stop));
+        }
+        if let Some(threshold) = arms_at {
+            let below = |path: &Path, n: usize| {
+                let slower = -path.speed.get(n);
+                if n == 0 { threshold + slower } else { slower }
+            };
+            if expansion.until(below) {
+                (ends, speed) = (Ends::Arms, Some(threshold));
+            }
+        }
+        let mut piece = expansion.piece(speed, 0.0);
+        if start.listens {
+            let path = &expansion.path;
+            let above = integral_of_product(
+                |n| friction.above.force.get(n),
+                |n| path.speed.get(n),
+                expansion.end,
+                expansion.last_of_law(),
+            );
+            piece.dissipated = self.dynamic_force() * piece.distance + path.duration_s * above;
+        }
+        (piece, ends)
+    }
+}
+
+impl Slide for FallingSlide {
+    const EXTRA_WORK: u32 = 128;
+
+    fn static_force(&self) -> f64 {
+        self.fast.static_force()
+    }
+
+    fn dynamic_force(&self) -> f64 {
+        self.fast.dynamic_force()
+    }
+
+    fn friction_at(&self, speed: f64) -> f64 {
+        if speed == 0.0 {
+            return self.peak;
+        }
+        self.dynamic_force() + self.fall.at(speed)
+    }
+
+    fn damping(&self) -> f64 {
+        self.fast.damping()
+    }
+
+    fn half_turns(&self, time_s: f64) -> f64 {
+        self.fast.half_turns(time_s)
+    }
+
+    fn set_off(&mut self, limit: f64) {
+        self.peak = limit;
+        self.fall.excess = limit - self.dynamic_force();
+        self.fall.fallen_from = fallen_from(self.fall.excess, self.fall.velocity);
+    }
+
+    fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {
+        let FallLevel { armed, threshold } = level;
+        let sure = self.is_fallen(motion.w0) && (armed || threshold == 0.0);
+        let above = FallLevel {
+            armed: true,
+            threshold: threshold.max(self.fall.fallen_from),
+        };
+        sure.then(|| self.fast.steady(&self.above(motion), elapsed_s, above))
+            .flatten()
+    }
+
+    fn piece(&mut self, motion: &Motion, bounds: &SlideBounds) -> (PieceEnd, u32) {
+        let FallLevel { armed, threshold } = bounds.level;
+        let armed = armed || motion.w0 > threshold;
+        let stop = FallLevel { armed, threshold }.speed();
+        let start = Start {
+            held: self.held,
+            direction: Direction::Positive,
+            speed: motion.w0,
+            at_rest: motion.f0 + self.peak,
+            slope: motion.g1,
+            net: (motion.w0 == 0.0).then_some(motion.f0),
+            remaining_s: bounds.remaining_s,
+            listens: bounds.listens,
+        };
+        let arms_at = (!armed && threshold > 0.0).then_some(threshold);
+        let (piece, ends) = if self.is_fallen(motion.w0) && arms_at.is_none() {
+            self.above_curve(&start, stop)
+        } else {
+            self.by_series(&start, stop, arms_at)
+        };
+        let end = if ends == Ends::Stops {
+            PieceEnd::Falls {
+                at_s: piece.lasted_s,
+                moved: piece.distance,
+                armed,
+                dissipated: piece.dissipated,
+            }
+        } else {
+            PieceEnd::Lasts {
+                lasted_s: piece.lasted_s,
+                moved: piece.distance,
+                speed: piece.speed,
+                armed: armed || ends == Ends::Arms,
+                dissipated: piece.dissipated,
+            }
+        };
+        (end, piece.work)
+    }
+}

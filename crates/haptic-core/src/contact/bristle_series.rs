@@ -1,0 +1,198 @@
+//! Recurrences that several bristles share: the force `p` of a bristle along the motion, which
+//! follows it by its elastic share, `p' = sigma w rho`, and the friction `p + sigma1 w rho`.
+
+use super::level::{Fall, FallSeries};
+use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner, integral_of_product};
+
+/// A bristle this near its steady force, N, is there: its tail would be stiff, and is not felt.
+pub(crate) const SETTLED_N: f64 = 1e-11;
+
+/// The bristle's force, and what of the motion it takes up.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BristleForce {
+    stiffness: f64,
+    damping: f64,
+    force: Ascending,
+    /// `w rho`, m/s.
+    taken: Ascending,
+    newest: usize,
+}
+
+impl BristleForce {
+    /// `stiffness` is `sigma`, N/m, `damping` `sigma1`, N s/m, and `force` what it has along the
+    /// motion, N.
+    pub(crate) fn new(stiffness: f64, damping: f64, force: f64) -> Self {
+        let mut series = Self {
+            stiffness,
+            damping,
+            force: Ascending::ZERO,
+            taken: Ascending::ZERO,
+            newest: 0,
+        };
+        series.force.set(0, force);
+        series
+    }
+
+    /// The coefficient of order `n`, N; there is one more than have been asked for.
+    pub(crate) fn get(&self, n: usize) -> f64 {
+        self.force.get(n)
+    }
+
+    /// Takes the coefficient of order `n` of `w rho`, and gives that of the friction, N.
+    pub(crate) fn take(&mut self, n: usize, taken: f64, duration_s: f64) -> f64 {
+        self.taken.set(n, taken);
+        self.force
+            .set(n + 1, self.stiffness * duration_s * RECIPROCAL[n + 1] * taken);
+        self.newest = n + 1;
+        self.force.get(n) + self.damping * taken
+    }
+
+    /// The size of its newest coefficient, N.
+    pub(crate) fn next_size(&self) -> f64 {
+        self.force.get(self.newest).abs()
+    }
+
+    /// Its value, N.
+    pub(crate) fn at(&self, time: f64) -> f64 {
+        self.force.at(time, self.newest)
+    }
+
+    /// Energy that it took and does not hold, J: `p (w - w rho) + sigma1 w (w rho)`, integrated.
+    pub(crate) fn dissipated(&self, path: &Path, end: f64) -> f64 {
+        let last = self.newest - 1;
+        let (speed, taken) = (|n| path.speed.get(n), |n| self.taken.get(n));
+        let lost = integral_of_product(|n| self.force.get(n), |n| speed(n) - taken(n), end, last);
+        let damped = if self.damping == 0.0 {
+            0.0
+        } else {
+            self.damping * integral_of_product(speed, taken, end, last)
+        };
+        path.duration_s * (lost + damped)
+    }
+}
+
+/// A bristle under a constant limit, `rho = r = 1 - p/limit`: `r' = -(sigma/limit) w r`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TowardsLimit {
+    pub(crate) bristle: BristleForce,
+    limit: f64,
+    rest: Descending,
+}
+
+impl TowardsLimit {
+    pub(crate) fn new(bristle: BristleForce, limit: f64) -> Self {
+        let mut rest = Descending::ZERO;
+        rest.set(0, 1.0 - bristle.get(0) / limit);
+        Self { bristle, limit, rest }
+    }
+}
+
+impl Recurrence for TowardsLimit {
+    const LOOK_BACK: usize = 2;
+
+    fn fewest_orders(&self) -> usize {
+        4
+    }
+
+    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
+        let Newest { n, speed, .. } = newest;
+        let known = inner(n, &path.speed, &self.rest);
+        let taken = if n == 0 {
+            speed * self.rest.get(0)
+        } else {
+            known + path.speed.get(0) * self.rest.get(n) + speed * self.rest.get(0)
+        };
+        let friction = self.bristle.take(n, taken, path.duration_s);
+        self.rest.set(n + 1, -self.bristle.get(n + 1) / self.limit);
+        friction
+    }
+
+    fn next_size(&self) -> f64 {
+        self.bristle.next_size()
+    }
+}
+
+/// The force of a bristle over its steady force at the speed of the moment: `u = p/g(w)`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RatioSeries {
+    inverse_level: f64,
+    fall: Option<FallSeries>,
+    pub(crate) ratio: Ascending,
+    pub(crate) descending: Descending,
+}
+
+impl RatioSeries {
+    /// `kinetic` is the steady force of a fast slide, N; `fall` what it falls by, with its value at
+    /// the start.
+    pub(crate) fn new(kinetic: f64, fall: Option<(&Fall, f64)>) -> Self {
+        let level = kinetic + fall.map_or(0.0, |(_, at_start)| at_start);
+        Self {
+            inverse_level: 1.0 / level,
+            fall: fall.map(|(fall, at_start)| FallSeries::new(fall, at_start)),
+            ratio: Ascending::ZERO,
+            descending: Descending::ZERO,
+        }
+    }
+
+    /// The coefficient of order `n` for one of the force, N.
+    pub(crate) fn next(&mut self, force: f64, path: &Path, newest: Newest) -> f64 {
+        let n = newest.n;
+        let rest = match &mut self.fall {
+            Some(fall) if n > 0 => {
+                let known = inner(n, &fall.force, &self.descending);
+                known + fall.next(path, newest) * self.ratio.get(0)
+            }
+            _ => 0.0,
+        };
+        let ratio = (force - rest) * self.inverse_level;
+        self.descending.set(n, ratio);
+        ratio
+    }
+
+    /// Keeps the coefficient of order `n`, after the products of that order.
+    pub(crate) fn keep(&mut self, n: usize, ratio: f64) {
+        self.ratio.set(n, ratio);
+    }
+
+    pub(crate) fn varies(&self) -> bool {
+        self.fall.is_some()
+    }
+}
+
+/// Orders that a series with Stribeck's curve in it has at least: it may begin where next to nothing
+/// of the curve is left, and come to feel it.
+pub(crate) const FEWEST_ON_CURVE: usize = 8;
+/// And the coefficients that are looked back on: those of a bell curve go up and down.
+pub(crate) const LOOK_BACK_ON_CURVE: usize = 6;
+
+/// A bristle under Stribeck's curve, `rho = 1 - u`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct UnderCurve {
+    pub(crate) bristle: BristleForce,
+    pub(crate) ratio: RatioSeries,
+}
+
+impl Recurrence for UnderCurve {
+    const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+
+    fn fewest_orders(&self) -> usize {
+        FEWEST_ON_CURVE
+    }
+
+    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
+        let Newest { n, speed, .. } = newest;
+        let known = inner(n, &path.speed, &self.ratio.descending);
+        let ratio = self.ratio.next(self.bristle.get(n), path, newest);
+        self.ratio.keep(n, ratio);
+        let taken = if n == 0 {
+            speed * (1.0 - ratio)
+        } else {
+            speed * (1.0 - self.ratio.ratio.get(0)) - (path.speed.get(0) * ratio + known)
+        };
+        self.bristle.take(n, taken, path.duration_s)
+    }
+
+    fn next_size(&self) -> f64 {
+        self.bristle.next_size()
+    }
+}

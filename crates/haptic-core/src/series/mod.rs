@@ -1,0 +1,193 @@
+//! Power series of time, as far as a curved law needs them: each coefficient from those before it
+//! (Moore 1966, "Interval analysis"; Griewank and Walther 2008, chapter 13).
+//!
+//! Time is scaled so that a series covers what is left of a tick from 0 to 1. A product of two
+//! series is a sum whose terms but two are known before the newest coefficients are: [`inner`] is
+//! that sum, and a law finishes it. It takes four terms at a time, which add up in a fixed order:
+//! the same bits in every build.
+
+mod roots;
+
+pub(crate) use roots::first_root;
+
+/// Order up to which a series is kept.
+pub(crate) const ORDER: usize = 16;
+
+/// Room for all orders, and for zeros up to a whole number of fours.
+const ROOM: usize = 20;
+
+/// `1/n`, so that a recurrence divides nothing.
+pub(crate) const RECIPROCAL: [f64; ORDER + 2] = {
+    let mut table = [0.0; ORDER + 2];
+    let mut n = 1;
+    while n < ORDER + 2 {
+        table[n] = 1.0 / n as f64;
+        n += 1;
+    }
+    table
+};
+
+/// A series in ascending order: the left factor of a product.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ascending([f64; ROOM]);
+
+/// A series in descending order: the right factor of a product.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Descending([f64; ROOM]);
+
+impl Ascending {
+    pub(crate) const ZERO: Self = Self([0.0; ROOM]);
+
+    pub(crate) fn get(&self, n: usize) -> f64 {
+        self.0[n]
+    }
+
+    pub(crate) fn set(&mut self, n: usize, coefficient: f64) {
+        self.0[n] = coefficient;
+    }
+
+    /// The coefficients up to `last`, and zeros.
+    pub(crate) fn up_to(&self, last: usize) -> [f64; ORDER + 1] {
+        let mut coefficients = [0.0; ORDER + 1];
+        coefficients[..=last].copy_from_slice(&self.0[..=last]);
+        coefficients
+    }
+
+    /// Its value at a time, of the coefficients up to `last`.
+    pub(crate) fn at(&self, time: f64, last: usize) -> f64 {
+        value(&self.0[..=last], time)
+    }
+}
+
+impl Descending {
+    pub(crate) const ZERO: Self = Self([0.0; ROOM]);
+
+    pub(crate) fn get(&self, n: usize) -> f64 {
+        self.0[ORDER - n]
+    }
+
+    pub(crate) fn set(&mut self, n: usize, coefficient: f64) {
+        self.0[ORDER - n] = coefficient;
+    }
+}
+
+/// The sum over `k` from 1 to `n - 1` of `a[k] b[n - k]`: of order `n` of the product what is known
+/// before its own coefficients. Those of `a` from `n` on are still zero.
+pub(crate) fn inner(n: usize, a: &Ascending, b: &Descending) -> f64 {
+    let fours = 4 * ((n + 2) / 4);
+    let left = &a.0[1..=fours];
+    let right = &b.0[ORDER + 1 - n..][..fours];
+    let mut sums = [0.0; 4];
+    for (a, b) in left.chunks_exact(4).zip(right.chunks_exact(4)) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
+}
+
+/// A polynomial's value, by Horner's rule.
+pub(crate) fn value(polynomial: &[f64], time: f64) -> f64 {
+    polynomial
+        .iter()
+        .rev()
+        .fold(0.0, |sum, &coefficient| sum * time + coefficient)
+}
+
+/// The integral from 0 to `end` of the product of two series, each of its coefficients up to
+/// `last`.
+pub(crate) fn integral_of_product(a: impl Fn(usize) -> f64, b: impl Fn(usize) -> f64, end: f64, last: usize) -> f64 {
+    let mut integral = 0.0;
+    for n in (0..=last).rev() {
+        let product: f64 = (0..=n).map(|k| a(k) * b(n - k)).sum();
+        integral = integral * end + product * RECIPROCAL[n + 1];
+    }
+    integral * end
+}
+
+/// The motion of a piece: displacement (m) along it, and speed (m/s).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Path {
+    /// What the time 1 is, s.
+    pub(crate) duration_s: f64,
+    pub(crate) distance: Ascending,
+    pub(crate) speed: Ascending,
+    pub(crate) speed_descending: Descending,
+}
+
+impl Path {
+    pub(crate) fn new(duration_s: f64) -> Self {
+        Self {
+            duration_s,
+            distance: Ascending::ZERO,
+            speed: Ascending::ZERO,
+            speed_descending: Descending::ZERO,
+        }
+    }
+
+    pub(crate) fn set(&mut self, n: usize, distance: f64, speed: f64) {
+        self.distance.set(n, distance);
+        self.speed.set(n, speed);
+        self.speed_descending.set(n, speed);
+    }
+}
+
+/// The newest coefficients of a motion, of order `n`; those below are in its path.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Newest {
+    pub(crate) n: usize,
+    pub(crate) distance: f64,
+    pub(crate) speed: f64,
+}
+
+/// A law in one of its regimes, for one piece: how its friction follows from the motion, order by
+/// order.
+pub(crate) trait Recurrence {
+    /// Coefficients that are looked back on to say how the next ones go.
+    const LOOK_BACK: usize;
+
+    /// Share taken of the length that they promise.
+    fn caution(&self) -> f64 {
+        1.0
+    }
+
+    /// Orders that a series has at least before small coefficients are believed to be the last.
+    fn fewest_orders(&self) -> usize;
+
+    /// The coefficient of order `n` of the friction without its viscous part, N. Orders come one
+    /// after the other, from 0.
+    fn friction(&mut self, path: &Path, newest: Newest) -> f64;
+
+    /// The size of the coefficient of order `n + 1` of the law's own state, N, where the last one
+    /// asked for was `n`.
+    fn next_size(&self) -> f64;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec::Vec;
+
+    #[test]
+    fn a_product_is_its_two_newest_terms_and_the_inner_sum() {
+        let (a, b): (Vec<f64>, Vec<f64>) = (0..=ORDER as u32)
+            .map(|k| (1.0 + f64::from(k), 2.0 - 0.25 * f64::from(k * k)))
+            .unzip();
+        let (mut left, mut right) = (Ascending::ZERO, Descending::ZERO);
+        for n in 0..=ORDER {
+            let product = (0..=n).map(|k| a[k] * b[n - k]).sum::<f64>();
+            let newest = if n == 0 { a[0] * b[0] } else { a[0] * b[n] + a[n] * b[0] };
+            assert_eq!(newest + inner(n, &left, &right), product, "order {n}");
+            left.set(n, a[n]);
+            right.set(n, b[n]);
+        }
+    }
+
+    #[test]
+    fn the_integral_of_a_product_is_that_of_its_terms() {
+        // (1 + 2t)(3 - t) = 3 + 5t - 2t^2.
+        let (a, b) = ([1.0, 2.0, 0.0], [3.0, -1.0, 0.0]);
+        let integral = integral_of_product(|k| a[k], |k| b[k], 0.5, 2);
+        assert!((integral - (1.5 + 0.625 - 0.25 / 3.0)).abs() < 1e-15, "{integral}");
+    }
+}

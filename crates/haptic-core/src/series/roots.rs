@@ -1,0 +1,232 @@
+//! The first root of a polynomial on an interval.
+//!
+//! Most polynomials asked for have none, which the sum of their negative terms shows. For the rest
+//! the signs of their Bernstein coefficients count the roots (Descartes' rule; Lane and Riesenfeld
+//! 1981): none, one, which a safeguarded Newton iteration finds, or maybe more, in which case the
+//! interval is halved.
+
+use super::ORDER;
+
+const COEFFICIENTS: usize = ORDER + 1;
+
+/// `1 / (n over k)`.
+const INVERSE_BINOMIAL: [[f64; COEFFICIENTS]; COEFFICIENTS] = {
+    let mut table = [[0.0; COEFFICIENTS]; COEFFICIENTS];
+    let mut n = 0;
+    while n < COEFFICIENTS {
+        let mut binomial = 1.0;
+        let mut k = 0;
+        while k <= n {
+            table[n][k] = 1.0 / binomial;
+            binomial = binomial * (n - k) as f64 / (k + 1) as f64;
+            k += 1;
+        }
+        n += 1;
+    }
+    table
+};
+
+/// Halvings after which two roots that are still not told apart count as a touch.
+const MOST_HALVINGS: u32 = 40;
+
+/// The first time in `(0, end]` at which a polynomial that is positive at 0 comes to zero; `None`
+/// where it stays positive. A polynomial that is not positive at 0 is at its root there.
+pub(crate) fn first_root(polynomial: &[f64], end: f64) -> Option<f64> {
+    let degree = polynomial.len() - 1;
+    let mut scaled = [0.0; COEFFICIENTS];
+    let mut power = 1.0;
+    for (scaled, &coefficient) in scaled.iter_mut().zip(polynomial) {
+        *scaled = coefficient * power;
+        power *= end;
+    }
+    let scaled = &scaled[..=degree];
+    if scaled[0] <= 0.0 {
+        return Some(0.0);
+    }
+    if stays_positive(scaled) {
+        return None;
+    }
+    let mut bernstein = [0.0; COEFFICIENTS];
+    for (k, &coefficient) in scaled.iter().enumerate() {
+        bernstein[k] = coefficient * INVERSE_BINOMIAL[degree][k];
+    }
+    for level in 1..=degree {
+        for k in (level..=degree).rev() {
+            bernstein[k] += bernstein[k - 1];
+        }
+    }
+    let whole = Interval {
+        begin: 0.0,
+        width: 1.0,
+        bernstein,
+    };
+    whole.first_root(scaled, MOST_HALVINGS).map(|root| root * end)
+}
+
+/// Whether the least value of the first three terms on `[0, 1]` outweighs all negative ones after
+/// them.
+fn stays_positive(polynomial: &[f64]) -> bool {
+    let term = |k: usize| polynomial.get(k).copied().unwrap_or(0.0);
+    let (a, b, c) = (term(0), term(1), term(2));
+    let bottom = if b < 0.0 && -b < 2.0 * c {
+        a - 0.25 * b * b / c
+    } else {
+        a.min(a + b + c)
+    };
+    let rest: f64 = polynomial.iter().skip(3).map(|term| term.min(0.0)).sum();
+    bottom + rest > 0.0
+}
+
+/// A part of `[0, 1]`, with the polynomial's Bernstein coefficients on it.
+struct Interval {
+    begin: f64,
+    width: f64,
+    bernstein: [f64; COEFFICIENTS],
+}
+
+impl Interval {
+    fn first_root(&self, polynomial: &[f64], halvings: u32) -> Option<f64> {
+        let degree = polynomial.len() - 1;
+        let bernstein = &self.bernstein[..=degree];
+        let changes = bernstein
+            .windows(2)
+            .filter(|pair| (pair[0] < 0.0) != (pair[1] < 0.0))
+            .count();
+        let passes = bernstein[degree] < 0.0;
+        match changes {
+            0 => None,
+            1 if passes => Some(self.refine(polynomial)),
+            _ if halvings == 0 => passes.then(|| self.refine(polynomial)),
+            _ => {
+                let (left, right) = self.halves(degree);
+                left.first_root(polynomial, halvings - 1)
+                    .or_else(|| right.first_root(polynomial, halvings - 1))
+            }
+        }
+    }
+
+    /// Both halves, by de Casteljau's construction.
+    fn halves(&self, degree: usize) -> (Self, Self) {
+        let mut right = self.bernstein;
+        let mut left = [0.0; COEFFICIENTS];
+        left[0] = right[0];
+        for (level, left) in left[1..=degree].iter_mut().enumerate() {
+            for k in 0..degree - level {
+                right[k] = 0.5 * (right[k] + right[k + 1]);
+            }
+            *left = right[0];
+        }
+        let width = 0.5 * self.width;
+        let half = |begin: f64, bernstein| Self {
+            begin,
+            width,
+            bernstein,
+        };
+        (half(self.begin, left), half(self.begin + width, right))
+    }
+
+    /// The root of a polynomial that falls through zero here, by Newton's method: each step that
+    /// leaves the bracket is replaced by a bisection, so that 64 always suffice.
+    fn refine(&self, polynomial: &[f64]) -> f64 {
+        let (first, last) = (self.bernstein[0].max(0.0), self.bernstein[polynomial.len() - 1]);
+        let (from, to) = (self.begin, self.begin + self.width);
+        let (mut above, mut below) = (from, to);
+        let mut at = from + self.width * (first / (first - last));
+        for _ in 0..64 {
+            let (mut there, mut slope) = (0.0, 0.0);
+            for &coefficient in polynomial.iter().rev() {
+                slope = slope * at + there;
+                there = there * at + coefficient;
+            }
+            if there > 0.0 {
+                above = at;
+            } else {
+                below = at;
+            }
+            let newton = at - there / slope;
+            // Newton's error is then that of rounding.
+            if (newton - at).abs() <= 1e-15 {
+                return newton.max(from).min(to);
+            }
+            let next = if newton > above && newton < below {
+                newton
+            } else {
+                0.5 * (above + below)
+            };
+            if (next - at).abs() <= 1e-16 * at {
+                return at;
+            }
+            at = next;
+        }
+        at
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::series::value;
+    use alloc::{vec, vec::Vec};
+    use proptest::prelude::*;
+
+    /// The product of `(root - t)`, and of factors without a root.
+    fn with_roots(roots: &[f64], others: &[f64]) -> Vec<f64> {
+        let multiply = |a: Vec<f64>, b: &[f64]| {
+            let mut product = vec![0.0; a.len() + b.len() - 1];
+            for (i, x) in a.iter().enumerate() {
+                for (k, y) in b.iter().enumerate() {
+                    product[i + k] += x * y;
+                }
+            }
+            product
+        };
+        let mut polynomial = vec![1.0];
+        for root in roots {
+            polynomial = multiply(polynomial, &[*root, -1.0]);
+        }
+        for other in others {
+            polynomial = multiply(polynomial, &[1.0 + other * other, -2.0 * other, 1.0]);
+        }
+        if polynomial[0] < 0.0 {
+            polynomial.iter_mut().for_each(|term| *term = -*term);
+        }
+        polynomial
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn the_first_root_is_found_and_none_where_there_is_none(
+            roots in prop::collection::vec(prop_oneof![0.01..1.5f64, -2.0..-0.01f64], 0..6),
+            others in prop::collection::vec(-1.0..2.0f64, 0..5),
+            end in 0.1..1.0f64,
+        ) {
+            let polynomial = with_roots(&roots, &others);
+            let first = roots.iter().copied().filter(|root| *root > 0.0).fold(f64::INFINITY, f64::min);
+            let apart = roots.iter().all(|root| *root == first || (root - first).abs() > 1e-3);
+            prop_assume!(apart && (first - end).abs() > 1e-3);
+            match first_root(&polynomial, end) {
+                Some(root) => prop_assert!((root - first).abs() < 1e-9, "{root} for {first}"),
+                None => prop_assert!(first > end, "none for {first}"),
+            }
+            prop_assert!(value(&polynomial, 0.0) > 0.0);
+        }
+    }
+
+    #[test]
+    fn a_touch_is_no_root_and_two_near_roots_are() {
+        // (t - 1/2)^2 + gap.
+        let dip = |gap: f64| [0.25 + gap, -1.0, 1.0];
+        assert_eq!(first_root(&dip(1e-13), 1.0), None);
+        let root = first_root(&dip(-1e-12), 1.0).expect("a root");
+        assert!((root - (0.5 - 1e-6)).abs() < 1e-9, "{root}");
+    }
+
+    #[test]
+    fn a_polynomial_that_begins_at_its_root_is_there() {
+        assert_eq!(first_root(&[0.0, 1.0], 1.0), Some(0.0));
+        assert_eq!(first_root(&[-1e-20, 1.0], 1.0), Some(0.0));
+        assert_eq!(first_root(&[1.0], 1.0), None);
+    }
+}

@@ -1,0 +1,336 @@
+//! A tick cut into ten changes nothing: where a tick is solved and not stepped through, its force
+//! does not depend on where samples lie between its ends. No reference is asked, so that every law
+//! is tried with any parameters, any hand and any state.
+//!
+//! The device goes on straight lines of position and velocity within the tick, as the tick itself
+//! takes `K p + B v`.
+
+use crate::explore::T;
+use haptic_core::block::{BlockState, Contact};
+use haptic_core::friction::{
+    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
+};
+use haptic_core::scene::{Block, Coupling};
+use haptic_core::{Directional, Renderer, Scene, Scheme};
+
+/// Difference of forces, N, beyond which a tick is wrong.
+const TOLERANCE_N: f64 = 1e-9;
+const PARTS: u32 = 10;
+
+/// Numbers at random, by Marsaglia's xorshift.
+struct Random(u64);
+
+impl Random {
+    fn share(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        f64::from(u32::try_from(self.0 >> 32).expect("32 bits")) / f64::from(u32::MAX)
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.share()
+    }
+
+    fn decades(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.share())
+    }
+
+    fn one_of<X: Copy>(&mut self, choices: &[X]) -> X {
+        let count = u32::try_from(choices.len()).expect("a few");
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below the count")]
+        let index = (self.share() * f64::from(count)).floor() as usize;
+        choices[index.min(choices.len() - 1)]
+    }
+
+    /// A limit, mostly the same either way, now and then none one way.
+    fn limit(&mut self) -> Directional {
+        let positive = self.decades(0.3, 10.0);
+        let negative = match self.share() {
+            x if x < 0.6 => positive,
+            x if x < 0.95 => self.decades(0.3, 10.0),
+            _ => 0.0,
+        };
+        Directional { positive, negative }
+    }
+}
+
+const LAWS: [&str; 12] = [
+    "viscous",
+    "karnopp",
+    "karnopp, Stribeck",
+    "karnopp, Stribeck, rising, DV",
+    "dahl, i = 1",
+    "dahl, other i",
+    "hayward-armstrong",
+    "reset-integrator",
+    "lugre",
+    "lugre, Fs = Fd",
+    "elasto-plastic",
+    "elasto-plastic, Fs = Fd",
+];
+
+/// A law with parameters at random.
+fn law(name: &str, random: &mut Random) -> Friction {
+    let dynamic_force = random.limit();
+    let above = random.between(1.0, 2.0);
+    let static_force = Directional {
+        positive: above * dynamic_force.positive,
+        negative: above * dynamic_force.negative,
+    };
+    let viscous = Directional::both(random.one_of(&[0.0, 2.0, 20.0]));
+    let stribeck_velocity = random.decades(2e-3, 0.1);
+    let contact_stiffness = random.decades(1e3, 2e5);
+    let contact_damping = random.one_of(&[0.0, 10.0, 100.0]);
+    let elastic_fraction = random.between(0.2, 0.95);
+    let static_force = if name.ends_with("Fs = Fd") {
+        dynamic_force
+    } else {
+        static_force
+    };
+    match name.split(',').next().expect("a law") {
+        "viscous" => Friction::Viscous(Viscous { viscous }),
+        "karnopp" => {
+            let mut law = Karnopp {
+                viscous,
+                ..Karnopp::new(static_force, dynamic_force)
+            };
+            if name.contains("Stribeck") {
+                law.stribeck_velocity = stribeck_velocity;
+            }
+            if name.contains("rising") {
+                law.rising_rate = random.decades(1.0, 100.0);
+                law.velocity_threshold = random.one_of(&[0.0, 1e-3, 0.02]);
+            }
+            Friction::Karnopp(law)
+        }
+        "dahl" => Friction::Dahl(Dahl {
+            dynamic_force,
+            contact_stiffness,
+            exponent: if name.ends_with('1') {
+                1.0
+            } else {
+                let any = random.between(0.1, 3.0);
+                random.one_of(&[0.0, 0.5, 1.5, 2.0, any])
+            },
+            viscous,
+        }),
+        "hayward-armstrong" => Friction::HaywardArmstrong(HaywardArmstrong {
+            dynamic_force,
+            contact_stiffness,
+            elastic_fraction,
+            viscous,
+        }),
+        "reset-integrator" => Friction::ResetIntegrator(ResetIntegrator {
+            static_force,
+            dynamic_force,
+            contact_stiffness,
+            contact_damping,
+            viscous,
+            reseat: Reseat::Continuous,
+        }),
+        "lugre" => Friction::Lugre(Lugre {
+            static_force,
+            dynamic_force,
+            stribeck_velocity,
+            contact_stiffness,
+            contact_damping,
+            viscous,
+        }),
+        "elasto-plastic" => Friction::ElastoPlastic(ElastoPlastic {
+            static_force,
+            dynamic_force,
+            stribeck_velocity,
+            contact_stiffness,
+            contact_damping,
+            elastic_fraction,
+            viscous,
+        }),
+        _ => Friction::SalcudeanVlaar(SalcudeanVlaar {
+            static_force,
+            contact_stiffness,
+            viscous,
+            velocity_threshold: 0.0,
+        }),
+    }
+}
+
+/// A device's motion, and the tick that it does: position (m) and velocity (m/s) at its ends.
+type Ends = [(f64, f64); 2];
+
+/// The force, N, after a tick done in so many parts, and whether any of them came to its bound of
+/// work.
+fn force_after(block: &mut Renderer, elapsed_s: f64, [from, to]: Ends, parts: u32) -> (f64, bool) {
+    let (mut force, mut exhausted) = (0.0, false);
+    for part in 1..=parts {
+        let share = f64::from(part) / f64::from(parts);
+        let on_the_way = |from: f64, to: f64| if part == parts { to } else { from + share * (to - from) };
+        let rendered = block.tick(
+            elapsed_s / f64::from(parts),
+            on_the_way(from.0, to.0),
+            on_the_way(from.1, to.1),
+        );
+        force = rendered.coupling_force;
+        exhausted |= rendered.work_exhausted;
+    }
+    (force, exhausted)
+}
+
+/// What splitting ticks showed.
+#[derive(Default)]
+struct Found {
+    worst_n: f64,
+    wrong: u32,
+    exhausted: u32,
+    worst_exhausted_n: f64,
+    ticks: u32,
+    where_worst: String,
+}
+
+impl Found {
+    /// Does a tick whole and in parts, and goes on with the whole one.
+    fn tick(&mut self, block: &mut Renderer, elapsed_s: f64, ends: Ends, scene: &Scene) {
+        let mut split = block.clone();
+        let before = block.state();
+        let (whole, exhausted) = force_after(block, elapsed_s, ends, 1);
+        let (split, part_exhausted) = force_after(&mut split, elapsed_s, ends, PARTS);
+        let error = (whole - split).abs();
+        self.ticks += 1;
+        if exhausted || part_exhausted {
+            self.exhausted += u32::from(exhausted);
+            self.worst_exhausted_n = self.worst_exhausted_n.max(error);
+            return;
+        }
+        self.wrong += u32::from(error > TOLERANCE_N);
+        if error > self.worst_n {
+            self.worst_n = error;
+            self.where_worst = format!("{scene:?}: {ends:?} from {before:?}: {whole} N, {split} N in parts");
+        }
+    }
+}
+
+/// Splits the ticks of random scenes under random hands.
+fn explore(name: &str) -> Found {
+    let mut random = Random(88_172_645_463_325_252);
+    let mut found = Found::default();
+    for _ in 0..test_run::extent(400, 10_000) {
+        let scene = Scene {
+            name: String::new(),
+            block: Some(Block {
+                mass: random.decades(1e-3, 1.0),
+            }),
+            coupling: Some(Coupling {
+                stiffness: random.decades(300.0, 1e5),
+                damping: random.one_of(&[0.5, 3.0, 10.0, 30.0]),
+            }),
+            friction: law(name, &mut random),
+        };
+        let mut block = Renderer::new(&scene, Scheme::Exact, T).expect("a valid scene");
+        let frequency = random.one_of(&[2.0, 15.0, 60.0, 437.0]);
+        let omega = std::f64::consts::TAU * frequency;
+        let amplitude = random.decades(1e-4, 0.2) / frequency;
+        let phase = random.between(0.0, 6.0);
+        let hand = |t: f64| {
+            (
+                amplitude * (omega * t + phase).sin(),
+                amplitude * omega * (omega * t + phase).cos(),
+            )
+        };
+        let (position, velocity) = hand(0.0);
+        let own = random.one_of(&[0.0, 0.0, 1.0]) * random.between(-0.5, 0.5);
+        let offset = if own == 0.0 { 0.0 } else { random.between(-3e-4, 3e-4) };
+        block.set_state(BlockState::new(position + offset, own, position, velocity));
+        let mut t = 0.0;
+        let mut from = (position, velocity);
+        for _ in 0..40 {
+            let elapsed_s = T * random.between(0.7, 1.3);
+            t += elapsed_s;
+            let to = hand(t);
+            found.tick(&mut block, elapsed_s, [from, to], &scene);
+            from = to;
+        }
+    }
+    found
+}
+
+#[test]
+fn a_tick_cut_into_ten_gives_the_same_force() {
+    let mut wrong = Vec::new();
+    for name in LAWS {
+        let found = explore(name);
+        let Found {
+            worst_n,
+            wrong: ticks_wrong,
+            exhausted,
+            worst_exhausted_n,
+            ticks,
+            where_worst,
+        } = found;
+        println!(
+            "{name:30} {worst_n:.1e} N at worst, {ticks_wrong} wrong of {ticks} ticks; {exhausted} at their bound, \
+             {worst_exhausted_n:.0e} N"
+        );
+        println!("    {where_worst}");
+        // The bound of work is for a tick in a hundred thousand.
+        assert!(exhausted <= 1 + ticks / 100_000, "{name}: {exhausted}");
+        if ticks_wrong > 0 {
+            wrong.push(name);
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+#[test]
+fn a_slide_that_slows_into_stribecks_curve_and_out_again_is_not_missed() {
+    let friction = Friction::Karnopp(Karnopp {
+        stribeck_velocity: 0.01,
+        ..Karnopp::new(5.0, 3.0)
+    });
+    let scene = crate::explore::behind_block(friction, 0.02);
+    let mut block = crate::explore::renderer(&scene);
+    block.set_state(BlockState::new(0.000_287, 0.108, 0.0, 0.26));
+    let mut times = Vec::new();
+    let mut hear = |at: f64, _: Contact, _: Contact| times.push(at);
+    let rendered = block.tick_with_events(T, 0.000_67, 0.33, &mut hear);
+    // Found by an independent integration in long double.
+    let truth = 11.042_603_322_216;
+    assert!(
+        (rendered.coupling_force - truth).abs() < TOLERANCE_N,
+        "{} N for {truth} N",
+        rendered.coupling_force
+    );
+    assert!(
+        times.len() == 2 && (times[0] - 0.497e-3).abs() < 1e-6 && (times[1] - 0.576e-3).abs() < 1e-6,
+        "a stop and a breakaway: {times:?}"
+    );
+}
+
+#[test]
+fn a_damped_bristle_under_a_vibrating_hand_is_followed() {
+    let friction = Friction::Lugre(Lugre {
+        static_force: Directional::both(3.5),
+        dynamic_force: Directional::both(3.5),
+        stribeck_velocity: 0.0,
+        contact_stiffness: 1e5,
+        contact_damping: 100.0,
+        viscous: Directional::both(20.0),
+    });
+    let scene = crate::explore::behind_block(friction, 0.5);
+    let mut block = crate::explore::renderer(&scene);
+    let omega = std::f64::consts::TAU * 60.0;
+    let hand = |tick: u32| {
+        let phase = omega * f64::from(tick) * T;
+        (0.002 * (1.0 - phase.cos()), 0.002 * omega * phase.sin())
+    };
+    let mut found = Found::default();
+    for tick in 1..300 {
+        found.tick(&mut block, T, [hand(tick - 1), hand(tick)], &scene);
+    }
+    println!("{:.1e} N", found.worst_n);
+    assert!(
+        found.worst_n < TOLERANCE_N,
+        "{} N, {}",
+        found.worst_n,
+        found.where_worst
+    );
+}
