@@ -1,6 +1,7 @@
 //! The contact with the surface: whether it sticks, and the parts of which the laws build contacts.
 
 mod bristle;
+mod device;
 mod level;
 mod spring;
 mod state;
@@ -12,6 +13,9 @@ pub use spring::Reseat;
 pub use state::Contact;
 
 pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
+pub(crate) use device::{
+    DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle, Series,
+};
 pub(crate) use level::{Level, Stribeck, stribeck};
 pub(crate) use spring::{SpringContact, SpringState};
 pub(crate) use static_limit::{ConstantLimit, RisingLimit, StaticLimit};

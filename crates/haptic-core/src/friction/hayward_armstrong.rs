@@ -14,11 +14,11 @@
 
 use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{Bristle, Plasticity, flow_in_pieces};
+use crate::contact::{Bristle, MasterLaw, ORDER, PathBristle, Plasticity, Series, flow_in_pieces};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;
 
 /// Hayward-Armstrong friction.
@@ -104,7 +104,11 @@ impl Law for HaywardArmstrong {
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        Box::new(YieldingSurface::new(self.contact()))
+        let law = AdhesionPlasticity {
+            onset: eighth_power(self.elastic_fraction),
+        };
+        let contact = PathBristle::new(law, self.dynamic_force, self.contact_stiffness, 0.0, self.viscous);
+        Box::new(DeviceSurface::new(contact))
     }
 }
 
@@ -143,5 +147,54 @@ impl Plasticity for AdhesionPlasticity {
 
     fn flow(&self, deflection: f64, distance: f64, steady: f64) -> (f64, u32) {
         flow_in_pieces(deflection, distance, steady, |z| self.alpha(z, steady))
+    }
+}
+
+/// An onset below this is none: of a deflection of `zmax` it changes 1e-12.
+const NO_ONSET: f64 = 1e-48;
+
+/// Over `X`, by products and a quotient: `alpha u = (1 + o)(u - o u/(o + u^8))`.
+impl MasterLaw for AdhesionPlasticity {
+    const UNLOADS_ELASTICALLY: bool = false;
+
+    fn rate(&self, u: f64) -> f64 {
+        1.0 - self.alpha(u, 1.0) * u
+    }
+
+    fn series(&self, start: f64) -> Series {
+        let onset = if self.onset > NO_ONSET { self.onset } else { 0.0 };
+        let mut u = [0.0; ORDER + 1];
+        let (mut u2, mut u4, mut u8) = (u, u, u);
+        // 1/(o + u^8)
+        let mut quotient = u;
+        u[0] = start;
+        let mut order = 0.0;
+        for n in 0..ORDER {
+            let product = |a: &Series, b: &Series| (0..=n).map(|k| a[k] * b[n - k]).sum::<f64>();
+            let mut delayed = 0.0;
+            if onset > 0.0 {
+                u2[n] = product(&u, &u);
+                u4[n] = product(&u2, &u2);
+                u8[n] = product(&u4, &u4);
+                quotient[n] = if n == 0 {
+                    1.0 / (onset + u8[0])
+                } else {
+                    -quotient[0] * (1..=n).map(|k| u8[k] * quotient[n - k]).sum::<f64>()
+                };
+                delayed = onset * product(&u, &quotient);
+            }
+            let elastic = if n == 0 { 1.0 } else { 0.0 };
+            order += 1.0;
+            u[n + 1] = (elastic - (1.0 + onset) * (u[n] - delayed)) / order;
+        }
+        u
+    }
+
+    fn elastic_up_to(&self) -> Option<f64> {
+        None
+    }
+
+    fn far(&self) -> (f64, f64) {
+        (1.0 + self.onset, 1.0 / (1.0 + self.onset))
     }
 }

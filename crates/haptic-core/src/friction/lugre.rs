@@ -13,11 +13,11 @@
 use super::forces::StribeckForces;
 use super::law::{Law, LawKind};
 use super::usual;
-use crate::contact::{Bristle, FullPlasticity, Level};
+use crate::contact::{Bristle, DeviceLugre, FlowLevel, FullPlasticity, Level};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, SceneError, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;
 
 /// LuGre friction.
@@ -63,6 +63,16 @@ impl Lugre {
             damping: self.contact_damping,
             viscous: self.viscous,
             deflection: 0.0,
+        }
+    }
+
+    fn device_contact<L: FlowLevel>(&self, level: L) -> DeviceLugre<L> {
+        DeviceLugre {
+            level,
+            stiffness: self.contact_stiffness,
+            damping: self.contact_damping,
+            viscous: self.viscous,
+            force: 0.0,
         }
     }
 }
@@ -134,8 +144,8 @@ impl Law for Lugre {
 
     fn on_device(&self) -> Box<dyn Surface> {
         match self.forces().curve() {
-            None => Box::new(YieldingSurface::new(self.contact(self.dynamic_force))),
-            Some(curve) => Box::new(YieldingSurface::new(self.contact(curve))),
+            None => Box::new(DeviceSurface::new(self.device_contact(self.dynamic_force))),
+            Some(curve) => Box::new(DeviceSurface::new(self.device_contact(curve))),
         }
     }
 }

@@ -2,12 +2,12 @@
 //! file and its entry in the list.
 
 use super::law::{Law, LawKind};
-use crate::contact::{AdvanceCost, Contact, Stroke, Tangent, YieldingContact};
+use crate::contact::{AdvanceCost, Contact, DeviceContact, EnergyMeter, Leg, Stroke, Tangent, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;
 
 /// Smooth Coulomb friction.
@@ -74,7 +74,7 @@ impl Law for SmoothCoulomb {
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        Box::new(YieldingSurface::new(*self))
+        Box::new(DeviceSurface::new(*self))
     }
 }
 
@@ -103,6 +103,27 @@ impl YieldingContact for SmoothCoulomb {
     fn stored_energy(&self) -> f64 {
         0.0
     }
+
+    fn contact(&self, velocity: f64) -> Contact {
+        Contact::Sliding(Direction::of(velocity))
+    }
+}
+
+impl DeviceContact for SmoothCoulomb {
+    fn advance<E: EnergyMeter>(&mut self, _leg: &Leg, _meter: &mut E) -> bool {
+        false
+    }
+
+    fn force_at_rest(&self) -> f64 {
+        0.0
+    }
+
+    fn friction(&self, velocity: f64) -> f64 {
+        let direction = Direction::of(velocity);
+        direction.sign() * self.at(direction, velocity.abs()).0
+    }
+
+    fn seat(&mut self, _force: f64) {}
 
     fn contact(&self, velocity: f64) -> Contact {
         Contact::Sliding(Direction::of(velocity))
