@@ -8,7 +8,9 @@
 use crate::accuracy::cases::{self, Case, ToAndFro};
 use crate::motion::DeviceSample;
 use crate::simulate::{Start, measure_cost, renderer};
-use haptic_core::friction::{Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, SalcudeanVlaar, Viscous};
+use haptic_core::friction::{
+    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
+};
 use haptic_core::{Directional, Renderer, Scene, SceneError, Scheme};
 use std::fmt;
 use std::io;
@@ -43,6 +45,15 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         stribeck_velocity: 0.01,
         contact_stiffness: 1e4,
         contact_damping: 10.0,
+        viscous: both(2.0),
+    };
+    let elasto_plastic = ElastoPlastic {
+        static_force: both(4.0),
+        dynamic_force: both(3.5),
+        stribeck_velocity: 0.01,
+        contact_stiffness: 1e4,
+        contact_damping: 10.0,
+        elastic_fraction: 0.7,
         viscous: both(2.0),
     };
     let viscous = Friction::Viscous(Viscous { viscous: both(35.0) });
@@ -84,7 +95,36 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
                 viscous: both(0.0),
             })),
         ),
+        (
+            "reset integrator on the device",
+            on_device(Friction::ResetIntegrator(ResetIntegrator {
+                static_force: both(4.0),
+                dynamic_force: both(3.5),
+                contact_stiffness: 1e4,
+                contact_damping: 10.0,
+                viscous: both(0.0),
+                reseat: Reseat::Continuous,
+            })),
+        ),
+        (
+            "LuGre without Stribeck on the device",
+            on_device(Friction::Lugre(Lugre {
+                static_force: both(3.5),
+                ..lugre
+            })),
+        ),
         ("LuGre on the device", on_device(Friction::Lugre(lugre))),
+        (
+            "elasto-plastic without Stribeck on the device",
+            on_device(Friction::ElastoPlastic(ElastoPlastic {
+                static_force: both(3.5),
+                ..elasto_plastic
+            })),
+        ),
+        (
+            "elasto-plastic on the device",
+            on_device(Friction::ElastoPlastic(elasto_plastic)),
+        ),
         ("viscous behind a block", behind_block(viscous)),
         ("Karnopp behind a block", behind_block(Friction::Karnopp(plain))),
         (
@@ -113,15 +153,7 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
         ("LuGre behind a block", behind_block(Friction::Lugre(lugre))),
         (
             "elasto-plastic behind a block",
-            behind_block(Friction::ElastoPlastic(ElastoPlastic {
-                static_force: both(4.0),
-                dynamic_force: both(3.5),
-                stribeck_velocity: 0.01,
-                contact_stiffness: 1e4,
-                contact_damping: 10.0,
-                elastic_fraction: 0.7,
-                viscous: both(2.0),
-            })),
+            behind_block(Friction::ElastoPlastic(elasto_plastic)),
         ),
     ]
 }

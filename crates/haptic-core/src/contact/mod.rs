@@ -2,6 +2,7 @@
 
 mod bristle;
 mod bristle_series;
+mod device;
 mod level;
 mod spring;
 mod state;
@@ -15,6 +16,9 @@ pub use state::Contact;
 pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
 pub(crate) use bristle_series::{
     BristleForce, FEWEST_ON_CURVE, LOOK_BACK_ON_CURVE, RatioSeries, SETTLED_N, TowardsLimit, UnderCurve,
+};
+pub(crate) use device::{
+    DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle, Series,
 };
 pub(crate) use level::{Fall, FallSeries, Level, Stribeck, fallen_from};
 pub(crate) use spring::{SpringContact, SpringState};

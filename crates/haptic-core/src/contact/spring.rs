@@ -61,7 +61,7 @@ impl SpringState {
 const AT_THE_LIMIT: f64 = 1e-12;
 
 impl<L: Level, R: StaticLimit> SpringContact<L, R> {
-    fn limit(&self, direction: Direction) -> f64 {
+    pub(super) fn limit(&self, direction: Direction) -> f64 {
         let limit = self
             .static_limit
             .now(self.static_force.get(direction), self.level.kinetic(direction));
@@ -70,12 +70,12 @@ impl<L: Level, R: StaticLimit> SpringContact<L, R> {
         limit.max(self.level.at(direction, 0.0).min(self.level.kinetic(direction)))
     }
 
-    fn reached(&self, direction: Direction, force: f64) -> bool {
+    pub(super) fn reached(&self, direction: Direction, force: f64) -> bool {
         direction.sign() * force >= self.limit(direction) * (1.0 - AT_THE_LIMIT)
     }
 
     /// Holds on to where it is, with the force that there was.
-    fn stick(&mut self, force: f64) {
+    pub(super) fn stick(&mut self, force: f64) {
         let direction = Direction::of(force);
         self.static_limit.begin_at(
             self.static_force.get(direction),

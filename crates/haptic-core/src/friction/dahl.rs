@@ -17,14 +17,15 @@ use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start, straight_piece};
 use crate::contact::{
-    BristleForce, Contact, Line, SETTLED_N, StraightContact, Stroke, TowardsLimit, YieldingContact, by_elastic_share,
+    BristleForce, Contact, DeviceContact, EnergyMeter, Leg, Line, SETTLED_N, StraightContact, Stroke, TowardsLimit,
+    YieldingContact, by_elastic_share,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
-use crate::math::{exp, ln_1p, powf, sqrt};
+use crate::math::{exp, exp_m1, ln_1p, powf, sqrt};
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner, integral_of_product};
 use alloc::boxed::Box;
 
@@ -104,7 +105,7 @@ impl Law for Dahl {
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        Box::new(YieldingSurface::new(self.contact()))
+        Box::new(DeviceSurface::new(self.contact()))
     }
 }
 
@@ -423,6 +424,76 @@ impl Recurrence for PowerSeries {
     }
 }
 
+impl DahlContact {
+    /// The energy, J, that friction took on a way of a distance, m, that ended at a force (N) along
+    /// the motion: `(Fc^2/sigma) integral (1 - r)(r^-i - 1) dr` from `r` at the end to `r` at the
+    /// start, and `Fc` beyond where `r` is zero.
+    fn dissipated(&self, from: f64, to: f64, limit: f64, distance: f64) -> f64 {
+        let stiffness = self.law.contact_stiffness;
+        if limit <= 0.0 {
+            return 0.5 * from * from / stiffness;
+        }
+        // The work is the integral of the force over the way, and `r` is most of what is left of it:
+        // `integral r dx = (Fc/sigma) integral r^(1 - i) dr`.
+        let (before, after) = ((1.0 - from / limit).max(0.0), (1.0 - to / limit).max(0.0));
+        let i = self.law.exponent;
+        let power = 2.0 - i;
+        let missing = if before == 0.0 {
+            0.0
+        } else if after == 0.0 {
+            // Only an exponent below 1 comes here, or rounding.
+            powf(before, power) / power
+        } else {
+            let fallen = ln_1p((before - after) / after);
+            if (power * fallen).abs() < 1e-9 {
+                fallen
+            } else {
+                powf(before, power) * -exp_m1(-power * fallen) / power
+            }
+        };
+        let stored = 0.5 * (before - after) * (2.0 - before - after);
+        limit * distance - limit * limit / stiffness * (missing + stored)
+    }
+}
+
+impl DeviceContact for DahlContact {
+    fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
+        let from = self.force;
+        YieldingContact::advance(
+            self,
+            &Stroke {
+                direction: leg.direction,
+                distance: leg.distance,
+                from_speed: leg.from_speed,
+                to_speed: leg.to_speed,
+                elapsed_s: leg.duration_s,
+            },
+        );
+        if E::LISTENS {
+            let sign = leg.direction.sign();
+            let limit = self.law.dynamic_force.get(leg.direction);
+            meter.take(self.dissipated(sign * from, sign * self.force, limit, leg.distance));
+        }
+        false
+    }
+
+    fn force_at_rest(&self) -> f64 {
+        self.force
+    }
+
+    fn friction(&self, velocity: f64) -> f64 {
+        YieldingContact::friction(self, velocity)
+    }
+
+    fn seat(&mut self, force: f64) {
+        YieldingContact::seat(self, force);
+    }
+
+    fn contact(&self, velocity: f64) -> Contact {
+        YieldingContact::contact(self, velocity)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -457,7 +528,7 @@ mod tests {
             let mut contact = law.contact();
             let mut force = 0.0_f64;
             for direction in [Direction::Positive, Direction::Negative, Direction::Positive] {
-                contact.advance(&stroke(direction, distance));
+                YieldingContact::advance(&mut contact, &stroke(direction, distance));
                 let limit = law.dynamic_force.get(direction);
                 let steps = 20_000;
                 for _ in 0..steps {
@@ -491,12 +562,12 @@ mod tests {
                 viscous: Directional::both(0.0),
             };
             let mut contact = law.contact();
-            contact.advance(&stroke(Direction::Negative, 1e3));
+            YieldingContact::advance(&mut contact, &stroke(Direction::Negative, 1e3));
             assert!(
                 (contact.force + 2.0).abs() < 0.5 && contact.force >= -2.0,
                 "{exponent}: {contact:?}"
             );
-            contact.advance(&stroke(Direction::Positive, 1e-12));
+            YieldingContact::advance(&mut contact, &stroke(Direction::Positive, 1e-12));
             assert!(contact.force.is_finite());
         }
     }

@@ -13,14 +13,14 @@ use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
-    Bristle, BristleForce, FEWEST_ON_CURVE, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level, Plasticity, RatioSeries,
-    TowardsLimit, UnderCurve, flow_in_pieces,
+    Bristle, BristleForce, DeviceElastoPlastic, FEWEST_ON_CURVE, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level,
+    MasterLaw, ORDER, PathBristle, Plasticity, RatioSeries, Series, TowardsLimit, UnderCurve, flow_in_pieces,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::{cos, sin_cos};
 use crate::parameters::{Parameter, SceneError, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner};
 use alloc::boxed::Box;
 use core::f64::consts::PI;
@@ -143,9 +143,20 @@ impl Law for ElastoPlastic {
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
+        let law = DelayedPlasticity {
+            fraction: self.elastic_fraction,
+        };
+        let (stiffness, damping) = (self.contact_stiffness, self.contact_damping);
         match self.forces().curve() {
-            None => Box::new(YieldingSurface::new(self.contact(self.dynamic_force))),
-            Some(curve) => Box::new(YieldingSurface::new(self.contact(curve))),
+            None => {
+                let contact = PathBristle::new(law, self.dynamic_force, stiffness, damping, self.viscous);
+                Box::new(DeviceSurface::new(contact))
+            }
+            Some(curve) => {
+                let fraction = self.elastic_fraction;
+                let contact = DeviceElastoPlastic::new(law, fraction, curve, stiffness, damping, self.viscous);
+                Box::new(DeviceSurface::new(contact))
+            }
         }
     }
 }
@@ -373,5 +384,44 @@ impl Recurrence for DelayedSeries {
 
     fn next_size(&self) -> f64 {
         self.bristle.next_size()
+    }
+}
+
+/// Over `X`, by the recurrences of sine and cosine.
+impl MasterLaw for DelayedPlasticity {
+    const UNLOADS_ELASTICALLY: bool = true;
+
+    fn rate(&self, u: f64) -> f64 {
+        1.0 - self.alpha(u, 1.0) * u
+    }
+
+    fn series(&self, start: f64) -> Series {
+        let angle = PI / (1.0 - self.fraction);
+        let mut u = [0.0; ORDER + 1];
+        let (mut sin, mut cos) = (u, u);
+        u[0] = start;
+        (sin[0], cos[0]) = sin_cos(angle * (start - self.fraction));
+        let mut order = 0.0;
+        for n in 0..ORDER {
+            if n > 0 {
+                let (mut of_sin, mut of_cos, mut weight) = (0.0, 0.0, 1.0);
+                for k in 1..=n {
+                    let turned = weight * u[k];
+                    of_sin += turned * cos[n - k];
+                    of_cos += turned * sin[n - k];
+                    weight += 1.0;
+                }
+                (sin[n], cos[n]) = (angle * of_sin / order, -angle * of_cos / order);
+            }
+            let turned: f64 = (0..=n).map(|k| cos[k] * u[n - k]).sum();
+            let elastic = if n == 0 { 1.0 } else { 0.0 };
+            order += 1.0;
+            u[n + 1] = (elastic - 0.5 * (u[n] - turned)) / order;
+        }
+        u
+    }
+
+    fn elastic_up_to(&self) -> Option<f64> {
+        Some(self.fraction)
     }
 }

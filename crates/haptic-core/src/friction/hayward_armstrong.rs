@@ -15,11 +15,13 @@
 use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
-use crate::contact::{Bristle, BristleForce, Plasticity, TowardsLimit, flow_in_pieces};
+use crate::contact::{
+    Bristle, BristleForce, MasterLaw, ORDER, PathBristle, Plasticity, Series, TowardsLimit, flow_in_pieces,
+};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use crate::series::{Ascending, Descending, Newest, Path, Recurrence, inner};
 use alloc::boxed::Box;
 
@@ -47,13 +49,17 @@ pub struct HaywardArmstrong {
 }
 
 impl HaywardArmstrong {
+    fn plasticity(&self) -> AdhesionPlasticity {
+        AdhesionPlasticity {
+            fraction: self.elastic_fraction,
+            onset: eighth_power(self.elastic_fraction),
+        }
+    }
+
     fn contact(&self) -> Bristle<Directional, AdhesionPlasticity> {
         Bristle {
             level: self.dynamic_force,
-            plasticity: AdhesionPlasticity {
-                fraction: self.elastic_fraction,
-                onset: eighth_power(self.elastic_fraction),
-            },
+            plasticity: self.plasticity(),
             stiffness: self.contact_stiffness,
             damping: 0.0,
             viscous: self.viscous,
@@ -107,7 +113,14 @@ impl Law for HaywardArmstrong {
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        Box::new(YieldingSurface::new(self.contact()))
+        let contact = PathBristle::new(
+            self.plasticity(),
+            self.dynamic_force,
+            self.contact_stiffness,
+            0.0,
+            self.viscous,
+        );
+        Box::new(DeviceSurface::new(contact))
     }
 }
 
@@ -141,8 +154,8 @@ impl Plasticity for AdhesionPlasticity {
     }
 }
 
-/// An onset below this, `(1e-5)^8`, is none: its share of the force is less than 1e-10.
-const NO_ONSET: f64 = 1e-40;
+/// An onset below this, `(1e-6)^8`, is none: of a deflection of `zmax` it changes 1e-12.
+const NO_ONSET: f64 = 1e-48;
 
 impl PiecewiseContact for Bristle<Directional, AdhesionPlasticity> {
     fn piece(&mut self, start: &Start) -> Piece {
@@ -275,5 +288,51 @@ impl Recurrence for AdhesionSeries {
 
     fn next_size(&self) -> f64 {
         self.bristle.next_size()
+    }
+}
+
+/// Over `X`, by products and a quotient: `alpha u = (1 + o)(u - o u/(o + u^8))`.
+impl MasterLaw for AdhesionPlasticity {
+    const UNLOADS_ELASTICALLY: bool = false;
+
+    fn rate(&self, u: f64) -> f64 {
+        1.0 - self.alpha(u, 1.0) * u
+    }
+
+    fn series(&self, start: f64) -> Series {
+        let onset = if self.onset > NO_ONSET { self.onset } else { 0.0 };
+        let mut u = [0.0; ORDER + 1];
+        let (mut u2, mut u4, mut u8) = (u, u, u);
+        // 1/(o + u^8)
+        let mut quotient = u;
+        u[0] = start;
+        let mut order = 0.0;
+        for n in 0..ORDER {
+            let product = |a: &Series, b: &Series| (0..=n).map(|k| a[k] * b[n - k]).sum::<f64>();
+            let mut delayed = 0.0;
+            if onset > 0.0 {
+                u2[n] = product(&u, &u);
+                u4[n] = product(&u2, &u2);
+                u8[n] = product(&u4, &u4);
+                quotient[n] = if n == 0 {
+                    1.0 / (onset + u8[0])
+                } else {
+                    -quotient[0] * (1..=n).map(|k| u8[k] * quotient[n - k]).sum::<f64>()
+                };
+                delayed = onset * product(&u, &quotient);
+            }
+            let elastic = if n == 0 { 1.0 } else { 0.0 };
+            order += 1.0;
+            u[n + 1] = (elastic - (1.0 + onset) * (u[n] - delayed)) / order;
+        }
+        u
+    }
+
+    fn elastic_up_to(&self) -> Option<f64> {
+        None
+    }
+
+    fn far(&self) -> (f64, f64) {
+        (1.0 + self.onset, 1.0 / (1.0 + self.onset))
     }
 }

@@ -28,7 +28,7 @@ use crate::contact::{
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{NotApplicable, Note, NoteKind, Parameter, SceneError, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
@@ -292,10 +292,10 @@ impl Law for Karnopp {
     fn on_device(&self) -> Box<dyn Surface> {
         let rising = || RisingLimit::new(self.rising_rate);
         match (self.curve(), self.rises()) {
-            (None, false) => Box::new(YieldingSurface::new(self.contact(self.dynamic_force, ConstantLimit))),
-            (None, true) => Box::new(YieldingSurface::new(self.contact(self.dynamic_force, rising()))),
-            (Some(curve), false) => Box::new(YieldingSurface::new(self.contact(curve, ConstantLimit))),
-            (Some(curve), true) => Box::new(YieldingSurface::new(self.contact(curve, rising()))),
+            (None, false) => Box::new(DeviceSurface::new(self.contact(self.dynamic_force, ConstantLimit))),
+            (None, true) => Box::new(DeviceSurface::new(self.contact(self.dynamic_force, rising()))),
+            (Some(curve), false) => Box::new(DeviceSurface::new(self.contact(curve, ConstantLimit))),
+            (Some(curve), true) => Box::new(DeviceSurface::new(self.contact(curve, rising()))),
         }
     }
 }

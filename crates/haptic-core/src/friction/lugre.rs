@@ -14,11 +14,13 @@ use super::forces::StribeckForces;
 use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
-use crate::contact::{Bristle, BristleForce, FullPlasticity, Level, RatioSeries, TowardsLimit, UnderCurve};
+use crate::contact::{
+    Bristle, BristleForce, DeviceLugre, FlowLevel, FullPlasticity, Level, RatioSeries, TowardsLimit, UnderCurve,
+};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, SceneError, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;
 
 /// LuGre friction.
@@ -64,6 +66,16 @@ impl Lugre {
             damping: self.contact_damping,
             viscous: self.viscous,
             deflection: 0.0,
+        }
+    }
+
+    fn device_contact<L: FlowLevel>(&self, level: L) -> DeviceLugre<L> {
+        DeviceLugre {
+            level,
+            stiffness: self.contact_stiffness,
+            damping: self.contact_damping,
+            viscous: self.viscous,
+            force: 0.0,
         }
     }
 }
@@ -135,8 +147,8 @@ impl Law for Lugre {
 
     fn on_device(&self) -> Box<dyn Surface> {
         match self.forces().curve() {
-            None => Box::new(YieldingSurface::new(self.contact(self.dynamic_force))),
-            Some(curve) => Box::new(YieldingSurface::new(self.contact(curve))),
+            None => Box::new(DeviceSurface::new(self.device_contact(self.dynamic_force))),
+            Some(curve) => Box::new(DeviceSurface::new(self.device_contact(curve))),
         }
     }
 }

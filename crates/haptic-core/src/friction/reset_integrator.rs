@@ -18,7 +18,7 @@ use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, SceneError, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;
 
 /// The reset integrator.
@@ -150,6 +150,6 @@ impl Law for ResetIntegrator {
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        Box::new(YieldingSurface::new(self.contact()))
+        Box::new(DeviceSurface::new(self.contact()))
     }
 }

@@ -13,7 +13,7 @@ use crate::contact::{ConstantLimit, Reseat, SpringContact, SpringState};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use alloc::boxed::Box;
 
 /// Salcudean-Vlaar friction.
@@ -97,6 +97,6 @@ impl Law for SalcudeanVlaar {
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        Box::new(YieldingSurface::new(self.contact()))
+        Box::new(DeviceSurface::new(self.contact()))
     }
 }

@@ -3,12 +3,12 @@
 
 use super::law::{Law, LawKind};
 use crate::block::{Piece, PiecewiseContact, Start};
-use crate::contact::{Contact, Stroke, YieldingContact};
+use crate::contact::{Contact, DeviceContact, EnergyMeter, Leg, Stroke, YieldingContact};
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};
-use crate::render::{BlockSetup, Surface, YieldingSurface};
+use crate::render::{BlockSetup, DeviceSurface, Surface};
 use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner};
 use alloc::boxed::Box;
 
@@ -75,7 +75,7 @@ impl Law for SmoothCoulomb {
     }
 
     fn on_device(&self) -> Box<dyn Surface> {
-        Box::new(YieldingSurface::new(*self))
+        Box::new(DeviceSurface::new(*self))
     }
 }
 
@@ -165,6 +165,27 @@ impl PiecewiseContact for SmoothCoulomb {
         let mut expansion = start.expand(0.0, &mut series);
         let speed = expansion.falls_to(0.0).then_some(0.0);
         expansion.piece(speed, 0.0)
+    }
+}
+
+impl DeviceContact for SmoothCoulomb {
+    fn advance<E: EnergyMeter>(&mut self, _leg: &Leg, _meter: &mut E) -> bool {
+        false
+    }
+
+    fn force_at_rest(&self) -> f64 {
+        0.0
+    }
+
+    fn friction(&self, velocity: f64) -> f64 {
+        let direction = Direction::of(velocity);
+        direction.sign() * self.at(direction, velocity.abs())
+    }
+
+    fn seat(&mut self, _force: f64) {}
+
+    fn contact(&self, velocity: f64) -> Contact {
+        Contact::Sliding(Direction::of(velocity))
     }
 }
 

@@ -1,10 +1,12 @@
 //! Friction on the device itself, without a block: the hand's own motion moves the contact, and the
 //! force is its friction.
 
+use super::legs::Motion;
 use crate::block::{BlockState, EventSink, Moving, Rendered};
-use crate::contact::{Contact, Stroke, YieldingContact};
+use crate::contact::{Contact, DeviceContact, EnergyMeter};
 use crate::direction::Direction;
 use crate::directional::Directional;
+use crate::flush::flush;
 
 /// Drag: one multiplication.
 #[derive(Clone, Copy, Debug)]
@@ -69,26 +71,36 @@ impl Moving for ViscousSurface {
 
 /// The contact of a law under the device.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct YieldingSurface<C> {
+pub(crate) struct DeviceSurface<C> {
     law: C,
     position: f64,
     velocity: f64,
+    /// Displacement of the last tick, m.
+    came_by: f64,
     contact: Contact,
 }
 
-impl<C: YieldingContact> YieldingSurface<C> {
+impl<C: DeviceContact> DeviceSurface<C> {
     pub(crate) fn new(law: C) -> Self {
         let contact = law.contact(0.0);
         Self {
             law,
             position: 0.0,
             velocity: 0.0,
+            came_by: 0.0,
             contact,
         }
     }
+
+    /// Moves the contact on by a tick; returns whether the bounded work ran out.
+    fn follow(&mut self, motion: &Motion, meter: &mut impl EnergyMeter) -> bool {
+        let (to_turn, last) = motion.legs();
+        let ran_out = to_turn.is_some_and(|leg| self.law.advance(&leg, meter));
+        self.law.advance(&last, meter) || ran_out
+    }
 }
 
-impl<C: YieldingContact> Moving for YieldingSurface<C> {
+impl<C: DeviceContact> Moving for DeviceSurface<C> {
     fn advance(
         &mut self,
         elapsed_s: f64,
@@ -96,26 +108,25 @@ impl<C: YieldingContact> Moving for YieldingSurface<C> {
         velocity: f64,
         sink: &mut (impl EventSink + ?Sized),
     ) -> Rendered {
-        let mut events = 0;
+        let (mut events, mut work_exhausted) = (0, false);
         if elapsed_s > 0.0 {
-            let by = position - self.position;
-            // Which way it went is for the positions to say: the velocity is an estimate, and late.
-            let direction = Direction::of(if by == 0.0 { velocity } else { by });
-            let (before, held) = (self.law.stored_energy(), self.law.force_at_rest());
-            self.law.advance(&Stroke {
-                direction,
-                distance: by.abs(),
-                from_speed: self.velocity.abs(),
-                to_speed: velocity.abs(),
+            let motion = Motion {
+                by: position - self.position,
+                came_by: self.came_by,
+                from_velocity: self.velocity,
+                to_velocity: velocity,
                 elapsed_s,
-            });
-            self.law.sampled(velocity);
+            };
             if sink.listens() {
-                let work = 0.5 * (held + self.law.force_at_rest()) * by;
-                sink.dissipated(work - (self.law.stored_energy() - before));
+                let mut energy_j = 0.0;
+                work_exhausted = self.follow(&motion, &mut energy_j);
+                sink.dissipated(energy_j);
+            } else {
+                work_exhausted = self.follow(&motion, &mut ());
             }
-            let speed = velocity.abs();
-            let contact = self.law.contact(direction.sign() * speed);
+            self.came_by = flush(motion.by);
+            let direction = Direction::of(if motion.by == 0.0 { velocity } else { motion.by });
+            let contact = self.law.contact(direction.sign() * velocity.abs());
             if contact != self.contact {
                 events = 1;
                 sink.contact_changed(elapsed_s, self.contact, contact);
@@ -126,7 +137,7 @@ impl<C: YieldingContact> Moving for YieldingSurface<C> {
         Rendered {
             coupling_force: self.felt(),
             events,
-            work_exhausted: false,
+            work_exhausted,
         }
     }
 
@@ -138,6 +149,7 @@ impl<C: YieldingContact> Moving for YieldingSurface<C> {
 
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
+        self.came_by = 0.0;
         self.law.seat(0.0);
         self.contact = self.law.contact(self.velocity);
     }

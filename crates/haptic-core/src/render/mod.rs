@@ -3,8 +3,9 @@
 
 mod block_setup;
 mod device;
+mod legs;
 mod surface;
 
 pub(crate) use block_setup::BlockSetup;
-pub(crate) use device::{ViscousSurface, YieldingSurface};
+pub(crate) use device::{DeviceSurface, ViscousSurface};
 pub(crate) use surface::Surface;

@@ -5,6 +5,7 @@ mod explore;
 mod invariants;
 mod laws;
 mod no_subnormals;
+mod on_device;
 mod reference;
 mod same_everywhere;
 mod schemes;

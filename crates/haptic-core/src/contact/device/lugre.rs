@@ -1,0 +1,172 @@
+//! LuGre's bristle on the device itself.
+
+use super::gauss::TWELVE;
+use super::leg::Leg;
+use super::stribeck_flow::{Curve, follow, follow_constant};
+use super::{DeviceContact, EnergyMeter};
+use crate::contact::level::{Level, Stribeck};
+use crate::contact::state::Contact;
+use crate::contact::yielding::by_elastic_share;
+use crate::direction::Direction;
+use crate::directional::Directional;
+use crate::flush::flush;
+use crate::math::exp_m1;
+
+/// The steady force of a bristle, and the flow towards it.
+pub(crate) trait FlowLevel: Level {
+    /// The force along the motion after a leg, N, and whether the bounded work ran out.
+    fn follow(&self, force: f64, stiffness: f64, leg: &Leg) -> (f64, bool);
+
+    /// The energy, J, that friction takes on the leg, where it is a closed form that damping can
+    /// be left out of.
+    fn dissipated(&self, force: f64, stiffness: f64, leg: &Leg) -> Option<f64>;
+}
+
+impl FlowLevel for Directional {
+    fn follow(&self, force: f64, stiffness: f64, leg: &Leg) -> (f64, bool) {
+        let level = self.get(leg.direction);
+        (follow_constant(force, level, stiffness, leg.distance), false)
+    }
+
+    fn dissipated(&self, force: f64, stiffness: f64, leg: &Leg) -> Option<f64> {
+        let level = self.get(leg.direction);
+        if level <= 0.0 {
+            return Some(0.5 * force * force / stiffness);
+        }
+        // The integral of F^2/g.
+        let exponent = stiffness * leg.distance / level;
+        let missing = (force - level) / level;
+        let grown = exponent - 2.0 * missing * exp_m1(-exponent) - 0.5 * missing * missing * exp_m1(-2.0 * exponent);
+        Some(level * level / stiffness * grown)
+    }
+}
+
+impl FlowLevel for Stribeck {
+    fn follow(&self, force: f64, stiffness: f64, leg: &Leg) -> (f64, bool) {
+        let curve = Curve::new(self, leg.direction);
+        let [first, second] = curve.parts(leg);
+        let (force, ran_out) = follow(force, &curve, stiffness, &first);
+        if second.distance == 0.0 {
+            return (force, ran_out);
+        }
+        let (force, also) = follow(force, &curve, stiffness, &second);
+        (force, ran_out || also)
+    }
+
+    fn dissipated(&self, _force: f64, _stiffness: f64, _leg: &Leg) -> Option<f64> {
+        None
+    }
+}
+
+/// The contact.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DeviceLugre<L> {
+    /// `g`, N.
+    pub(crate) level: L,
+    /// `sigma0`, N/m.
+    pub(crate) stiffness: f64,
+    /// `sigma1`, N s/m.
+    pub(crate) damping: f64,
+    /// `b`, N s/m.
+    pub(crate) viscous: Directional,
+    /// `sigma0 z`, N, signed.
+    pub(crate) force: f64,
+}
+
+impl<L: FlowLevel> DeviceLugre<L> {
+    /// `z'/v`.
+    fn share(&self, direction: Direction, speed: f64) -> f64 {
+        let level = self.level.at(direction, speed);
+        if level > 0.0 {
+            1.0 - direction.sign() * self.force / level
+        } else {
+            0.0
+        }
+    }
+}
+
+impl<L: FlowLevel> DeviceContact for DeviceLugre<L> {
+    fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
+        let sign = leg.direction.sign();
+        let along = sign * self.force;
+        if E::LISTENS {
+            let closed = self.level.dissipated(along, self.stiffness, leg);
+            meter.take(closed.unwrap_or_else(|| {
+                let exponent = self.stiffness * leg.distance / self.level.at(leg.direction, leg.to_speed);
+                dissipated_by_nodes(self, leg, exponent, Self::power(leg.direction))
+            }));
+        }
+        let (after, ran_out) = self.level.follow(along, self.stiffness, leg);
+        self.force = flush(sign * after);
+        ran_out
+    }
+
+    fn force_at_rest(&self) -> f64 {
+        self.force
+    }
+
+    fn friction(&self, velocity: f64) -> f64 {
+        let direction = Direction::of(velocity);
+        let level = self.level.at(direction, velocity.abs());
+        let viscous = self.viscous.get(direction) * velocity;
+        if level > 0.0 {
+            let share = 1.0 - direction.sign() * self.force / level;
+            self.force + self.damping * share * velocity + viscous
+        } else {
+            // Nothing holds this way: whatever the bristle held is gone at once.
+            viscous
+        }
+    }
+
+    fn seat(&mut self, force: f64) {
+        let force = if force.is_finite() { force } else { 0.0 };
+        let limit = |direction| self.level.at(direction, 0.0);
+        self.force = flush(force.clamp(-limit(Direction::Negative), limit(Direction::Positive)));
+    }
+
+    fn contact(&self, velocity: f64) -> Contact {
+        let direction = Direction::of(velocity);
+        by_elastic_share(self.share(direction, velocity.abs()), direction)
+    }
+}
+
+impl<L: FlowLevel> DeviceLugre<L> {
+    /// Power over speed, N, that all of friction takes beyond what the deflection stores.
+    fn power(direction: Direction) -> impl Fn(&Self, f64) -> f64 {
+        move |contact, speed| {
+            let share = contact.share(direction, speed);
+            let damping = contact.damping * share + contact.viscous.get(direction);
+            direction.sign() * contact.force * (1.0 - share) + damping * speed
+        }
+    }
+}
+
+/// Fewest and most panels that an energy is summed over.
+const PANELS: (f64, f64) = (4.0, 64.0);
+
+/// The energy, J, that a law on Stribeck's curve takes on a leg, from its `power` over speed as the
+/// contact goes along. `sigma1` may create some where the curve falls, so all of the friction
+/// counts, the drag as well. `exponent` is that of the flow, about.
+pub(super) fn dissipated_by_nodes<C: DeviceContact>(
+    contact: &C,
+    leg: &Leg,
+    exponent: f64,
+    power: impl Fn(&C, f64) -> f64,
+) -> f64 {
+    let (fewest, most) = PANELS;
+    let width = leg.distance / (0.5 * exponent).clamp(fewest, most);
+    let mut contact = contact.clone();
+    let (mut sum, mut begun, mut at, mut left) = (0.0, 0.0, 0.0, *leg);
+    while begun < leg.distance {
+        let panel = width.min(leg.distance - begun);
+        for &(node, weight) in &TWELVE {
+            let to = begun + node * panel;
+            let (step, rest) = left.split(to - at);
+            contact.advance(&step, &mut ());
+            (at, left) = (to, rest);
+            sum += panel * weight * power(&contact, step.to_speed);
+        }
+        begun += panel;
+    }
+    sum
+}

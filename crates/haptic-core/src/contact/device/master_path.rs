@@ -1,0 +1,231 @@
+//! The master path of a law whose deflection follows the way alone, `du/dX = rate(u)`: `u` is the
+//! deflection over that of steady motion, `X` the way in the same unit. Every motion in one
+//! direction is a part of the one curve `u(X)`, which is compiled with the scene: power series in
+//! cells whose widths keep each series right to rounding. A tick is then a sum, a look-up and a
+//! polynomial, whatever the law.
+
+use crate::math::{exp, exp_m1, ln_1p, powf};
+use alloc::vec::Vec;
+use core::fmt::Debug;
+
+/// Order of the series.
+pub(crate) const ORDER: usize = 15;
+
+/// The coefficients of a series, lowest order first.
+pub(crate) type Series = [f64; ORDER + 1];
+
+/// A law that is compiled to a master path.
+pub(crate) trait MasterLaw: Clone + Copy + Debug + Send + Sync + 'static {
+    /// Whether a deflection against the motion is given back whole.
+    const UNLOADS_ELASTICALLY: bool;
+
+    /// `du/dX`, the elastic share of the motion: it falls from 1 to 0 as `u` comes to 1.
+    fn rate(&self, u: f64) -> f64;
+
+    /// The power series of `u` in `X` from a start.
+    fn series(&self, start: f64) -> Series;
+
+    /// Up to this `u` there is no plastic flow at all; `None` where there always is.
+    fn elastic_up_to(&self) -> Option<f64>;
+
+    /// Farther than [`FARTHEST`] against the motion, `rate = -slope (u - root)`: slope and root.
+    fn far(&self) -> (f64, f64) {
+        (1.0, 1.0)
+    }
+}
+
+/// A deflection this far against the motion, over the steady one, is where the path begins at most.
+pub(crate) const FARTHEST: f64 = 128.0;
+
+/// The first term that a series leaves out is about this, over the first.
+const LEFT_OUT: f64 = 1e-16;
+/// Greatest difference of a series' slope from the rate.
+const DEFECT: f64 = 1e-14;
+/// Nearer to 1 than this the path ends.
+const AT_THE_END: f64 = 4e-16;
+/// Widest cell.
+const WIDEST: f64 = 8.0;
+/// Most cells; some 40 are usual.
+const MOST_CELLS: usize = 1024;
+
+#[derive(Clone, Debug)]
+struct Cell {
+    series: Series,
+    /// The integral of `u` up to the cell.
+    work: f64,
+}
+
+/// A compiled path.
+#[derive(Clone, Debug)]
+pub(crate) struct MasterPath {
+    /// Where each cell begins, and the last one ends.
+    edges: Vec<f64>,
+    cells: Vec<Cell>,
+    slope: f64,
+    root: f64,
+}
+
+impl MasterPath {
+    /// The path of `law` from `u = start`.
+    pub(crate) fn new(law: &impl MasterLaw, start: f64) -> Self {
+        let (mut edges, mut cells) = (Vec::new(), Vec::new());
+        let (mut from, mut u, mut work) = (0.0, start, 0.0);
+        while 1.0 - u > AT_THE_END && cells.len() < MOST_CELLS {
+            let series = law.series(u);
+            let width = width(law, &series);
+            edges.push(from);
+            cells.push(Cell { series, work });
+            from += width;
+            u = value(&series, width);
+            work += integral(&series, width);
+        }
+        edges.push(from);
+        let (slope, root) = law.far();
+        Self {
+            edges,
+            cells,
+            slope,
+            root,
+        }
+    }
+
+    /// Where it comes to 1.
+    pub(crate) fn end(&self) -> f64 {
+        self.edges[self.cells.len()]
+    }
+
+    /// `u` at a place, which is put within the path; `cell` is where to look first, and becomes
+    /// where it was found.
+    pub(crate) fn at(&self, place: &mut f64, cell: &mut usize) -> f64 {
+        if *place >= self.end() {
+            *place = self.end();
+            *cell = self.cells.len() - 1;
+            return 1.0;
+        }
+        if *place < 0.0 {
+            return self.before(*place);
+        }
+        *cell = self.cell(*place, *cell);
+        value(&self.cells[*cell].series, *place - self.edges[*cell])
+    }
+
+    /// The place and the cell of a `u`.
+    pub(crate) fn find(&self, u: f64) -> (f64, usize) {
+        let cell = self.cells.partition_point(|cell| cell.series[0] <= u);
+        if cell == 0 {
+            return (self.place_before(u), 0);
+        }
+        let cell = cell - 1;
+        let series = &self.cells[cell].series;
+        let (from, to) = (self.edges[cell], self.edges[cell + 1]);
+        let next = self.cells.get(cell + 1).map_or(1.0, |next| next.series[0]);
+        if u >= next {
+            return (to, cell);
+        }
+        // The path is concave: Newton's method from the left does not pass the root.
+        let width = to - from;
+        let mut t = width * (u - series[0]) / (next - series[0]);
+        for _ in 0..12 {
+            let step = (u - value(series, t)) / slope(series, t);
+            t = (t + step).clamp(0.0, width);
+            if step.abs() <= 1e-16 * width {
+                break;
+            }
+        }
+        (from + t, cell)
+    }
+
+    /// The integral of `u` from the path's first cell to a place that [`at`](Self::at) has found.
+    pub(crate) fn work(&self, place: f64, cell: usize) -> f64 {
+        if place < 0.0 {
+            let from = self.cells[0].series[0] - self.root;
+            return self.root * place - from * exp_m1(-self.slope * place) / self.slope;
+        }
+        let Cell { series, work } = &self.cells[cell];
+        let last = self.edges[cell + 1];
+        let within = place.min(last) - self.edges[cell];
+        work + integral(series, within) + (place - last).max(0.0)
+    }
+
+    fn cell(&self, place: f64, guess: usize) -> usize {
+        if place >= self.edges[guess] {
+            if place < self.edges[guess + 1] {
+                return guess;
+            }
+            if guess + 2 < self.edges.len() && place < self.edges[guess + 2] {
+                return guess + 1;
+            }
+        }
+        self.edges[1..self.cells.len()].partition_point(|&edge| edge <= place)
+    }
+
+    fn before(&self, place: f64) -> f64 {
+        self.root + (self.cells[0].series[0] - self.root) * exp(-self.slope * place)
+    }
+
+    /// Also where the path begins before [`FARTHEST`], for a `u` that rounding puts before it.
+    fn place_before(&self, u: f64) -> f64 {
+        let start = self.cells.first().map_or(1.0, |cell| cell.series[0]);
+        if start > -FARTHEST {
+            return 0.0;
+        }
+        -ln_1p((u - start) / (start - self.root)) / self.slope
+    }
+}
+
+/// The value of a series: by pairs, which do not wait for each other (Estrin 1960).
+fn value(c: &Series, t: f64) -> f64 {
+    let t2 = t * t;
+    let t4 = t2 * t2;
+    let pair = |k: usize| c[k] + c[k + 1] * t;
+    let four = |k: usize| pair(k) + pair(k + 2) * t2;
+    let eight = |k: usize| four(k) + four(k + 4) * t4;
+    eight(0) + eight(8) * (t4 * t4)
+}
+
+/// Its slope.
+fn slope(c: &Series, t: f64) -> f64 {
+    let mut sum = 0.0;
+    let mut order = 15.0;
+    for k in (1..=ORDER).rev() {
+        sum = sum * t + order * c[k];
+        order -= 1.0;
+    }
+    sum
+}
+
+/// Its integral from 0.
+fn integral(c: &Series, t: f64) -> f64 {
+    let mut sum = 0.0;
+    let mut order = 16.0;
+    for k in (0..=ORDER).rev() {
+        sum = sum * t + c[k] / order;
+        order -= 1.0;
+    }
+    sum * t
+}
+
+/// How far a series is the path.
+fn width(law: &impl MasterLaw, series: &Series) -> f64 {
+    let size = series[0].abs().max(1.0);
+    let mut growth: f64 = 0.0;
+    let mut order = 8.0;
+    for coefficient in &series[8..] {
+        growth = growth.max(powf(coefficient.abs() / size, 1.0 / order));
+        order += 1.0;
+    }
+    let mut width = if growth * WIDEST > 0.0 {
+        (powf(LEFT_OUT, 1.0 / 16.0) / growth).min(WIDEST)
+    } else {
+        WIDEST
+    };
+    // Some series have a term in every eighth order only: the slope shows what they lack.
+    for _ in 0..64 {
+        let is_the_path = |t: f64| (slope(series, t) - law.rate(value(series, t).min(1.0))).abs() <= DEFECT * size;
+        if is_the_path(width) && is_the_path(0.7 * width) && is_the_path(0.4 * width) {
+            break;
+        }
+        width *= 0.8;
+    }
+    width
+}

@@ -1,0 +1,66 @@
+//! Contacts on the device itself: the hand's motion within a tick is given, so each law is solved
+//! along it, and not in pieces of a tangent.
+
+mod elasto_plastic;
+mod gauss;
+mod leg;
+mod lugre;
+mod master_path;
+mod path_bristle;
+mod root;
+mod spring;
+mod stribeck_flow;
+
+pub(crate) use elasto_plastic::DeviceElastoPlastic;
+pub(crate) use leg::Leg;
+pub(crate) use lugre::{DeviceLugre, FlowLevel};
+pub(crate) use master_path::{MasterLaw, ORDER, Series};
+pub(crate) use path_bristle::PathBristle;
+
+use super::state::Contact;
+use core::fmt::Debug;
+
+/// The contact of a law on the device itself.
+pub(crate) trait DeviceContact: Clone + Debug + Send + Sync + 'static {
+    /// Moves on along a leg; tells `meter` of the energy that friction took out of the motion.
+    /// Returns whether the bounded work ran out.
+    fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool;
+
+    /// Friction at rest, N, signed: it balances a load of the same sign and size.
+    fn force_at_rest(&self) -> f64;
+
+    /// Friction in motion with a velocity, N, signed: positive against positive motion.
+    fn friction(&self, velocity: f64) -> f64;
+
+    /// Deflects the contact until it holds `force`, N, or as much of it as it can.
+    fn seat(&mut self, force: f64);
+
+    /// How it counts at a velocity: stuck where more than half of the motion is taken up by
+    /// deflection.
+    fn contact(&self, velocity: f64) -> Contact;
+}
+
+/// Hears of the energy that friction takes out of the motion, beyond what the deflection of the
+/// contact holds and gives back. Damping is left out where the law never creates energy.
+pub(crate) trait EnergyMeter {
+    /// Whether it listens: if not, energies need not be computed.
+    const LISTENS: bool;
+
+    /// Friction took `energy_j`, J; below zero it gave some.
+    fn take(&mut self, energy_j: f64);
+}
+
+impl EnergyMeter for () {
+    const LISTENS: bool = false;
+
+    fn take(&mut self, _energy_j: f64) {}
+}
+
+/// The sum.
+impl EnergyMeter for f64 {
+    const LISTENS: bool = true;
+
+    fn take(&mut self, energy_j: f64) {
+        *self += energy_j;
+    }
+}
