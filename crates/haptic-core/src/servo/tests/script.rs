@@ -58,10 +58,8 @@ impl Script {
         let mut script = Self::new(settings);
         script.go_on(50);
         script.command(Command::Engage);
-        while script.servo.state() == RigState::Engaging {
-            script.go_on(1);
-        }
-        script.go_on(200);
+        // Longer than the longest ramp of these tests.
+        script.go_on(1200);
         assert_eq!(script.servo.state(), RigState::Engaged);
         script
     }
@@ -122,6 +120,7 @@ impl Script {
         while self.servo.state().is_live() {
             self.go_on(1);
             steps += 1;
+            assert!(steps < 10_000, "it is never released");
         }
         steps
     }
