@@ -7,7 +7,8 @@
 //! S {"hello":{"protocol":1}}                      what the server must say
 //! C {"id":1,"op":"stop"}                          what the client sends, as it stands; <N spaces> stands for so many
 //! S {"id":1,"ok":{"state":"stopped","tick":"<number>"}}
-//! C2 {"id":1,"op":"get"}                          a second client; those that begin with CW are on the watchers' socket
+//! C2 {"id":1,"op":"get"}                          a second client; those that begin with CW are on
+//! the watchers' socket
 //! ```
 //!
 //! What the server says must have every field of the transcript, with an equal value. It may have

@@ -1,5 +1,6 @@
 //! Every ready scene, in the daemon and offline, as a user meets it; and what a law refuses.
 
+use haptic_core::friction::Friction;
 use haptic_ipc::{Request, RigState, SceneReply};
 use std::path::{Path, PathBuf};
 use system_tests::{Daemon, ctl, status, wait_for, wait_for_state};
@@ -68,7 +69,10 @@ fn every_ready_scene_is_rendered_with_a_hand_on_it() {
             "{said}"
         );
         let described = daemon.ctl_ok(&["describe"]);
-        assert_eq!(described.lines().count(), 1 + reply.params.len(), "{described}");
+        let summary = Friction::summary(reply.scene.friction.law()).expect("a law of the list");
+        assert!(described.lines().next().is_some_and(|law| law.ends_with(summary)), "{described}");
+        // The law, an empty line, the head of the table.
+        assert_eq!(described.lines().count(), 3 + reply.params.len(), "{described}");
     }
 }
 

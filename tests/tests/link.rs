@@ -293,7 +293,8 @@ fn the_devices_clock_may_wrap_around_and_run_away_from_ours() {
             .clock_drift_ppm
             .is_some_and(|ppm| (150.0..250.0).contains(&ppm))
     });
-    // Setting the clock is a jump of it, which counts as time that went by; the wrap itself is none.
+    // Setting the clock is a jump of it, which counts as time that went by; the wrap itself is
+    // none.
     println!("{:?} {:?}", known.state, link(&known));
 }
 
@@ -451,7 +452,8 @@ fn devices_are_listed_and_asked_who_they_are() {
         own.status.code() == Some(1) && told.contains("in use by this daemon"),
         "{told}"
     );
-    // Another rig answers, one of another version is named, and what is not there is told apart from both.
+    // Another rig answers, one of another version is named, and what is not there is told apart
+    // from both.
     let other = FakeRig::start(&["--force-limit-n", "7"]);
     let answer = daemon.ctl_ok(&["devices", "--probe", &other.address()]);
     assert!(answer.contains("fake-rig") && answer.contains("up to 7 N"), "{answer}");
@@ -459,7 +461,7 @@ fn devices_are_listed_and_asked_who_they_are() {
     for (address, why) in [
         (strange.address(), "version 9"),
         ("serial:/nowhere/rig".to_owned(), "is not there"),
-        ("fake".to_owned(), "it is simulated in the daemon"),
+        ("fake".to_owned(), "it is simulated inside the daemon"),
     ] {
         let asked = daemon.ctl(&["devices", "--probe", &address]);
         // A script may go by the exit code.

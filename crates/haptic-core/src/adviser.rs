@@ -185,7 +185,7 @@ impl fmt::Display for Finding {
         )?;
         if let Some(Fix { parameter, value }) = self.fix {
             let info = parameter.info();
-            write!(f, "; {} = {} {} would mend it", info.name, Rounded(value), info.unit)?;
+            write!(f, "; {} = {} {} would fix it", info.name, Rounded(value), info.unit)?;
         }
         Ok(())
     }
@@ -452,14 +452,14 @@ mod tests {
     #[test]
     fn advice_names_the_values_and_the_fix() {
         let message = find(&advise(&Scene::paper(), Scheme::Exact, &RIG), Check::LinearStability).to_string();
-        for part in ["25000 N/m", "20000 N/m", "stiffness = 20000 N/m would mend it"] {
+        for part in ["25000 N/m", "20000 N/m", "stiffness = 20000 N/m would fix it"] {
             assert!(message.contains(part), "{message} lacks {part}");
         }
     }
 
     proptest! {
         #[test]
-        fn what_is_said_to_mend_a_bound_does(
+        fn the_fix_of_a_bound_fixes_it(
             mass in 1e-3..10.0f64, stiffness in 10.0..1e5f64, damping in 0.0..50.0f64, dynamic_force in 0.0..20.0f64,
             substeps in prop_oneof![Just(1), Just(10)], rig_damping in 0.0..50.0f64, delay_s in 0.0..3e-3f64, sample_period_s in 0.0..0.1f64,
         ) {
@@ -473,8 +473,8 @@ mod tests {
                 if let Some(Fix { parameter, value }) = finding.fix {
                     // A hair beyond, for rounding.
                     let value = if parameter == Parameter::Mass { value * (1.0 + 1e-9) } else { value * (1.0 - 1e-9) };
-                    if let Ok(mended) = scene.with(&[(parameter.into(), value)]) {
-                        prop_assert!(find(&advise(&mended, scheme, &rig), finding.check).passes, "{:?}", finding);
+                    if let Ok(fixed) = scene.with(&[(parameter.into(), value)]) {
+                        prop_assert!(find(&advise(&fixed, scheme, &rig), finding.check).passes, "{:?}", finding);
                     }
                 }
             }

@@ -48,6 +48,7 @@ mod flush;
 pub mod friction;
 pub mod limiter;
 mod math;
+pub mod nearest;
 pub mod parameters;
 pub mod passivity;
 pub mod position_guard;

@@ -45,7 +45,8 @@ impl fmt::Display for Scheme {
 /// A text that names no scheme.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "there is no scheme `{0}`; there are exact, implicit, literal, and literal:N with N steps a tick, from 1 to {MAX_SUBSTEPS}"
+    "unknown scheme `{0}`; the schemes are exact, implicit, literal, and literal:N with N steps a tick, from 1 to \
+     {MAX_SUBSTEPS}"
 )]
 pub struct UnknownScheme(String);
 

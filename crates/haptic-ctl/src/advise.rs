@@ -47,7 +47,7 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
     Ok(())
 }
 
-/// What the rig was taken to be.
+/// The facts of the rig that the advice is based on.
 fn reckoned_with(basis: &AdviceBasis) -> String {
     let device = basis
         .sample_period_us
@@ -58,7 +58,8 @@ fn reckoned_with(basis: &AdviceBasis) -> String {
         ", assumed until it is measured"
     };
     format!(
-        "reckoned with: a loop at {:.0} Hz{device}, {:.2} ms from a sample to its force{how}; of the rig itself {} N s/m, {} N and {:.3} um a count",
+        "assumed: a loop at {:.0} Hz{device}, {:.2} ms from a sample to its force{how}; of the rig itself {} N s/m, \
+         {} N and {:.3} um a count",
         1e6 / basis.period_us,
         basis.delay_us * 1e-3,
         basis.damping_ns_per_m,

@@ -1,13 +1,14 @@
-//! What the shell completes beyond the command line's own words: parameters, and the scenes of a
-//! running daemon.
+//! Completions for the shell beyond the command line's own words: parameters, conditions, and the
+//! scenes of a running daemon.
 
 use crate::{condition, units};
 use clap_complete::engine::CompletionCandidate;
+use haptic_core::friction::Friction;
 use haptic_core::parameters::TABLE;
 use haptic_ipc::{Client, Request, SceneListReply, socket_path};
 use std::ffi::OsStr;
 
-/// Parameters, up to the value that only a person knows.
+/// Completes the name of a parameter, up to its `=`.
 pub(crate) fn assignments(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy();
     TABLE
@@ -29,32 +30,31 @@ pub(crate) fn assignments(current: &OsStr) -> Vec<CompletionCandidate> {
         .collect()
 }
 
-/// Fields and parameters of a condition, after whatever comparisons there are already, and the
-/// words that a field can be; operators and numbers are a person's.
+/// Completes the last comparison of a condition: its field or parameter, or the word after `=`.
 pub(crate) fn conditions(current: &OsStr) -> Vec<CompletionCandidate> {
     let text = current.to_string_lossy();
     let begins = text.rfind(char::is_whitespace).map_or(0, |space| space + 1);
     let (before, begun) = text.split_at(begins);
     let fields = condition::fields();
-    let words: Vec<String> = match begun.split_once('=') {
+    let words: Vec<(String, Option<&str>)> = match begun.split_once('=') {
         Some((field, _)) => condition::words(field.trim_end_matches('!'))
             .into_iter()
-            .map(|word| format!("{}{word}", &begun[..=begun.find('=').unwrap_or_default()]))
+            .map(|word| (format!("{field}={word}"), Friction::summary(&word)))
             .collect(),
         None => fields
             .split(", ")
             .chain(TABLE.iter().flat_map(|row| [row.name, row.symbol]))
-            .map(str::to_owned)
+            .map(|name| (name.to_owned(), None))
             .collect(),
     };
     words
         .into_iter()
-        .filter(|word| word.starts_with(begun))
-        .map(|word| CompletionCandidate::new(format!("{before}{word}")))
+        .filter(|(word, _)| word.starts_with(begun))
+        .map(|(word, help)| CompletionCandidate::new(format!("{before}{word}")).help(help.map(Into::into)))
         .collect()
 }
 
-/// The library of the daemon, where one runs, and files.
+/// Completes a scene: of the daemon's library, if a daemon runs, or a file.
 pub(crate) fn scenes(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy().into_owned();
     let listed: Option<SceneListReply> = Client::connect(&socket_path::for_client(None))
@@ -92,6 +92,10 @@ mod tests {
         assert_eq!(offered("state=eng"), ["state=engaging", "state=engaged"]);
         assert_eq!(offered("mass>1 and state!=stop"), ["mass>1 and state!=stopped"]);
         assert_eq!(offered("contact=st"), ["contact=stuck"]);
+        assert_eq!(offered("law!=kar"), ["law!=karnopp"]);
         assert!(offered("tick=").is_empty());
+        let helped = conditions(OsStr::new("law=dahl"));
+        let help = helped[0].get_help().map(ToString::to_string);
+        assert_eq!(help.as_deref(), Friction::summary("dahl"));
     }
 }

@@ -1,8 +1,9 @@
-//! `describe`: the parameter table.
+//! `describe`: the scene's law and its parameters.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
+use haptic_core::friction::Friction;
 use haptic_ipc::{Description, Request};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
@@ -38,5 +39,6 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
             row.feel.clone(),
         ]
     }));
-    output::line(&output::table(&rows))
+    let summary = Friction::summary(&description.law).map_or_else(String::new, |summary| format!(": {summary}"));
+    output::line(&format!("law {}{summary}\n\n{}", description.law, output::table(&rows)))
 }

@@ -22,7 +22,7 @@ impl Arguments {
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
     let asking = matches!(request, Request::Devices { probe: Some(_) });
-    let bar = asking.then(|| progress::busy("asking the device who it is"));
+    let bar = asking.then(|| progress::busy("identifying the device"));
     let answered = daemon.ask(request).await;
     if let Some(bar) = bar {
         bar.finish_and_clear();
@@ -44,17 +44,14 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
     unanswered.map_or(Ok(()), |why| Err(Failure::NoDevice(why)))
 }
 
-/// Why the device that was asked has not said who it is.
+/// Why the probed device has not identified itself.
 fn unanswered(reply: &DevicesReply) -> Option<String> {
     let asked = reply.devices.first()?;
     if asked.device.is_some() {
         return None;
     }
-    let why = asked
-        .problem
-        .as_ref()
-        .map_or("it says nothing", |problem| &problem.what);
-    Some(format!("{} has not said who it is: {why}", asked.address))
+    let why = asked.problem.as_ref().map_or("no answer", |problem| &problem.what);
+    Some(format!("{} has not identified itself: {why}", asked.address))
 }
 
 fn lines(device: &FoundDevice) -> Vec<String> {

@@ -5,7 +5,7 @@ use std::time::Duration;
 /// Reads a duration. A bare number is refused: nobody knows whether it is of seconds or of
 /// milliseconds.
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
-    let refused = || format!("`{text}` is no duration: write a number with its unit, as in 50ms, 5s or 1.5min");
+    let refused = || format!("`{text}` is not a duration: write a number with its unit, as in 50ms, 5s or 1.5min");
     let read: jiff::SignedDuration = text.parse().map_err(|_| refused())?;
     Duration::try_from(read).map_err(|_| format!("`{text}` is negative: a duration is 0s or more, as in 50ms"))
 }

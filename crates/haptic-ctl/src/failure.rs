@@ -5,7 +5,8 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 /// What to do where the daemon cannot be told to stop.
-const CUT_THE_POWER: &str = "the rig could not be told to stop: if the motor pulls, cut its power. Its own watchdog switches it off where it has one";
+const CUT_THE_POWER: &str = "the rig could not be told to stop: if the motor pulls, cut its power. Its own watchdog \
+                             switches it off where it has one";
 
 #[derive(Debug)]
 pub(crate) enum Failure {

@@ -14,7 +14,8 @@ use tokio::signal::unix::{SignalKind, signal};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-The exit code is the command's. After a command that ends with 0 the rig stays as the command has left it; after any other end it is released. \
+The exit code is the command's. After a command that ends with 0 the rig stays as the command has left it; after any \
+other end it is released. \
 SIGTERM and SIGHUP are passed on to the command.
 
     haptic-ctl lease --timeout 200ms -- python3 experiment.py";

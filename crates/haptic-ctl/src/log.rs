@@ -128,7 +128,8 @@ mod tests {
         let zone = TimeZone::fixed(jiff::tz::offset(2));
         assert_eq!(
             text(&entry, &zone),
-            "2023-11-15 00:13:20.000  ada (haptic-ctl, process 7)  set  tick 42  revision 9  over 50 ms\n    mass: 0.5 kg -> 1.5 kg"
+            "2023-11-15 00:13:20.000  ada (haptic-ctl, process 7)  set  tick 42  revision 9  over 50 ms\n    mass: \
+             0.5 kg -> 1.5 kg"
         );
     }
 }

@@ -71,8 +71,10 @@ const EXIT_CODES: &str = "\
 Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer, or timed out, \
 6 the rig is stopped or faulted, 130 interrupted.
 
-With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of these: usage (exit code 2), \
-no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer and cannot_write (1).";
+With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of \
+these: usage (exit code 2), \
+no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer and cannot_write \
+(1).";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -80,7 +82,7 @@ enum Command {
     Status,
     /// Show the rig live, with keys to stop, engage and release it
     Top,
-    /// Show the parameter table: names, symbols, units, ranges, and what each makes the hand feel
+    /// Show the scene's law and its parameters: symbols, units, ranges, and what each makes the hand feel
     Describe,
     /// Show the active scene, or another
     Get(get::Arguments),
@@ -111,7 +113,7 @@ enum Command {
     /// Wait until a condition holds, as in --until state=engaged
     #[command(after_help = wait::help())]
     Wait(wait::Arguments),
-    /// Run a command, and release the rig should the command fail, or haptic-ctl die or hang
+    /// Run a command; release the rig if the command fails, or if haptic-ctl dies or hangs
     #[command(after_help = lease::HELP)]
     Lease(lease::Arguments),
     /// Print samples live, until interrupted; with --json one object a line

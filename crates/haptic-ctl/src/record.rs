@@ -15,7 +15,7 @@ use tokio::signal::unix::{SignalKind, signal};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Recording: CSV with lines of # between, as `cargo doc -p haptic-lab` describes it
+    /// Recording: CSV, with metadata in lines of `#`; `cargo doc -p haptic-lab` specifies it
     file: PathBuf,
 
     /// Duration, as in 10s [default: until interrupted]
@@ -127,7 +127,8 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
 fn create(path: &Path, force: bool) -> Result<File, Failure> {
     if path == Path::new("-") {
         return Err(Failure::Usage(
-            "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl watch --rate all --json`"
+            "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl watch --rate all \
+             --json`"
                 .to_owned(),
         ));
     }

@@ -51,7 +51,7 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
         (
             "energy",
             format!(
-                "{:.4} mJ made by sampling beyond what the rig takes up",
+                "{:.4} mJ created by sampling beyond the rig's own losses",
                 status.energy_excess_j * 1e3
             ),
         ),

@@ -39,7 +39,7 @@ pub(crate) fn help() -> String {
     let rows: Vec<String> = quantity::si_units()
         .map(|si| format!("  {si:6} {}", quantity::accepted(si)))
         .collect();
-    format!("Units, SI without one:\n{}", rows.join("\n"))
+    format!("Units; a bare number is in SI units:\n{}", rows.join("\n"))
 }
 
 #[cfg(test)]

@@ -24,9 +24,10 @@ pub(crate) struct Arguments {
 /// The text below the options.
 pub(crate) fn help() -> String {
     format!(
-        "Fields: {}; and the parameters of the scene by name or symbol. Numbers take units where you like (device_position_m>1cm). A contact is a \
+        "Fields: {}; and the parameters of the scene by name or symbol. Numbers may have units \
+         (device_position_m>1cm). A contact is a \
          number or one of {}. A word with spaces is put in quotes.\n\n\
-         Exits 5 on a timeout, and 6 when the rig is stopped or faulted while another state is waited for.",
+         Exits with 5 on a timeout, and with 6 if the rig is stopped or faulted while waiting for another state.",
         condition::fields(),
         condition::words("contact").join(", ")
     )

@@ -12,7 +12,7 @@ use window::Window;
 
 /// Tune hapticd while a hand is on the rig, and plot what the hand feels.
 ///
-/// Space and Escape stop the rig at once, at any focus. The panel waits for its daemon, and
+/// Space and Escape stop the rig at once, whatever has the focus. The panel waits for its daemon, and
 /// reconnects by itself.
 #[derive(Debug, Parser)]
 #[command(version)]

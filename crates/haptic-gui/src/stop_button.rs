@@ -49,7 +49,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon) -> bool {
     let button = ui
         .add_sized(SIZE, Button::new("").fill(fill))
         .accessible_name("Stop")
-        .on_hover_text("Zero force at once. Space and Escape do the same, at any focus.");
+        .on_hover_text("Zero force at once. Space and Escape do the same, whatever has the focus.");
     // A button has one line of text; this one needs two.
     for (text, size, y) in [("Stop", 22.0, -8.0), (hint, 12.0, 14.0)] {
         let at = button.rect.center() + vec2(0.0, y);

@@ -62,7 +62,8 @@ fn show_clipping(ui: &mut Ui, share: f64) {
     let palette = Palette::of(ui);
     let text = format!("At the force limit {:.1} %", share * 100.0);
     let hint = format!(
-        "Share of the last {CLIPPING_OVER_S} s with force on in which it was cut: the hand felt less than the scene asks for"
+        "Share of the last {CLIPPING_OVER_S} s with force on in which it was cut: the hand felt less than the scene \
+         asks for"
     );
     count(ui, text, share == 0.0, &hint);
     let (bar, _) = ui.allocate_exact_size(egui::vec2(48.0, 8.0), egui::Sense::hover());

@@ -4,7 +4,7 @@ use haptic_core::adviser;
 use haptic_core::scene::Note;
 use serde::{Deserialize, Serialize};
 
-/// A remark on a scene that is accepted all the same.
+/// A remark on an accepted scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Advice {
@@ -12,7 +12,7 @@ pub struct Advice {
     pub param: String,
     /// The remark.
     pub message: String,
-    /// What was checked; absent where the remark is no check against a bound.
+    /// The check of a bound; absent for another remark.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finding: Option<Finding>,
 }
@@ -25,7 +25,7 @@ pub struct Finding {
     pub check: String,
     /// Whether the scene keeps the bound.
     pub passes: bool,
-    /// What the scene has; absent where it has no limit.
+    /// The scene's value; absent where it is infinite.
     pub value: Option<f64>,
     /// The bound on it.
     pub bound: Option<f64>,
@@ -73,25 +73,25 @@ impl From<Note> for Advice {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AdviceReply {
-    /// Revision of the scene that was looked at.
+    /// Revision of the checked scene.
     pub revision: u64,
     /// Every check and every remark, kept or broken.
     pub advice: Vec<Advice>,
-    /// What the rig was taken to be.
+    /// The facts of the rig that the advice is based on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub basis: Option<AdviceBasis>,
 }
 
-/// What the adviser took the rig to be.
+/// The facts of the rig that advice is based on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AdviceBasis {
     /// Time between ticks of the loop, us.
     pub period_us: f64,
-    /// Time between two samples of the device, us; absent where it measures whenever it is read.
+    /// Time between two samples of the device, us; absent if it measures whenever it is read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sample_period_us: Option<f64>,
-    /// From a sample to the motor that gives the force for it, us.
+    /// Delay from a sample to its force on the motor, us.
     pub delay_us: f64,
     /// Whether that delay was measured on the link; otherwise it is assumed.
     pub delay_measured: bool,

@@ -12,7 +12,7 @@ use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
 use tokio::net::unix::{OwnedReadHalf, OwnedWriteHalf};
 
-/// What the daemon says, line by line.
+/// The daemon's lines.
 #[derive(Debug)]
 struct Lines {
     reader: BufReader<OwnedReadHalf>,
@@ -65,7 +65,7 @@ impl AsyncClient {
         })
     }
 
-    /// What the server said first.
+    /// The greeting of the server.
     #[must_use]
     pub fn hello(&self) -> &Hello {
         &self.hello

@@ -6,16 +6,16 @@ use crate::parameter;
 use haptic_core::{Directional, ParameterKey};
 use serde::{Serialize, Serializer};
 
-/// Changes of parameters in the order given, by name or symbol. Nothing is dropped: a name given
-/// twice is there twice.
+/// Changes of parameters in the order given, by name or symbol. A name that is given twice is kept
+/// twice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes(pub Vec<(String, Directional)>);
 
 impl Changes {
-    /// The changes as the scene takes them.
+    /// The changes by parameter.
     ///
     /// # Errors
-    /// A name that no parameter has.
+    /// A name is not that of a parameter.
     pub fn resolve(&self) -> Result<Vec<(ParameterKey, f64)>, WireError> {
         let mut resolved = Vec::with_capacity(self.0.len());
         for (name, value) in &self.0 {
@@ -85,7 +85,8 @@ impl schemars::JsonSchema for Changes {
 
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
         schemars::json_schema!({
-            "description": "Parameters by name or symbol, as `describe` lists them, with `+` or `-` after it for one direction.",
+            "description": "Parameters by name or symbol, as `describe` lists them, with `+` or `-` after it for one \
+                            direction.",
             "type": "object",
             "additionalProperties": generator.subschema_for::<Directional>(),
         })

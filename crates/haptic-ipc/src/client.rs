@@ -14,24 +14,32 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use thiserror::Error;
 
-/// Why a client could not do what it was asked.
+/// Why a request has failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ClientError {
-    /// No daemon listens at the socket.
-    #[error("no daemon at {}: {source}; start one with `hapticd --demo`, or name its socket with --socket or HAPTICD_SOCKET", .path.display())]
+    /// No daemon listens on the socket.
+    #[error(
+        "no daemon at {}: {source}; start one with `hapticd --demo`, or name its socket with --socket or \
+         HAPTICD_SOCKET",
+        .path.display()
+    )]
     NoDaemon {
         /// The socket.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The socket may not be used.
-    #[error("no permission to use {}: {source}; it is for the user who started the daemon, and for the group that its --socket-group names", .path.display())]
+    #[error(
+        "no permission to use {}: {source}; it is for the user who started the daemon, and for the group that its \
+         --socket-group names",
+        .path.display()
+    )]
     Permission {
         /// The socket.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
     /// The server speaks another protocol.
@@ -47,7 +55,7 @@ pub enum ClientError {
     /// The daemon refused the request.
     #[error("{0}")]
     Refused(#[from] WireError),
-    /// The daemon said something that is not of the protocol.
+    /// The daemon sent a line that is not of the protocol.
     #[error("the daemon's answer cannot be read: {0}")]
     BadAnswer(#[from] serde_json::Error),
     /// The connection ended.
@@ -59,7 +67,7 @@ pub enum ClientError {
 }
 
 impl ClientError {
-    /// Sorts what connecting to `path` gave.
+    /// Classifies an error of connecting to `path`.
     #[must_use]
     pub fn connecting(path: &Path, source: io::Error) -> Self {
         let path = path.to_path_buf();
@@ -70,10 +78,13 @@ impl ClientError {
     }
 }
 
-/// How long the greeting may take: a daemon that has accepted greets at once.
+/// Timeout of the greeting: a daemon greets as soon as it accepts.
 const GREETING_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Takes the greeting, or says why the conversation cannot go on.
+/// Checks the greeting.
+///
+/// # Errors
+/// The conversation cannot go on.
 pub(crate) fn greeting(line: ServerLine) -> Result<Hello, ClientError> {
     match line {
         ServerLine::Hello(hello) if hello.protocol == PROTOCOL_VERSION => Ok(hello),
@@ -97,7 +108,7 @@ pub struct Sender {
 }
 
 impl Sender {
-    /// The number of the next request, for those who note it before its answer can come.
+    /// The number of the next request, for callers that need it before the answer can arrive.
     #[must_use]
     pub const fn next_id(&self) -> u64 {
         self.next_id
@@ -147,7 +158,7 @@ impl Receiver {
     /// Ends the connection for both halves: one that is stuck in sending to a daemon that does not
     /// read gives up.
     pub fn hang_up(&self) {
-        // It may be gone already.
+        // It may be closed already.
         drop(self.reader.get_ref().shutdown(std::net::Shutdown::Both));
     }
 
@@ -192,7 +203,7 @@ impl Client {
         })
     }
 
-    /// What the server said first.
+    /// The greeting of the server.
     #[must_use]
     pub fn hello(&self) -> &Hello {
         &self.hello

@@ -1,40 +1,39 @@
-//! What is found out about a rig while it is commissioned.
+//! The state and the findings of a commissioning.
 
 use crate::journal::Peer;
 use serde::{Deserialize, Serialize};
 
-/// Longest silence that a client may allow itself while it commissions a rig, ms: its lease must be
-/// no longer.
+/// Longest lease of a client that commissions a rig, ms.
 pub const LONGEST_COMMISSION_LEASE_MS: u32 = 2000;
 
 /// Answer to the operations `commission.*`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CommissionReply {
-    /// Who commissions the rig.
+    /// The client that commissions the rig.
     pub by: Peer,
-    /// Which rig it is: by its serial number, else by where it is.
+    /// The rig: its serial number, or else its address.
     pub rig: String,
     /// Name and version of its firmware.
     pub firmware: String,
     /// Whether a pulse is under way, from its ramp on until the rig is idle again.
     pub pulsing: bool,
-    /// Why it is over, where it is: nothing more can be asked.
+    /// Why it has ended, if it has.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ended: Option<String>,
-    /// Largest force of a pulse, N: half of what the rig may give.
+    /// Largest force of a pulse, N: half of the rig's force limit.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
-    /// Largest force that the rig may give otherwise, N.
+    /// The rig's force limit, N.
     #[serde(rename = "rig_force_limit_N")]
     pub rig_force_limit_n: f64,
-    /// Distance between two counts of the encoder, as the device says, m.
+    /// Resolution that the device reports, m.
     pub resolution_m: f64,
-    /// Time that engaging and releasing take, ms.
+    /// Duration of engaging and of releasing, ms.
     pub ramp_ms: f64,
     /// Pulses that have ended.
     pub pulses: u64,
-    /// The newest of them.
+    /// The newest pulse.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last: Option<PulseReport>,
     /// Whether a positive force has moved the handle in the positive direction.
@@ -43,42 +42,42 @@ pub struct CommissionReply {
     pub negative_confirmed: bool,
     /// Position of the handle, m.
     pub position_m: f64,
-    /// The least position since this began, m.
+    /// The smallest position since the beginning, m.
     pub least_m: f64,
-    /// The greatest position since this began, m.
+    /// The largest position since the beginning, m.
     pub greatest_m: f64,
-    /// The smallest step by which the position was seen to change, m; absent before it has.
+    /// The smallest observed step of the position, m; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_m: Option<f64>,
-    /// Where it is kept, after `commission.store`.
+    /// File of the findings, after `commission.store`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
 }
 
-/// What came of a pulse.
+/// The report of a pulse.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PulseReport {
-    /// The force that was asked for, N.
+    /// The requested force, N.
     #[serde(rename = "force_N")]
     pub force_n: f64,
     /// The largest force commanded, N, with its sign.
     #[serde(rename = "largest_force_N")]
     pub largest_force_n: f64,
-    /// How it ended.
+    /// How the pulse ended.
     pub end: PulseEnd,
-    /// From the first force to the last, ms.
+    /// Time from the first force to the last, ms.
     pub duration_ms: f64,
-    /// How far the handle went altogether, m, with its sign.
+    /// Displacement of the handle, m, with its sign.
     pub moved_m: f64,
-    /// How far it went the way that it was pushed, at most, m.
+    /// Largest displacement in the direction of the force, m.
     pub forward_m: f64,
-    /// How far it went against that, at most, m.
+    /// Largest displacement against the force, m.
     pub backward_m: f64,
-    /// Its largest speed, m/s.
+    /// Largest speed of the handle, m/s.
     pub largest_speed_mps: f64,
-    /// Friction of the rig, N: the work of the motor by the way that the handle went until it
-    /// rested again. Absent where it hardly moved.
+    /// Friction of the rig, N: the motor's work divided by the path of the handle until it rested
+    /// again. Absent if the handle hardly moved.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
 }
@@ -88,17 +87,17 @@ pub struct PulseReport {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PulseEnd {
-    /// In its time.
+    /// After its duration.
     Time,
-    /// The handle had gone as far as a pulse may let it.
+    /// The handle had moved as far as a pulse may move it.
     Travel,
-    /// The handle was as fast as a pulse may let it be.
+    /// The handle was as fast as a pulse may make it.
     Speed,
-    /// The handle went the other way.
+    /// The handle moved against the force.
     WrongWay,
     /// The rig was stopped, faulted, released or disconnected.
     Interrupted,
-    /// Some of its ticks were not recorded: nothing can be said of it.
+    /// Some of its ticks were not recorded, so the report is void.
     Unrecorded,
     /// Something that a later server knows.
     #[serde(other)]

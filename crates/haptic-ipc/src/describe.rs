@@ -11,10 +11,10 @@ pub struct Description {
     /// The scene's friction law.
     #[serde(default)]
     pub law: String,
-    /// The laws that there are.
+    /// Names of all laws.
     #[serde(default)]
     pub laws: Vec<String>,
-    /// The parameters of the scene, in the order in which people read them.
+    /// The parameters of the scene, in the order of the table.
     pub parameters: Vec<ParameterDescription>,
     /// Names of a sample's columns.
     pub sample_columns: Vec<String>,

@@ -1,4 +1,4 @@
-//! A line of a client: a request and its number, or the reason why it is not one.
+//! A line of a client: a request and its number, or the reason why the line is not a request.
 
 use crate::error::{ErrorCode, WireError};
 use crate::object::Object;
@@ -13,7 +13,7 @@ use serde::de::IgnoredAny;
 pub struct Envelope {
     /// Chosen by the client.
     pub id: u64,
-    /// What is asked.
+    /// The request.
     #[serde(flatten)]
     pub request: Request,
 }
@@ -21,11 +21,11 @@ pub struct Envelope {
 /// A line that is not a request.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BadLine {
-    /// Its number, where one could be read.
+    /// Its number, if that could be read.
     pub id: Option<u64>,
     /// What is wrong with it.
     pub error: WireError,
-    /// Whether it was meant as a stop all the same: when in doubt, zero force.
+    /// Whether it was meant as a stop: when in doubt, zero force.
     pub means_stop: bool,
 }
 
@@ -51,7 +51,7 @@ impl Envelope {
             refusal::missing(
                 "the line",
                 "id",
-                "a whole number of your choice, which its answer will have",
+                "a whole number of your choice, which the answer repeats",
             )
         })?;
         let id = id

@@ -1,4 +1,4 @@
-//! Typed errors, as they stand on the wire.
+//! Typed errors on the wire.
 
 use haptic_core::Parameter;
 use haptic_core::friction::SUDDEN_FALL_MPS;
@@ -35,7 +35,7 @@ pub enum ErrorCode {
     NoCoupling,
     /// The scene does not have this parameter: its law lacks it, or there is no block.
     NotApplicable,
-    /// The scene's law forbids this value beside the others.
+    /// The scene's law forbids this combination of values.
     LawForbids,
     /// A block without a coupling, or the other way round.
     BlockAndCoupling,
@@ -45,8 +45,7 @@ pub enum ErrorCode {
     Stopped,
     /// The rig is faulted, by a check: reset it first.
     Faulted,
-    /// The rig is in another state in which this cannot be done; the message says which and what to
-    /// do.
+    /// The rig's state does not allow the operation; the message says the state and the remedy.
     WrongState,
     /// The scene is not at the revision that `if_revision` names, which is `value`; `min` and `max`
     /// are the newest.
@@ -57,9 +56,9 @@ pub enum ErrorCode {
     NothingToRedo,
     /// No scene has this name or revision.
     NoSuchScene,
-    /// The library has a scene of this name already.
+    /// The library already has a scene of this name.
     SceneExists,
-    /// A scene in the library cannot have this name.
+    /// The name is not valid for a scene in the library.
     BadName,
     /// A scene's file cannot be read or written; the message says why.
     SceneFile,
@@ -67,13 +66,13 @@ pub enum ErrorCode {
     StateFile,
     /// The daemon belongs to another user.
     NotPermitted,
-    /// This socket is for watching, and for stopping.
+    /// This socket only serves watching and `stop`.
     ReadOnly,
-    /// As many clients are connected as the daemon takes.
+    /// The maximum of clients is connected.
     TooManyClients,
     /// The rig is stopped, and no device is connected to take the zero force.
     NoDevice,
-    /// The device was sent the zero force, and has not said in time that its motor is off.
+    /// The device was sent the zero force, and has not confirmed in time that its motor is off.
     NotConfirmed,
     /// The device gives no force at all: its own limit is 0 N.
     NoForce,

@@ -59,7 +59,7 @@ pub enum Event {
     Timing(Box<Timing>),
     /// A batch of ticks.
     Samples(SamplesEvent),
-    /// Something was changed, by whom and when.
+    /// A change, with its author and time.
     Log(Box<JournalEntry>),
     /// A topic of a later server.
     #[serde(other)]
@@ -76,7 +76,7 @@ pub struct StateEvent {
     /// Why it is faulted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fault: Option<String>,
-    /// The tick at which this was so.
+    /// The tick of this state.
     pub tick: u64,
     /// Revision of the active scene.
     pub revision: u64,
@@ -87,10 +87,10 @@ pub struct StateEvent {
     pub law: String,
     /// Its parameters; while they ramp, those that they ramp to.
     pub params: BTreeMap<String, Directional>,
-    /// Changes that `undo` can take back.
+    /// Number of changes that `undo` can undo.
     #[serde(default)]
     pub undo_depth: usize,
-    /// Changes that `redo` can bring back.
+    /// Number of changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
 }
@@ -101,7 +101,7 @@ pub struct StateEvent {
 pub struct SamplesEvent {
     /// Counts the sample events of the subscription, from 0.
     pub seq: u64,
-    /// Rows lost since the event before.
+    /// Rows lost since the previous event.
     pub dropped: u64,
     /// The ticks, oldest first.
     pub rows: Vec<Sample>,
@@ -111,7 +111,7 @@ pub struct SamplesEvent {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SubscribeReply {
-    /// What will be heard of.
+    /// The topics subscribed to.
     pub topics: Vec<Topic>,
     /// Samples a second: the rate asked for, or the nearest one that the loop's rate divides into.
     pub rate_hz: f64,

@@ -1,45 +1,45 @@
-//! Who changed what, and when.
+//! The journal on the wire: who changed what, and when.
 
 use crate::scene::Difference;
 use crate::state::RigState;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Something that was changed.
+/// An entry of the journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct JournalEntry {
     /// Counts the entries since the daemon began, from 1.
     pub seq: u64,
-    /// When, in seconds since 1970 (UTC).
+    /// Time, seconds since 1970 (UTC).
     pub time_unix_s: f64,
-    /// The tick that carried it out, where one did.
+    /// The tick that carried it out, if one did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
-    /// Who did it; absent where the daemon did it itself.
+    /// The client that did it; absent for the daemon's own entries.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<Peer>,
     /// The operation; `fault`, `lease_lapsed`, `disconnected` and `connected` are the daemon's own.
     pub op: String,
     /// The newest revision after it.
     pub revision: u64,
-    /// State of the rig before and after, where it was meant to change it.
+    /// Change of the rig's state, for an operation that changes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<StateChange>,
-    /// In what the scene has changed.
+    /// Changes of the scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<Difference>,
-    /// Time over which it changed, ms.
+    /// Duration of the scene's ramp, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ms: Option<f64>,
-    /// What else there is to say: why there is a fault, why a lease has lapsed, which device was
-    /// lost or found, the file of a scene that was saved.
+    /// Further text: the reason of a fault or of an expired lease, the device that was lost or found, or
+    /// the file of a saved scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
 }
 
 impl JournalEntry {
-    /// An entry of which only the operation is known yet.
+    /// An entry with nothing but its operation.
     #[must_use]
     pub fn of(op: &str) -> Self {
         Self {
@@ -57,8 +57,8 @@ impl JournalEntry {
     }
 }
 
-/// Who, what and how, in one line and one more for each change: all but the time, which is a matter
-/// of where one is.
+/// The client, the operation and its details in one line, and a line for each change. The time is left
+/// out: it depends on the reader's time zone.
 impl fmt::Display for JournalEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.by {
@@ -91,9 +91,9 @@ impl fmt::Display for JournalEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StateChange {
-    /// What it was.
+    /// The state before.
     pub before: RigState,
-    /// What it is.
+    /// The state after.
     pub after: RigState,
 }
 
@@ -105,13 +105,13 @@ pub struct Peer {
     pub session: String,
     /// Its user.
     pub uid: u32,
-    /// The user's name, where the system has one.
+    /// The user's name, if the system has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub user: Option<String>,
-    /// Its process, where it is in sight.
+    /// Its process, if it is visible to the daemon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pid: Option<i32>,
-    /// The program that it runs, where it is in sight.
+    /// Its program, if it is visible to the daemon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program: Option<String>,
 }
@@ -136,7 +136,7 @@ impl fmt::Display for Peer {
 pub struct LogReply {
     /// The entries, oldest first.
     pub entries: Vec<JournalEntry>,
-    /// The oldest entry that is still kept.
+    /// Number of the oldest entry that is kept.
     pub oldest_kept: u64,
 }
 
@@ -144,6 +144,6 @@ pub struct LogReply {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LeaseReply {
-    /// How long the client may be silent, ms; 0 where there is no lease any more.
+    /// Longest silence of the client, ms; 0 without a lease.
     pub timeout_ms: u32,
 }

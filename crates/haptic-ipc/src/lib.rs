@@ -19,7 +19,8 @@
 //! C {"id":7,"op":"set","params":{"mass":1.5,"Fs":5}}
 //! S {"id":7,"ok":{"revision":42,"tick":183042,"applied":{"mass":1.5,"static_force":5.0},"advice":[]}}
 //! C {"id":8,"op":"set","params":{"mass":-1}}
-//! S {"id":8,"error":{"code":"out_of_range","message":"mass = -1 kg is out of range: ...","param":"mass","value":-1.0,"min":1e-6,"max":100.0,"unit":"kg"}}
+//! S {"id":8,"error":{"code":"out_of_range","message":"mass = -1 kg is out of range:
+//! ...","param":"mass","value":-1.0,"min":1e-6,"max":100.0,"unit":"kg"}}
 //! ```
 //!
 //! A client may send further requests before it has the answers; requests are answered in order. A
@@ -157,7 +158,6 @@ mod event;
 mod journal;
 mod line;
 mod link;
-mod nearest;
 mod object;
 mod parameter;
 mod problem;
@@ -173,6 +173,7 @@ pub mod socket_path;
 mod state;
 mod status;
 mod timing;
+mod unknown_word;
 mod values;
 
 pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
@@ -187,7 +188,6 @@ pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply, Topic};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
-pub use nearest::{meant_in, meant_or_semicolon, nearest};
 pub use problem::Problem;
 pub use request::{ChangeOptions, Request};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
@@ -198,6 +198,7 @@ pub use scene::{
 pub use state::{RigState, StateReply};
 pub use status::{DeviceStatus, ForceLimitBy, RealTimeStatus, Status};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
+pub use unknown_word::{meant_in, meant_or_semicolon};
 
 /// The protocol version that this crate speaks.
 pub const PROTOCOL_VERSION: u32 = 1;

@@ -4,7 +4,7 @@ use crate::error::WireError;
 use crate::event::Event;
 use serde::{Deserialize, Serialize};
 
-/// What the server says first.
+/// The greeting of the server.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Hello {
@@ -14,31 +14,31 @@ pub struct Hello {
     pub server: String,
     /// Name of this connection in the server's log.
     pub session: String,
-    /// What may be asked on it; absent where that is everything.
+    /// The client's rights on this connection; absent for all.
     #[serde(default, skip_serializing_if = "Rights::is_all")]
     pub rights: Rights,
 }
 
-/// What may be asked on a connection.
+/// The rights of a client.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Rights {
-    /// Everything.
+    /// Every operation.
     #[default]
     All,
-    /// What leaves everything as it is, and stop: this is the watchers' socket.
+    /// Reading, and `stop`: this is the watchers' socket.
     Watch,
-    /// Stop, for two seconds, as there is no place left for more.
+    /// Only `stop`, for two seconds: all places for clients are taken.
     Stop,
-    /// Something of a later server.
+    /// A right that only a later server knows.
     #[serde(other)]
     #[cfg_attr(feature = "schema", schemars(skip))]
     Unknown,
 }
 
 impl Rights {
-    /// Whether everything may be asked.
+    /// Whether the client has all rights.
     #[must_use]
     pub fn is_all(&self) -> bool {
         *self == Self::All
@@ -54,10 +54,10 @@ pub enum ServerLine {
     Answer {
         /// Number of the request.
         id: Option<u64>,
-        /// What it gave.
+        /// The result.
         result: Result<serde_json::Value, WireError>,
     },
-    /// Something that was not asked for.
+    /// An event.
     Event(Event),
 }
 

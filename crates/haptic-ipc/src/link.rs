@@ -1,4 +1,4 @@
-//! The link to a rig, and the devices that may be one.
+//! The link to a rig, and the devices that are plugged in.
 
 use crate::problem::Problem;
 use serde::{Deserialize, Serialize};
@@ -7,40 +7,38 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkStatus {
-    /// The device that is connected.
+    /// The connected device.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<LinkedDevice>,
-    /// Why none is, and what would help.
+    /// Why no device is connected, and the remedy.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub waiting: Option<String>,
-    /// From the sending of a command to the arrival of the first sample that knows it, newest, us.
+    /// Newest round trip, from a command to the first sample that acknowledges it, us.
     pub round_trip_us: f64,
-    /// The longest of those, us.
+    /// The longest round trip, us.
     pub round_trip_max_us: f64,
-    /// How old the newest sample was when it was last used, beyond what the quickest ones take to
-    /// come, us.
+    /// Age of the newest sample when it was used, beyond the shortest transmission, us.
     pub age_us: f64,
-    /// How much faster the device's clock runs than ours, parts in a million; absent until that is
-    /// known.
+    /// Drift of the device's clock against ours, parts in a million, positive if it is fast; absent
+    /// until it is measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock_drift_ppm: Option<f64>,
     /// Buttons pressed, one bit each.
     pub buttons: u64,
-    /// What was counted since the daemon began.
+    /// Counts since the daemon began.
     pub counts: LinkCounts,
-    /// The last thing that went wrong on it: an error that the device reported, or why it was given
-    /// up.
+    /// The last error: reported by the device, or the reason why the link was given up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_error: Option<LinkErrorStatus>,
 }
 
-/// Something that went wrong on a link.
+/// An error of a link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkErrorStatus {
-    /// What, with the system's error, or the code and the detail of the device.
+    /// The error, with the system's message, or the device's code and detail.
     pub message: String,
-    /// How long ago, s.
+    /// Its age, s.
     pub age_s: f64,
 }
 
@@ -57,17 +55,17 @@ pub struct LinkedDevice {
     pub sample_rate_hz: f64,
     /// Distance between two counts of its encoder, m.
     pub resolution_m: f64,
-    /// Time without a command after which the device itself switches its motor off, ms; absent
-    /// where it is not known to do so.
+    /// Time without a command after which the device itself switches its motor off, ms; absent if it
+    /// is not known to do so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ms: Option<u32>,
-    /// The rig: by its serial number, else by its place. What was found when it was commissioned is
-    /// kept under this key.
+    /// The rig's key: its serial number, or else its address. Its commissioning record is stored under
+    /// this key.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rig: Option<String>,
 }
 
-/// What was counted on a link.
+/// Counts of a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LinkCounts {
@@ -100,7 +98,7 @@ pub struct LinkCounts {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DevicesReply {
-    /// What is plugged in, or the one that was asked.
+    /// The devices that are plugged in, or the probed one.
     pub devices: Vec<FoundDevice>,
 }
 
@@ -108,16 +106,16 @@ pub struct DevicesReply {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FoundDevice {
-    /// How to name it, for `hapticd --device`.
+    /// Its address, for `hapticd --device`.
     pub address: String,
-    /// What it is, for people.
+    /// Its description, for people.
     pub description: String,
     /// Whether this daemon uses it now.
     pub in_use: bool,
     /// Why it cannot be used, and the fix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub problem: Option<Problem>,
-    /// What it answered, where it was asked.
+    /// Its greeting, if it was probed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<LinkedDevice>,
 }

@@ -11,13 +11,13 @@ use std::fmt;
 
 /// A type that a field can have.
 pub(crate) trait Field: Sized {
-    /// What is expected of a field of this name, for people.
+    /// The expected value of a field of this name, for people.
     fn expected(name: &str, limits: Option<Limits>) -> String;
 
     /// Reads a value.
     ///
     /// # Errors
-    /// It is not one of this type, or outside its limits.
+    /// The value is not of this type, or out of range.
     fn read(given: &FieldValue<'_>) -> Result<Self, WireError>;
 }
 
@@ -26,7 +26,7 @@ pub(crate) trait Field: Sized {
 pub(crate) struct Limits {
     pub(crate) min: u32,
     pub(crate) max: u32,
-    /// What 0 means, where it is allowed beside the range.
+    /// The meaning of 0, if it is allowed beside the range.
     pub(crate) zero: Option<&'static str>,
 }
 
@@ -42,10 +42,10 @@ impl Limits {
     }
 }
 
-/// A value as it was written, and where.
+/// A value as it was written, and its place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FieldValue<'a> {
-    /// The object that has it; empty for the line itself.
+    /// The object that holds it; empty for the line itself.
     pub(crate) object: &'a str,
     pub(crate) name: &'a str,
     /// JSON.
@@ -54,12 +54,12 @@ pub(crate) struct FieldValue<'a> {
 }
 
 impl FieldValue<'_> {
-    /// The same, told by its name and not by its place.
+    /// The same, called by its name instead of its path.
     pub(crate) const fn alone(self) -> Self {
         Self { object: "", ..self }
     }
 
-    /// Where it stands, as in `scene.block.mass`.
+    /// Its path, as in `scene.block.mass`.
     pub(crate) fn path(&self) -> String {
         if self.object.is_empty() {
             self.name.to_owned()
@@ -79,11 +79,11 @@ impl FieldValue<'_> {
     }
 }
 
-/// The fields of an object in the order in which they were written, each with its JSON. A field
-/// that is given twice is there twice.
+/// The fields of an object in their order, each with its JSON. A field that is given twice is kept
+/// twice.
 #[derive(Debug)]
 pub(crate) struct Object<'a> {
-    /// Where it stands; empty for the line itself.
+    /// Its path; empty for the line itself.
     path: String,
     fields: Vec<(String, &'a str)>,
 }
@@ -106,7 +106,7 @@ impl<'a> Object<'a> {
         serde_json::from_str(text).map(|Pairs(fields)| Self { path, fields })
     }
 
-    /// The JSON of a field, as often as it is there.
+    /// The JSON of a field, once for each time it is given.
     pub(crate) fn all(&self, name: &str) -> impl Iterator<Item = &'a str> {
         let named = self.fields.iter().filter(move |(field, _)| field == name);
         named.map(|(_, text)| *text)
@@ -122,7 +122,7 @@ impl<'a> Object<'a> {
         })
     }
 
-    /// Refuses a field that is there twice, be it a parameter under two names.
+    /// Refuses a field that is given twice, or a parameter under two names.
     pub(crate) fn no_field_twice(&self) -> Result<(), WireError> {
         // One pass: a line has room for thousands of fields, and other clients wait meanwhile.
         let mut seen = HashSet::new();
@@ -134,7 +134,7 @@ impl<'a> Object<'a> {
         twice.map_or(Ok(()), |name| Err(refusal::given_twice(name)))
     }
 
-    /// Refuses a field that is not one of these; `object` is its name for people.
+    /// Refuses an unknown field; `object` is the object's name for people.
     pub(crate) fn no_field_but(&self, object: &str, known: &[&str]) -> Result<(), WireError> {
         let mut names = self.fields.iter().map(|(name, _)| name.as_str());
         match names.find(|name| !known.contains(name)) {
@@ -143,13 +143,13 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// Takes a field out.
+    /// Removes and returns a field.
     pub(crate) fn take(&mut self, name: &str) -> Option<&'a str> {
         let index = self.fields.iter().position(|(field, _)| field == name)?;
         Some(self.fields.remove(index).1)
     }
 
-    /// Reads a field that must be there; `object` is the object's name for people.
+    /// Reads a required field; `object` is the object's name for people.
     pub(crate) fn needed<T: Field>(&self, object: &str, name: &str, limits: Option<Limits>) -> Result<T, WireError> {
         match self.given(name, limits) {
             Some(given) => T::read(&given),
@@ -161,7 +161,7 @@ impl<'a> Object<'a> {
         }
     }
 
-    /// Reads a field that may be left out.
+    /// Reads an optional field.
     pub(crate) fn optional<T: Field + Default>(&self, name: &str, limits: Option<Limits>) -> Result<T, WireError> {
         self.given(name, limits)
             .map_or_else(|| Ok(T::default()), |given| T::read(&given))

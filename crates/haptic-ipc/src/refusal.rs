@@ -2,7 +2,7 @@
 //! meant, in a sentence for people and in fields for programs.
 
 use crate::error::{ErrorCode, WireError};
-use crate::nearest::meant_or_semicolon;
+use crate::unknown_word::meant_or_semicolon;
 
 /// A value of the wrong type.
 pub(crate) fn wrong_type(path: &str, name: &str, value: &str, expected: &str) -> WireError {
@@ -27,30 +27,30 @@ pub(crate) fn out_of_range(path: &str, name: &str, value: &str, unit: &str, rang
 /// A number that a double cannot hold.
 pub(crate) fn too_large(path: &str, name: &str, value: &str, unit: &str) -> WireError {
     let message = format!(
-        "{path} = {}{} is out of range: it is more than a number here can be",
+        "{path} = {}{} is out of range: it exceeds the largest number",
         shortened(value),
         shown(unit)
     );
     WireError::new(ErrorCode::BadRequest, message).about(name)
 }
 
-/// A field, or a parameter under two names, that is there twice.
+/// A field that is given twice, or a parameter under two names.
 pub(crate) fn given_twice(name: &str) -> WireError {
     WireError::new(ErrorCode::GivenTwice, format!("{} is given twice", shortened(name))).about(name)
 }
 
-/// A field that is needed and not there.
+/// A required field that is missing.
 pub(crate) fn missing(object: &str, name: &str, expected: &str) -> WireError {
-    WireError::new(ErrorCode::BadRequest, format!("{object} has no `{name}`: {expected}")).about(name)
+    WireError::new(ErrorCode::BadRequest, format!("{object} lacks `{name}`: {expected}")).about(name)
 }
 
 /// A field that the object does not have.
 pub(crate) fn unknown_field(object: &str, name: &str, known: &[&str]) -> WireError {
     let (shown, meant) = (shortened(name), meant_or_semicolon(name, known));
     let has = if known.is_empty() {
-        "it has none but `id` and `op`".to_owned()
+        "its fields are `id` and `op`".to_owned()
     } else {
-        format!("it has {}", known.join(", "))
+        format!("its fields are {}", known.join(", "))
     };
     let message = format!("`{object}` has no field `{shown}`{meant} {has}");
     WireError::new(ErrorCode::UnknownField, message).about(name)
@@ -58,19 +58,19 @@ pub(crate) fn unknown_field(object: &str, name: &str, known: &[&str]) -> WireErr
 
 /// An operation that does not exist.
 pub(crate) fn unknown_operation(op: &str, known: &[&str]) -> WireError {
-    let message = format!("there is no operation {}", unknown(op, known));
+    let message = format!("unknown operation {}", unknown(op, "operations", known));
     WireError::new(ErrorCode::UnknownOp, message).about("op")
 }
 
-/// A word that is not one of a kind, as in "there is no topic `weather`".
+/// An unknown word of a kind, as in "unknown topic `weather`".
 pub(crate) fn unknown_word(path: &str, name: &str, kind: &str, word: &str, known: &[&str]) -> WireError {
-    let message = format!("{path}: there is no {kind} {}", unknown(word, known));
+    let message = format!("{path}: unknown {kind} {}", unknown(word, &format!("{kind}s"), known));
     WireError::new(ErrorCode::BadRequest, message).about(name)
 }
 
-fn unknown(word: &str, known: &[&str]) -> String {
+fn unknown(word: &str, kinds: &str, known: &[&str]) -> String {
     let meant = meant_or_semicolon(word, known);
-    format!("`{}`{meant} there are {}", shortened(word), known.join(", "))
+    format!("`{}`{meant} the {kinds} are {}", shortened(word), known.join(", "))
 }
 
 /// A unit behind a number; a bare number has none.

@@ -48,7 +48,7 @@ pub fn read_text_of(path: &Path, largest_bytes: u64) -> io::Result<String> {
     if bytes.len() as u64 > largest_bytes {
         return Err(io::Error::new(
             ErrorKind::FileTooLarge,
-            format!("it has more than {largest_bytes} bytes, the most that are read"),
+            format!("it is larger than the limit of {largest_bytes} bytes"),
         ));
     }
     String::from_utf8(bytes)
@@ -105,7 +105,7 @@ mod tests {
             ("socket", "a socket"),
             ("loop", "symbolic links"),
             ("to-zero", "a device"),
-            ("more", "more than 1048576 bytes"),
+            ("more", "limit of 1048576 bytes"),
             ("binary", "UTF-8"),
             (".", "a directory"),
         ] {

@@ -152,7 +152,7 @@ pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChangeReply {
-    /// Revision of the changed scene; after a dry run or a no-op, the newest revision as it was.
+    /// Revision of the changed scene; after a dry run or a no-op, the newest revision.
     pub revision: u64,
     /// The first tick that rendered it, or began to ramp to it; absent after a dry run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -164,16 +164,16 @@ pub struct ChangeReply {
     /// Whether it was a dry run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub dry_run: bool,
-    /// The values set, by full name: those asked for, or those that the scene brought.
+    /// The values set, by full name.
     pub applied: BTreeMap<String, f64>,
-    /// In what the scene differs from the one before.
+    /// Differences from the previous scene.
     #[serde(default)]
     pub changes: Vec<Difference>,
-    /// What may surprise the user of the changed scene, and the bounds that it breaks.
+    /// Remarks on the changed scene, and the bounds that it breaks.
     pub advice: Vec<Advice>,
 }
 
-/// Something in which two scenes differ.
+/// A difference of two scenes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Difference {
@@ -182,10 +182,10 @@ pub struct Difference {
     /// Unit of a parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
-    /// What it was; absent where the scene did not have it.
+    /// The value before; absent if the scene did not have it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub before: Option<Value>,
-    /// What it is; absent where the scene does not have it.
+    /// The value after; absent if the scene does not have it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after: Option<Value>,
 }
@@ -195,9 +195,9 @@ pub struct Difference {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Value {
-    /// Of a parameter, SI units.
+    /// The value of a parameter, SI units.
     Number(Directional),
-    /// Of something else.
+    /// Another value.
     Word(String),
 }
 
@@ -222,8 +222,8 @@ impl fmt::Display for Difference {
     }
 }
 
-/// The differences of two scenes: name and law first, then the parameters in the order of the
-/// table, then what else a law has.
+/// The differences of two scenes: name and law, then the parameters in the order of the table, then
+/// `reseat`.
 #[must_use]
 pub fn differences(before: &Scene, after: &Scene) -> Vec<Difference> {
     let mut found = Vec::new();
@@ -264,13 +264,13 @@ pub struct SceneListReply {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ListedScene {
-    /// Its name there, as `scene.load` takes it.
+    /// Its name, for `scene.load`.
     pub name: String,
-    /// What it calls itself.
+    /// Its title.
     pub title: String,
     /// Its friction law.
     pub law: String,
-    /// Its file; absent where it comes with the daemon.
+    /// Its file; absent for a built-in scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<String>,
     /// Why it cannot be loaded.
@@ -292,6 +292,6 @@ pub struct SceneSaveReply {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneDiffReply {
-    /// In what the scenes differ; empty where they are alike.
+    /// The differences; empty for equal scenes.
     pub differences: Vec<Difference>,
 }

@@ -1,8 +1,8 @@
 //! The protocol as a JSON Schema, drawn from the types, for clients in other languages.
 //!
 //! `#/$defs/RequestLine` is a line that a client sends and `#/$defs/ServerLine` one that it reads;
-//! `#/$defs/Answers/OP` is what `ok` holds in the answer to an operation. What is sent must not
-//! have more fields than the schema says; what is read may, from a later server.
+//! `#/$defs/Answers/OP` is what `ok` holds in the answer to an operation. A line that is sent must not
+//! have further fields; a line that is read may, from a later server.
 
 use crate::{Envelope, Event, Hello, Request, WireError};
 use haptic_core::parameters::TABLE;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StateReply {
-    /// State of the rig after the tick.
+    /// State of the rig after that tick.
     pub state: RigState,
     /// The tick that carried it out.
     pub tick: u64,

@@ -1,4 +1,4 @@
-//! How the rig and the daemon are.
+//! The state of the rig and of the daemon.
 
 use crate::journal::Peer;
 use crate::link::LinkStatus;
@@ -23,9 +23,9 @@ pub struct Status {
     pub uptime_s: f64,
     /// Nominal rate of the loop, Hz.
     pub rate_hz: f64,
-    /// How the block is integrated: `exact`, `literal` or `literal:N`.
+    /// Integration of the block: `exact`, `literal` or `literal:N`.
     pub scheme: String,
-    /// How the device's velocity is estimated from its positions.
+    /// Estimator of the device's velocity from its positions.
     pub velocity_estimator: String,
     /// Revision of the active scene.
     pub revision: u64,
@@ -34,20 +34,20 @@ pub struct Status {
     /// Force commanded on the hand in the last tick, N.
     #[serde(rename = "command_force_N")]
     pub command_force_n: f64,
-    /// Energy that the sampled loop made and the rig did not take up, J.
+    /// Energy that the sampled loop has created beyond the rig's own losses, J.
     #[serde(default, rename = "energy_excess_J")]
     pub energy_excess_j: f64,
     /// Position of the device in the last tick, m.
     pub device_position_m: f64,
-    /// Changes that `undo` can undo.
+    /// Number of changes that `undo` can undo.
     #[serde(default)]
     pub undo_depth: usize,
-    /// Changes that `redo` can redo.
+    /// Number of changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
-    /// Clients connected.
+    /// Number of clients connected.
     pub clients: usize,
-    /// Clients that hold a lease.
+    /// Number of clients that hold a lease.
     #[serde(default)]
     pub leases: usize,
     /// The client that commissions the rig.
@@ -63,15 +63,15 @@ pub struct Status {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceStatus {
-    /// What it is.
+    /// Its description.
     pub description: String,
-    /// Largest force that goes to it, N: the smaller of the configured limit and the device's own.
+    /// Largest force sent to it, N: the smaller of the configured limit and the device's own.
     #[serde(rename = "force_limit_N")]
     pub force_limit_n: f64,
-    /// Which of the two that is.
+    /// Which of the two limits is the smaller one.
     #[serde(default)]
     pub force_limit_by: ForceLimitBy,
-    /// Samples that were not rendered, because no hand can have made them.
+    /// Samples that were discarded, because no hand can have made them.
     #[serde(default)]
     pub samples_forgotten: u64,
     /// Fastest change of that force, N/s.
@@ -80,18 +80,18 @@ pub struct DeviceStatus {
     /// Speed at which the force is taken away, m/s.
     #[serde(default)]
     pub speed_limit_mps: f64,
-    /// Acceleration beyond which its position has jumped, and the force is taken away, m/s^2.
+    /// Acceleration that counts as a jump of its position and takes the force away, m/s^2.
     #[serde(default)]
     pub acceleration_limit_mps2: f64,
-    /// Why the daemon would refuse to engage it as it is, each with what to do about it.
+    /// Why the daemon would refuse to engage it now, each with its remedy.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub engage_refused: Vec<Problem>,
-    /// The link to it; absent where the rig is in the daemon itself.
+    /// The link to it; absent for a rig simulated in the daemon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
 
-/// Whose force limit is the smaller one.
+/// The source of the smaller force limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -102,7 +102,7 @@ pub enum ForceLimitBy {
     Configuration,
     /// The device's own, from its hello.
     Device,
-    /// The server is of a later version and uses a name that this client does not know.
+    /// A name that only a later server knows.
     #[serde(other)]
     #[cfg_attr(feature = "schema", schemars(skip))]
     Unknown,
@@ -126,13 +126,13 @@ pub struct RealTimeStatus {
     /// Whether the processors are kept from sleeping deeply.
     #[serde(default)]
     pub cpus_kept_awake: bool,
-    /// How long before its deadline a tick wakes up to spin, us.
+    /// Time before its deadline at which a tick wakes up to spin, us.
     #[serde(default)]
     pub spin_us: u64,
     /// Whether numbers below the normal range count as zero.
     #[serde(default)]
     pub denormals_flushed: bool,
-    /// What it could not have, and how to get it.
+    /// Its problems, with their remedies.
     pub problems: Vec<Problem>,
 }
 

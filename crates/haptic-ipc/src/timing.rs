@@ -1,4 +1,4 @@
-//! How well the loop keeps time.
+//! The timing of the loop.
 
 use crate::link::LinkStatus;
 use serde::{Deserialize, Serialize};
@@ -14,15 +14,15 @@ pub struct Timing {
     pub since_start: TimingWindow,
     /// The same over the last ten seconds.
     pub last_10_s: TimingWindow,
-    /// How long stops took, since the daemon began.
+    /// Duration of stops since the daemon began.
     #[serde(default)]
     pub stops: StopTimes,
-    /// The link to the rig; absent where the rig is in the daemon itself.
+    /// The link to the rig; absent for a rig simulated in the daemon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,
 }
 
-/// How well the loop kept time over a while.
+/// The timing of the loop over a period.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TimingWindow {
@@ -34,34 +34,34 @@ pub struct TimingWindow {
     pub missed_periods: u64,
     /// Samples lost because the telemetry ring was full.
     pub telemetry_dropped: u64,
-    /// How long after its deadline a tick began.
+    /// Time from a deadline to the beginning of its tick.
     pub wake_latency_ns: Percentiles,
-    /// How long a tick took, the device's read and write included.
+    /// Duration of a tick, with the device's read and write.
     pub tick_ns: Percentiles,
-    /// How long the device's read and write took; zero where the rig is in the daemon itself.
+    /// Duration of the device's read and write; zero for a rig simulated in the daemon.
     pub device_round_trip_ns: Percentiles,
     /// Time from one tick to the next.
     pub period_ns: Percentiles,
-    /// The same durations in buckets, each twice as wide as the one before.
+    /// The same durations in buckets, each twice as wide as the previous one.
     #[serde(default)]
     pub histogram: TimingHistogram,
 }
 
-/// How long stops took: from the reading of the line that asks for one.
+/// Duration of stops, from the reading of the client's line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StopTimes {
-    /// Stops after which the device had its motor off.
+    /// Stops after which the device confirmed that its motor is off.
     pub confirmed: u64,
-    /// Stops after which the device was sent zero force and did not say within 100 ms that its
+    /// Stops after which the device was sent zero force and did not confirm within 100 ms that its
     /// motor is off.
     pub unconfirmed: u64,
-    /// Stops that no device was there to hear.
+    /// Stops without a connected device.
     pub without_device: u64,
-    /// Until zero force was written.
+    /// Time until zero force was written.
     pub to_written_ns: Percentiles,
-    /// Until the device had said that its motor is off; a rig that says nothing of its motor, until
-    /// it had taken the zero force.
+    /// Time until the device confirmed that its motor is off, or, if it does not report its motor,
+    /// until it had taken the zero force.
     pub to_confirmed_ns: Percentiles,
 }
 
@@ -69,9 +69,9 @@ pub struct StopTimes {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TimingHistogram {
-    /// How long after its deadline a tick began.
+    /// Time from a deadline to the beginning of its tick.
     pub wake_latency_ns: Vec<Bucket>,
-    /// How long a tick took.
+    /// Duration of a tick.
     pub tick_ns: Vec<Bucket>,
 }
 
@@ -79,9 +79,9 @@ pub struct TimingHistogram {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Bucket {
-    /// The durations in it are up to this, ns, and above that of the bucket before.
+    /// Its longest duration, ns; its shortest is above that of the previous bucket.
     pub up_to: u64,
-    /// How many there were.
+    /// Number of durations.
     pub count: u64,
 }
 

@@ -97,7 +97,7 @@ impl Field for usize {
     }
 }
 
-/// Refuses a word that is not known; `kind` says what such words are, as in "topic".
+/// Refuses an unknown word; `kind` is the kind of such words, as in "topic".
 pub(crate) fn word(given: &FieldValue<'_>, kind: &str, word: &str, known: &[&str]) -> Result<(), WireError> {
     if known.contains(&word) {
         return Ok(());
@@ -105,12 +105,12 @@ pub(crate) fn word(given: &FieldValue<'_>, kind: &str, word: &str, known: &[&str
     Err(refusal::unknown_word(&given.path(), given.name, kind, word, known))
 }
 
-/// The words that an enum of words knows, as serde lists them.
+/// The words of an enum, as serde lists them.
 pub(crate) fn words<T: DeserializeOwned>() -> &'static [&'static str] {
     T::deserialize(StrDeserializer::new("")).map_or_else(|Words(known)| known, |_: T| &[])
 }
 
-/// Serde's error for an unknown word, of which only the known words are kept.
+/// The known words in serde's error about an unknown one.
 #[derive(Debug)]
 struct Words(&'static [&'static str]);
 
@@ -132,7 +132,7 @@ impl fmt::Display for Words {
     }
 }
 
-/// The unit that a field's name ends with.
+/// The unit at the end of a field's name.
 fn unit(name: &str) -> &'static str {
     match name.rsplit('_').next() {
         Some("ms") => "ms",
@@ -160,7 +160,7 @@ fn within(given: &FieldValue<'_>, number: f64, shown: &str) -> Result<(), WireEr
     Err(error.within(number, min, max, unit))
 }
 
-/// The refusal of a whole number that its type cannot hold.
+/// Refuses a whole number that its type cannot hold.
 fn beyond(given: &FieldValue<'_>) -> WireError {
     let number = given.text.parse().unwrap_or(f64::NAN);
     if let Err(error) = within(given, number, given.text) {

@@ -5,8 +5,8 @@ use std::io::IsTerminal;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// Shows state, rate, cost of a tick and overruns until it is dropped: in place on a terminal, once
-/// a second elsewhere.
+/// Shows state, rate, duration of a tick and overruns until it is dropped: in place on a terminal,
+/// a line a second elsewhere.
 pub(crate) async fn show_status(rig: Rc<RigHandle>) {
     let in_place = std::io::stdout().is_terminal();
     let mut pause = tokio::time::interval(Duration::from_millis(if in_place { 200 } else { 1000 }));
@@ -21,7 +21,7 @@ pub(crate) async fn show_status(rig: Rc<RigHandle>) {
     }
 }
 
-/// One line on how the loop is doing.
+/// One line on the state of the loop.
 pub(crate) fn status_line(rig: &RigHandle) -> String {
     let feed = rig.feed();
     let timing = feed.timing().report();
@@ -32,7 +32,8 @@ pub(crate) fn status_line(rig: &RigHandle) -> String {
     #[expect(clippy::cast_precision_loss, reason = "times below 2^53 ns")]
     let us = |ns: u64| ns as f64 * 1e-3;
     format!(
-        "{state:<9} {:.0} Hz  tick {:.1} us (p99 {:.1})  wake-up +{:.0} us (p99 {:.0})  ticks {}  overruns {}  missed {}  dropped {}  force {force:+.2} N",
+        "{state:<9} {:.0} Hz  tick {:.1} us (p99 {:.1})  wake-up +{:.0} us (p99 {:.0})  ticks {}  overruns {}  \
+         missed {}  dropped {}  force {force:+.2} N",
         timing.rate_hz,
         us(recent.tick_ns.p50),
         us(recent.tick_ns.p99),

@@ -1,10 +1,10 @@
-//! How the daemon is told to end, and what makes sure that it does.
+//! The signals that end the daemon, and an overseer that makes sure that it ends.
 //!
-//! SIGINT, SIGTERM and SIGHUP are taken by a thread of their own, which passes them on to the
-//! control thread. That one lets the force down along its ramp and ends the loop. A third thread
-//! waits meanwhile: where the control thread does not take the signal up, or does not come to an
-//! end, it ends the loop itself, whose last word is zero force, and then the process. So no file,
-//! no descriptor and no lock on which the control thread may stand keeps a signal from being heard.
+//! A thread waits for SIGINT, SIGTERM and SIGHUP, and passes them on to the control thread, which
+//! releases the rig along its ramp and ends the loop. Meanwhile the overseer, a third thread,
+//! waits: if the control thread does not react to the signal, or does not end in time, the overseer
+//! ends the loop with zero force, and then the process. So a signal is obeyed even if the control
+//! thread is blocked by a file, a descriptor or a lock.
 
 use crate::log::{self, Level};
 use nix::sys::signal::{SigSet, Signal};
@@ -12,32 +12,32 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 use tokio::sync::watch;
 
-/// What asks the daemon to end.
+/// The signals that ask the daemon to end.
 const SIGNALS: [Signal; 3] = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP];
 
-/// How soon the control thread has to take a signal up; else it counts as hanging.
-const TAKE_UP: Duration = Duration::from_millis(600);
+/// Time within which the control thread must react to a signal; otherwise it counts as hanging.
+const REACTION_TIME: Duration = Duration::from_millis(600);
 
-/// What the loop needs for its last word.
-const LAST_WORD: Duration = Duration::from_millis(200);
+/// Time in which the loop sends its final zero force.
+const FINAL_ZERO_TIME: Duration = Duration::from_millis(200);
 
-/// What the end may take beyond the ramp, once it is begun: the release, the end of the loop, and
-/// what is left to be said.
+/// Time that an orderly end may take beyond the ramp: the release, the end of the loop, and the
+/// last lines of the log.
 const LONGEST_END: Duration = Duration::from_millis(2500);
 
-/// Stack of either thread, bytes; all of it is locked in memory.
+/// Stack of each thread, bytes; all of it is locked in memory.
 const STACK_BYTES: usize = 128 * 1024;
 
-/// What the overseer hears.
+/// Messages to the overseer.
 #[derive(Clone, Copy, Debug)]
 enum News {
     /// A signal has come.
     Asked,
-    /// The control thread ends the daemon.
+    /// The control thread has begun to end the daemon.
     Begun,
 }
 
-/// The signals, blocked in this thread and in those that it starts from now on, and taken by nobody yet.
+/// The signals, blocked in this thread and in the threads that it starts.
 #[derive(Debug)]
 pub(crate) struct BlockedSignals(SigSet);
 
@@ -49,7 +49,7 @@ pub(crate) struct StopSignals {
 }
 
 impl BlockedSignals {
-    /// Blocks them. Before any thread is started that does not block them itself.
+    /// Blocks the signals. Must be called before any thread is started that does not block them.
     ///
     /// # Errors
     /// The system refuses.
@@ -59,8 +59,8 @@ impl BlockedSignals {
         Ok(Self(set))
     }
 
-    /// Has them taken from now on. `end_loop` ends the loop with zero force, from any thread; the
-    /// ramp at the end takes `ramp`.
+    /// Begins to wait for the signals. `end_loop` ends the loop with zero force, from any thread;
+    /// the ramp of the release takes `ramp`.
     ///
     /// # Errors
     /// The system has no thread left.
@@ -72,7 +72,7 @@ impl BlockedSignals {
         thread("signals", move || {
             loop {
                 if self.0.wait().is_err() {
-                    // It is only ever interrupted.
+                    // The wait can only be interrupted.
                     continue;
                 }
                 passed_on.send_modify(|count| *count += 1);
@@ -92,7 +92,7 @@ impl StopSignals {
         }
     }
 
-    /// Says that the daemon ends from now on, whatever the reason.
+    /// Tells the overseer that the daemon has begun to end, for whatever reason.
     pub(crate) fn begun(&self) {
         // The overseer lives as long as the process.
         self.news.send(News::Begun).unwrap_or_default();
@@ -100,7 +100,7 @@ impl StopSignals {
 }
 
 fn thread(name: &str, run: impl FnOnce() + Send + 'static) -> std::io::Result<()> {
-    // Never joined: it ends with the process.
+    // The thread is never joined: it ends with the process.
     std::thread::Builder::new()
         .name(name.to_owned())
         .stack_size(STACK_BYTES)
@@ -108,28 +108,28 @@ fn thread(name: &str, run: impl FnOnce() + Send + 'static) -> std::io::Result<()
         .map(drop)
 }
 
-/// Waits for the end, and brings it about where it does not come by itself.
+/// Waits for the end of the daemon, and enforces it if it does not come in time.
 fn oversee(news: &Receiver<News>, longest_end: Duration, end_loop: impl Fn()) {
     let why = match overdue(news, longest_end) {
         Some(why) => why,
         None => return,
     };
-    // The force first; nothing before it may wait.
+    // The force first: nothing may delay it.
     end_loop();
-    std::thread::sleep(LAST_WORD);
+    std::thread::sleep(FINAL_ZERO_TIME);
     log::say_at(Level::Error, why);
-    log::flush(LAST_WORD);
+    log::flush(FINAL_ZERO_TIME);
     std::process::exit(1);
 }
 
-/// Why the end has to be brought about, as soon as it has.
+/// Waits until the end must be enforced; returns the reason.
 fn overdue(news: &Receiver<News>, longest_end: Duration) -> Option<&'static str> {
-    let take_up = match news.recv().ok()? {
-        News::Asked => TAKE_UP,
+    let reaction_time = match news.recv().ok()? {
+        News::Asked => REACTION_TIME,
         News::Begun => Duration::ZERO,
     };
-    if !take_up.is_zero() {
-        let mut left = take_up;
+    if !reaction_time.is_zero() {
+        let mut left = reaction_time;
         loop {
             let began = std::time::Instant::now();
             match news.recv_timeout(left) {
@@ -155,15 +155,15 @@ mod tests {
     use std::time::Instant;
 
     #[test]
-    fn an_end_that_is_not_taken_up_or_does_not_come_is_brought_about() {
+    fn an_end_that_is_ignored_or_takes_too_long_is_enforced() {
         let long = Duration::from_secs(3600);
         let (news, heard) = channel();
         news.send(News::Asked).expect("it is heard");
         news.send(News::Asked).expect("it is heard");
         let asked = Instant::now();
-        let why = overdue(&heard, long).expect("nobody takes it up");
+        let why = overdue(&heard, long).expect("the signal is ignored");
         assert!(why.contains("the control thread hangs"), "{why}");
-        assert!(asked.elapsed() >= TAKE_UP, "{:?}", asked.elapsed());
+        assert!(asked.elapsed() >= REACTION_TIME, "{:?}", asked.elapsed());
 
         for begun in [&[News::Asked, News::Begun][..], &[News::Begun]] {
             for told in begun {

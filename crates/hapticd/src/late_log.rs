@@ -1,24 +1,24 @@
-//! What the log says of missed periods: the first at once, and then no more than a line every ten
-//! seconds, with everything since the line before.
+//! Log lines about missed periods: the first at once, then at most one every ten seconds, with all
+//! since the previous line.
 
 use crate::control::RigHandle;
 use crate::telemetry::timing::Counted;
 use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval};
 
-/// How often the counters are looked at.
-const LOOK: Duration = Duration::from_millis(500);
+/// Period at which the counters are checked.
+const CHECK_PERIOD: Duration = Duration::from_millis(500);
 
-/// Between two lines.
+/// Least time between two lines.
 const PAUSE: Duration = Duration::from_secs(10);
 
-/// Says when periods are missed. For ever.
+/// Logs missed periods, for ever.
 pub(crate) async fn watch(rig: &RigHandle) {
-    let mut looking = interval(LOOK);
-    looking.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut checks = interval(CHECK_PERIOD);
+    checks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut log = LateLog::default();
     loop {
-        let now = looking.tick().await;
+        let now = checks.tick().await;
         let counted = rig.feed().timing().counted();
         if let Some(line) = log.line(now, counted) {
             crate::say(&line);
@@ -33,7 +33,7 @@ struct LateLog {
 }
 
 impl LateLog {
-    /// What is to be said now, if anything.
+    /// The line to log now, if any.
     fn line(&mut self, now: Instant, counted: Counted) -> Option<String> {
         let missed = counted.missed_periods - self.told.missed_periods;
         let overruns = counted.overruns - self.told.overruns;
@@ -46,7 +46,7 @@ impl LateLog {
         );
         (self.told, self.told_at) = (counted, Some(now));
         Some(format!(
-            "late: {missed} missed periods and {overruns} overruns {since}; `haptic-ctl timing` tells more"
+            "late: {missed} missed periods and {overruns} overruns {since}; see `haptic-ctl timing`"
         ))
     }
 }

@@ -1,10 +1,10 @@
-//! What the daemon says on standard error and, with `--demo`, on standard output.
+//! The daemon's log on standard error and, with `--demo`, its status line on standard output.
 //!
-//! Either may be a pipe that nobody reads or a terminal held with Ctrl-S, where a write waits for
-//! as long as that lasts. So no thread of the daemon writes by itself: a line goes into a bounded
-//! queue, from which a thread of its own writes it. Where the queue is full the line is lost and
-//! counted, and the count is written once there is room again. The end of the process waits for
-//! that thread for a moment only.
+//! Either may be a pipe that nobody reads or a terminal held with Ctrl-S, where a write blocks. So
+//! no thread of the daemon writes by itself: a line goes into a bounded queue, which a thread of
+//! its own writes out. When the queue is full the line is dropped and counted, and the count is
+//! written as soon as there is room. The end of the process waits for that thread only for a
+//! moment.
 //!
 //! Under systemd each line begins with its priority, `<3>` for a fault down to `<6>`, so that the
 //! journal can be searched by it.
@@ -20,17 +20,17 @@ use std::fmt::Write;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// Lines that may wait for standard error.
+/// Most lines that wait for standard error.
 const BACKLOG_LINES: usize = 256;
 
-/// Longest line, bytes; a longer one is cut. With the lines that may wait this bounds what is held
+/// Longest message, bytes; a longer one is cut. With [`BACKLOG_LINES`] this bounds the memory held
 /// for a reader that does not read.
 const LONGEST_LINE: usize = 4096;
 
-/// How long one write may take before the end of the process no longer waits for it.
+/// Time after which the end of the process no longer waits for a write.
 const BLOCKED_AFTER: Duration = Duration::from_millis(200);
 
-/// How urgent a line is, as syslog has it.
+/// Severity of a line, as in syslog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Level {
     Error,
@@ -39,7 +39,7 @@ pub(crate) enum Level {
 }
 
 impl Level {
-    /// The number that syslog and the service manager know it by.
+    /// The severity's number in syslog and for the service manager.
     const fn priority(self) -> u8 {
         match self {
             Self::Error => 3,
@@ -53,7 +53,7 @@ impl Level {
 #[derive(Debug)]
 struct Log {
     messages: Outlet,
-    /// The status line of the demo: only the newest is of interest.
+    /// The status line of the demo: only the newest matters.
     status_line: Outlet,
     /// Whether standard error is the journal of a service manager.
     with_priorities: bool,
@@ -61,7 +61,7 @@ struct Log {
 
 static LOG: OnceLock<Log> = OnceLock::new();
 
-/// Starts the log. Before that, lines are written at once.
+/// Starts the log. Before that, lines are written directly.
 ///
 /// # Errors
 /// The system has no thread left.
@@ -97,41 +97,41 @@ pub(crate) fn start() -> std::io::Result<()> {
     Ok(())
 }
 
-/// A line on standard error, of ordinary urgency.
+/// Logs a line of severity [`Level::Info`].
 pub(crate) fn say(line: &str) {
     say_at(Level::Info, line);
 }
 
-/// A line on standard error.
+/// Logs a line.
 pub(crate) fn say_at(level: Level, line: &str) {
     match LOG.get() {
         Some(log) => log.messages.put(text(level, line, log.with_priorities)),
-        // Only tests of a part come here: nothing moves.
+        // Only unit tests come here.
         None => eprint!("{}", text(level, line, false)),
     }
 }
 
-/// The newest status line of the demo, as it is to be written.
+/// Shows the status line of the demo.
 pub(crate) fn show(line: String) {
     if let Some(log) = LOG.get() {
         log.status_line.put(line);
     }
 }
 
-/// An entry of the journal, unless it is only a change of the scene, of which there may be a
-/// thousand a second.
+/// Logs an entry of the journal, unless it is a change of the scene: there may be a thousand of
+/// those a second.
 pub(crate) fn journal(entry: &JournalEntry) {
     let level = match entry.op.as_str() {
         "set" | "undo" | "redo" | "scene.load" | "scene.save" => return,
         "engage" | "release" | "reset" | "connected" | "commission.begin" | "commission.store" => Level::Info,
         "stop" | "lease_lapsed" | "disconnected" => Level::Warning,
-        // A fault, and whatever else the daemon finds wrong.
+        // A fault, and everything unknown.
         _ => Level::Error,
     };
     say_at(level, &entry.to_string());
 }
 
-/// Waits until what was said is written, for so long at most, and not for a write that is blocked.
+/// Waits until the log is written, at most for `limit`, and not for a write that is blocked.
 pub(crate) fn flush(limit: Duration) {
     let Some(log) = LOG.get() else { return };
     let began = Instant::now();
@@ -140,7 +140,7 @@ pub(crate) fn flush(limit: Duration) {
     }
 }
 
-/// A message as it is written: each of its lines with the priority where somebody reads that.
+/// A message as it is written, each of its lines with its priority if `with_priorities` is set.
 fn text(level: Level, message: &str, with_priorities: bool) -> String {
     let cut = message.floor_char_boundary(LONGEST_LINE);
     let mut text = String::with_capacity(cut + 32);
@@ -156,8 +156,8 @@ fn text(level: Level, message: &str, with_priorities: bool) -> String {
     text
 }
 
-/// Whether standard error leads to a service manager's journal: it names the device and inode of
-/// the stream that it made.
+/// Whether standard error is a service manager's journal: the manager names the device and inode of
+/// that stream.
 fn is_journal() -> bool {
     let Ok(named) = std::env::var("JOURNAL_STREAM") else {
         return false;
@@ -165,12 +165,12 @@ fn is_journal() -> bool {
     fstat(std::io::stderr()).is_ok_and(|found| named == format!("{}:{}", found.st_dev, found.st_ino))
 }
 
-/// Blocks all signals in a thread that writes. Those that a write itself may bring would stop or
-/// kill the whole process, loop and all: a background process that writes to its terminal, a file
-/// that may grow no further; blocked, the write goes through or fails. All others are for other
-/// threads.
+/// Blocks all signals in a thread that writes. A write itself can raise a signal that would stop or
+/// kill the whole process with its loop: SIGTTOU in the background of a terminal, SIGXFSZ at the
+/// limit of a file's size. With the signal blocked the write succeeds or fails. Other signals are
+/// for other threads.
 fn block_signals() {
-    // Where that fails they are as they were.
+    // After a failure they stay as they were.
     SigSet::all().thread_block().unwrap_or_default();
 }
 
@@ -188,9 +188,8 @@ mod tests {
     }
 
     #[test]
-    fn changes_of_the_scene_are_not_said_and_all_else_is() {
-        // Nothing is started here: what is said goes to standard error, and this holds that it does
-        // not panic.
+    fn every_entry_of_the_journal_can_be_logged() {
+        // The log is not started here: the lines go to standard error directly.
         for op in ["set", "stop", "fault", "disconnected", "something new"] {
             journal(&JournalEntry::of(op));
         }

@@ -269,7 +269,8 @@ impl Comparison {
     /// The two side by side, as people read them.
     pub(crate) fn report(&self, period_ns: u64, waiting: Waiting) -> String {
         let mut text = format!(
-            "{TURNS} turns of {} s each, every {} us, spinning for the last {} us of each wait; medians of the turns\n\n\
+            "{TURNS} turns of {} s each, every {} us, spinning for the last {} us of each wait; medians of the \
+             turns\n\n\
              {:24}{:>12}{:>12}\n",
             self.turn_s,
             us(period_ns).trim_end_matches('0').trim_end_matches('.'),

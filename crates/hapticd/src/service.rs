@@ -1,5 +1,5 @@
-//! What the service manager hears: that the daemon is ready, how it is, that it ends, and that its
-//! loop goes on.
+//! Notifications of the service manager: readiness, status, the end of the daemon, and the
+//! watchdog.
 //!
 //! The watchdog is fed from the control thread, and only when the loop has ticked since the last
 //! time: whichever of the two threads hangs, the manager restarts the daemon. The real-time thread
@@ -11,25 +11,25 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::Duration;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 
-/// Feedings within the time after which the watchdog bites: with four, one that comes late does no harm.
+/// Times that the watchdog is fed within its timeout: one late feeding does no harm.
 const FEEDINGS: u32 = 4;
 
-/// How often the status is looked at where there is no watchdog.
+/// Period of the status without a watchdog.
 const STATUS_PERIOD: Duration = Duration::from_millis(500);
 
-/// Messages that may wait for a manager that does not read them; more are dropped.
+/// Most messages that wait for a manager that does not read; further ones are dropped.
 const BACKLOG: usize = 8;
 
-/// The service manager, where there is one.
+/// The service manager, if there is one.
 #[derive(Debug)]
 pub(crate) struct ServiceManager {
     messages: Option<SyncSender<String>>,
-    /// How often its watchdog is fed.
+    /// Period at which its watchdog is fed.
     feeding: Option<Duration>,
 }
 
 impl ServiceManager {
-    /// The one that this process was started by, if it wants to hear anything.
+    /// The manager that started this process, if it wants notifications.
     ///
     /// # Errors
     /// The system has no thread left.
@@ -40,8 +40,8 @@ impl ServiceManager {
                 feeding: None,
             });
         }
-        // On a thread of its own, because sending blocks while the manager does not read, and a
-        // stop must never wait for that.
+        // A thread of its own sends: sending blocks while the manager does not read, and a stop
+        // must never wait for that.
         let (messages, to_send) = sync_channel::<String>(BACKLOG);
         std::thread::Builder::new()
             .name("notify".to_owned())
@@ -53,7 +53,7 @@ impl ServiceManager {
                     if let Err(error) = &sent
                         && heard
                     {
-                        crate::say(&format!("the service manager does not hear: {error}"));
+                        crate::say(&format!("cannot notify the service manager: {error}"));
                     }
                     heard = sent.is_ok();
                 }
@@ -64,7 +64,7 @@ impl ServiceManager {
         })
     }
 
-    /// Says that the daemon is ready once its loop ticks, and from then on how it is. For ever.
+    /// Reports readiness after the first tick of the loop, and then the status, for ever.
     pub(crate) async fn watch(&self, rig: &RigHandle) {
         if self.messages.is_none() {
             return std::future::pending().await;
@@ -89,7 +89,10 @@ impl ServiceManager {
                 status.push_str(&format!(": {fault}"));
             }
             if last_tick.replace(newest.tick) == Some(newest.tick) {
-                status = format!("the real-time thread hangs, for {} ms", ticked_at.elapsed().as_millis());
+                status = format!(
+                    "the real-time thread has been hanging for {} ms",
+                    ticked_at.elapsed().as_millis()
+                );
             } else {
                 ticked_at = Instant::now();
                 if self.feeding.is_some() {
@@ -106,12 +109,13 @@ impl ServiceManager {
         }
     }
 
-    /// Says that the daemon ends. What follows is bounded by itself, so the watchdog is fed no more.
+    /// Reports that the daemon ends. The end has timeouts of its own, so the watchdog is fed no
+    /// more.
     pub(crate) fn stopping(&self) {
         self.tell(&[NotifyState::Stopping, NotifyState::Status("ending")]);
     }
 
-    /// Whether there was room for it.
+    /// Queues a message; false if there was no room.
     fn tell(&self, news: &[NotifyState<'_>]) -> bool {
         let lines: Vec<String> = news.iter().map(ToString::to_string).collect();
         lines.is_empty()

@@ -3,7 +3,8 @@
 //! ```sh
 //! cargo bench -p system-tests --bench control               # all, some fifteen minutes
 //! cargo bench -p system-tests --bench control -- attacks    # a part: set, get, stream, subscribers, attacks, stops
-//! HAPTICD_STOPS=50 cargo bench -p system-tests --bench control -- stops    # 50 stops a row in place of 1000, to see whether it works
+//! HAPTICD_STOPS=50 cargo bench -p system-tests --bench control -- stops    # 50 stops a row in
+//! place of 1000, to see whether it works
 //! ```
 
 mod stops;

@@ -42,7 +42,7 @@ fn required(greeting: &mut Greeting, name: &str) -> Result<f64, ConnectError> {
     match property(greeting, name)? {
         Some(Property::Number(value)) => Ok(value),
         Some(Property::Refused) => Err(greeting.protocol(format!("this ODrive has no property {name}"))),
-        Some(Property::Other) => Err(greeting.protocol(format!("its {name} is no number"))),
+        Some(Property::Other) => Err(greeting.protocol(format!("its {name} is not a number"))),
         None => Err(greeting.protocol(format!("no answer to the question after {name}"))),
     }
 }
@@ -64,7 +64,8 @@ impl ODriveOptions {
             |heard_bytes| match heard_bytes {
                 0 => "nothing answers; is it an ODrive, and does this port of it speak the ASCII protocol?".to_owned(),
                 bytes => format!(
-                    "{bytes} bytes came and no answer with a checksum; is it an ODrive, does this port speak the ASCII protocol, and is {} baud its rate?",
+                    "{bytes} bytes came and no answer with a checksum; is it an ODrive, does this port speak the \
+                     ASCII protocol, and is {} baud its rate?",
                     self.motor.baud
                 ),
             },

@@ -51,7 +51,8 @@ impl SimpleFocOptions {
             |heard_bytes| match heard_bytes {
                 0 => "nothing answers; does its firmware call commander.run()?".to_owned(),
                 bytes => format!(
-                    "{bytes} bytes came and no answer in the mode for machines, which SimpleFOC 2.3 has; is {} baud its rate?",
+                    "{bytes} bytes came and no answer in the mode for machines, which SimpleFOC 2.3 has; is {} baud \
+                     its rate?",
                     self.motor.baud
                 ),
             },

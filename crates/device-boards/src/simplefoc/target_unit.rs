@@ -40,16 +40,19 @@ impl TargetUnit {
         match (known, said) {
             (Some(known), Some(said)) if known != said => Err((
                 format!(
-                    "its torque control is `{kind}`, which takes its target in {known}, and its address says target={said}"
+                    "its torque control is `{kind}`, which takes its target in {known}, and its address says \
+                     target={said}"
                 ),
                 format!("say target={known}, or change motor.torque_controller in its sketch"),
             )),
             (Some(unit), _) | (None, Some(unit)) => Ok(unit),
             (None, None) => Err((
                 format!(
-                    "its torque control is `voltage` with a phase resistance of {resistance_ohm} ohm: SimpleFOC up to 2.3 takes the target in A, from 2.4 on in V, and does not say which it is"
+                    "its torque control is `voltage` with a phase resistance of {resistance_ohm} ohm: SimpleFOC up to \
+                     2.3 takes the target in A, from 2.4 on in V, and does not say which it is"
                 ),
-                "say target=A or target=V in its address and give nm_per_unit for that; or, with 2.4, set motor.torque_controller = TorqueControlType::estimated_current".to_owned(),
+                "say target=A or target=V in its address and give nm_per_unit for that; or, with 2.4, set \
+                 motor.torque_controller = TorqueControlType::estimated_current".to_owned(),
             )),
         }
     }

@@ -67,7 +67,7 @@ impl FromStr for TimedFault {
             text.parse::<f64>()
                 .ok()
                 .filter(|value| value.is_finite())
-                .ok_or_else(|| format!("`{text}` is no number"))
+                .ok_or_else(|| format!("`{text}` is not a number"))
         };
         let (at_s, words) = match &words[..] {
             ["at", at, words @ ..] => (Some(number(at)?), words),

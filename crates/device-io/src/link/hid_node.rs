@@ -137,8 +137,10 @@ pub(super) fn what(id: &HidId) -> String {
 /// The remedy for a missing right to open a device.
 pub(crate) fn permission_remedy(id: &HidId) -> String {
     format!(
-        "put this line into /etc/udev/rules.d/70-hapticd.rules: SUBSYSTEM==\"hidraw\", ATTRS{{idVendor}}==\"{:04x}\", ATTRS{{idProduct}}==\"{:04x}\", \
-         GROUP=\"hapticd\", MODE=\"0660\"; then run `sudo udevadm control --reload && sudo udevadm trigger` as a user of that group",
+        "put this line into /etc/udev/rules.d/70-hapticd.rules: SUBSYSTEM==\"hidraw\", ATTRS{{idVendor}}==\"{:04x}\", \
+         ATTRS{{idProduct}}==\"{:04x}\", \
+         GROUP=\"hapticd\", MODE=\"0660\"; then run `sudo udevadm control --reload && sudo udevadm trigger` as a user \
+         of that group",
         id.vendor, id.product
     )
 }

@@ -20,7 +20,8 @@ pub(crate) enum UnfitReports {
     Numbered,
     /// They are too short for a hello or a command, or too long.
     #[error(
-        "its reports carry {} bytes up and {} down, and the link protocol needs {LONGEST} and {}, at most {LONGEST_REPORT}",
+        "its reports carry {} bytes up and {} down, and the link protocol needs {LONGEST} and {}, at most \
+         {LONGEST_REPORT}",
         .0.input, .0.output, Kind::Command.length()
     )]
     Length(Reports),

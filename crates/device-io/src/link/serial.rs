@@ -109,7 +109,8 @@ impl Connector for SerialConnector {
             |heard_bytes| match heard_bytes {
                 0 => "nothing answers; is it the right line, and does its firmware speak the link protocol?".to_owned(),
                 _ => format!(
-                    "{heard_bytes} bytes came and no answer; is {} baud its rate, and does its firmware speak the link protocol?",
+                    "{heard_bytes} bytes came and no answer; is {} baud its rate, and does its firmware speak the \
+                     link protocol?",
                     self.baud
                 ),
             },

@@ -62,6 +62,7 @@ impl Dahl {
 
 impl LawKind for Dahl {
     const NAME: &'static str = "dahl";
+    const SUMMARY: &'static str = "A spring that yields from the first displacement on; no stiction (Dahl 1968)";
 
     fn usual() -> Self {
         Self {

@@ -83,6 +83,8 @@ impl ElastoPlastic {
 
 impl LawKind for ElastoPlastic {
     const NAME: &'static str = "elasto-plastic";
+    const SUMMARY: &'static str =
+        "LuGre's bristle, elastic at first, so that shaking does not make it creep (Dupont et al. 2002)";
 
     fn usual() -> Self {
         Self {

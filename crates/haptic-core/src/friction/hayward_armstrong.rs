@@ -70,6 +70,8 @@ impl HaywardArmstrong {
 
 impl LawKind for HaywardArmstrong {
     const NAME: &'static str = "hayward-armstrong";
+    const SUMMARY: &'static str =
+        "A spring dragged along by displacement alone, which no noise makes drift (Hayward and Armstrong 2000)";
 
     fn usual() -> Self {
         Self {

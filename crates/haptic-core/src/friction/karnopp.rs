@@ -203,6 +203,8 @@ impl Karnopp {
 
 impl LawKind for Karnopp {
     const NAME: &'static str = "karnopp";
+    const SUMMARY: &'static str =
+        "Holds rigidly up to the static force, then slides at the dynamic force (Karnopp 1985)";
 
     fn usual() -> Self {
         Self::new(usual::STATIC_FORCE, usual::DYNAMIC_FORCE)

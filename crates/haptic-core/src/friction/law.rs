@@ -81,6 +81,9 @@ pub(crate) trait LawKind: Law + Sized {
     /// Its name in scene files and on the wire: the type's name in kebab case.
     const NAME: &'static str;
 
+    /// Its idea in one line, and its source, for people who choose a law.
+    const SUMMARY: &'static str;
+
     /// The law with the paper's forces, and usual values for its other parameters.
     fn usual() -> Self;
 }

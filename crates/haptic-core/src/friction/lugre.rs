@@ -82,6 +82,8 @@ impl Lugre {
 
 impl LawKind for Lugre {
     const NAME: &'static str = "lugre";
+    const SUMMARY: &'static str =
+        "A bristle that yields, with stiction and Stribeck's fall (Canudas de Wit et al. 1995)";
 
     fn usual() -> Self {
         Self {

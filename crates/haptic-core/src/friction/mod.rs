@@ -78,6 +78,14 @@ macro_rules! laws {
                 None
             }
 
+            /// The idea of the law of this name in one line, with its source; `None` for an unknown
+            /// name.
+            #[must_use]
+            pub fn summary(law: &str) -> Option<&'static str> {
+                $($(#[$about])* if law == $law::NAME { return Some($law::SUMMARY); })+
+                None
+            }
+
             pub(crate) fn as_law(&self) -> &dyn Law {
                 match self { $($(#[$about])* Self::$law(law) => law,)+ }
             }
@@ -249,6 +257,17 @@ mod tests {
             2 + 2 + 2 + 3,
             "two of each force and of the drag, DV, ws and gamma: {vector:?}"
         );
+    }
+
+    #[test]
+    fn every_law_has_a_summary_of_its_own() {
+        let summaries = LAWS.map(|name| Friction::summary(name).expect("a law of the list"));
+        assert!(LAWS.contains(&smooth_coulomb::SmoothCoulomb::NAME), "a law of a test");
+        for (index, summary) in summaries.iter().enumerate() {
+            assert!(!summary.is_empty() && !summary.ends_with('.'), "{summary}");
+            assert!(!summaries[..index].contains(summary), "{summary}");
+        }
+        assert_eq!(Friction::summary("velcro"), None);
     }
 
     #[cfg(feature = "serde")]

@@ -77,6 +77,8 @@ impl ResetIntegrator {
 
 impl LawKind for ResetIntegrator {
     const NAME: &'static str = "reset-integrator";
+    const SUMMARY: &'static str =
+        "A spring and damper up to a length, then a slide at that deflection (Haessig and Friedland 1991)";
 
     fn usual() -> Self {
         Self {

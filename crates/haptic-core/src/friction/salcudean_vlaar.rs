@@ -54,6 +54,8 @@ impl SalcudeanVlaar {
 
 impl LawKind for SalcudeanVlaar {
     const NAME: &'static str = "salcudean-vlaar";
+    const SUMMARY: &'static str =
+        "A spring that holds up to the static force, and only drag while it slides (Salcudean and Vlaar 1994)";
 
     fn usual() -> Self {
         Self {

@@ -34,6 +34,7 @@ impl SmoothCoulomb {
 
 impl LawKind for SmoothCoulomb {
     const NAME: &'static str = "smooth-coulomb";
+    const SUMMARY: &'static str = "Friction that grows smoothly with speed up to the dynamic force";
 
     fn usual() -> Self {
         Self {

@@ -26,6 +26,7 @@ pub struct Viscous {
 
 impl LawKind for Viscous {
     const NAME: &'static str = "viscous";
+    const SUMMARY: &'static str = "Drag in proportion to velocity; holds nothing";
 
     fn usual() -> Self {
         Self {

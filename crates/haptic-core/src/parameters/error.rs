@@ -40,7 +40,7 @@ pub enum SceneError {
         unit: &'static str,
     },
     /// No parameter has this name.
-    #[error("there is no parameter `{name}`{} there are {}", suggestion(*.nearest), known_names())]
+    #[error("unknown parameter `{name}`{} the parameters are {}", suggestion(*.nearest), known_names())]
     UnknownParameter {
         /// The name given.
         name: String,
@@ -73,7 +73,8 @@ pub enum SceneError {
     },
     /// What a stuck spring is anchored to, where there is none.
     #[error(
-        "reseat does not apply here: behind a block the law `karnopp` holds rigidly; it has a stuck spring on the device itself only"
+        "reseat does not apply here: behind a block the law `karnopp` holds rigidly; it has a stuck spring on the \
+         device itself only"
     )]
     ReseatBehindBlock,
     /// A block without a coupling.
@@ -84,7 +85,8 @@ pub enum SceneError {
     CouplingWithoutBlock,
     /// The law forbids a static limit below the dynamic one.
     #[error(
-        "{param} = {static_force} N is below the dynamic force of {dynamic_force} N, which the law `{law}` forbids: raise it to {dynamic_force} N or more"
+        "{param} = {static_force} N is below the dynamic force of {dynamic_force} N, which the law `{law}` forbids: \
+         raise it to {dynamic_force} N or more"
     )]
     StaticBelowDynamic {
         /// The static limit, with its direction.
@@ -98,7 +100,8 @@ pub enum SceneError {
     },
     /// The law goes from the static to the dynamic limit over a velocity, and has none.
     #[error(
-        "stribeck_velocity = {velocity} m/s is too small: the law `{law}` goes from the static to the dynamic force over it, so it must be \
+        "stribeck_velocity = {velocity} m/s is too small: the law `{law}` goes from the static to the dynamic force \
+         over it, so it must be \
          {least} m/s or more, or the two forces equal"
     )]
     NoStribeckVelocity {
@@ -111,7 +114,8 @@ pub enum SceneError {
     },
     /// The reset integrator's stiction is out of proportion.
     #[error(
-        "{param} = {static_force} N is more than {most_ratio} times the dynamic force of {dynamic_force} N: the law `reset-integrator` holds the one with a bristle of the length that \
+        "{param} = {static_force} N is more than {most_ratio} times the dynamic force of {dynamic_force} N: the law \
+         `reset-integrator` holds the one with a bristle of the length that \
          the other gives; lower it to {max} N"
     )]
     TooMuchStiction {
@@ -131,8 +135,10 @@ pub enum SceneError {
     NoCoupling,
     /// The block would oscillate too fast for the rate at which it is rendered.
     #[error(
-        "a block of {mass} kg on {stiffness} N/m turns {radians:.0} rad in one tick of {period_us:.1} us; the limit is {limit} rad: \
-         raise mass to {mass_needed:.3e} kg, or lower stiffness (with that of the contact) to {stiffness_allowed:.3e} N/m"
+        "a block of {mass} kg on {stiffness} N/m turns {radians:.0} rad in one tick of {period_us:.1} us; the limit \
+         is {limit} rad: \
+         raise mass to {mass_needed:.3e} kg, or lower stiffness (with that of the contact) to {stiffness_allowed:.3e} \
+         N/m"
     )]
     TooFast {
         /// Mass, kg.

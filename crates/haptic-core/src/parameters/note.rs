@@ -31,7 +31,8 @@ impl core::fmt::Display for Note {
                 dynamic_force,
             } => write!(
                 f,
-                "{} = {static_force} N is below the dynamic force of {dynamic_force} N: the block lets go at {dynamic_force} N",
+                "{} = {static_force} N is below the dynamic force of {dynamic_force} N: the block lets go at \
+                 {dynamic_force} N",
                 self.param
             ),
         }

@@ -4,7 +4,9 @@ use super::error::SceneError;
 use super::key::ParameterKey;
 use super::table::TABLE;
 use crate::direction::Direction;
+use crate::nearest::nearest;
 use alloc::string::ToString;
+use alloc::vec::Vec;
 use core::str::FromStr;
 
 impl FromStr for ParameterKey {
@@ -39,44 +41,10 @@ impl FromStr for ParameterKey {
     }
 }
 
-/// Bytes of the longest text for which a name is looked for.
-const LONGEST_NAME: usize = 64;
-
-/// The name or symbol that `text` was most likely meant to be, when one is near enough to say so.
+/// The name or symbol that `text` was most likely meant to be.
 fn nearest_name(text: &str) -> Option<&'static str> {
-    // No name is near to a longer one; and looking takes time that grows with it, while anybody may
-    // send one of any length.
-    if text.len() > LONGEST_NAME {
-        return None;
-    }
-    let wanted = text.to_ascii_lowercase();
-    let mut best: Option<(usize, &'static str)> = None;
-    for row in &TABLE {
-        for candidate in [row.name, row.symbol] {
-            let distance = edit_distance(&wanted, &candidate.to_ascii_lowercase());
-            if best.is_none_or(|(least, _)| distance < least) {
-                best = Some((distance, candidate));
-            }
-        }
-    }
-    // A third of the letters may be wrong; a one-letter symbol must match but for its case.
-    best.filter(|(distance, name)| *distance <= name.len() / 3)
-        .map(|(_, name)| name)
-}
-
-/// Levenshtein distance in bytes; both texts are short.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let mut row: alloc::vec::Vec<usize> = (0..=b.len()).collect();
-    for (i, from) in a.bytes().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, to) in b.bytes().enumerate() {
-            let substituted = diagonal + usize::from(from != to);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
+    let known: Vec<&str> = TABLE.iter().flat_map(|row| [row.name, row.symbol]).collect();
+    nearest(text, &known)
 }
 
 #[cfg(test)]
@@ -111,6 +79,8 @@ mod tests {
         assert!(error.to_string().contains("did you mean `static_force`"), "{error}");
         let error = "fs".parse::<ParameterKey>().expect_err("symbols keep their case");
         assert!(error.to_string().contains("did you mean `Fs`"), "{error}");
+        let error = "stiff".parse::<ParameterKey>().expect_err("no such name");
+        assert!(error.to_string().contains("did you mean `stiffness`"), "{error}");
         let error = "colour".parse::<ParameterKey>().expect_err("no such name");
         assert!(!error.to_string().contains("did you mean"), "{error}");
     }

@@ -60,7 +60,8 @@ impl fmt::Display for Method {
 /// A text that names no estimator.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "there is no velocity estimator `{0}`; there are finite-difference, low-pass, alpha-beta-gamma, foaw-end-fit, foaw-best-fit"
+    "unknown velocity estimator `{0}`; the estimators are finite-difference, low-pass, alpha-beta-gamma, foaw-end-fit, \
+     foaw-best-fit"
 )]
 pub struct UnknownMethod(String);
 

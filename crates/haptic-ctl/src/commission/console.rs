@@ -1,12 +1,12 @@
-//! The person in front of it, who is asked before each step.
+//! Asks the person before each step.
 
 use crate::failure::Failure;
 use std::io::{BufRead, IsTerminal, Write};
 use tokio::sync::mpsc;
 
-/// What is asked goes to standard error, so that standard output has the findings alone.
+/// Questions go to standard error, so that standard output has only the findings.
 pub(super) struct Console {
-    /// Lines as they are typed; nothing without a terminal.
+    /// Lines as they are typed; `None` without a terminal.
     lines: Option<mpsc::UnboundedReceiver<String>>,
 }
 
@@ -19,12 +19,12 @@ impl Console {
         }
         if !std::io::stdin().is_terminal() {
             return Err(Failure::Usage(
-                "commission asks before each step, and standard input is not a terminal: say --yes to answer all of them"
+                "commission asks before each step, and standard input is not a terminal: --yes answers every question"
                     .to_owned(),
             ));
         }
         let (typed, lines) = mpsc::unbounded_channel();
-        // It waits for a key for as long as there is a terminal; the program ends without it.
+        // The thread may wait for a key for ever; the program ends without it.
         std::thread::spawn(move || {
             for line in std::io::stdin().lock().lines().map_while(Result::ok) {
                 if typed.send(line).is_err() {

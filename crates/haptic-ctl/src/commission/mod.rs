@@ -1,5 +1,5 @@
-//! `commission`: finds out by small pulses whether a rig's motor pulls the right way, how far its
-//! handle goes and how much it rubs, and has the daemon keep it.
+//! `commission`: finds the direction of a rig's motor, the range of its handle and its friction by
+//! small pulses, and has the daemon store them.
 
 mod console;
 mod findings;
@@ -13,46 +13,47 @@ use std::time::{Duration, Instant};
 
 /// For the help text.
 pub(crate) const HELP: &str = "\
-The rig must be idle. It is moved by pulses of at most 300 ms, 20 mm and 0.3 m/s, each within all limits of the daemon, and is released after each. No other client can engage it or \
-change the scene meanwhile; everybody can stop it, which ends the commissioning, as does the end of this program. A handle that moves against the force ends it at once: the motor or \
-the encoder is wired the other way, and nothing is kept.
+The rig must be idle. It is moved by pulses of at most 300 ms, 20 mm and 0.3 m/s, each within all limits of the \
+daemon, and is released after each. Meanwhile no other client can engage it or change the scene; everybody can stop \
+it, which ends the commissioning, as does the end of this program. A handle that moves against the force ends it at \
+once: the motor or the encoder is wired the other way, and nothing is stored.
 
-What was found is kept by the daemon for this rig, by its serial number. A rig that was never commissioned, or has another resolution or direction than then, is \
-engaged only with `hapticd --uncommissioned`.
+The daemon stores the findings for this rig, by its serial number. A rig that was never commissioned, or whose \
+resolution or direction has changed since, engages only with `hapticd --uncommissioned`.
 
-Put the handle into the middle of its way, take your hand off it, and keep another on the switch of the motor's supply.";
+Move the handle to the middle of its range, take your hand off it, and keep a hand on the switch of the motor's \
+supply.";
 
-/// The force with which it begins, as a share of the largest.
+/// Force of the first pulse, as a share of the largest.
 const FIRST_SHARE: f64 = 0.1;
 
-/// Each pulse has so much more force than the one before, until the handle moves.
+/// Factor from each pulse's force to the next, until the handle moves.
 const GROWTH: f64 = 1.25;
 
-/// Largest force unless another is named: this share of the rig's limit, and no more than so many
-/// N.
+/// Default of the largest force: this share of the rig's limit, and at most this force (N).
 const USUAL_SHARE: f64 = 0.1;
 const USUAL_MOST_N: f64 = 2.0;
 
-/// A pulse that shall move the handle for sure has so much of the force at which it first moved.
-const SURELY: f64 = 1.5;
+/// Force of a pulse that surely moves the handle, as a multiple of the force that first moved it.
+const SURE_FACTOR: f64 = 1.5;
 
 /// Pulses in each direction from which friction is averaged.
 const FRICTION_PULSES: usize = 2;
 
-/// A handle that goes no farther than that under a pulse has come to its end, m.
+/// Travel of a pulse below which the handle is at its end, m.
 const AT_THE_END_M: f64 = 2e-4;
 
-/// So many pulses in a row must find it there.
+/// Pulses in a row that must find the handle at its end.
 const TIMES_AT_THE_END: u32 = 2;
 
-/// Pulses after which no end is looked for any more.
+/// Most pulses towards an end.
 const MOST_PULSES_TO_AN_END: u32 = 80;
 
-/// Between two looks whether a pulse has ended.
-const LOOK: Duration = Duration::from_millis(20);
+/// Time between two polls of a pulse's end.
+const POLL_PERIOD: Duration = Duration::from_millis(20);
 
-/// What a pulse may take beyond its two ramps.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// Timeout of a pulse beyond its two ramps.
+const PULSE_TIMEOUT: Duration = Duration::from_secs(10);
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -66,17 +67,17 @@ pub(crate) struct Arguments {
     max_force_n: Option<f64>,
 
     /// Method of finding the range of the handle
-    #[arg(long, value_name = "HOW", default_value = "pulses")]
+    #[arg(long, value_name = "METHOD", default_value = "pulses")]
     range: Range,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Range {
-    /// By pulses to either end
+    /// By pulses towards either end
     Pulses,
-    /// By a person, with the motor off
+    /// By hand, with the motor off
     ByHand,
-    /// None
+    /// Do not measure it
     Skip,
 }
 
@@ -107,11 +108,12 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let largest_n = arguments
         .max_force_n
         .unwrap_or_else(|| (USUAL_SHARE * begun.rig_force_limit_n).min(USUAL_MOST_N));
-    // NaN is below nothing.
+    // NaN fails both comparisons.
     if !(largest_n > 0.0 && largest_n <= begun.force_limit_n) {
         let limit_n = begun.force_limit_n;
         return Err(Failure::Usage(format!(
-            "--max-force-n = {largest_n} N is out of range: it must be more than 0 and at most {limit_n} N, half of what this rig may give"
+            "--max-force-n = {largest_n} N is out of range: it must be more than 0 and at most {limit_n} N, half of \
+             this rig's force limit"
         )));
     }
     let mut work = Work {
@@ -121,7 +123,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         ramp: Duration::from_secs_f64(begun.ramp_ms.max(0.0) * 1e-3),
         findings: Findings::new(&begun),
     };
-    // However it ends, the rig is given back: with the connection, should this not be heard.
+    // The end of the connection ends the commissioning, should these requests fail.
     let done = work.steps(arguments.range).await;
     if done.is_ok() {
         let _: CommissionReply = work.daemon.ask(Request::CommissionEnd {}).await?;
@@ -135,7 +137,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
 struct Work<'a> {
     daemon: &'a mut Daemon,
     console: Console,
-    /// Of a pulse, N.
+    /// Largest force of a pulse, N.
     largest_n: f64,
     ramp: Duration,
     findings: Findings,
@@ -144,7 +146,9 @@ struct Work<'a> {
 impl Work<'_> {
     async fn steps(&mut self, range: Range) -> Result<(), Failure> {
         self.console.say(&format!(
-            "Commissioning {} ({}).\nPut the handle into the middle of its way and take your hand off it. A stop from anywhere ends this at once.",
+            "Commissioning {} ({}).\nMove the handle to the middle of its range and take your hand off it. Any stop \
+             ends \
+             this at once.",
             self.findings.rig, self.findings.firmware
         ));
         let largest_n = self.largest_n;
@@ -153,10 +157,10 @@ impl Work<'_> {
         ))
         .await?;
         self.directions().await?;
-        let surely_n = [1.0, -1.0].map(|sign| self.surely_n(sign));
+        let sure_force_n = [1.0, -1.0].map(|sign| self.sure_force_n(sign));
         self.agree(&format!(
             "2. Friction: {} pulses of {:.2} N and as many of -{:.2} N. Go on?",
-            FRICTION_PULSES, surely_n[0], surely_n[1]
+            FRICTION_PULSES, sure_force_n[0], sure_force_n[1]
         ))
         .await?;
         self.friction().await?;
@@ -194,10 +198,10 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Waits for a line, as long as the commissioning goes on; whether it says yes.
+    /// Waits for a line while the commissioning is active; returns whether it says yes.
     async fn answer(&mut self, question: &str, choices: &str) -> Result<bool, Failure> {
         self.console.prompt(question, choices);
-        // The lease goes on by what is said.
+        // Every request renews the lease.
         let mut renewals = tokio::time::interval(Duration::from_millis(u64::from(LONGEST_COMMISSION_LEASE_MS) / 5));
         loop {
             tokio::select! {
@@ -211,7 +215,7 @@ impl Work<'_> {
         }
     }
 
-    /// How it stands.
+    /// The state of the commissioning.
     async fn status(&mut self) -> Result<CommissionReply, Failure> {
         let status: CommissionReply = self.daemon.ask(Request::CommissionStatus {}).await?;
         match &status.ended {
@@ -222,8 +226,7 @@ impl Work<'_> {
 
     /// Gives a pulse, and waits until the rig is idle again.
     async fn pulse(&mut self, force_n: f64) -> Result<PulseReport, Failure> {
-        // A machine that is held up for seconds may lose records; the pulse was none the worse for
-        // it.
+        // A machine that is held up for seconds may lose records; the pulse itself was sound.
         for _ in 0..3 {
             let _: CommissionReply = self
                 .daemon
@@ -234,9 +237,9 @@ impl Work<'_> {
                 .await?;
             let began = Instant::now();
             let report = loop {
-                tokio::time::sleep(LOOK).await;
+                tokio::time::sleep(POLL_PERIOD).await;
                 let status: CommissionReply = self.daemon.ask(Request::CommissionStatus {}).await?;
-                if began.elapsed() > 2 * self.ramp + PATIENCE {
+                if began.elapsed() > 2 * self.ramp + PULSE_TIMEOUT {
                     return Err(Failure::NoAnswer(began.elapsed()));
                 }
                 if status.pulsing {
@@ -244,19 +247,17 @@ impl Work<'_> {
                 }
                 if let Some(why) = status.ended {
                     if let Some(last) = status.last.filter(|last| last.end == PulseEnd::WrongWay) {
-                        self.console.say(&told(&last));
+                        self.console.say(&summary(&last));
                     }
                     return Err(Failure::BadRig(format!("the commissioning has ended: {why}")));
                 }
                 break status.last;
             };
             let Some(report) = report else {
-                return Err(Failure::BadRig(
-                    "the daemon does not say what came of the pulse".to_owned(),
-                ));
+                return Err(Failure::BadRig("the daemon has no report of the pulse".to_owned()));
             };
             if report.end != PulseEnd::Unrecorded {
-                self.console.say(&told(&report));
+                self.console.say(&summary(&report));
                 return Ok(report);
             }
         }
@@ -283,7 +284,8 @@ impl Work<'_> {
                 if force_n >= self.largest_n {
                     let limit_n = status.force_limit_n;
                     return Err(Failure::BadRig(format!(
-                        "the handle did not move under {} N: is its motor supplied, and is the handle free and not at its end? --max-force-n allows up to {limit_n} N",
+                        "the handle did not move under {} N: is the motor supplied, and is the handle free and not at \
+                         its end? --max-force-n allows up to {limit_n} N",
                         sign * force_n
                     )));
                 }
@@ -293,17 +295,17 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// A force under which the handle moves for sure, N.
-    fn surely_n(&self, sign: f64) -> f64 {
+    /// A force that surely moves the handle, N.
+    fn sure_force_n(&self, sign: f64) -> f64 {
         let breakaway_n = self.findings.breakaway_n.of(sign);
-        breakaway_n.map_or(self.largest_n, |force_n| (SURELY * force_n).min(self.largest_n))
+        breakaway_n.map_or(self.largest_n, |force_n| (SURE_FACTOR * force_n).min(self.largest_n))
     }
 
     async fn friction(&mut self) -> Result<(), Failure> {
         let mut found = [Vec::new(), Vec::new()];
         for _ in 0..FRICTION_PULSES {
             for (sign, found) in [1.0, -1.0].into_iter().zip(&mut found) {
-                let report = self.pulse(sign * self.surely_n(sign)).await?;
+                let report = self.pulse(sign * self.sure_force_n(sign)).await?;
                 found.extend(report.friction_n);
             }
         }
@@ -318,11 +320,11 @@ impl Work<'_> {
             let (mut at_the_end, mut pulses) = (0, 0);
             while at_the_end < TIMES_AT_THE_END {
                 if pulses == MOST_PULSES_TO_AN_END {
-                    self.console.say("No end was found: the range stays unknown.");
+                    self.console.say("No end was found: the range is unknown.");
                     return Ok(());
                 }
                 pulses += 1;
-                let report = self.pulse(sign * self.surely_n(sign)).await?;
+                let report = self.pulse(sign * self.sure_force_n(sign)).await?;
                 at_the_end = if report.forward_m < AT_THE_END_M {
                     at_the_end + 1
                 } else {
@@ -344,11 +346,11 @@ impl Work<'_> {
     }
 }
 
-/// What came of a pulse, in a line.
-fn told(report: &PulseReport) -> String {
+/// The report of a pulse in one line.
+fn summary(report: &PulseReport) -> String {
     let end = match report.end {
-        PulseEnd::Travel => ", as far as a pulse may",
-        PulseEnd::Speed => ", as fast as a pulse may",
+        PulseEnd::Travel => ", to the limit of travel",
+        PulseEnd::Speed => ", to the limit of speed",
         PulseEnd::WrongWay => ", the wrong way",
         _ => "",
     };

@@ -73,7 +73,7 @@ pub(crate) fn fields() -> String {
     names.join(", ")
 }
 
-/// The words that a field can be, as a condition takes them.
+/// The words that a field can have, as in a condition.
 pub(crate) fn words(field: &str) -> Vec<String> {
     match field {
         "state" => RigState::ALL.map(|state| state.to_string()).to_vec(),
@@ -112,14 +112,14 @@ impl FromStr for Field {
             let parameters = TABLE.iter().flat_map(|row| [row.name, row.symbol]);
             let known: Vec<&str> = fields.split(", ").chain(parameters).collect();
             format!(
-                "there is no field `{name}`{} there are {fields}, and the parameters of the scene by name or symbol",
+                "unknown field `{name}`{} the fields are {fields}, and the parameters of the scene by name or symbol",
                 meant_or_semicolon(name, &known)
             )
         })
     }
 }
 
-/// The unit of a column or count, which its name ends with; empty where it is a bare number.
+/// The unit of a column or count, from the end of its name; empty for a bare number.
 fn unit(name: &str) -> &'static str {
     const UNITS: [(&str, &str); 5] = [("_m", "m"), ("_mps", "m/s"), ("_N", "N"), ("_s", "s"), ("_ns", "ns")];
     UNITS
@@ -144,13 +144,13 @@ impl Field {
                     let states = RigState::ALL.map(|state| state.to_string());
                     let known: Vec<&str> = states.iter().map(String::as_str).collect();
                     format!(
-                        "state = `{word}`: there is no such state{} there are {}",
+                        "state = `{word}`: unknown state{} the states are {}",
                         meant_or_semicolon(word, &known),
                         known.join(", ")
                     )
                 }),
             Self::Law if !LAWS.contains(&word) => Err(format!(
-                "law = `{word}`: there is no such law{} there are {}",
+                "law = `{word}`: unknown law{} the laws are {}",
                 meant_or_semicolon(word, &LAWS),
                 LAWS.join(", ")
             )),

@@ -66,15 +66,15 @@ fn limit(
 ) -> Check {
     match daemon_has {
         _ if is_enough => Check::ok(check, found),
-        Some(what) => Check::ok(check, format!("{found}, and the daemon has {what} all the same")),
-        None if is_root => Check::ok(check, format!("{found}, which does not bind root")),
+        Some(what) => Check::ok(check, format!("{found}, but the daemon has {what}")),
+        None if is_root => Check::ok(check, format!("{found}, which does not apply to root")),
         None => Check::warn(check, found, fix),
     }
 }
 
 pub(super) fn governor() -> Check {
     let Ok(processors) = std::fs::read_dir("/sys/devices/system/cpu") else {
-        return Check::skip("governor", "this system does not say");
+        return Check::skip("governor", "unknown on this system");
     };
     let mut governors: Vec<String> = processors
         .filter_map(|entry| std::fs::read_to_string(entry.ok()?.path().join("cpufreq/scaling_governor")).ok())
@@ -85,7 +85,7 @@ pub(super) fn governor() -> Check {
     if governors.is_empty() {
         return Check::skip(
             "governor",
-            "this system does not tell how it scales its processors' frequency",
+            "unknown: this system does not report how it scales the processors' frequency",
         );
     }
     let found = governors.join(", ");
@@ -114,10 +114,7 @@ pub(super) fn isolation(status: Option<&Status>) -> Check {
         );
     };
     let Some(cpu) = status.real_time.cpu else {
-        return Check::skip(
-            "isolation",
-            "the real-time thread is pinned to no processor that could be kept for it",
-        );
+        return Check::skip("isolation", "the real-time thread is not pinned to a processor");
     };
     if isolated.contains(&cpu) && tickless.contains(&cpu) {
         return Check::ok("isolation", format!("processor {cpu} is kept for the real-time thread"));
@@ -126,8 +123,10 @@ pub(super) fn isolation(status: Option<&Status>) -> Check {
         "isolation",
         format!("other work may run on processor {cpu}, where the real-time thread is"),
         format!(
-            "boot with the kernel parameters `isolcpus={cpu} nohz_full={cpu}`; where GRUB is the boot loader, add them to GRUB_CMDLINE_LINUX in \
-             /etc/default/grub, then `sudo update-grub` (Fedora: `sudo grub2-mkconfig -o /boot/grub2/grub.cfg`) and `sudo reboot`"
+            "boot with the kernel parameters `isolcpus={cpu} nohz_full={cpu}`; where GRUB is the boot loader, add \
+             them to GRUB_CMDLINE_LINUX in \
+             /etc/default/grub, then `sudo update-grub` (Fedora: `sudo grub2-mkconfig -o /boot/grub2/grub.cfg`) and \
+             `sudo reboot`"
         ),
     )
 }
@@ -172,7 +171,7 @@ mod tests {
         assert!(
             check(false, Some("its priority"))
                 .found
-                .contains("the daemon has its priority all the same")
+                .contains("but the daemon has its priority")
         );
         assert_eq!(check(false, None).level, Level::Warn);
         assert_eq!(limited(0), "root");

@@ -65,7 +65,7 @@ pub(super) fn permission(path: &Path, failure: Option<&Failure>) -> Check {
     // A directory that keeps others out hides the socket; it has the same owner and group.
     let directory = || std::fs::metadata(path.parent()?).ok();
     let Some(found) = std::fs::metadata(path).ok().or_else(directory) else {
-        return Check::skip(PERMISSION, "there is no socket to have one for");
+        return Check::skip(PERMISSION, "there is no socket");
     };
     let tried = match failure {
         None => ConnectResult::Served,
@@ -122,8 +122,8 @@ fn may_use(socket: &SocketFile<'_>, person: &Person, tried: ConnectResult<'_>) -
         (Some(by), ConnectResult::KeptOut) => {
             return Check::fail(
                 PERMISSION,
-                format!("{by}, and is kept out all the same"),
-                format!("`namei -l '{path}'` shows the directory that is closed; its owner can open it"),
+                format!("{by}, but is refused"),
+                format!("`namei -l '{path}'` shows the closed directory; its owner can open it"),
             );
         }
         _ => {}
@@ -144,9 +144,10 @@ fn may_use(socket: &SocketFile<'_>, person: &Person, tried: ConnectResult<'_>) -
     }
     Check::fail(
         PERMISSION,
-        format!("{me} is not {owner}, whose the daemon is"),
+        format!("{me} is not {owner}, the daemon's user"),
         format!(
-            "ask as its user: `sudo -u '{owner}' haptic-ctl --socket '{path}' status`; or have it serve a group: `hapticd --socket-group GROUP`"
+            "run haptic-ctl as that user: `sudo -u '{owner}' haptic-ctl --socket '{path}' status`; or let the daemon \
+             serve a group: `hapticd --socket-group GROUP`"
         ),
     )
 }

@@ -16,7 +16,7 @@ pub(super) fn rig(status: &Status) -> Vec<Check> {
             let why = device.link.as_ref().and_then(|link| link.waiting.clone());
             Check::fail(
                 "rig",
-                format!("{what}: {}", why.unwrap_or_else(|| "it does not answer".to_owned())),
+                format!("{what}: {}", why.unwrap_or_else(|| "no answer".to_owned())),
                 "plug it in, and see `haptic-ctl devices`",
             )
         }
@@ -52,13 +52,15 @@ fn link(counts: &LinkCounts, state: RigState) -> Check {
         return Check::warn(
             "link",
             found,
-            "give the rig a port without a hub, and see above whether the real-time thread has what it needs; `haptic-ctl status` shows whether it helped",
+            "give the rig a port without a hub, and see the check of the real-time thread above; `haptic-ctl status` \
+             shows whether it \
+             helped",
         );
     }
     match state {
         RigState::Disconnected => Check::skip(
             "link",
-            format!("nothing comes while the rig is disconnected; so far {found}"),
+            format!("no samples while the rig is disconnected; so far {found}"),
         ),
         _ if counts.samples == 0 => {
             Check::warn("link", "no sample has come yet", "see `haptic-ctl status` in a second")

@@ -29,11 +29,11 @@ pub(super) fn served(path: &Path, rights: Rights) -> Check {
     match rights {
         Rights::Watch => Check::ok(
             "socket",
-            format!("{path} is served; it is the watchers' socket, on which one may look and stop, and no more"),
+            format!("{path} is served; it is the watchers' socket, which only serves watching and `stop`"),
         ),
         Rights::Stop => Check::warn(
             "socket",
-            format!("{path} is served, but has no place left"),
+            format!("{path} is served, but all places for clients are taken"),
             CLOSE_A_CLIENT,
         ),
         Rights::All | Rights::Unknown => Check::ok("socket", format!("{path} is served")),
@@ -50,7 +50,7 @@ pub(super) fn fix(failure: &Failure) -> String {
     };
     match refused {
         Some(ErrorCode::TooManyClients) => CLOSE_A_CLIENT.to_owned(),
-        Some(ErrorCode::NotPermitted) => "the check of the permission says how to get it".to_owned(),
+        Some(ErrorCode::NotPermitted) => "see the check of the permission".to_owned(),
         _ => "restart it, which takes the force away: `sudo systemctl restart hapticd`".to_owned(),
     }
 }
@@ -61,15 +61,12 @@ pub(super) fn unreachable(path: &Path, failure: &Failure) -> Check {
         return Check::fail("socket", failure.to_string(), fix(failure));
     };
     match error {
-        ClientError::Permission { .. } => Check::fail(
-            "socket",
-            error.to_string(),
-            "the check of the permission says how to get it",
-        ),
+        ClientError::Permission { .. } => Check::fail("socket", error.to_string(), "see the check of the permission"),
         ClientError::NoDaemon { source, .. } if path.exists() => Check::fail(
             "socket",
-            format!("{} is there, but nobody listens: {source}", path.display()),
-            "the daemon has died; start it: `sudo systemctl start hapticd`, or `hapticd --demo` to try it without a rig",
+            format!("{} exists, but nobody listens: {source}", path.display()),
+            "the daemon has died; start it: `sudo systemctl start hapticd`, or `hapticd --demo` to try it without a \
+             rig",
         ),
         ClientError::NoDaemon { .. } => {
             let looked: Vec<String> = socket_path::Surroundings::of_process()
@@ -84,7 +81,8 @@ pub(super) fn unreachable(path: &Path, failure: &Failure) -> Check {
                     path.display(),
                     looked.join(", ")
                 ),
-                "start a daemon: `hapticd --demo` to try it without a rig, `sudo systemctl start hapticd` for the service",
+                "start a daemon: `hapticd --demo` to try it without a rig, `sudo systemctl start hapticd` for the \
+                 service",
             )
         }
         ClientError::Version { .. } => Check::fail(
@@ -121,7 +119,7 @@ mod tests {
         let found = |rights| served(Path::new("/run/x.sock"), rights).found;
         assert!(found(Rights::Watch).contains("the watchers' socket"));
         assert_eq!(found(Rights::All), "/run/x.sock is served");
-        assert!(found(Rights::Stop).contains("no place left"));
+        assert!(found(Rights::Stop).contains("all places"));
     }
 
     #[test]

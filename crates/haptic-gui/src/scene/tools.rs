@@ -7,7 +7,7 @@ use crate::model::scene::SceneFacts;
 use crate::model::tuning::{SLOTS, TRIAL, Tuning};
 use egui::{Align, Button, Key, KeyboardShortcut, Layout, Modifiers, RichText, Ui};
 use haptic_core::Scene;
-use haptic_core::friction::LAWS;
+use haptic_core::friction::{Friction, LAWS};
 use haptic_ipc::SceneRef;
 
 const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
@@ -70,14 +70,14 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents
 fn show_law(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning, intents: &mut Vec<Intent>) {
     ui.label("Law");
     let item = |law| Item {
-        hint: about_law(law).to_owned(),
+        hint: Friction::summary(law).unwrap_or_default().to_owned(),
         ..Item::new(law, law, &scene.law.as_str())
     };
     let items = || LAWS.map(item).into();
     let (chosen, list) = drop_down::show(ui, "friction law", 140.0, &scene.law, items);
     list.on_hover_text(format!(
         "{}.\nAnother law takes over every parameter that both have, and the force on the hand.",
-        about_law(&scene.law)
+        Friction::summary(&scene.law).unwrap_or_default()
     ));
     let Some(law) = chosen.filter(|law| *law != scene.law) else {
         return;
@@ -89,29 +89,6 @@ fn show_law(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning, intents: &mut Vec<
         .and_then(Result::ok);
     if let Some(changed) = changed {
         intents.push(tuning.load(format!("law {law}"), SceneRef::Scene(Box::new(changed))));
-    }
-}
-
-/// A law in words.
-fn about_law(law: &str) -> &'static str {
-    match law {
-        "karnopp" => "Holds rigidly up to the static force, then slides at the dynamic force (Karnopp 1985)",
-        "dahl" => "A spring that yields from the first displacement on; no stiction (Dahl 1968)",
-        "hayward-armstrong" => {
-            "A spring dragged along by displacement alone, which no noise makes drift (Hayward and Armstrong 2000)"
-        }
-        "reset-integrator" => {
-            "A spring and damper up to a length, then a slide at that deflection (Haessig and Friedland 1991)"
-        }
-        "lugre" => "A bristle that yields, with stiction and Stribeck's fall (Canudas de Wit et al. 1995)",
-        "elasto-plastic" => {
-            "LuGre's bristle, elastic at first, so that shaking does not make it creep (Dupont et al. 2002)"
-        }
-        "salcudean-vlaar" => {
-            "A spring that holds up to the static force, and only drag while it slides (Salcudean and Vlaar 1994)"
-        }
-        "viscous" => "Drag in proportion to velocity, and nothing that holds",
-        _ => "",
     }
 }
 
@@ -156,8 +133,10 @@ fn show_slots(ui: &mut Ui, scene: Option<&Scene>, tuning: &mut Tuning, intents: 
 fn show_try(ui: &mut Ui, tuning: &mut Tuning) {
     let seconds = TRIAL.as_secs();
     let hint = format!(
-        "While this is on, every change goes back by itself {seconds} s after it was made. It is this panel that takes it \
-         back: if you close it or it loses the daemon meanwhile, the change stays. A change that somebody else has made \
+        "While this is on, every change goes back by itself {seconds} s after it was made. It is this panel that \
+         takes it \
+         back: if you close it or it loses the daemon meanwhile, the change stays. A change that somebody else has \
+         made \
          since is never taken back."
     );
     let toggle = Button::selectable(tuning.trial.is_on, format!("Try {seconds} s")).frame_when_inactive(true);

@@ -130,7 +130,7 @@ fn a_daemon_without_an_adviser_is_asked_once() {
     daemon.introduce();
     daemon.report(&of_revision(1));
     let advise = daemon.hear_advise();
-    let refusal = r#""error":{"code":"unknown_op","message":"there is no operation `advise`"}"#;
+    let refusal = r#""error":{"code":"unknown_op","message":"unknown operation `advise`"}"#;
     daemon.say(&format!(r#"{{"id":{advise},{refusal}}}"#));
     assert_eq!(bench.until(advised).unwrap_err().code, ErrorCode::UnknownOp);
     daemon.report(&of_revision(2));

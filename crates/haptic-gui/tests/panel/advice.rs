@@ -134,7 +134,7 @@ fn advice_on_an_older_scene_is_ignored() {
 #[test]
 fn the_answer_to_a_change_warns_where_the_daemon_has_no_more_advice() {
     let mut panel = connected(RigState::Engaged);
-    let error = WireError::new(ErrorCode::UnknownOp, "there is no operation `advise`");
+    let error = WireError::new(ErrorCode::UnknownOp, "unknown operation `advise`");
     hear(&mut panel, Update::Advised(Err(error)));
     assert!(panel.query_by_label_contains("advise").is_none(), "nobody asked for it");
     let reply = ChangeReply {

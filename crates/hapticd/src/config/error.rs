@@ -1,4 +1,4 @@
-//! What is wrong with an option, by its name, value, limits and unit.
+//! Refusals of options, with name, value, limits and unit.
 
 use device_io::fake::MotionError;
 use haptic_core::SceneError;
@@ -22,7 +22,12 @@ pub(crate) enum ConfigError {
     StartScene(SceneError),
     #[error(transparent)]
     Motion(#[from] MotionError),
-    #[error("{}", format!("{name} = {value} {unit} is out of range: it must be from {min} to {max} {unit}").replace("  ", " ").trim_end())]
+    #[error(
+        "{}",
+        format!("{name} = {value} {unit} is out of range: it must be from {min} to {max} {unit}")
+            .replace("  ", " ")
+            .trim_end()
+    )]
     OutOfRange {
         name: &'static str,
         value: f64,
@@ -37,10 +42,11 @@ pub(crate) enum ConfigError {
     )]
     NoDevice,
     #[error(
-        "socket-group = {0}: there is no such group; make it with `sudo groupadd --system {0}`, and its members with `sudo usermod -aG {0} USER`"
+        "socket-group = {0}: there is no such group; create it with `sudo groupadd --system {0}`, and add its members \
+         with `sudo usermod -aG {0} USER`"
     )]
     NoSuchGroup(String),
-    #[error("watch-socket = {} is the control socket: name another place for the watchers", .0.display())]
+    #[error("watch-socket = {} is the control socket: name another path for the watchers", .0.display())]
     WatchOnControl(PathBuf),
     #[error("--demo and --self-test run on the built-in fake rig: leave --device out")]
     OnlyFake,
@@ -58,7 +64,7 @@ pub(super) fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T
     })
 }
 
-/// The value given, else the default, if it lies within its range.
+/// The given value or the default, if it is in range.
 pub(super) fn within(
     name: &'static str,
     given: Option<f64>,
@@ -68,7 +74,7 @@ pub(super) fn within(
     unit: &'static str,
 ) -> Result<f64, ConfigError> {
     let value = given.unwrap_or(default);
-    // NaN is within nothing.
+    // NaN is never in range.
     if (min..=max).contains(&value) {
         Ok(value)
     } else {

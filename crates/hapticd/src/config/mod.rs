@@ -1,4 +1,4 @@
-//! The configuration of the daemon: the command line, a file with the same names, and the defaults,
+//! The daemon's configuration: the command line, a file of the same options, and the defaults, all
 //! checked.
 
 mod error;
@@ -23,13 +23,13 @@ use haptic_core::{Scene, Scheme};
 use options::PolicyName;
 use std::path::PathBuf;
 
-/// What must go on for force to flow.
+/// Conditions that must last for force to flow.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Watches {
-    /// Time for which a device may repeat its last sample, or the loop stand still while force
-    /// flows, ns.
+    /// Longest time for which a device may repeat its last sample, or the loop may stall while
+    /// force flows, ns.
     pub(crate) stale_ns: u64,
-    /// Time for which the control thread may give no sign of life, ns.
+    /// Longest time without a beat of the control thread, ns.
     pub(crate) control_timeout_ns: u64,
     /// Button of the rig that stops it, by its bit.
     pub(crate) stop_button: Option<u8>,
@@ -37,11 +37,11 @@ pub(crate) struct Watches {
     pub(crate) enable_button: Option<u8>,
 }
 
-/// How the daemon runs.
+/// The checked configuration.
 #[derive(Debug)]
 pub(crate) struct Config {
     pub(crate) socket: PathBuf,
-    /// The group that the control socket serves beside the daemon's own user and root.
+    /// Group that the control socket serves beside the daemon's own user and root.
     pub(crate) socket_group: Option<Group>,
     pub(crate) watch_socket: Option<PathBuf>,
     pub(crate) period_ns: u64,
@@ -72,9 +72,9 @@ fn path_in(variable: &str) -> Option<PathBuf> {
         .map(PathBuf::from)
 }
 
-/// The directory of saved scenes unless one is named.
+/// Default directory of saved scenes.
 fn default_scene_dir() -> PathBuf {
-    // The service manager names the first one; the others are those of the XDG base directories.
+    // The service manager names the first; the others are XDG base directories.
     let service = path_in("STATE_DIRECTORY").map(|state| state.join("scenes"));
     let data = path_in("XDG_DATA_HOME").or_else(|| path_in("HOME").map(|home| home.join(".local/share")));
     service
@@ -82,9 +82,9 @@ fn default_scene_dir() -> PathBuf {
         .unwrap_or_else(|| "/var/lib/hapticd/scenes".into())
 }
 
-/// The directory of what was found of rigs unless one is named.
+/// Default directory of the commissioning records.
 fn default_state_dir() -> PathBuf {
-    // The service manager names the first one; the others are those of the XDG base directories.
+    // The service manager names the first; the others are XDG base directories.
     let state = path_in("XDG_STATE_HOME").or_else(|| path_in("HOME").map(|home| home.join(".local/state")));
     path_in("STATE_DIRECTORY")
         .or_else(|| state.map(|state| state.join("hapticd")))
@@ -95,7 +95,7 @@ impl Options {
     /// Reads the configuration file, if one is named, and checks everything.
     ///
     /// # Errors
-    /// The first option with which the daemon cannot run, by its name.
+    /// The first invalid option.
     pub(crate) fn resolve(mut self) -> Result<Config, ConfigError> {
         if let Some(path) = self.config.clone() {
             self = self.or(read_toml(&path)?);
@@ -246,7 +246,7 @@ impl Options {
             }),
         };
         Ok(Watches {
-            // No hand is on the rig of the demo, and a newcomer builds the clients meanwhile.
+            // Nobody holds the rig of the demo, and a newcomer builds the clients meanwhile.
             stale_ns: ns(within(
                 "stale-ms",
                 self.stale_ms,

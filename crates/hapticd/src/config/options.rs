@@ -45,8 +45,8 @@ pub(crate) struct Options {
     /// a serial line, at 1000000 baud unless `?baud=N` follows, and `hid:VID:PID[:SERIAL]` on USB
     /// HID; `haptic-ctl devices` lists them. `odrive:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1`
     /// and `simplefoc:/dev/ttyACM0?radius_mm=5&torque_limit_nm=0.1&nm_per_unit=0.05` speak to an
-    /// ODrive and to a SimpleFOC board in their makers' protocols, see docs/adapters.md: never
-    /// tried on a real board
+    /// ODrive and to a SimpleFOC board in their makers' protocols, see docs/adapters.md; not
+    /// tested on a real board
     #[arg(long, value_name = "DEVICE")]
     pub(super) device: Option<Named<Address>>,
 
@@ -188,7 +188,7 @@ pub(crate) struct Options {
     pub(super) rig_damping_ns_per_m: Option<f64>,
 
     /// Hand on the fake rig: `sine` moves the handle to and fro, `arm` pulls it likewise through a
-    /// spring and damper, `free` is no hand, `file:MOTION.csv` follows a recording (columns t_s,
+    /// spring and damper, `free` lets it go, `file:MOTION.csv` follows a recording (columns t_s,
     /// position_m), `arm:file:MOTION.csv` pulls along it [default: sine]
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
     pub(super) hand: Option<Named<HandName>>,
@@ -212,7 +212,7 @@ pub(crate) struct Options {
 
     /// Behaviour after the end of a recorded motion: `hold` the last position, or `loop` [default:
     /// hold]
-    #[arg(long, value_name = "HOW", help_heading = "Fake rig")]
+    #[arg(long, value_name = "ACTION", help_heading = "Fake rig")]
     pub(super) hand_after_end: Option<AfterEndName>,
 
     /// Stiffness of the arm, N/m [default: 500]
@@ -239,7 +239,7 @@ pub(super) enum PolicyName {
     Deadline,
 }
 
-/// A value that is read from its text, on the command line and in the file.
+/// A value that is parsed from text, on the command line and in the file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Named<T>(pub(super) T);
 
@@ -285,7 +285,7 @@ impl FromStr for HandName {
     fn from_str(text: &str) -> Result<Self, String> {
         let file = |path: &str| {
             if path.is_empty() {
-                return Err(format!("`{text}` names no file: write file:MOTION.csv"));
+                return Err(format!("`{text}` lacks a file: write file:MOTION.csv"));
             }
             Ok(MotionName::File(path.into()))
         };
@@ -297,14 +297,14 @@ impl FromStr for HandName {
                 (Some(path), _) => file(path).map(Self::Prescribed),
                 (_, Some(path)) => file(path).map(Self::Arm),
                 _ => Err(format!(
-                    "there is no hand `{text}`; there are sine, arm, free, file:MOTION.csv and arm:file:MOTION.csv"
+                    "unknown hand `{text}`: expected sine, arm, free, file:MOTION.csv or arm:file:MOTION.csv"
                 )),
             },
         }
     }
 }
 
-/// Takes each field of the file that the command line leaves out.
+/// Takes each field from the command line, or else from the file.
 macro_rules! fall_back {
     ($options:ident, $file:ident: $($field:ident),* $(,)?) => {
         $(if $options.$field.is_none() {
@@ -314,7 +314,7 @@ macro_rules! fall_back {
 }
 
 impl Options {
-    /// These options, and those of the file where these say nothing.
+    /// These options, completed by those of the file.
     pub(super) fn or(mut self, file: Self) -> Self {
         fall_back!(self, file:
                 device, socket, socket_group, watch_socket, rate, cpu, policy, priority, spin_us,

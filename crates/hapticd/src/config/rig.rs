@@ -14,13 +14,13 @@ pub(crate) enum RigChoice {
     Fake(FakeRig),
     Linked {
         connector: Box<dyn Connector>,
-        /// As far as they were measured.
+        /// The rig's losses, if they were measured.
         losses: RigLosses,
     },
 }
 
 impl Options {
-    /// The losses of the rig itself, with the friction in N that is assumed where none is named.
+    /// The losses of the rig itself; `usual_friction_n` is the default of its friction.
     pub(super) fn losses(&self, usual_friction_n: f64) -> Result<RigLosses, ConfigError> {
         Ok(RigLosses {
             friction: within(

@@ -1,4 +1,4 @@
-//! Whether the rig may be engaged: what must be known of a device before its motor pulls a hand.
+//! Admission to engage: the checks of a device before its motor pulls a hand.
 //!
 //! The checks hold for one connection. Its number goes to the real-time thread with the command,
 //! which engages no other: a device that takes the place of the checked one is refused, however
@@ -6,19 +6,18 @@
 
 use crate::control::RigHandle;
 use crate::control::commission::record::CommissionState;
-use crate::control::connected::Device;
+use crate::control::connected_device::ConnectedDevice;
 use crate::control::facts::EngageRules;
 use crate::rt::handoff::ANY_CONNECTION;
 use haptic_ipc::{ErrorCode, Problem, WireError};
 
-/// Longest time after which a device must have switched its motor off by itself, ms: a hand is
-/// pulled for so long when the daemon dies.
+/// Longest watchdog of a device, ms: after the daemon dies its motor pulls a hand for this long.
 pub(crate) const LONGEST_WATCHDOG_MS: u32 = 200;
 
-/// The firmware that `fake-rig` plays says so.
+/// Prefix of the firmware that `fake-rig` reports.
 const SIMULATED: &str = "fake-rig ";
 
-/// What an engagement is for.
+/// The purpose of an engagement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
     Scene,
@@ -30,24 +29,24 @@ pub(super) enum Purpose {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Admission {
     pub(super) purpose: Purpose,
-    /// The connection for which it holds.
+    /// The connection that it is valid for.
     pub(super) connection: u64,
 }
 
 impl Admission {
-    /// For a command that needs none.
+    /// For a command that needs no admission.
     pub(super) const NONE: Self = Self {
         purpose: Purpose::Scene,
         connection: ANY_CONNECTION,
     };
 }
 
-/// Asks for the permission to engage the device that is connected.
+/// Checks whether the connected device may be engaged.
 ///
 /// # Errors
-/// It may not be engaged as it is; the error says why and what to do.
+/// A check fails; the error says which, and the remedy.
 pub(super) async fn admit(rig: &RigHandle, purpose: Purpose) -> Result<Admission, WireError> {
-    let Some(device) = Device::connected(&rig.facts) else {
+    let Some(device) = ConnectedDevice::find(&rig.facts) else {
         // The loop refuses by its state; a device that comes in the meantime has number 1 or more.
         return Ok(Admission { purpose, connection: 0 });
     };
@@ -61,9 +60,9 @@ pub(super) async fn admit(rig: &RigHandle, purpose: Purpose) -> Result<Admission
     }
 }
 
-/// Why the device that is connected would not be engaged, for people.
+/// Why an engagement of the connected device would be refused, for people.
 pub(super) async fn problems(rig: &RigHandle) -> Vec<Problem> {
-    let Some(device) = Device::connected(&rig.facts) else {
+    let Some(device) = ConnectedDevice::find(&rig.facts) else {
         return Vec::new();
     };
     let obstacles = obstacles(rig, &device, Purpose::Scene, true).await;
@@ -81,7 +80,7 @@ struct Obstacle {
     remedy: String,
 }
 
-async fn obstacles(rig: &RigHandle, device: &Device, purpose: Purpose, only_looks: bool) -> Vec<Obstacle> {
+async fn obstacles(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, may_be_cached: bool) -> Vec<Obstacle> {
     if rig.facts.link.is_none() {
         return Vec::new();
     }
@@ -90,14 +89,14 @@ async fn obstacles(rig: &RigHandle, device: &Device, purpose: Purpose, only_look
     let counts_as_commissioned =
         purpose == Purpose::Commissioning || rules.uncommissioned || device.firmware.starts_with(SIMULATED);
     if !counts_as_commissioned
-        && let CommissionState::Not(why) = rig.records().known(&rig.facts.state_dir, device, only_looks).await
+        && let CommissionState::Not(why) = rig.records().known(&rig.facts.state_dir, device, may_be_cached).await
     {
         found.push(not_commissioned(device, &why));
     }
     found
 }
 
-fn no_force(device: &Device) -> Option<Obstacle> {
+fn no_force(device: &ConnectedDevice) -> Option<Obstacle> {
     let limit_n = device.force_limit_n;
     if limit_n > 0.0 {
         return None;
@@ -107,13 +106,13 @@ fn no_force(device: &Device) -> Option<Obstacle> {
         error: WireError::new(ErrorCode::NoForce, what)
             .about("force_limit")
             .given(limit_n),
-        remedy:
-            "have its firmware name the largest force that its motor can give (force_limit_mn, docs/device-protocol.md)"
-                .to_owned(),
+        remedy: "have its firmware report the largest force that its motor can give (force_limit_mn, \
+             docs/device-protocol.md)"
+            .to_owned(),
     })
 }
 
-fn no_watchdog(device: &Device, rules: EngageRules) -> Option<Obstacle> {
+fn no_watchdog(device: &ConnectedDevice, rules: EngageRules) -> Option<Obstacle> {
     if rules.allow_no_watchdog {
         return None;
     }
@@ -121,10 +120,12 @@ fn no_watchdog(device: &Device, rules: EngageRules) -> Option<Obstacle> {
     let what = match device.watchdog_ms {
         Some(ms) if ms <= max => return None,
         Some(ms) => format!(
-            "watchdog_ms = {ms} ms is out of range: it must be from 1 to {max} ms, or a hand is pulled for so long when hapticd dies"
+            "watchdog_ms = {ms} ms is out of range: it must be from 1 to {max} ms, since the motor pulls a hand for \
+             this long after hapticd dies"
         ),
         None => format!(
-            "watchdog_ms = 0 ms is out of range: it must be from 1 to {max} ms; this device does not switch its motor off by itself when hapticd dies"
+            "watchdog_ms = 0 ms is out of range: it must be from 1 to {max} ms; this device does not switch its motor \
+             off by itself when hapticd dies"
         ),
     };
     let value = f64::from(device.watchdog_ms.unwrap_or(0));
@@ -132,20 +133,23 @@ fn no_watchdog(device: &Device, rules: EngageRules) -> Option<Obstacle> {
         error: WireError::new(ErrorCode::NoWatchdog, what)
             .about("watchdog_ms")
             .within(value, 1.0, max.into(), "ms"),
-        remedy: "give its firmware a watchdog of 50 ms (docs/device-protocol.md; for SimpleFOC docs/adapters.md, and then `host_timeout_ms=50` in its address); or, where something else \
-                 cuts the motor's power, start hapticd with --allow-no-watchdog"
+        remedy: "give its firmware a watchdog of 50 ms (docs/device-protocol.md; for SimpleFOC docs/adapters.md, and \
+                 then `host_timeout_ms=50` in its address); or, if something else cuts the motor's power, start \
+                 hapticd with --allow-no-watchdog"
             .to_owned(),
     })
 }
 
-fn not_commissioned(device: &Device, why: &str) -> Obstacle {
+fn not_commissioned(device: &ConnectedDevice, why: &str) -> Obstacle {
     let what = format!(
         "the rig {} ({}) is not commissioned: {why}",
         device.rig.key, device.firmware
     );
     Obstacle {
         error: WireError::new(ErrorCode::NotCommissioned, what).about("rig"),
-        remedy: "run `haptic-ctl commission`, which finds out by small pulses whether its motor pulls the right way; or start hapticd with --uncommissioned".to_owned(),
+        remedy: "run `haptic-ctl commission`, which checks by small pulses that its motor pulls the right way; or \
+                 start hapticd with --uncommissioned"
+            .to_owned(),
     }
 }
 
@@ -154,8 +158,8 @@ mod tests {
     use super::*;
     use device_io::link::RigIdentity;
 
-    fn device(force_limit_n: f64, watchdog_ms: Option<u32>) -> Device {
-        Device {
+    fn device(force_limit_n: f64, watchdog_ms: Option<u32>) -> ConnectedDevice {
+        ConnectedDevice {
             firmware: "mine 1.0".to_owned(),
             force_limit_n,
             resolution_m: 1e-5,
@@ -201,7 +205,7 @@ mod tests {
 
     // hazard: H13
     #[test]
-    fn whoever_has_written_a_firmware_of_his_own_is_told_what_to_do() {
+    fn a_refusal_of_an_uncommissioned_rig_names_both_remedies() {
         let found = not_commissioned(&device(1.0, Some(50)), "it was never commissioned");
         assert_eq!(found.error.code, ErrorCode::NotCommissioned);
         for part in ["haptic-ctl commission", "--uncommissioned"] {

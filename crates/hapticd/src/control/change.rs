@@ -11,19 +11,19 @@ use haptic_ipc::{
 };
 use std::collections::BTreeMap;
 
-/// A name and its value in a map.
+/// Memory of a name and its value in a map, bytes.
 const BYTES_OF_A_VALUE: usize = 96;
 
-/// A change that is on its way to the real-time thread, or was only tried.
+/// A change that the real-time thread has yet to render, or a dry run.
 #[derive(Debug)]
 pub(super) struct PendingChange {
     reply: ChangeReply,
-    /// Ticks that the ramp takes.
+    /// Length of the ramp, ticks.
     ramp_ticks: Option<u64>,
 }
 
 impl PendingChange {
-    /// Memory that it takes until it is answered, bytes.
+    /// Its memory until it is answered, bytes.
     pub(super) fn bytes(&self) -> usize {
         let ChangeReply {
             applied,
@@ -39,10 +39,10 @@ impl PendingChange {
         size_of::<Self>() + applied.len() * BYTES_OF_A_VALUE + bytes_of_changes(changes) + advice
     }
 
-    /// The answer, once it is rendered.
+    /// The answer, after the tick that first rendered it.
     ///
     /// # Errors
-    /// The real-time thread does not answer; should it go on, it will render the scene.
+    /// The real-time thread does not answer; if it continues, it will render the scene.
     pub(super) async fn finished(&self, rig: &RigHandle) -> Result<ChangeReply, WireError> {
         let mut reply = self.reply.clone();
         if !reply.dry_run {
@@ -57,7 +57,7 @@ impl PendingChange {
 /// Begins a change of parameters.
 ///
 /// # Errors
-/// It is refused, and nothing has changed.
+/// The change is refused, and nothing has changed.
 pub(super) fn set(
     rig: &RigHandle,
     by: Requester<'_>,
@@ -80,7 +80,7 @@ pub(super) fn set(
 /// Begins to load another scene.
 ///
 /// # Errors
-/// There is no such scene, or it is refused, and nothing has changed.
+/// The scene is unknown or refused, and nothing has changed.
 pub(super) async fn load(
     rig: &RigHandle,
     by: Requester<'_>,
@@ -91,26 +91,27 @@ pub(super) async fn load(
     begin(rig, by, "scene.load", scene, options, Move::Forward)
 }
 
-/// Begins to take the newest change back.
+/// Begins to undo the newest change.
 ///
 /// # Errors
-/// There is none, or the scene cannot be rendered, and nothing has changed.
+/// There is nothing to undo, or the scene cannot be rendered; nothing has changed.
 pub(super) fn undo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -> Result<PendingChange, WireError> {
-    let before = rig
-        .history()
-        .back()
-        .cloned()
-        .ok_or_else(|| WireError::new(ErrorCode::NothingToUndo, "there is no change to take back"))?;
+    let before = rig.history().undo_scene().cloned().ok_or_else(|| {
+        WireError::new(
+            ErrorCode::NothingToUndo,
+            "nothing to undo: no change is left in the history",
+        )
+    })?;
     begin(rig, by, "undo", before, options, Move::Undo)
 }
 
-/// Begins to bring back what was undone.
+/// Begins to redo the change that was undone last.
 ///
 /// # Errors
-/// There is nothing, or the scene cannot be rendered, and nothing has changed.
+/// There is nothing to redo, or the scene cannot be rendered; nothing has changed.
 pub(super) fn redo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -> Result<PendingChange, WireError> {
-    let after = rig.history().forth().cloned().ok_or_else(|| {
-        let message = "there is no change to bring back: nothing was undone, or something else was changed since";
+    let after = rig.history().redo_scene().cloned().ok_or_else(|| {
+        let message = "nothing to redo: no change was undone, or the scene was changed since";
         WireError::new(ErrorCode::NothingToRedo, message)
     })?;
     begin(rig, by, "redo", after, options, Move::Redo)
@@ -138,9 +139,9 @@ fn begin(
         advice: advise::warnings(rig, &scene),
         changes,
     };
-    // Setting the current value is a no-op: it takes no step of the history, and no other client's
-    // revision goes out of date.
-    let is_noop = *rig.scene() == scene && !rig.is_on_its_way();
+    // Setting the current value is a no-op: it adds no step to the history and no revision, so
+    // other clients' revisions stay current.
+    let is_noop = *rig.scene() == scene && !rig.is_ramping();
     if options.dry_run || (is_noop && rig.history_mut().is_noop(&step)) {
         return Ok(PendingChange {
             reply,
@@ -162,13 +163,13 @@ fn begin(
     })
 }
 
-/// Refuses a change that was meant for another revision than the newest.
+/// Refuses a change that was meant for a revision that is not the newest.
 fn check_revision(options: ChangeOptions, newest: u64) -> Result<(), WireError> {
     let Some(wanted) = options.if_revision.filter(|wanted| *wanted != newest) else {
         return Ok(());
     };
     let message = format!(
-        "if_revision = {wanted}, but the scene is at revision {newest}: somebody has changed it since; look at it again"
+        "if_revision = {wanted}, but the scene is at revision {newest}: it was changed meanwhile; read it again"
     );
     #[expect(clippy::cast_precision_loss, reason = "revisions are below 2^53")]
     let (wanted, newest) = (wanted as f64, newest as f64);

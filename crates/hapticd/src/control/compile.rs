@@ -1,14 +1,13 @@
-//! From a scene to what the real-time thread takes: one renderer, or a whole way of them.
+//! Compiles a scene for the real-time thread: to one renderer, or to a ramp of them.
 
 use haptic_core::servo::{CompiledScene, Steps, Transition};
 use haptic_core::{Renderer, Scene, SceneError, Scheme};
 use haptic_ipc::WireError;
 
-/// Scenes that a way is made of at most: a force moves by less than a hundredth of its range in
-/// one.
+/// Most scenes of a ramp: each moves the force by less than a hundredth of its range.
 const MOST_STEPS: f64 = 250.0;
 
-/// The way to a scene in steps.
+/// The steps of a ramp from one scene to another.
 #[derive(Debug)]
 pub(crate) struct RampPath {
     from: Scene,
@@ -20,7 +19,7 @@ impl RampPath {
         self.steps
     }
 
-    /// Where it has come to after some of its steps.
+    /// The scene that it has reached after some of its steps.
     pub(super) fn at(&self, taken: usize, to: &Scene) -> Scene {
         #[expect(clippy::cast_precision_loss, reason = "a few hundred steps")]
         let share = (taken as f64 / self.steps as f64).min(1.0);
@@ -38,8 +37,7 @@ pub(crate) struct Compiled {
 }
 
 impl Compiled {
-    /// Compiles a scene and, where it shall take `ramp_s` seconds to get there, the way from
-    /// another.
+    /// Compiles a scene and, if `ramp_s` (seconds) is not 0, the ramp to it from another.
     ///
     /// # Errors
     /// The scene cannot be rendered.
@@ -73,7 +71,7 @@ impl Compiled {
         let mut on_the_way = Vec::new();
         let mut step = 1.0;
         while step < count {
-            // What cannot be rendered between two scenes that can is passed over.
+            // A scene on the way that cannot be rendered is skipped, even if both ends can be.
             if let Some(Ok(renderer)) = from.toward(to, step / count).as_ref().map(compile) {
                 on_the_way.push(renderer);
             }
@@ -85,7 +83,7 @@ impl Compiled {
             steps: on_the_way.len(),
         };
         Ok(Self {
-            // The scene from which it comes has been rendered before.
+            // The first scene has been rendered before.
             renderer: compile(&first).or_else(|_| compile(to))?,
             transition: Transition::Steps(Steps::new(on_the_way, ramp_s)),
             way: Some(way),
@@ -93,12 +91,12 @@ impl Compiled {
         })
     }
 
-    /// Ticks that the way takes, where there is one.
+    /// Length of the ramp in ticks, if there is one.
     pub(super) fn ramp_ticks(&self) -> Option<u64> {
         self.ramp_ticks
     }
 
-    /// What the real-time thread takes, and the way there, where it goes in steps.
+    /// The scene for the real-time thread, and its ramp if it has one.
     pub(crate) fn into_scene(self, revision: u64) -> (CompiledScene, Option<RampPath>) {
         let scene = CompiledScene {
             renderer: self.renderer,

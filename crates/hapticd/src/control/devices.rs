@@ -1,4 +1,4 @@
-//! `devices`: the devices that are plugged in, and why one of them cannot be used.
+//! `devices`: lists the devices that are plugged in, and what keeps each from use.
 
 use crate::control::RigHandle;
 use crate::telemetry::link::linked;
@@ -8,15 +8,14 @@ use device_io::link::ConnectError;
 use haptic_ipc::{DevicesReply, ErrorCode, FoundDevice, Problem, WireError};
 use std::time::Duration;
 
-/// Longest time for looking through the nodes.
+/// Timeout of a search through the nodes.
 const LIST_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Longest time for opening and greeting a device: a serial line has more than two seconds to
-/// answer.
+/// Timeout of opening and greeting a device: a serial device has more than two seconds to answer.
 const PROBE_TIMEOUT: Duration = Duration::from_secs(4);
 
-/// Lists the devices that are plugged in, or asks one device who it is. Either may take a while, so
-/// a thread of its own does it.
+/// Lists the devices that are plugged in, or greets one device. Either may block, so a worker
+/// thread does it.
 ///
 /// # Errors
 /// The address names no device, or this daemon uses it and nobody else may open it.
@@ -33,7 +32,7 @@ pub(super) async fn devices(rig: &RigHandle, asked: Option<String>) -> Result<De
                 .map_err(|error| WireError::new(ErrorCode::BadRequest, format!("{error}")).about("probe"))?;
             let name = address.to_string();
             let probed = rig.devices().run(PROBE_TIMEOUT, move || {
-                // A path may lead anywhere, so it is not even looked at elsewhere.
+                // A path may lead anywhere, so files outside /dev are not even looked up.
                 (!is_same(&address, &ours)).then(|| vec![probed(&address)])
             });
             match probed.await {
@@ -75,8 +74,8 @@ fn probed(address: &Address) -> FoundDevice {
         Some(mut connector) => probe(&mut *connector),
         None => Err(ConnectError::Refused {
             what: address.to_string(),
-            why: "it is simulated in the daemon".to_owned(),
-            remedy: "there is nothing to be asked; `fake-rig` simulates one behind a serial line".to_owned(),
+            why: "it is simulated inside the daemon".to_owned(),
+            remedy: "no link to probe; `fake-rig` simulates a device behind a serial line".to_owned(),
         }),
     };
     let (device, problem) = match greeted {
@@ -95,7 +94,7 @@ fn problem(error: &ConnectError) -> Problem {
     let remedy = match error {
         ConnectError::Absent { .. } => "plug it in; `haptic-ctl devices` lists what is there",
         ConnectError::Refused { remedy, .. } => remedy,
-        ConnectError::Protocol { .. } => "docs/device-protocol.md says what a firmware is to answer",
+        ConnectError::Protocol { .. } => "docs/device-protocol.md specifies the answers of a firmware",
     };
     Problem {
         what: error.to_string(),

@@ -1,4 +1,4 @@
-//! `scene.diff`: in what two scenes differ.
+//! `scene.diff`: the differences of two scenes.
 
 use crate::control::{RigHandle, library};
 use haptic_ipc::{SceneDiffReply, SceneRef, WireError, differences};

@@ -1,4 +1,4 @@
-//! `engage`, `release`, `reset` and `stop`: what moves the rig from state to state.
+//! `engage`, `release`, `reset` and `stop`: the changes of the rig's state.
 
 use crate::control::RigHandle;
 use haptic_core::servo::Command;
@@ -17,7 +17,7 @@ pub(super) async fn command(
     })
 }
 
-/// Answers a stop that was raised when it was read.
+/// Answers a stop, which was raised when its line was read.
 pub(super) async fn stopped(rig: &RigHandle, stop: u64) -> Result<StateReply, WireError> {
     let (tick, state) = rig.stopped(stop).await?;
     Ok(StateReply { state, tick })

@@ -1,5 +1,4 @@
-//! What does not change while the daemon runs: the rig's limits, the loop's rate, and where things
-//! are kept.
+//! Constants of a run: the rig's limits, the loop's rate, and the directories.
 
 use crate::processor_share::ProcessorShare;
 use crate::telemetry::link;
@@ -13,49 +12,49 @@ use haptic_ipc::{AdviceBasis, ForceLimitBy, RealTimeStatus};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Devices that are engaged although a check is against it.
+/// Checks of a device that the configuration waives.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct EngageRules {
-    /// A rig that was not commissioned is engaged.
+    /// Engages a rig that was not commissioned.
     pub(crate) uncommissioned: bool,
-    /// A device that does not switch its motor off soon enough by itself is engaged.
+    /// Engages a device whose watchdog is missing or too long.
     pub(crate) allow_no_watchdog: bool,
 }
 
-/// What does not change while the daemon runs.
+/// Constants of a run.
 #[derive(Debug)]
 pub(crate) struct Facts {
     pub(crate) server: String,
     pub(crate) device: String,
     pub(crate) address: Address,
     pub(crate) limits: Limits,
-    /// Keeps the processors awake as long as it is open.
+    /// Keeps the processors awake while it is open.
     pub(crate) _awake: Option<std::fs::File>,
-    /// The loop's share of its processor, where it is pinned to one.
+    /// The loop's share of its processor, if it is pinned to one.
     pub(crate) share: Option<ProcessorShare>,
     pub(crate) rig: RigFacts,
-    /// The link to the rig, where it is not in this process.
+    /// The link to the rig, unless the rig is simulated in this process.
     pub(crate) link: Option<LinkMonitor>,
-    /// Looks after that link as long as it is here.
+    /// Keeps that link connected.
     pub(crate) keeper: Option<RunningKeeper>,
     pub(crate) period_ns: u64,
-    /// Time that engaging and releasing take.
+    /// Duration of engaging and of releasing.
     pub(crate) ramp: Duration,
-    /// What is put up with of a device.
+    /// Checks of a device that are waived.
     pub(crate) rules: EngageRules,
-    /// Where it is kept what was found of rigs.
+    /// Directory of the commissioning records.
     pub(crate) state_dir: PathBuf,
     pub(crate) scheme: Scheme,
     pub(crate) velocity: Method,
-    /// Where saved scenes are.
+    /// Directory of saved scenes.
     pub(crate) scene_dir: PathBuf,
-    /// As it was when the loop began.
+    /// The real-time thread's properties when the loop began.
     pub(crate) real_time: RealTimeStatus,
 }
 
 impl Facts {
-    /// What the adviser goes by: with a link, resolution and rate are those of the device that is
-    /// connected, and the delay is what was measured of it.
+    /// The adviser's facts of the rig: with a link, the connected device's resolution and rate, and
+    /// the measured delay.
     pub(crate) fn rig_facts(&self) -> RigFacts {
         let Some(link) = &self.link else { return self.rig };
         let mut times = link::times(link);
@@ -69,7 +68,7 @@ impl Facts {
         rig
     }
 
-    /// What the adviser goes by, for people.
+    /// The adviser's facts of the rig, for people.
     pub(crate) fn advice_basis(&self) -> AdviceBasis {
         let rig = self.rig_facts();
         AdviceBasis {
@@ -86,7 +85,7 @@ impl Facts {
         }
     }
 
-    /// The real-time thread, with what has come between it and its processor since.
+    /// The real-time thread's properties, with the problems that have come up since.
     pub(crate) fn real_time(&self) -> RealTimeStatus {
         let mut status = self.real_time.clone();
         status
@@ -95,7 +94,7 @@ impl Facts {
         status
     }
 
-    /// The largest force that goes to the rig, N, and whose limit that is.
+    /// The largest force sent to the rig, N, and the source of that limit.
     pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
         match self.link.as_ref().map(LinkMonitor::state) {
             Some(LinkState::Connected { device, .. }) if device.force_limit_n < self.limits.force_n => {

@@ -1,4 +1,4 @@
-//! `get`: the active scene, or another.
+//! `get`: reads the active scene, or another.
 
 use crate::control::{RigHandle, library};
 use haptic_ipc::{SceneRef, SceneReply, WireError, params_of};

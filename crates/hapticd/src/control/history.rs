@@ -1,36 +1,36 @@
-//! The scenes that were active, and the way back through them: one way for all clients.
+//! The scenes that were active: one undo history for all clients.
 
 use crate::telemetry::feed::KnownScene;
 use haptic_core::{ParameterKey, Scene};
 use std::collections::VecDeque;
 
-/// Scenes kept, and steps that can be taken back.
-const KEPT: usize = 1000;
+/// Most scenes kept, and most steps that can be undone.
+const MOST_KEPT: usize = 1000;
 
-/// Longest title of a scene, bytes: all else in a scene has a fixed size.
+/// Longest title of a scene, bytes: everything else in a scene has a fixed size.
 pub(crate) const LONGEST_TITLE: usize = 256;
 
-// Scenes by revision, back and forth: what clients can make the history hold.
-const _: () = assert!(3 * KEPT * (size_of::<KnownScene>() + LONGEST_TITLE) <= 4 * 1024 * 1024);
+// Scenes by revision, to undo and to redo: the most that clients can make the history hold.
+const _: () = assert!(3 * MOST_KEPT * (size_of::<KnownScene>() + LONGEST_TITLE) <= 4 * 1024 * 1024);
 
-/// What a change does to the history.
+/// The effect of a change on the history.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Move {
-    /// Something new.
+    /// A step of its own.
     Forward,
-    /// Something new, which may be one step with the change before, of the same session to the same
-    /// parameters.
+    /// A step that may be merged with the previous change, if that was of the same session to the
+    /// same parameters.
     Merge(Drag),
     Undo,
     Redo,
 }
 
-/// Who changed which parameters.
+/// A change of parameters by a session, perhaps one of many while a slider is dragged.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Drag {
     pub(crate) session: u64,
     pub(crate) parameters: Vec<ParameterKey>,
-    /// Whether it goes on with what was done before.
+    /// Whether it continues the previous change.
     pub(crate) goes_on: bool,
 }
 
@@ -42,12 +42,12 @@ pub(crate) struct History {
     scenes: VecDeque<KnownScene>,
     undo: VecDeque<Scene>,
     redo: Vec<Scene>,
-    /// What the newest step back would take back, where that can grow.
+    /// The newest step, if further changes can be merged with it.
     dragged: Option<Drag>,
 }
 
 impl History {
-    /// Begins with the scene that the daemon starts with.
+    /// A history that begins with the daemon's first scene.
     pub(crate) fn new(revision: u64, scene: Scene) -> Self {
         Self {
             scenes: VecDeque::from([KnownScene {
@@ -62,7 +62,7 @@ impl History {
         }
     }
 
-    /// The scenes that are kept, by revision.
+    /// The scenes kept, by revision.
     pub(crate) fn scenes(&self) -> &VecDeque<KnownScene> {
         &self.scenes
     }
@@ -81,22 +81,22 @@ impl History {
         self.scenes.get(index).map(|known| &known.scene)
     }
 
-    /// The oldest revision that is still known.
+    /// The oldest revision kept.
     pub(crate) fn oldest(&self) -> u64 {
         self.scenes.front().map_or(0, |known| known.revision)
     }
 
-    /// The scene to which a step back leads.
-    pub(crate) fn back(&self) -> Option<&Scene> {
+    /// The scene that `undo` leads to.
+    pub(crate) fn undo_scene(&self) -> Option<&Scene> {
         self.undo.back()
     }
 
-    /// The scene to which a step forth leads.
-    pub(crate) fn forth(&self) -> Option<&Scene> {
+    /// The scene that `redo` leads to.
+    pub(crate) fn redo_scene(&self) -> Option<&Scene> {
         self.redo.last()
     }
 
-    /// How many steps there are, back and forth.
+    /// How many steps can be undone, and redone.
     pub(crate) fn depth(&self) -> (usize, usize) {
         (self.undo.len(), self.redo.len())
     }
@@ -113,12 +113,12 @@ impl History {
             }
             Move::Undo | Move::Redo => return false,
         }
-        // What is dragged from here on is a step of its own.
+        // Changes from here on are a step of their own.
         self.dragged = None;
         true
     }
 
-    /// Takes a change in; returns the revision of the scene that it leads to.
+    /// Records a change; returns the revision of its scene.
     pub(crate) fn moved(&mut self, step: Move, scene: Scene) -> u64 {
         let before = self.newest().scene.clone();
         let dragged = match step {
@@ -152,7 +152,7 @@ impl History {
         };
         self.dragged = dragged;
         let revision = self.newest().revision + 1;
-        if self.scenes.len() == KEPT {
+        if self.scenes.len() == MOST_KEPT {
             self.scenes.pop_front();
         }
         let (undo_depth, redo_depth) = self.depth();
@@ -166,7 +166,7 @@ impl History {
     }
 
     fn push(&mut self, before: Scene) {
-        if self.undo.len() == KEPT {
+        if self.undo.len() == MOST_KEPT {
             self.undo.pop_front();
         }
         self.undo.push_back(before);
@@ -198,10 +198,10 @@ mod tests {
         };
         history.moved(dragged(1, false), named(1));
         history.moved(dragged(1, true), named(2));
-        assert_eq!((history.depth().0, history.back()), (1, Some(&named(0))));
+        assert_eq!((history.depth().0, history.undo_scene()), (1, Some(&named(0))));
         history.moved(dragged(2, true), named(3));
         history.moved(dragged(1, true), named(4));
-        assert_eq!((history.depth().0, history.back()), (3, Some(&named(3))));
+        assert_eq!((history.depth().0, history.undo_scene()), (3, Some(&named(3))));
         history.moved(dragged(1, false), named(5));
         assert_eq!(history.depth().0, 4, "a new drag is a new step");
         assert!(history.is_noop(&dragged(1, false)) && history.is_noop(&dragged(1, true)));
@@ -226,13 +226,13 @@ mod tests {
                         (now, next) = (next, next + 1);
                     }
                     2 => if let Some(to) = back.pop() {
-                        prop_assert_eq!(history.back().cloned(), Some(named(to)));
+                        prop_assert_eq!(history.undo_scene().cloned(), Some(named(to)));
                         history.moved(Move::Undo, named(to));
                         forth.push(now);
                         now = to;
                     },
                     _ => if let Some(to) = forth.pop() {
-                        prop_assert_eq!(history.forth().cloned(), Some(named(to)));
+                        prop_assert_eq!(history.redo_scene().cloned(), Some(named(to)));
                         history.moved(Move::Redo, named(to));
                         back.push(now);
                         now = to;

@@ -1,28 +1,28 @@
-//! Who changed what, and when.
+//! The journal: who changed what, and when.
 
 use haptic_ipc::{Difference, JournalEntry, LogReply, Value};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Entries kept: some hours of work by hand, two seconds of a program that changes something at
-/// every tick.
-const KEPT: usize = 2000;
+/// Most entries kept: some hours of work by hand, two seconds of a program that changes the scene
+/// at every tick.
+const MOST_KEPT: usize = 2000;
 
-/// Bytes that the entries kept may take, and those that wait to be whole as much: two thousand of a
-/// single parameter take half of it. A client chooses how long an entry is.
+/// Most bytes of the entries kept, and of the incomplete ones: 2000 entries of a single parameter
+/// take half of it. A client chooses how long an entry is.
 const KEPT_BYTES: usize = 2 * 1024 * 1024;
 
-/// Bytes of the entries in one answer.
+/// Most bytes of the entries in one answer.
 const ANSWER_BYTES: usize = 512 * 1024;
 
-/// How long an entry waits for its tick: longer than whoever asked for it waits for an answer. What
-/// comes after it waits as well, be it a fault.
+/// How long an entry waits for its tick: longer than its client waits for an answer. Later entries
+/// wait as well, even a fault.
 const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 
-/// What an entry waits for before it is whole.
+/// The event that completes an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Completion {
-    /// Nothing.
+    /// None: it is complete.
     Done,
     /// The tick that renders this revision, or a newer one.
     Rendered(u64),
@@ -30,7 +30,7 @@ pub(crate) enum Completion {
     Stopped(u64),
 }
 
-/// Entries in their order, with the bytes that they take.
+/// A queue that counts the bytes of its entries.
 #[derive(Debug)]
 struct SizedQueue<T> {
     entries: VecDeque<(usize, T)>,
@@ -59,7 +59,7 @@ impl<T> SizedQueue<T> {
     }
 }
 
-/// An entry that is not whole yet.
+/// An entry that is not complete yet.
 #[derive(Debug)]
 struct PendingEntry {
     until: Completion,
@@ -75,7 +75,7 @@ pub(crate) struct Journal {
     last: u64,
 }
 
-/// What an entry takes in memory, bytes.
+/// Memory of an entry, bytes.
 fn bytes_of(entry: &JournalEntry) -> usize {
     let optional = |text: &Option<String>| text.as_ref().map_or(0, String::len);
     let by = entry
@@ -85,7 +85,7 @@ fn bytes_of(entry: &JournalEntry) -> usize {
     size_of::<PendingEntry>() + entry.op.len() + optional(&entry.message) + by + bytes_of_changes(&entry.changes)
 }
 
-/// What differences take in memory, bytes.
+/// Memory of differences, bytes.
 pub(super) fn bytes_of_changes(changes: &[Difference]) -> usize {
     let word = |value: &Option<Value>| match value {
         Some(Value::Word(word)) => word.len(),
@@ -101,7 +101,7 @@ pub(super) fn bytes_of_changes(changes: &[Difference]) -> usize {
 }
 
 impl Journal {
-    /// Takes an entry in, which gets its number and its time here; it appears once it is whole.
+    /// Enters an entry with the current time; it appears when it is complete.
     pub(crate) fn enter(&mut self, until: Completion, entry: JournalEntry) {
         let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
         let entry = JournalEntry {
@@ -117,14 +117,14 @@ impl Journal {
         self.waiting.push(bytes, waiting);
     }
 
-    /// The entries that are whole by now, in the order in which they came; `tick` fills in what is
-    /// still missing, or says that it is not known yet. One that has waited for long, or for which
-    /// there is no room, appears without it.
+    /// The entries that have become complete, in order. `fill` completes an entry, or returns false
+    /// if it cannot yet. An entry that has waited too long, or for which there is no room, appears
+    /// incomplete.
     pub(crate) fn completed(
         &mut self,
         mut fill: impl FnMut(Completion, &mut JournalEntry) -> bool,
     ) -> Vec<JournalEntry> {
-        let mut whole = Vec::new();
+        let mut completed = Vec::new();
         while let Some((_, PendingEntry { until, since, entry })) = self.waiting.entries.front_mut() {
             if *until != Completion::Done && !fill(*until, entry) {
                 if since.elapsed() < LONGEST_WAIT && self.waiting.bytes <= KEPT_BYTES {
@@ -138,22 +138,21 @@ impl Journal {
             self.last += 1;
             entry.seq = self.last;
             self.kept.push(bytes_of(&entry), entry.clone());
-            while self.kept.entries.len() > KEPT || self.kept.bytes > KEPT_BYTES {
+            while self.kept.entries.len() > MOST_KEPT || self.kept.bytes > KEPT_BYTES {
                 self.kept.pop();
             }
-            whole.push(entry);
+            completed.push(entry);
         }
-        whole
+        completed
     }
 
-    /// Whether a stop is on its way.
+    /// Whether a stop waits for its tick.
     pub(crate) fn waits_for_a_stop(&self) -> bool {
         let is_stop = |waiting: &PendingEntry| matches!(waiting.until, Completion::Stopped(_));
         self.waiting.entries.iter().any(|(_, waiting)| is_stop(waiting))
     }
 
-    /// The newest entries, at most `limit` of them and what one answer may hold, that came after
-    /// number `after`.
+    /// The newest entries after number `after`, at most `limit` and as many as fit in one answer.
     pub(crate) fn entries(&self, after: u64, limit: usize) -> LogReply {
         let mut left = ANSWER_BYTES;
         let newest = self.kept.entries.iter().rev().take(limit);

@@ -1,6 +1,5 @@
 //! `lease`: a client as a dead man's switch. The real-time thread itself releases the rig when a
-//! lease expires, so that it does even if this thread hangs; here the leases begin, are renewed and
-//! end.
+//! lease expires, even if this thread hangs; this file begins, renews and ends leases.
 
 use crate::control::RigHandle;
 use crate::control::journal::Completion;
@@ -18,7 +17,7 @@ pub(super) fn lease(rig: &RigHandle, by: Requester<'_>, timeout_ms: u32) -> Leas
     LeaseReply { timeout_ms }
 }
 
-/// Renews the lease of a client that has sent a line, where it has one.
+/// Renews the lease of a client that has sent a line, if it has one.
 pub(super) fn renew(rig: &RigHandle, session: u64) {
     if rig.leases().renew(session) {
         publish(rig);
@@ -31,7 +30,7 @@ pub(super) async fn closed(rig: &RigHandle, session: u64) {
     expire(rig, expired, "its client has closed the connection").await;
 }
 
-/// Expires leases in time. For ever.
+/// Expires leases when their time is over, for ever.
 pub(crate) async fn watch(rig: &RigHandle) {
     loop {
         let until_ns = rig.leases().until_ns();
@@ -46,7 +45,7 @@ pub(crate) async fn watch(rig: &RigHandle) {
     }
 }
 
-/// Releases the rig, and says why.
+/// Releases the rig, and enters the reason into the journal.
 async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
     if expired.is_empty() {
         return;
@@ -59,18 +58,18 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
         };
         rig.enter(Completion::Done, entry);
     }
-    // The real-time thread has released it already, unless the client closed its connection early.
-    // A rig that is stopped or faulted has no force.
+    // The real-time thread has already released the rig, unless the client closed its connection
+    // early. A rig that is stopped or faulted has no force.
     if let Err(error) = rig.command(Command::Release, rig.stops(), None).await
         && error.code == ErrorCode::NotResponding
     {
         crate::say(&error.message);
     }
-    // Only now: until the release is on its way, the thread must know that the lease has expired.
+    // Last: until the release is sent, the real-time thread must know that the lease has expired.
     publish(rig);
 }
 
-/// Tells the real-time thread, and the task that waits here, when the first lease expires.
+/// Tells the real-time thread and [`watch`] when the next lease expires.
 fn publish(rig: &RigHandle) {
     rig.lease_until(rig.leases().until_ns());
     rig.leases().notify();

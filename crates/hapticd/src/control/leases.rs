@@ -1,4 +1,4 @@
-//! The leases that clients hold, and when the first expires.
+//! The leases that clients hold, and the time at which the next one expires.
 
 use crate::rt::clock::now_ns;
 use haptic_ipc::Peer;
@@ -22,12 +22,12 @@ pub(super) struct Lease {
 }
 
 impl Leases {
-    /// Leases held.
+    /// Number of leases held.
     pub(crate) fn count(&self) -> usize {
         self.held.borrow().len()
     }
 
-    /// Whether a client has one.
+    /// Whether a client holds a lease.
     pub(super) fn is_held_by(&self, session: u64) -> bool {
         self.held.borrow().iter().any(|lease| lease.session == session)
     }
@@ -40,13 +40,13 @@ impl Leases {
         u32::try_from(timeout_ns / 1_000_000).unwrap_or(u32::MAX)
     }
 
-    /// When the first expires, ns.
+    /// Time at which the next lease expires, ns.
     pub(super) fn until_ns(&self) -> u64 {
         let held = self.held.borrow();
         held.iter().map(|lease| lease.until_ns).min().unwrap_or(u64::MAX)
     }
 
-    /// Gives a client a lease in the place of the one it had, or none where the timeout is 0.
+    /// Replaces a client's lease; a timeout of 0 ends it.
     pub(super) fn replace(&self, session: u64, by: &Peer, timeout_ms: u32) {
         let mut held = self.held.borrow_mut();
         held.retain(|lease| lease.session != session);
@@ -61,7 +61,7 @@ impl Leases {
         }
     }
 
-    /// Restarts the time of a client's lease; says whether it has one.
+    /// Restarts the timeout of a client's lease; false if it holds none.
     pub(super) fn renew(&self, session: u64) -> bool {
         let mut held = self.held.borrow_mut();
         let lease = held.iter_mut().find(|lease| lease.session == session);
@@ -71,12 +71,12 @@ impl Leases {
         })
     }
 
-    /// Takes leases out.
+    /// Removes and returns leases.
     pub(super) fn take(&self, which: impl Fn(&Lease) -> bool) -> Vec<Lease> {
         self.held.borrow_mut().extract_if(.., |lease| which(lease)).collect()
     }
 
-    /// Notifies the task that waits for the first to expire.
+    /// Notifies the task that waits for the next lease to expire.
     pub(super) fn notify(&self) {
         self.changed.notify_one();
     }

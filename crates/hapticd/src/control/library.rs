@@ -1,11 +1,10 @@
-//! The library of scenes: those that come with the daemon, and those that were saved, one TOML file
-//! each.
+//! The library of scenes: the built-in ones, and the saved ones, a TOML file each.
 
 use crate::control::RigHandle;
-use crate::control::aside::{Aside, AsideError};
 use crate::control::history::LONGEST_TITLE;
 use crate::control::journal::Completion;
 use crate::control::whole_file;
+use crate::control::worker_pool::{WorkError, WorkerPool};
 use haptic_core::Scene;
 use haptic_ipc::{
     ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
@@ -14,7 +13,7 @@ use haptic_ipc::{
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// The scenes that come with the daemon, by name.
+/// The built-in scenes, by name.
 const BUILT_IN: &[(&str, &str)] = &[
     (
         "simulated-friction",
@@ -38,24 +37,24 @@ const BUILT_IN: &[(&str, &str)] = &[
     ("lugre", include_str!("../../../../scenes/lugre.toml")),
 ];
 
-/// Longest name.
+/// Longest name of a saved scene, bytes.
 const LONGEST_NAME: usize = 64;
 
-/// Scenes that are kept. With the two lengths below this bounds the answer to `scene.list`, which
-/// is held for a client until it has read it.
+/// Most saved scenes. With the two lengths below this bounds the answer to `scene.list`, which is
+/// held in memory until the client has read it.
 const MOST_SAVED: usize = 500;
 
-/// What is told of why a scene cannot be loaded, bytes: the reader of TOML shows the line, which
-/// may be of any length.
+/// Longest message about a scene that cannot be loaded, bytes: the TOML parser quotes the line,
+/// which may have any length.
 const LONGEST_PROBLEM: usize = 400;
 
-/// How long the disk may take. Nothing that stops waits for it, but the client that asked does.
+/// Timeout of the disk. Only the client that asked waits for it; a stop does not.
 const DISK_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// The scene that is meant.
+/// Finds the scene that a reference names.
 ///
 /// # Errors
-/// There is none of this name or revision, or its file cannot be read.
+/// The name or revision is unknown, or the file cannot be read.
 pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, WireError> {
     match scene {
         SceneRef::Scene(scene) => {
@@ -64,7 +63,7 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
         }
         SceneRef::Revision(revision) => rig.history().scene(revision).cloned().ok_or_else(|| {
             let message = format!(
-                "there is no revision {revision}: those from {} to {} are known",
+                "revision {revision} is unknown: the history holds revisions {} to {}",
                 rig.history().oldest(),
                 rig.revision()
             );
@@ -76,10 +75,10 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
             }
             let path = path_of(rig, &name)?;
             let shown = path.clone();
-            on_a_thread(rig.library(), &shown, move || match regular_file::read_text(&path) {
+            on_worker(rig.library(), &shown, move || match regular_file::read_text(&path) {
                 Ok(text) => read(&path.display().to_string(), &text),
                 Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                    // One that is only guessed at may be missing.
+                    // The names are only for the guess: a directory that cannot be read has none.
                     let saved = path
                         .parent()
                         .and_then(|directory| saved(directory).ok())
@@ -87,7 +86,7 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
                     let saved = saved.iter().map(|(name, _)| name.as_str());
                     let known: Vec<&str> = BUILT_IN.iter().map(|(known, _)| *known).chain(saved).collect();
                     let message = format!(
-                        "there is no scene `{name}` in the library{} `scene.list` names those that there are",
+                        "there is no scene `{name}` in the library{} `scene.list` lists all",
                         meant_or_semicolon(&name, &known)
                     );
                     Err(WireError::new(ErrorCode::NoSuchScene, message).about("scene"))
@@ -99,13 +98,13 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
     }
 }
 
-/// All scenes of the library.
+/// Lists all scenes of the library.
 ///
 /// # Errors
-/// Its directory is there and cannot be read.
+/// Its directory exists and cannot be read.
 pub(super) async fn list(rig: &RigHandle) -> Result<SceneListReply, WireError> {
     let directory = rig.facts.scene_dir.clone();
-    on_a_thread(rig.library(), &rig.facts.scene_dir, move || {
+    on_worker(rig.library(), &rig.facts.scene_dir, move || {
         let mut scenes: Vec<ListedScene> = BUILT_IN
             .iter()
             .map(|(name, text)| listed(name, None, read(name, text)))
@@ -123,7 +122,7 @@ pub(super) async fn list(rig: &RigHandle) -> Result<SceneListReply, WireError> {
     .await
 }
 
-/// The names and files of the scenes that were saved.
+/// The names and files of the saved scenes.
 fn saved(directory: &Path) -> std::io::Result<Vec<(String, PathBuf)>> {
     let entries = match std::fs::read_dir(directory) {
         Ok(entries) => entries,
@@ -158,10 +157,10 @@ fn cut(mut text: String, longest: usize) -> String {
     text
 }
 
-/// Keeps a scene. A file is there as a whole, or not at all.
+/// Saves a scene. Its file is written whole or not at all.
 ///
 /// # Errors
-/// The name is none, or taken; or the file cannot be written.
+/// The name is invalid or taken, or the file cannot be written.
 pub(super) async fn save(
     rig: &RigHandle,
     by: &Peer,
@@ -170,7 +169,7 @@ pub(super) async fn save(
     replace: bool,
 ) -> Result<SceneSaveReply, WireError> {
     if BUILT_IN.iter().any(|(known, _)| *known == name) {
-        let message = format!("the scene `{name}` comes with the daemon and stays as it is: choose another name");
+        let message = format!("the scene `{name}` is built in and cannot be replaced: choose another name");
         return Err(WireError::new(ErrorCode::SceneExists, message).about("name"));
     }
     let path = path_of(rig, &name)?;
@@ -180,13 +179,13 @@ pub(super) async fn save(
     };
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
     let shown = path.clone();
-    let saved = on_a_thread(rig.library(), &shown, move || {
+    let saved = on_worker(rig.library(), &shown, move || {
         let directory = path.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(directory).map_err(|error| file_error(directory, &error))?;
         let others = saved(directory).map_err(|error| file_error(directory, &error))?;
         if others.len() >= MOST_SAVED && !others.iter().any(|(other, _)| *other == name) {
             let message = format!(
-                "{}: the library has {MOST_SAVED} scenes, the most that it may hold: remove the file of one, or replace one",
+                "{}: the library is full with {MOST_SAVED} scenes: remove the file of one, or replace one",
                 directory.display()
             );
             return Err(WireError::new(ErrorCode::SceneFile, message).about("name"));
@@ -197,7 +196,7 @@ pub(super) async fn save(
                 path: path.display().to_string(),
             }),
             Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
-                let message = format!("the library has a scene `{name}` already: say `replace` to write over it");
+                let message = format!("the library already has a scene `{name}`: set `replace` to overwrite it");
                 Err(WireError::new(ErrorCode::SceneExists, message).about("name"))
             }
             Err(error) => Err(file_error(&path, &error)),
@@ -218,7 +217,7 @@ fn path_of(rig: &RigHandle, name: &str) -> Result<PathBuf, WireError> {
     Ok(rig.facts.scene_dir.join(format!("{name}.toml")))
 }
 
-/// Whether a name can be one in the library, where it is the name of a file.
+/// Checks the name of a saved scene, which is also the name of its file.
 fn check(name: &str) -> Result<(), WireError> {
     let fits = |letter: char| letter.is_ascii_alphanumeric() || "-_. ".contains(letter);
     let sound = name.starts_with(|first: char| first.is_ascii_alphanumeric()) && name.chars().all(fits);
@@ -226,7 +225,8 @@ fn check(name: &str) -> Result<(), WireError> {
         return Ok(());
     }
     let message = format!(
-        "`{name}` cannot be the name of a scene: it must begin with a letter or digit, have only those, `-`, `_`, `.` and spaces, and at most {LONGEST_NAME} of them"
+        "`{name}` is not a valid name of a scene: it must begin with a letter or digit, and have at most \
+         {LONGEST_NAME} letters, digits, `-`, `_`, `.` and spaces"
     );
     Err(WireError::new(ErrorCode::BadName, message).about("name"))
 }
@@ -240,7 +240,7 @@ fn read(whence: &str, text: &str) -> Result<Scene, WireError> {
     Ok(scene)
 }
 
-/// Whether a scene can be rendered, and kept many times.
+/// Checks that a scene can be rendered, and that its title is short enough to be kept many times.
 fn sound(scene: &Scene) -> Result<(), WireError> {
     scene.validate()?;
     let bytes = scene.name.len();
@@ -260,17 +260,17 @@ fn file_error(path: &Path, error: &std::io::Error) -> WireError {
     WireError::new(ErrorCode::SceneFile, format!("{}: {error}", path.display())).about("scene")
 }
 
-/// A disk may take its time, or never answer; a stop must not wait for it, nor the end of the
-/// daemon.
-async fn on_a_thread<T: Send + 'static>(
-    library: &Aside,
+/// Runs work on a worker thread: a disk may be slow or never answer, and neither a stop nor the end
+/// of the daemon may wait for it.
+async fn on_worker<T: Send + 'static>(
+    library: &WorkerPool,
     path: &Path,
     work: impl FnOnce() -> Result<T, WireError> + Send + 'static,
 ) -> Result<T, WireError> {
     library.run(DISK_TIMEOUT, work).await.unwrap_or_else(|error| {
         let hint = match error {
-            AsideError::TimedOut { .. } => "; what was to be written may still be",
-            AsideError::Failed(_) => "",
+            WorkError::TimedOut { .. } => "; a file being saved may still be written",
+            WorkError::Failed(_) => "",
         };
         let message = format!("{}: {error}{hint}", path.display());
         Err(WireError::new(ErrorCode::SceneFile, message).about("scene"))

@@ -1,10 +1,9 @@
-//! `log`: who changed what, and when.
+//! `log`: the newest entries of the journal.
 
 use crate::control::RigHandle;
 use haptic_ipc::LogReply;
 
-/// Entries in an answer unless more are asked for. With more the line would soon be too long to be
-/// read with ease.
+/// Default number of entries in an answer: a line with more is hard to read.
 const DEFAULT_LIMIT: usize = 100;
 
 pub(super) fn log(rig: &RigHandle, after: Option<u64>, limit: Option<usize>) -> LogReply {

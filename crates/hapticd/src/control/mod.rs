@@ -2,11 +2,11 @@
 
 pub(crate) mod admission;
 mod advise;
-mod aside;
+mod answer_timer;
 mod change;
 pub(crate) mod commission;
 pub(crate) mod compile;
-mod connected;
+mod connected_device;
 mod describe;
 mod devices;
 mod diff;
@@ -21,7 +21,6 @@ mod library;
 mod log;
 mod peer;
 mod presence;
-mod pulse;
 mod requester;
 mod rig;
 pub(crate) mod server;
@@ -31,6 +30,7 @@ mod status;
 mod subscribe;
 mod timing;
 mod whole_file;
+mod worker_pool;
 
 pub(crate) use facts::{EngageRules, Facts};
 pub(crate) use rig::RigHandle;

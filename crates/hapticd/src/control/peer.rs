@@ -1,8 +1,8 @@
-//! Who is at the other end of a connection, as the kernel tells it: no client can claim to be
-//! somebody else.
+//! The user, groups and program of a client, from the kernel: no client can claim to be another
+//! user.
 //!
-//! User and groups are those of the moment at which the client connected. Its program may have
-//! become another since, so the program is for people to read and nothing is decided by it.
+//! User and groups are those at the time of the connection. The program may have changed since, so
+//! it is only shown to people; no decision depends on it.
 #![allow(unsafe_code, reason = "SO_PEERGROUPS has no safe wrapper")]
 
 use haptic_ipc::Peer;
@@ -15,33 +15,33 @@ use std::time::Duration;
 use tokio::net::UnixStream;
 use tokio::sync::watch;
 
-/// How long a client waits for the name of its user. The directory may be one on a network that
+/// How long a client waits for the name of its user. The user directory may be on a network that
 /// does not answer.
 const NAME_TIMEOUT: Duration = Duration::from_millis(100);
 
-/// Groups of a client that are looked at; Linux gives a process no more.
+/// Most groups of a process in Linux.
 const MOST_GROUPS: usize = 65_536;
 
-/// Users whose names are remembered; further ones go by their number. Whoever may make namespaces
-/// has thousands of users.
+/// Most users whose names are remembered; further users have only a number. A user who can create
+/// namespaces has thousands of user ids.
 const MOST_USERS: usize = 256;
 
-/// The name of a user: nothing while it is looked for, and then what was found.
+/// The look-up of a user's name.
 #[derive(Clone, Debug)]
-struct Answer {
+struct LookUp {
+    /// `None` while the look-up runs; then the name, if the user has one.
     found: watch::Receiver<Option<Option<String>>>,
-    /// Whether it was waited for in vain.
+    /// Whether it has exceeded [`NAME_TIMEOUT`].
     is_slow: bool,
 }
 
 /// The users seen so far.
 #[derive(Debug, Default)]
-pub(crate) struct UserNames(RefCell<HashMap<u32, Answer>>);
+pub(crate) struct UserNames(RefCell<HashMap<u32, LookUp>>);
 
 impl UserNames {
-    /// The name of a user. Each is looked for once, on a thread of its own; a client goes without a
-    /// name that does not come in time, and later ones of that user do not wait for it: their first
-    /// word may be a stop.
+    /// The name of a user. Each user is looked up once. A client has no name if the look-up is too
+    /// slow, and later clients of that user do not wait for it: their first line may be a stop.
     async fn of(&self, uid: u32) -> Option<String> {
         let known = self.0.borrow().get(&uid).cloned();
         let mut answer = match known {
@@ -65,9 +65,8 @@ impl UserNames {
     }
 }
 
-/// Has a user looked for. On no thread of the runtime's own: the daemon would wait for that at its
-/// end.
-fn look_up(uid: u32) -> Option<Answer> {
+/// Looks up a user on a thread of its own: the daemon's end would wait for a thread of the runtime.
+fn look_up(uid: u32) -> Option<LookUp> {
     let (sender, found) = watch::channel(None);
     let looking = std::thread::Builder::new()
         .name("user-name".to_owned())
@@ -76,16 +75,16 @@ fn look_up(uid: u32) -> Option<Answer> {
             let user = User::from_uid(Uid::from_raw(uid)).ok().flatten();
             sender.send_replace(Some(user.map(|user| user.name)));
         });
-    looking.ok().map(|_| Answer { found, is_slow: false })
+    looking.ok().map(|_| LookUp { found, is_slow: false })
 }
 
-/// Who is at the other end of a connection; `session` is its name in the greeting. Nothing where
-/// the kernel does not say.
+/// The client of a connection; `session` is its name in the greeting. `None` if the kernel does not
+/// tell.
 pub(crate) async fn peer_of(stream: &UnixStream, session: String, names: &UserNames) -> Option<Peer> {
     let credentials = stream.peer_cred().ok()?;
-    // 0 is a process that cannot be seen from here, in another container.
+    // 0 is a process that is not visible from here, in another container.
     let pid = credentials.pid().filter(|pid| *pid > 0);
-    // At once: a brief client may be gone when its user's name is there.
+    // First: a brief client may be gone by the time its user's name is found.
     let program = pid.and_then(program);
     Some(Peer {
         session,
@@ -96,23 +95,22 @@ pub(crate) async fn peer_of(stream: &UnixStream, session: String, names: &UserNa
     })
 }
 
-/// The program that a process runs, by the name that it gives itself: at most 15 bytes, with what
-/// cannot be printed replaced.
+/// The name that a process gives itself: at most 15 bytes, with control characters replaced.
 fn program(pid: i32) -> Option<String> {
     let name = std::fs::read(format!("/proc/{pid}/comm")).ok()?;
     let name = String::from_utf8_lossy(name.strip_suffix(b"\n").unwrap_or(&name)).into_owned();
-    // A name that moves the cursor must not rewrite a log on somebody's terminal.
+    // A name with control characters must not rewrite a log on a terminal.
     let shown = name.replace(char::is_control, "\u{fffd}");
     (!shown.is_empty()).then_some(shown)
 }
 
-/// Whether the client was a member of a group when it connected, be it the first or a further one.
+/// Whether the client was a member of a group, primary or supplementary, when it connected.
 pub(crate) fn is_member(stream: &UnixStream, group: u32) -> bool {
     stream.peer_cred().is_ok_and(|peer| peer.gid() == group)
-        || further_groups(stream).is_ok_and(|groups| groups.contains(&group))
+        || supplementary_groups(stream).is_ok_and(|groups| groups.contains(&group))
 }
 
-fn further_groups(socket: impl AsFd) -> rustix::io::Result<Vec<u32>> {
+fn supplementary_groups(socket: impl AsFd) -> rustix::io::Result<Vec<u32>> {
     let socket = socket.as_fd().as_raw_fd();
     let mut groups = vec![0_u32; 64];
     loop {
@@ -167,7 +165,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn membership_is_that_of_first_and_further_groups() {
+    async fn membership_is_that_of_first_and_supplementary_groups() {
         let (near, _far) = UnixStream::pair().expect("a pair");
         assert!(is_member(&near, rustix::process::getegid().as_raw()));
         for group in rustix::process::getgroups().expect("they are known") {

@@ -1,22 +1,22 @@
-//! Whether the device of a link is there, as the journal tells it.
+//! Connections and losses of a device, for the journal.
 //!
-//! Two sources: the records of the loop tell the very tick at which a device was lost, but nothing
-//! while the rig is stopped or faulted; the link tells that too, some milliseconds later.
+//! There are two sources: the records of the loop have the exact tick of a loss, but not while the
+//! rig is stopped or faulted; the link reports every loss, some milliseconds later.
 
 use device_io::link::{LinkMonitor, LinkState};
 use std::sync::atomic::Ordering::Relaxed;
 
-/// Something that has happened to the link.
+/// A change of the link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Change {
     Lost,
-    /// A device with this firmware.
+    /// A device with this firmware was connected.
     Found {
         firmware: String,
     },
 }
 
-/// What is known of the link.
+/// The state of the link that the journal knows.
 #[derive(Debug, Default)]
 pub(super) struct Presence {
     is_connected: bool,
@@ -25,13 +25,13 @@ pub(super) struct Presence {
 }
 
 impl Presence {
-    /// The loop has a record without a device; returns whether that is news.
+    /// Notes a record without a device; returns whether that is a new loss.
     pub(super) fn lost(&mut self) -> bool {
         std::mem::replace(&mut self.is_connected, false)
     }
 
-    /// What has happened since, as the link tells it.
-    pub(super) fn look(&mut self, link: &LinkMonitor) -> Vec<Change> {
+    /// The changes of the link since the last call.
+    pub(super) fn changes(&mut self, link: &LinkMonitor) -> Vec<Change> {
         let state = link.state();
         self.compare(&state, link.counters().connections.load(Relaxed))
     }
@@ -39,11 +39,11 @@ impl Presence {
     fn compare(&mut self, state: &LinkState, connections: u64) -> Vec<Change> {
         let mut changes = Vec::new();
         match state {
-            // The same connection, of which the loop may know already that it is lost.
+            // The same connection; the loop may already know that it is lost.
             LinkState::Connected { .. } if connections == self.connections => {}
             LinkState::Connected { device, .. } => {
                 if self.lost() {
-                    // It came back between two looks.
+                    // The device was lost and came back between two calls.
                     changes.push(Change::Lost);
                 }
                 (self.is_connected, self.connections) = (true, connections);

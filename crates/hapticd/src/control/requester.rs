@@ -1,4 +1,4 @@
-//! Who asks for something.
+//! The client that sent a request.
 
 use haptic_ipc::Peer;
 

@@ -1,4 +1,4 @@
-//! The control socket, the one for watchers where it was asked for, and one task for each client.
+//! The control socket, the optional watchers' socket, and a task for each client.
 
 use crate::control::RigHandle;
 use crate::control::peer::{UserNames, peer_of};
@@ -13,10 +13,10 @@ use std::rc::Rc;
 use std::time::Duration;
 use tokio::net::UnixStream;
 
-/// Clients beyond the most served that may be connected to a socket for a moment, to stop the rig.
+/// Clients beyond [`MOST_CLIENTS`] that may connect to a socket for a moment, only to stop the rig.
 const STOPPING_CLIENTS: usize = 8;
 
-/// How long such a client may stay.
+/// How long such a client may stay connected.
 const STOPPING_TIME: Duration = Duration::from_secs(2);
 
 /// A socket and the clients on it.
@@ -48,8 +48,8 @@ pub(crate) struct Server {
 }
 
 impl Server {
-    /// Makes the control socket, for a group as well where one is named, and the watchers' socket
-    /// where it has a path.
+    /// Binds the control socket, which `group` may use too, and the watchers' socket if it has a
+    /// path.
     pub(crate) fn bind(control: &Path, group: Option<Group>, watch: Option<&Path>) -> Result<Self, SocketError> {
         let access = group.map_or(Access::Owner, Access::Group);
         let control = Listener::bind(control, access, Rights::All)?;
@@ -62,17 +62,17 @@ impl Server {
         })
     }
 
-    /// Where the control socket is.
+    /// Path of the control socket.
     pub(crate) fn path(&self) -> &Path {
         self.control.socket.path()
     }
 
-    /// Where the watchers' socket is.
+    /// Path of the watchers' socket.
     pub(crate) fn watch_path(&self) -> Option<&Path> {
         self.watch.as_ref().map(|listener| listener.socket.path())
     }
 
-    /// What keeps the clients that the sockets are for from reaching them.
+    /// What keeps the sockets' intended clients from reaching them.
     pub(crate) fn problems(&self) -> impl Iterator<Item = Problem> {
         [Some(&self.control), self.watch.as_ref()]
             .into_iter()
@@ -80,7 +80,7 @@ impl Server {
             .filter_map(|listener| listener.socket.problem())
     }
 
-    /// Serves clients for ever. Within a `LocalSet`.
+    /// Serves clients for ever. Must run within a `LocalSet`.
     pub(crate) async fn serve(&self, rig: Rc<RigHandle>) {
         let watching = async {
             match &self.watch {
@@ -96,7 +96,8 @@ impl Server {
             // Connected clients come first: a crowd that connects would otherwise delay a stop.
             tokio::task::yield_now().await;
             let Ok((stream, _)) = listener.socket.listener.accept().await else {
-                // Out of descriptors, most likely: let a client go before the next try.
+                // Most likely out of descriptors: a client may close its connection before the next
+                // try.
                 tokio::time::sleep(Duration::from_millis(100)).await;
                 continue;
             };
@@ -132,14 +133,14 @@ async fn serve(stream: UnixStream, place: Place, number: u64, rights: Rights, na
     };
     let served = session::run(Rc::clone(&place.rig), stream, number, peer, rights);
     if rights == Rights::Stop {
-        // It has had time to stop the rig; the rest is dropped.
+        // The client has had time to stop the rig; its connection is dropped.
         drop(tokio::time::timeout(STOPPING_TIME, served).await);
     } else {
         served.await;
     }
 }
 
-/// One of the places for clients, given back however its session ends.
+/// One of the places for clients, returned however its session ends.
 struct Place {
     on_listener: Rc<Cell<usize>>,
     rig: Rc<RigHandle>,
@@ -166,6 +167,6 @@ impl Drop for Place {
 /// Tells a client why it is not served, without waiting.
 fn refuse(stream: &UnixStream, error: &WireError) {
     let line = format!("{}\n", json!({ "id": null, "error": error }));
-    // Nothing was sent before, so there is room.
+    // Nothing was sent before, so the socket has room.
     rustix::net::send(stream, line.as_bytes(), SendFlags::DONTWAIT | SendFlags::NOSIGNAL).unwrap_or_default();
 }

@@ -1,14 +1,13 @@
-//! A socket in the file system, made so that nobody can use it before its mode is right, and nobody
-//! beyond that later.
+//! A socket in the file system. Only its intended users can connect, from the moment it exists.
 //!
 //! | socket | directory made | socket | admitted |
 //! |---|---|---|---|
 //! | control | 0700 | 0600 | the daemon's own user, root |
 //! | control with `--socket-group` | 0750 and the group | 0660 and the group | these and the members of the group |
-//! | `--watch-socket` | 0755 | 0666 | whoever can reach it |
+//! | `--watch-socket` | 0755 | 0666 | everybody who can reach it |
 //!
-//! A directory that exists is left as it is. Whom the control socket admits is asked of the kernel
-//! for every client: a mode that somebody has changed lets nobody in.
+//! An existing directory is not changed. The control socket also asks the kernel who each client
+//! is, so a widened mode admits nobody.
 
 use crate::control::peer::is_member;
 use haptic_ipc::Problem;
@@ -23,21 +22,22 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 use tokio::net::{UnixListener, UnixStream};
 
-/// Why a socket cannot be made.
+/// Why a socket cannot be bound.
 #[derive(Debug, Error)]
 pub(crate) enum SocketError {
-    #[error("{} is in use by a daemon that is running: stop it first, or name another socket with {option}", .path.display())]
+    #[error("{} is in use by a running daemon: end that one first, or name another socket with {option}", .path.display())]
     InUse { path: PathBuf, option: &'static str },
     #[error("{} exists and is not a socket: remove it, or name another socket with {option}", .path.display())]
     NotASocket { path: PathBuf, option: &'static str },
-    #[error("the socket {} cannot be made: {source}; name another place with {option}", .path.display())]
+    #[error("cannot create the socket {}: {source}; name another path with {option}", .path.display())]
     Io {
         path: PathBuf,
         option: &'static str,
         source: io::Error,
     },
     #[error(
-        "{} cannot be given to the group {group}: {source}; the user who runs hapticd must be a member of it (`sudo usermod -aG {group} USER`), or root",
+        "{} cannot be given to the group {group}: {source}; the user who runs hapticd must be a member of the group \
+         (`sudo usermod -aG {group} USER`), or root",
         .path.display()
     )]
     Group {
@@ -55,7 +55,7 @@ pub(crate) struct Group {
 }
 
 impl Group {
-    /// The group of a name or a number.
+    /// Finds a group by its name or number.
     pub(crate) fn find(wanted: &str) -> Option<Self> {
         let found = match wanted.parse() {
             Ok(id) => SystemGroup::from_gid(nix::unistd::Gid::from_raw(id)),
@@ -66,14 +66,14 @@ impl Group {
     }
 }
 
-/// Whom a socket is for.
+/// The intended clients of a socket.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
     /// The daemon's own user, and root.
     Owner,
-    /// These, and the members of a group.
+    /// The daemon's own user, root, and the members of a group.
     Group(Group),
-    /// Whoever can reach it, to watch and to stop.
+    /// Everybody who can reach it, to watch and to stop.
     Watchers,
 }
 
@@ -86,7 +86,7 @@ impl Access {
         }
     }
 
-    /// The option that says where the socket is.
+    /// The option that names the socket's path.
     fn option(&self) -> &'static str {
         match self {
             Self::Owner | Self::Group(_) => "--socket",
@@ -94,7 +94,7 @@ impl Access {
         }
     }
 
-    /// Whether a client may come in.
+    /// Whether a client is admitted.
     pub(crate) fn admits(&self, client: &UnixStream) -> bool {
         let is_owner = || {
             client
@@ -108,18 +108,19 @@ impl Access {
         }
     }
 
-    /// Whom it admits, for those whom it does not.
+    /// The refusal of a client that is not admitted.
     pub(crate) fn who(&self) -> String {
         match self {
             Self::Owner => "the daemon serves its own user and root only".to_owned(),
             Self::Group(Group { name, .. }) => format!(
-                "the daemon serves its own user, root and the members of the group {name} only; new members must log in again"
+                "the daemon serves its own user, root and the members of the group {name} only; new members must log \
+                 in again"
             ),
             Self::Watchers => "the daemon serves everybody here".to_owned(),
         }
     }
 
-    /// Gives a file or directory just made to those whom it is for.
+    /// Sets group and mode of a new file or directory.
     fn share(&self, path: &Path, mode: u32) -> Result<(), SocketError> {
         if let Self::Group(group) = self {
             lchown(path, None, Some(group.id)).map_err(|source| SocketError::Group {
@@ -135,7 +136,7 @@ impl Access {
         })
     }
 
-    /// Whether those whom it is for may pass through a directory.
+    /// Whether the intended clients may pass through a directory.
     fn may_pass(&self, directory: &Path) -> bool {
         let Ok(found) = directory.metadata() else {
             return true;
@@ -148,18 +149,18 @@ impl Access {
     }
 }
 
-/// A socket that is listened on; its file goes with it.
+/// A listening socket; its file is removed when it is dropped.
 #[derive(Debug)]
 pub(crate) struct Socket {
     pub(super) listener: UnixListener,
     pub(super) access: Access,
     path: PathBuf,
-    /// Held as long as the daemon lives, so that no other takes its socket for stale.
+    /// Held while the daemon runs, so that no other daemon takes the socket for stale.
     _lock: File,
 }
 
 impl Socket {
-    /// Makes the socket. One left behind by a daemon that is gone is replaced.
+    /// Binds the socket. A stale one, left behind by a daemon that is gone, is replaced.
     pub(crate) fn bind(path: &Path, access: Access) -> Result<Self, SocketError> {
         let option = access.option();
         let failed = |source| SocketError::Io {
@@ -184,7 +185,7 @@ impl Socket {
                     option,
                 });
             }
-            // The process that listens here does not hold the lock, but is alive.
+            // A process that listens here is alive, although it does not hold the lock.
             Ok(_) => match std::os::unix::net::UnixStream::connect(path) {
                 Ok(_) => return Err(in_use()),
                 Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => {
@@ -194,7 +195,7 @@ impl Socket {
             },
             Err(_) => {}
         }
-        // Before the bind, so that there is no moment at which another user could connect.
+        // Before the bind, so that no other user can connect at any moment.
         let before = umask(Mode::from_raw_mode(0o177));
         let bound = UnixListener::bind(path);
         umask(before);
@@ -208,14 +209,14 @@ impl Socket {
         Ok(socket)
     }
 
-    /// Where it is.
+    /// Its path.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What keeps those whom it is for from reaching it.
+    /// What keeps its intended clients from reaching it.
     pub(crate) fn problem(&self) -> Option<Problem> {
-        // A relative path lies where the daemon was started.
+        // A relative path is relative to the daemon's working directory.
         let path = std::path::absolute(&self.path).ok()?;
         let closed = path
             .ancestors()
@@ -228,13 +229,13 @@ impl Socket {
         let (closed, option) = (closed.display(), self.access.option());
         Some(Problem {
             what: format!(
-                "{} is for {whom}, who may not pass through {closed}",
+                "{} is open to {whom}, but the directory {closed} is not",
                 self.path.display()
             ),
             remedy: match self.access {
-                Access::Watchers => format!("`chmod a+x {closed}`, or name another place with {option}"),
+                Access::Watchers => format!("`chmod a+x {closed}`, or name another path with {option}"),
                 Access::Group(_) | Access::Owner => {
-                    format!("`chgrp {group} {closed} && chmod g+x {closed}`, or name another place with {option}")
+                    format!("`chgrp {group} {closed} && chmod g+x {closed}`, or name another path with {option}")
                 }
             },
         })
@@ -243,12 +244,12 @@ impl Socket {
 
 impl Drop for Socket {
     fn drop(&mut self) {
-        // It is this daemon's own: the lock is still held.
+        // The file is this daemon's own: the lock is still held.
         drop(std::fs::remove_file(&self.path));
     }
 }
 
-/// The directories on the way to a path that are not there yet, innermost first.
+/// The missing directories of a path, innermost first.
 fn missing_directories(path: &Path) -> Vec<&Path> {
     path.ancestors()
         .skip(1)
@@ -256,8 +257,8 @@ fn missing_directories(path: &Path) -> Vec<&Path> {
         .collect()
 }
 
-/// Takes the lock beside the socket, if nobody has it. The kernel lets it go with the process,
-/// however that ends.
+/// Takes the lock beside the socket, unless another process holds it. The kernel releases the lock
+/// however the process ends.
 fn lock(path: &Path) -> io::Result<Option<File>> {
     let mut name = path.as_os_str().to_owned();
     name.push(".lock");

@@ -1,4 +1,4 @@
-//! `status`: how the rig and the daemon are.
+//! `status`: the state of the rig and of the daemon.
 
 use crate::control::{RigHandle, admission, commission};
 use haptic_ipc::{DeviceStatus, Status};

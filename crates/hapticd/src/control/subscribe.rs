@@ -1,4 +1,4 @@
-//! `subscribe`: events from now on.
+//! `subscribe`: begins, changes or ends a client's events.
 
 use crate::control::RigHandle;
 use crate::telemetry::feed::{Line, Subscription};
@@ -9,7 +9,7 @@ use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc};
 
 const DEFAULT_BATCH_MS: u32 = 10;
-/// Slowest rate of samples; a client that wants fewer asks for `status`.
+/// Slowest rate of samples; for fewer a client polls `status`.
 const SLOWEST_HZ: f64 = 0.1;
 
 pub(super) fn subscribe(
@@ -22,7 +22,7 @@ pub(super) fn subscribe(
 ) -> Result<SubscribeReply, WireError> {
     let loop_rate_hz = 1.0 / rig.facts.period_s();
     let rate_hz = rate_hz.unwrap_or(loop_rate_hz);
-    // A loop at 1 kHz has a period of whole nanoseconds, its inverse a rounding error.
+    // The inverse of a period of whole nanoseconds has a rounding error.
     let fastest_hz = loop_rate_hz * (1.0 + 1e-9);
     if !(SLOWEST_HZ..=fastest_hz).contains(&rate_hz) {
         return Err(WireError::new(

@@ -1,4 +1,4 @@
-//! `timing`: how well the loop keeps time.
+//! `timing`: the timing of the loop.
 
 use crate::control::RigHandle;
 use haptic_ipc::Timing;

@@ -1,4 +1,4 @@
-//! A descriptor that may block, behind a queue that never does.
+//! A queue that never blocks, in front of a descriptor that may.
 
 use super::block_signals;
 use crossbeam::queue::ArrayQueue;
@@ -10,26 +10,26 @@ use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 use std::thread::Thread;
 use std::time::{Duration, Instant};
 
-/// Which lines are kept when more come than are written.
+/// Which lines are kept when they come faster than they are written.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Backlog {
-    /// So many, the oldest.
+    /// The oldest, at most this many.
     Oldest(usize),
-    /// One, the newest.
+    /// Only the newest.
     Newest,
 }
 
-/// The queue, and how far its writer is.
+/// The queue, and the progress of its writer.
 #[derive(Debug)]
 struct Queue {
     lines: ArrayQueue<String>,
     backlog: Backlog,
-    /// Lines that found no room since it was last told.
+    /// Lines lost since the last notice.
     lost: AtomicU64,
-    /// Lines put in, and lines done with.
+    /// Lines put into the queue, and lines written or lost.
     put: AtomicU64,
     done: AtomicU64,
-    /// When the write that goes on has begun, ms after `since`, plus one; 0 between writes.
+    /// Start of the current write, ms after `since`, plus one; 0 between writes.
     writing_since_ms: AtomicU64,
     since: Instant,
 }
@@ -40,7 +40,7 @@ impl Queue {
     }
 }
 
-/// The way to a descriptor. Whoever uses it never waits.
+/// Writes lines to a descriptor on a thread of its own; its users never wait.
 #[derive(Debug)]
 pub(super) struct Outlet {
     queue: Arc<Queue>,
@@ -48,7 +48,8 @@ pub(super) struct Outlet {
 }
 
 impl Outlet {
-    /// Starts the thread that writes to a descriptor; `lost` says that so many lines were lost.
+    /// Starts the thread that writes to a descriptor; `lost` is the notice of a number of lost
+    /// lines.
     ///
     /// # Errors
     /// The system has no thread left.
@@ -86,7 +87,7 @@ impl Outlet {
         })
     }
 
-    /// Has a line written, or counts it as lost.
+    /// Queues a line, or counts it as lost.
     pub(super) fn put(&self, line: String) {
         let queue = &*self.queue;
         queue.put.fetch_add(1, SeqCst);
@@ -101,13 +102,14 @@ impl Outlet {
         self.writer.unpark();
     }
 
-    /// Whether something is still to be written, and no write has been blocked for so long.
+    /// Whether lines are still to be written, and no write has been blocked for longer than
+    /// `blocked_after`.
     pub(super) fn is_busy(&self, blocked_after: Duration) -> bool {
         let queue = &*self.queue;
         let writing_since_ms = queue.writing_since_ms.load(SeqCst);
         let is_blocked = writing_since_ms != 0
             && u128::from(queue.now_ms().saturating_sub(writing_since_ms)) > blocked_after.as_millis();
-        // What was lost is told at the end too.
+        // The notice of lost lines counts as well.
         let is_told = queue.lost.load(SeqCst) == 0 || matches!(queue.backlog, Backlog::Newest);
         let is_done = queue.done.load(SeqCst) == queue.put.load(SeqCst) && is_told;
         !is_blocked && !is_done
@@ -120,7 +122,7 @@ fn run(queue: &Queue, descriptor: &impl AsFd, lost: &impl Fn(u64) -> String) {
             timed_write(queue, descriptor, line.as_bytes());
             queue.done.fetch_add(1, SeqCst);
         }
-        // Lines are lost only behind those that were in the queue: this is their place.
+        // The lost lines came after those in the queue, so the notice belongs here.
         let count = queue.lost.swap(0, SeqCst);
         let notice = if count > 0 { lost(count) } else { String::new() };
         if notice.is_empty() {
@@ -137,17 +139,17 @@ fn timed_write(queue: &Queue, descriptor: &impl AsFd, bytes: &[u8]) {
     queue.writing_since_ms.store(0, SeqCst);
 }
 
-/// Writes all of it, however long that takes; where nobody listens any more there is nobody to tell.
+/// Writes all bytes, however long that takes. An error is ignored: there is nobody to report it to.
 ///
-/// Not through the standard library's handles: their locks would be held while the write is
-/// blocked, and the end of the process flushes what they buffer.
+/// The standard library's handles are not used: they would hold a lock while the write is blocked,
+/// and the end of the process flushes their buffers.
 fn write_all(descriptor: &impl AsFd, mut bytes: &[u8]) {
     while !bytes.is_empty() {
         match write(descriptor, bytes) {
             Ok(0) => return,
             Ok(written) => bytes = &bytes[written..],
             Err(Errno::INTR) => {}
-            // Somebody else who has this pipe or terminal has made it so.
+            // Another process with this pipe or terminal has made it non-blocking.
             Err(Errno::AGAIN) => {
                 if poll(&mut [PollFd::new(descriptor, PollFlags::OUT)], None).is_err() {
                     std::thread::sleep(Duration::from_millis(10));

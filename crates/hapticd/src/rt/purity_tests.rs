@@ -350,6 +350,39 @@ impl Drop for UnpluggedNowAndThen {
     }
 }
 
+/// The ticks that were recorded, by their states.
+#[derive(Debug, Default)]
+struct TickCounts {
+    recorded: u64,
+    live: u64,
+    stopped: u64,
+    faulted: u64,
+    lost: u64,
+}
+
+impl TickCounts {
+    fn count(&mut self, record: &TickRecord) {
+        self.recorded += 1;
+        self.live += u64::from(record.state.is_live());
+        self.stopped += u64::from(record.state == RigState::Stopped);
+        self.faulted += u64::from(record.state == RigState::Faulted);
+        self.lost += u64::from(record.state == RigState::Disconnected);
+        let ticks = self.recorded + record.dropped;
+        assert_eq!(ticks, record.tick + 1, "every tick is recorded or dropped");
+    }
+
+    fn check(&self) {
+        for (what, ticks) in [
+            ("live", self.live),
+            ("stopped", self.stopped),
+            ("faulted", self.faulted),
+            ("lost", self.lost),
+        ] {
+            assert!(ticks > 0, "no tick was {what}");
+        }
+    }
+}
+
 fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     let shared = Arc::new(Shared::new());
     let (producer, mut records) = outbox::outbox();
@@ -377,7 +410,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     // The control side, as busy as it gets: the next scene as soon as one is rendered, and the next
     // command as soon as one is answered.
     let (mut revision, mut serial, mut newest) = (1, 0, None);
-    let (mut faults, mut lost, mut live, mut stopped, mut pushed) = (0_u64, 0_u64, 0_u64, 0_u64, 0_u64);
+    let mut ticks = TickCounts::default();
     let commands = [Command::Reset, Command::Engage, Command::Engage, Command::Release];
     while newest.is_none_or(|record: TickRecord| record.tick < watch_until + 10) {
         // Some come in over twenty ticks, and are given ten or thirty.
@@ -414,16 +447,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
         }
         records.drop_retired();
         while let Some(record) = records.pop() {
-            pushed += 1;
-            faults += u64::from(record.state == RigState::Faulted);
-            lost += u64::from(record.state == RigState::Disconnected);
-            stopped += u64::from(record.state == RigState::Stopped);
-            live += u64::from(record.state.is_live());
-            assert_eq!(
-                pushed + record.dropped,
-                record.tick + 1,
-                "pushed and dropped are the ticks"
-            );
+            ticks.count(&record);
             newest = Some(record);
         }
         let elapsed_s = began.elapsed().as_secs();
@@ -435,17 +459,8 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     }
     assert!(running.end().is_some_and(|end| end.panic.is_none()));
 
-    println!(
-        "{pushed} records, {revision} scenes, {serial} commands; ticks: {live} live, {stopped} stopped, {faults} faulted, {lost} lost"
-    );
-    for (what, ticks) in [
-        ("live", live),
-        ("stopped", stopped),
-        ("faulted", faults),
-        ("lost", lost),
-    ] {
-        assert!(ticks > 0, "no tick was {what}");
-    }
+    println!("{revision} scenes, {serial} commands; {ticks:?}");
+    ticks.check();
     assert_eq!(
         (ALLOCATED.load(SeqCst), FREED.load(SeqCst)),
         (0, 0),

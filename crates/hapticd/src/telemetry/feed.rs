@@ -1,4 +1,4 @@
-//! Where the records go: the timing histograms, the newest state, and the subscribers.
+//! Distributes the records: to the timing histograms, the newest state, and the subscribers.
 
 use crate::rt::handoff::Answers;
 use crate::rt::outbox::{Consumer, TickRecord};
@@ -16,25 +16,25 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
 
-/// Lines that may wait for a subscriber; more are not queued but counted as dropped.
+/// Most lines that wait for a subscriber; further ones are dropped and counted.
 pub(crate) const BACKLOG_LINES: usize = 64;
 
-/// Rows that one event may hold, so that its line stays within the protocol's limit; a longer batch
-/// goes out in several.
+/// Most rows of one event, so that its line stays within the protocol's limit; a longer batch is
+/// sent as several events.
 const MOST_ROWS: usize = 256;
 
-/// Bytes of events that may wait for a subscriber, whatever it subscribes to and however often: two
-/// seconds of every tick at 1 kHz.
+/// Most bytes of events that wait for a subscriber, whatever its subscriptions: two seconds of
+/// every tick at 1 kHz.
 pub(crate) const BACKLOG_BYTES: usize = 512 * 1024;
 
-/// A line on its way to a client, with the room that it takes until it is written.
+/// A line for a client, with the room that it takes until it is written.
 #[derive(Debug)]
 pub(crate) struct Line {
     pub(crate) text: String,
     pub(crate) room: Option<OwnedSemaphorePermit>,
 }
 
-/// A scene that is or was in force, and how far back and forth one can go from it.
+/// A scene that is or was active, and the number of steps to undo and redo there.
 #[derive(Clone, Debug)]
 pub(crate) struct KnownScene {
     pub(crate) revision: u64,
@@ -43,11 +43,11 @@ pub(crate) struct KnownScene {
     pub(crate) redo_depth: usize,
 }
 
-/// What a client asked to hear.
+/// A client's subscription.
 #[derive(Debug)]
 pub(crate) struct Subscription {
     pub(crate) topics: Vec<Topic>,
-    /// One tick in so many is sent.
+    /// Every how many ticks one is sent.
     pub(crate) every: u64,
     pub(crate) batch: Duration,
     pub(crate) lines: mpsc::Sender<Line>,
@@ -58,7 +58,7 @@ pub(crate) struct Subscription {
 impl Subscription {
     /// Sends an event, if there is room for it.
     fn send(&self, text: String) -> bool {
-        // What it takes, not what it says.
+        // The memory of the line, not the length of its text.
         let bytes = u32::try_from(text.capacity() + size_of::<Line>()).unwrap_or(u32::MAX);
         let Ok(room) = Arc::clone(&self.room).try_acquire_many_owned(bytes) else {
             return false;
@@ -83,9 +83,9 @@ struct Subscriber {
 #[derive(Debug)]
 pub(crate) struct Feed {
     consumer: Consumer,
-    /// What the handle does, while somebody commissions the rig.
+    /// The motion of the handle, while a client commissions the rig.
     pub(crate) motion: Option<Motion>,
-    /// The link to the rig, where it is not in this process.
+    /// The link to the rig, unless the rig is simulated in this process.
     link: Option<LinkMonitor>,
     timing: TimingRecorder,
     stops: StopTimes,
@@ -97,7 +97,7 @@ pub(crate) struct Feed {
     /// The first record of each state and revision since the last call of `pump`.
     changes: Vec<TickRecord>,
     timing_due: Instant,
-    /// Records lost in the ring, as far as the subscribers were told.
+    /// Records lost in the ring so far that subscribers were told of.
     ring_dropped: u64,
 }
 
@@ -123,7 +123,7 @@ impl Feed {
         &self.timing
     }
 
-    /// How well the loop keeps time, and its link.
+    /// The timing of the loop and of its link.
     pub(crate) fn timing_report(&self) -> Timing {
         Timing {
             link: self.link(),
@@ -132,22 +132,22 @@ impl Feed {
         }
     }
 
-    /// A stop with a number was asked for by a line that was read at this time, ns.
+    /// Begins to time a stop, from the time at which its line was read, ns.
     pub(crate) fn stop_begun(&mut self, stop: u64, read_ns: u64) {
         self.stops.begin(stop, read_ns);
     }
 
-    /// Takes in the stops that have ended by now.
+    /// Times the stops that have ended.
     pub(crate) fn stops_ended(&mut self, answers: &Answers) {
         self.stops.pump(answers);
     }
 
-    /// How the link to the rig is, where there is one.
+    /// The status of the link to the rig, if there is one.
     pub(crate) fn link(&self) -> Option<LinkStatus> {
         self.link.as_ref().map(link::status)
     }
 
-    /// The newest record, once there is one.
+    /// The newest record; `None` before the first.
     pub(crate) fn newest(&self) -> Option<&TickRecord> {
         self.newest.as_ref()
     }
@@ -187,12 +187,12 @@ impl Feed {
         }
     }
 
-    /// Takes in what the loop left since the last call, and sends what is due. `scenes` has those
-    /// that may be in force. Returns the first record of each state and revision.
+    /// Processes the records since the last call, and sends the events that are due. `scenes` holds
+    /// all that may be active. Returns the first record of each state and revision.
     pub(crate) fn pump(&mut self, scenes: &VecDeque<KnownScene>) -> Vec<TickRecord> {
         self.consumer.drop_retired();
         while let Some(record) = self.consumer.pop() {
-            self.take_in(&record);
+            self.process(&record);
         }
         let changes = std::mem::take(&mut self.changes);
         self.announce_states(&changes, scenes);
@@ -214,7 +214,7 @@ impl Feed {
     }
 
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
-    fn take_in(&mut self, record: &TickRecord) {
+    fn process(&mut self, record: &TickRecord) {
         if self.newest.is_none() {
             self.started_ns = record.began_ns;
         }
@@ -265,7 +265,7 @@ impl Feed {
         }
     }
 
-    /// Every change of state to all, and the whole state to those who have heard none yet.
+    /// Sends every change of state to all, and the whole state to new subscribers.
     fn announce_states(&mut self, changes: &[TickRecord], scenes: &VecDeque<KnownScene>) {
         for record in changes {
             self.announce(record, scenes, |_| true);
@@ -299,7 +299,7 @@ impl Feed {
         });
         let line = line(&event);
         for subscriber in self.subscribers.iter_mut().filter(|subscriber| listening(subscriber)) {
-            // A subscriber whose backlog is full hears the newest state as soon as there is room.
+            // A subscriber whose backlog is full gets the newest state as soon as there is room.
             subscriber.state_sent = subscriber.subscription.send(line.clone());
         }
     }
@@ -311,7 +311,7 @@ impl Feed {
     fn broadcast(&self, topic: Topic, event: &Event) {
         let line = line(event);
         for subscriber in self.subscribers.iter().filter(|subscriber| subscriber.wants(topic)) {
-            // One report more or less is no loss to a subscriber that does not read them.
+            // A subscriber whose backlog is full misses this event.
             subscriber.subscription.send(line.clone());
         }
     }
@@ -322,7 +322,7 @@ impl Subscriber {
         self.subscription.topics.contains(&topic)
     }
 
-    /// Sends the rows gathered, or counts them as dropped.
+    /// Sends the collected rows, or counts them as dropped.
     fn flush(&mut self) {
         if self.rows.is_empty() {
             return;
@@ -334,14 +334,14 @@ impl Subscriber {
             dropped: self.dropped,
             rows,
         });
-        // What would find no place is not even written out.
+        // Events that would not fit are not even serialised.
         if self.subscription.lines.capacity() > 0 && self.subscription.send(line(&event)) {
             self.seq += 1;
             self.dropped = 0;
         } else {
             self.dropped += count as u64;
         }
-        // The next batch is likely to be as long as this one.
+        // The next batch will probably be as long.
         self.rows.reserve(count);
     }
 }
@@ -350,7 +350,7 @@ impl Subscriber {
 fn line(event: &Event) -> String {
     let mut line = serde_json::to_string(event).expect("events hold nothing that JSON cannot");
     line.push('\n');
-    // While it was written its room was doubled again and again.
+    // Serialising has doubled its capacity several times.
     line.shrink_to_fit();
     line
 }

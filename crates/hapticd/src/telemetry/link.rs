@@ -1,4 +1,4 @@
-//! How the link to a rig is, for those who ask and for those who listen.
+//! The status of the link to a rig, for `status` and for events.
 
 use crate::rt::clock::now_ns;
 use device_io::link::{ConnectError, DeviceFacts, LinkCounters, LinkMonitor, LinkState, UNKNOWN_DRIFT};
@@ -6,7 +6,7 @@ use haptic_core::adviser::LinkTimes;
 use haptic_ipc::{LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// What is measured of the link, as far as it is known; the device's own rate is in its state.
+/// The measured times of the link; the device's own rate is in its state.
 pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {
     let counters = monitor.counters();
     #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
@@ -18,7 +18,7 @@ pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {
     }
 }
 
-/// A device as the protocol shows it, without its key.
+/// A device in the protocol's terms, without its key.
 pub(crate) fn linked(device: DeviceFacts) -> LinkedDevice {
     LinkedDevice {
         firmware: device.firmware,
@@ -30,7 +30,7 @@ pub(crate) fn linked(device: DeviceFacts) -> LinkedDevice {
     }
 }
 
-/// How the link to the rig is.
+/// The status of the link to the rig.
 pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
     let counters = monitor.counters();
     let count = |counter: &AtomicU64| counter.load(Relaxed);
@@ -82,8 +82,7 @@ fn seconds_since(at_ns: u64) -> f64 {
 fn waiting(state: &LinkState, counters: &LinkCounters) -> String {
     let asking = counters.asking_since_ns().map(seconds_since);
     let why = match (state, asking) {
-        // It came back, and takes its time: boards that are reset when their port is opened need a
-        // second or two.
+        // A board that is reset when its port is opened needs a second or two.
         (LinkState::Looking | LinkState::Waiting(ConnectError::Absent { .. }), Some(since_s)) => {
             format!("the device is there, but has not answered the hello yet ({since_s:.1} s)")
         }
@@ -91,7 +90,7 @@ fn waiting(state: &LinkState, counters: &LinkCounters) -> String {
         _ => "looking for the device".to_owned(),
     };
     match counters.last_error() {
-        // Where it was never connected that is all there is to say.
+        // Before the first connection an older error tells nothing more.
         Some((error, _)) if counters.connections.load(Relaxed) > 0 => format!("{why}; before that, {error}"),
         _ => why,
     }

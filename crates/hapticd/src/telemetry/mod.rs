@@ -1,4 +1,4 @@
-//! What the loop did: from the real-time thread through its outbox to whoever wants to know.
+//! Telemetry: the records of the loop's ticks, from the outbox to the subscribers.
 
 pub(crate) mod feed;
 pub(crate) mod link;

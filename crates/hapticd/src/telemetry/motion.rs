@@ -1,45 +1,46 @@
-//! How the handle moves while a rig is commissioned, from the records of all ticks.
+//! The motion of the handle while a rig is commissioned, from the records of all ticks.
 
 use crate::rt::outbox::TickRecord;
 use haptic_core::PulseShape;
 use haptic_ipc::{PulseEnd, PulseReport};
 
-/// The handle rests when its position has not changed for so long, ns.
+/// Time without a change of position after which the handle is at rest, ns.
 const REST_NS: u64 = 30_000_000;
 
-/// A pulse whose force has not begun by then was let through by nobody, ns.
+/// Time without force after which a pulse counts as blocked, ns.
 const NEVER_BEGUN_NS: u64 = 500_000_000;
 
-/// A handle that goes on for so long after a pulse is moved by something else, ns.
+/// Time after which a handle that still moves is moved by something other than the pulse, ns.
 const LONGEST_NS: u64 = 2_500_000_000;
 
-/// A way from which friction can be told: in counts, and m. Below, the encoder's steps are too much of it.
+/// Least travel from which friction is estimated, in counts and m: over less, the encoder's steps
+/// dominate.
 const LEAST_WAY: (f64, f64) = (20.0, 5e-4);
 
-/// A way that shows which way a force pulls: in counts, and m.
+/// Least travel that shows the direction of a force, in counts and m.
 const LEAST_SIGN: (f64, f64) = (4.0, 2e-4);
 
-/// A handle whose way is so much longer than what it brought it has turned round on the way: it has
-/// bounced, or something else moves it.
+/// Largest ratio of the path to the travel: a handle with a longer path has turned round, because
+/// it has bounced or something else moves it.
 const STRAIGHT: f64 = 1.1;
 
-/// What is watched of the handle.
+/// The observed motion of the handle.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     resolution_m: f64,
     last: Option<TickRecord>,
     least_m: f64,
     greatest_m: f64,
-    /// The largest number of counts that divides every change of position seen; 0 before the first.
+    /// The greatest common divisor of all changes of position, in counts; 0 before the first.
     step_counts: u64,
-    pulse: Option<Watched>,
+    pulse: Option<ObservedPulse>,
 }
 
-/// A pulse that is watched.
+/// The observed motion during a pulse.
 #[derive(Clone, Debug)]
-struct Watched {
+struct ObservedPulse {
     shape: PulseShape,
-    /// Where the handle was at first, m, and when.
+    /// The handle's first position, m, and its time, ns.
     from: Option<(f64, u64)>,
     first_force_ns: Option<u64>,
     last_force_ns: u64,
@@ -47,7 +48,7 @@ struct Watched {
     now_ns: u64,
     position_m: f64,
     largest_force_n: f64,
-    /// While force flows.
+    /// Largest travel with the force while it flows, m.
     forward_m: f64,
     backward_m: f64,
     largest_speed_mps: f64,
@@ -57,7 +58,7 @@ struct Watched {
 }
 
 impl Motion {
-    /// Of an encoder with such a distance between two counts, m.
+    /// Begins to observe, on an encoder of this resolution, m.
     pub(crate) fn new(resolution_m: f64) -> Self {
         Self {
             resolution_m,
@@ -69,7 +70,7 @@ impl Motion {
         }
     }
 
-    /// Takes a tick in.
+    /// Observes a tick.
     pub(crate) fn take(&mut self, record: &TickRecord) {
         let position_m = record.device_position;
         self.least_m = self.least_m.min(position_m);
@@ -95,7 +96,7 @@ impl Motion {
         self.last.map_or(0.0, |last| last.device_position)
     }
 
-    /// The least and the greatest position so far, m.
+    /// The smallest and the largest position so far, m.
     pub(crate) fn range_m(&self) -> (f64, f64) {
         if self.least_m <= self.greatest_m {
             (self.least_m, self.greatest_m)
@@ -104,15 +105,15 @@ impl Motion {
         }
     }
 
-    /// The step by which the position changes, m.
+    /// The step in which the position changes, m.
     pub(crate) fn step_m(&self) -> Option<f64> {
         #[expect(clippy::cast_precision_loss, reason = "a few counts")]
         (self.step_counts > 0).then_some(self.step_counts as f64 * self.resolution_m)
     }
 
-    /// From now on a pulse is watched.
+    /// Begins to observe a pulse.
     pub(crate) fn begin_pulse(&mut self, shape: PulseShape) {
-        self.pulse = Some(Watched {
+        self.pulse = Some(ObservedPulse {
             shape,
             from: None,
             first_force_ns: None,
@@ -132,16 +133,16 @@ impl Motion {
 
     /// Whether the pulse has ended and the handle rests again.
     pub(crate) fn pulse_is_over(&self) -> bool {
-        self.pulse.as_ref().is_some_and(Watched::is_over)
+        self.pulse.as_ref().is_some_and(ObservedPulse::is_over)
     }
 
-    /// Ends the watch over a pulse; what came of it.
+    /// Ends the observation of a pulse; returns its report.
     pub(crate) fn end_pulse(&mut self, was_interrupted: bool) -> Option<PulseReport> {
         let pulse = self.pulse.take()?;
         Some(pulse.report(self.resolution_m, was_interrupted))
     }
 
-    /// Whether a pulse has moved the handle its way, and far enough to tell.
+    /// Whether a pulse has moved the handle in its own direction, far enough to tell.
     pub(crate) fn is_confirmed_by(&self, report: &PulseReport) -> bool {
         matches!(report.end, PulseEnd::Time | PulseEnd::Travel | PulseEnd::Speed)
             && report.moved_m * report.force_n.signum() >= at_least(LEAST_SIGN, self.resolution_m)
@@ -159,7 +160,7 @@ fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
     a
 }
 
-impl Watched {
+impl ObservedPulse {
     fn take(&mut self, record: &TickRecord, last: Option<&TickRecord>, moved_m: f64) {
         let now_ns = record.began_ns;
         let (from_m, _) = *self.from.get_or_insert((record.device_position, now_ns));
@@ -169,7 +170,7 @@ impl Watched {
         if moved_m != 0.0 {
             self.last_moved_ns = now_ns;
         }
-        // The force of a tick acts until the next one.
+        // The force of a tick acts until the next tick.
         let force_n = last.map_or(0.0, |last| last.command_force);
         self.work_j += force_n * moved_m;
         self.path_m += moved_m.abs();

@@ -1,5 +1,5 @@
-//! How long stops take: from the line that asks for one to zero force on the link, and to the
-//! device's word that its motor is off.
+//! The duration of stops: from the client's line to zero force on the link, and to the device's
+//! confirmation that its motor is off.
 
 use crate::rt::handoff::{Answers, Heard};
 use crate::telemetry::timing::{COARSE_DIGITS, histogram, percentiles};
@@ -7,13 +7,13 @@ use haptic_ipc::StopTimes as Report;
 use hdrhistogram::Histogram;
 use std::collections::VecDeque;
 
-/// Stops that may be under way at once; of more than that the oldest are not timed.
-const MOST: usize = 1024;
+/// Most stops that are timed at once; beyond that the oldest are not timed.
+const MOST_STOPS: usize = 1024;
 
 /// Times of all stops since the daemon began.
 #[derive(Debug)]
 pub(super) struct StopTimes {
-    /// Numbers of those that are under way, and when their lines were read, ns.
+    /// The stops under way: number, and time at which the line was read, ns.
     under_way: VecDeque<(u64, u64)>,
     unconfirmed: u64,
     without_device: u64,
@@ -34,15 +34,15 @@ impl Default for StopTimes {
 }
 
 impl StopTimes {
-    /// A stop with a number was asked for by a line that was read at this time, ns.
+    /// Begins to time a stop, from the time at which its line was read, ns.
     pub(super) fn begin(&mut self, stop: u64, read_ns: u64) {
-        if self.under_way.len() == MOST {
+        if self.under_way.len() == MOST_STOPS {
             self.under_way.pop_front();
         }
         self.under_way.push_back((stop, read_ns));
     }
 
-    /// Takes in the stops that have ended by now.
+    /// Times the stops that have ended.
     pub(super) fn pump(&mut self, answers: &Answers) {
         while let Some(&(stop, read_ns)) = self.under_way.front() {
             let Some(stopped) = answers.stop(stop) else {
@@ -64,7 +64,7 @@ impl StopTimes {
         }
     }
 
-    /// What clients are told.
+    /// The report for clients.
     pub(super) fn report(&self) -> Report {
         Report {
             confirmed: self.confirmed.len(),

@@ -1,5 +1,5 @@
-//! How well the loop keeps time, from the records of its ticks: since it began, and over the last
-//! ten seconds.
+//! The timing of the loop, from the records of its ticks: since it began, and over the last ten
+//! seconds.
 //!
 //! The real-time thread only stamps its ticks; the histograms are kept here, on the control thread.
 
@@ -8,11 +8,11 @@ use haptic_ipc::{Bucket, Percentiles, Timing, TimingHistogram, TimingWindow};
 use hdrhistogram::Histogram;
 use std::collections::VecDeque;
 
-/// Durations up to this are kept; longer ones count as this long.
+/// Longest duration of the histograms; longer ones count as this long.
 const LONGEST_NS: u64 = 60_000_000_000;
-/// Durations that can be anything are kept to one percent.
+/// Digits of durations that vary widely: one percent.
 pub(crate) const COARSE_DIGITS: u8 = 2;
-/// Periods differ by little, so they are kept to one part in a thousand.
+/// Digits of periods, which vary little: one part in a thousand.
 const FINE_DIGITS: u8 = 3;
 const WINDOW_S: usize = 10;
 
@@ -33,7 +33,7 @@ pub(crate) fn histogram(digits: u8) -> Histogram<u64> {
     Histogram::new_with_bounds(1, LONGEST_NS, digits).expect("the bounds are constants that fit")
 }
 
-/// What people ask of a histogram.
+/// The usual percentiles of a histogram.
 pub(crate) fn percentiles(histogram: &Histogram<u64>) -> Percentiles {
     let at = |quantile| histogram.value_at_quantile(quantile);
     Percentiles {
@@ -44,7 +44,7 @@ pub(crate) fn percentiles(histogram: &Histogram<u64>) -> Percentiles {
     }
 }
 
-/// Width of the first bucket, ns; each that follows ends at twice where it does.
+/// Upper end of the first bucket, ns; each further bucket ends at twice the previous one.
 const FIRST_BUCKET_NS: u64 = 64;
 
 fn buckets(histogram: &Histogram<u64>) -> Vec<Bucket> {
@@ -104,7 +104,7 @@ impl Span {
     }
 }
 
-/// What tells of a late loop.
+/// The counters of a late loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Counted {
     pub(crate) missed_periods: u64,
@@ -117,7 +117,7 @@ pub(crate) struct Counted {
 pub(crate) struct TimingRecorder {
     period_ns: u64,
     total: Span,
-    /// One for each of the last seconds, the newest last.
+    /// A span for each of the last seconds, the newest last.
     seconds: VecDeque<Span>,
     second: u64,
     last: Option<TickRecord>,
@@ -138,7 +138,7 @@ impl TimingRecorder {
         let second = record.began_ns / 1_000_000_000;
         if second != self.second {
             self.second = second;
-            // The oldest second is used again, so that a steady run allocates nothing.
+            // The oldest span is reused, so that a steady run allocates nothing.
             let mut fresh = if self.seconds.len() >= WINDOW_S {
                 self.seconds.pop_front().unwrap_or_else(Span::new)
             } else {
@@ -177,7 +177,7 @@ impl TimingRecorder {
         self.last = Some(*record);
     }
 
-    /// How often the loop was late since it began.
+    /// The counters of lateness since the loop began.
     pub(crate) fn counted(&self) -> Counted {
         Counted {
             missed_periods: self.total.missed_periods,

@@ -1,10 +1,10 @@
 //! `commission.*`: one client has the rig to itself and moves the handle by small pulses, to find
-//! out which way its motor pulls.
+//! the direction of its motor.
 //!
-//! A pulse goes the way of every scene: compiled here, left in the mailbox, rendered by the loop
+//! A pulse is handled like a scene: compiled here, posted to the mailbox, and rendered by the loop
 //! within all its limits, between an engagement and a release of its own. The motion of the handle
 //! is read from the records of the ticks. Whatever ends a commissioning ends its pulse at once, and
-//! the scene comes back as it was.
+//! restores the scene.
 
 mod operations;
 mod pulse;

@@ -7,7 +7,7 @@ use super::state::Commissioning;
 use super::watch::{keep_out, look};
 use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
-use crate::control::connected::Device;
+use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
 use crate::telemetry::motion::Motion;
@@ -16,7 +16,7 @@ use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, LONGEST_COMMISSION_LE
 use std::rc::Rc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Duration of a pulse where none is asked for, ms.
+/// Default duration of a pulse, ms.
 const USUAL_PULSE_MS: f64 = 200.0;
 
 /// Smallest force of a pulse, N.
@@ -25,11 +25,11 @@ const LEAST_FORCE_N: f64 = 0.001;
 /// Largest share of the rig's force that a pulse may have.
 const LARGEST_SHARE: f64 = 0.5;
 
-/// Begins.
+/// Begins a commissioning.
 ///
 /// # Errors
-/// Another client commissions the rig, it is not idle, or the client has no lease that is short
-/// enough.
+/// Another client is commissioning the rig, the rig is not idle, or the client has no lease that is
+/// short enough.
 pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     let stops = rig.stops();
     let (_turn, state) = rig.quiet_state().await;
@@ -48,12 +48,14 @@ pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Res
         }
         state => return wrong(&format!("cannot commission while the rig is {state}: release it first")),
     }
-    let Some(device) = Device::connected(&rig.facts) else {
+    let Some(device) = ConnectedDevice::find(&rig.facts) else {
         return wrong("cannot commission: no device is connected");
     };
     if !rig.leases().is_held_by(by.session) || rig.leases().timeout_ms(by.session) > LONGEST_COMMISSION_LEASE_MS {
         return wrong(&format!(
-            "cannot commission without a lease: take one of at most {LONGEST_COMMISSION_LEASE_MS} ms first (`lease`), so that all ends should this client die"
+            "cannot commission without a lease: take one of at most {LONGEST_COMMISSION_LEASE_MS} ms first (`lease`), \
+             so \
+             that the commissioning ends if this client dies"
         ));
     }
     rig.feed().motion = Some(Motion::new(device.resolution_m));
@@ -79,10 +81,10 @@ pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Res
     status(rig, by)
 }
 
-/// How it stands, for the client whose it is.
+/// The state of the commissioning, for its client.
 ///
 /// # Errors
-/// This client does not commission the rig.
+/// This client is not commissioning the rig.
 pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     look(rig);
     let feed = rig.feed();
@@ -115,13 +117,13 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
     })
 }
 
-/// The smaller of the daemon's and the device's limit, N.
-fn largest_force_n(rig: &RigHandle, device: &Device) -> f64 {
+/// The force limit of the rig, N: the smaller of the daemon's and the device's.
+fn largest_force_n(rig: &RigHandle, device: &ConnectedDevice) -> f64 {
     rig.facts.limits.force_n.min(device.force_limit_n)
 }
 
-/// The commissioning of a client that goes on and has no pulse under way.
-fn at_rest(rig: &RigHandle, by: Requester<'_>) -> Result<Device, WireError> {
+/// The device under commission, if the commissioning is active and has no pulse under way.
+fn at_rest(rig: &RigHandle, by: Requester<'_>) -> Result<ConnectedDevice, WireError> {
     let status = status(rig, by)?;
     if let Some(why) = status.ended {
         let code = match rig.state() {
@@ -143,7 +145,7 @@ fn at_rest(rig: &RigHandle, by: Requester<'_>) -> Result<Device, WireError> {
 /// Begins a pulse.
 ///
 /// # Errors
-/// It is not bounded as it must be, another one is under way, or the rig may not be moved.
+/// The force is out of range, another pulse is under way, or the rig may not be moved.
 pub(in crate::control) async fn pulse(
     rig: &Rc<RigHandle>,
     by: Requester<'_>,
@@ -165,7 +167,7 @@ pub(in crate::control) async fn pulse(
             .within(force_n, -largest_n, largest_n, "N"));
     }
     let shape = one_pulse::shape(force_n, duration_ms, device.resolution_m);
-    // Refused now: later no client waits for the answer.
+    // Now, while the client waits for the answer.
     let admission = admission::admit(rig, Purpose::Commissioning).await?;
     let stops = {
         let mut commissioning = rig.commissioning().borrow_mut();
@@ -180,10 +182,10 @@ pub(in crate::control) async fn pulse(
     status(rig, by)
 }
 
-/// Keeps what was found.
+/// Stores the findings.
 ///
 /// # Errors
-/// The handle has not moved both ways yet, a number is none, or the file cannot be written.
+/// The handle has not moved both ways yet, or the file cannot be written.
 pub(in crate::control) async fn store(
     rig: &RigHandle,
     by: Requester<'_>,
@@ -198,7 +200,8 @@ pub(in crate::control) async fn store(
     ] {
         if !confirmed {
             let message = format!(
-                "nothing to store: no {direction} pulse has moved the handle in the {direction} direction yet (`commission.pulse`)"
+                "nothing to store: no {direction} pulse has moved the handle in the {direction} direction yet \
+                 (`commission.pulse`)"
             );
             return Err(WireError::new(ErrorCode::WrongState, message).about("force_N"));
         }
@@ -229,18 +232,18 @@ pub(in crate::control) async fn store(
     status(rig, by)
 }
 
-/// Ends it.
+/// Ends the commissioning.
 ///
 /// # Errors
-/// This client does not commission the rig.
+/// This client is not commissioning the rig.
 pub(in crate::control) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     status(rig, by)?;
     end_of(rig, by.session, "its client has ended it");
     status(rig, by)
 }
 
-/// Ends the commissioning of a client that has closed its connection. A pulse ends at once, and not
-/// along the ramp of the lease that expires.
+/// Ends the commissioning of a client that has closed its connection. A pulse ends at once, instead
+/// of along the ramp of the expired lease.
 pub(in crate::control) fn closed(rig: &RigHandle, session: u64) {
     end_of(rig, session, "its client has closed the connection");
 }

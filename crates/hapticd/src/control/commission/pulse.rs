@@ -1,4 +1,4 @@
-//! One pulse, from the engagement to the release, and the scene back in its place.
+//! One pulse, from the engagement to the release, and the return of the scene.
 
 use super::watch;
 use crate::control::RigHandle;
@@ -12,20 +12,19 @@ use std::time::{Duration, Instant};
 /// Share of a pulse that each of its edges takes.
 const EDGE: f64 = 0.25;
 
-/// How far the handle may go against the force: in counts of the encoder, and m. A count is noise.
+/// How far the handle may move against the force: in encoder counts, and m. A count is noise.
 const WRONG_WAY: (f64, f64) = (5.0, 1e-4);
 
-/// Between two looks at the rig.
-const LOOK: Duration = Duration::from_millis(1);
+/// Time between two looks at the rig.
+const POLL_PERIOD: Duration = Duration::from_millis(1);
 
-/// What a ramp may take beyond its time.
+/// Time that a ramp may take beyond its duration.
 const RAMP_GRACE: Duration = Duration::from_secs(1);
 
-/// What a pulse may take with its way back to rest.
+/// Time that a pulse may take, until the handle rests again.
 const LONGEST: Duration = Duration::from_secs(4);
 
-/// A pulse of a force (N) and duration (ms), on an encoder with such a distance between two counts
-/// (m).
+/// A pulse of a force (N) and duration (ms), on an encoder of this resolution (m).
 pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseShape {
     let duration_s = duration_ms * 1e-3;
     let edge_s = EDGE * duration_s;
@@ -41,14 +40,14 @@ pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseS
     }
 }
 
-/// Ends the force of a pulse, in the tick that hears of it.
+/// Ends the force of a pulse within one tick.
 pub(super) fn rest(rig: &RigHandle) {
     if let Ok(rest) = Renderer::pulse(PulseShape::REST, rig.facts.period_s()) {
         rig.lend_loop(rest);
     }
 }
 
-/// Engages without a scene, gives the pulse, releases, and puts the scene back.
+/// Engages without a scene, gives the pulse, releases, and restores the scene.
 pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission, stops: u64, by: &Peer) {
     let given = give(rig, shape, admission, stops, by).await;
     let was_interrupted = given.is_err();
@@ -61,10 +60,10 @@ pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission
     watch::pulse_ended(rig, report, given.err());
 }
 
-/// Until the handle rests again.
+/// Gives the pulse, and waits until the handle rests again.
 ///
 /// # Errors
-/// What has interrupted it.
+/// The reason of an interruption.
 async fn give(rig: &RigHandle, shape: PulseShape, admission: Admission, stops: u64, by: &Peer) -> Result<(), String> {
     let pulse = Renderer::pulse(shape, rig.facts.period_s()).map_err(|error| error.to_string())?;
     rest(rig);
@@ -87,9 +86,15 @@ async fn give(rig: &RigHandle, shape: PulseShape, admission: Admission, stops: u
     .await
 }
 
-/// Waits for a condition, as long as the commissioning goes on and the rig is engaged or about to
-/// be.
-async fn until<T>(rig: &RigHandle, patience: Duration, mut so: impl FnMut(RigState) -> Option<T>) -> Result<T, String> {
+/// Waits for a condition while the commissioning is active and the rig is engaging or engaged.
+///
+/// # Errors
+/// The commissioning or the engagement has ended, or the condition does not hold after `timeout`.
+async fn until<T>(
+    rig: &RigHandle,
+    timeout: Duration,
+    mut condition: impl FnMut(RigState) -> Option<T>,
+) -> Result<T, String> {
     let began = Instant::now();
     loop {
         let state = rig.state();
@@ -107,32 +112,32 @@ async fn until<T>(rig: &RigHandle, patience: Duration, mut so: impl FnMut(RigSta
             let why = fault.map_or_else(String::new, |fault| format!(": {fault}"));
             return Err(format!("the rig is {state}{why}"));
         }
-        if let Some(found) = so(state) {
+        if let Some(found) = condition(state) {
             return Ok(found);
         }
-        if began.elapsed() > patience {
-            return Err(format!("it took longer than {:.1} s", patience.as_secs_f64()));
+        if began.elapsed() > timeout {
+            return Err(format!("it took longer than {:.1} s", timeout.as_secs_f64()));
         }
-        tokio::time::sleep(LOOK).await;
+        tokio::time::sleep(POLL_PERIOD).await;
     }
 }
 
-/// Without force, and with the scene that there was.
+/// Takes the force away, and restores the scene.
 async fn take_back(rig: &RigHandle, by: &Peer) {
     rest(rig);
-    // A rig that is stopped, faulted or disconnected refuses, and has no force.
+    // A rig that is stopped, faulted or disconnected refuses a release, and has no force.
     rig.carry_out(Command::Release, Admission::NONE, rig.stops(), Some(by))
         .await
         .map_or_else(drop, drop);
     let began = Instant::now();
     while rig.state().is_live() {
         if began.elapsed() > rig.facts.ramp + RAMP_GRACE {
-            // Only without force may the scene come back.
+            // The scene may only return without force.
             let stop = rig.raise_stop(by);
             rig.stopped(stop).await.map_or_else(drop, drop);
             break;
         }
-        tokio::time::sleep(LOOK).await;
+        tokio::time::sleep(POLL_PERIOD).await;
     }
     rig.give_loop_back();
 }

@@ -1,12 +1,12 @@
-//! What is kept of a rig that was commissioned: one file a rig, by its serial number, written whole
-//! or not at all.
+//! The records of commissioned rigs: one file a rig, by its serial number, written whole or not at
+//! all.
 //!
-//! A disk may take its time and a mount may hang: both happen [aside](Aside), on one thread, for
-//! which nothing waits longer than [`PATIENCE`].
+//! A disk may be slow and a mount may hang, so files are read and written on a [`WorkerPool`] of
+//! one thread, which nothing waits for longer than [`DISK_TIMEOUT`].
 
-use crate::control::aside::Aside;
-use crate::control::connected::Device;
+use crate::control::connected_device::ConnectedDevice;
 use crate::control::whole_file;
+use crate::control::worker_pool::WorkerPool;
 use haptic_ipc::{ErrorCode, WireError, regular_file};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
@@ -14,99 +14,101 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// How long a disk may take.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// Timeout of a disk.
+const DISK_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// How old the answer for a status line may be.
-const FRESH: Duration = Duration::from_secs(1);
+/// Largest age of a cached answer.
+const LONGEST_CACHED: Duration = Duration::from_secs(1);
 
-/// The largest file that is read, bytes.
-const LARGEST: u64 = 64 * 1024;
+/// Largest file that is read, bytes.
+const LARGEST_FILE: u64 = 64 * 1024;
 
-/// Letters of a rig's key in the name of its file.
+/// Most letters of a rig's key in the name of its file.
 const LONGEST_NAME: usize = 150;
 
-/// A rig's counts agree when their distances differ by no more than this share: they travel as
-/// numbers of 32 bits.
+/// Relative tolerance of a resolution: it travels as a number of 32 bits.
 const SAME_RESOLUTION: f64 = 1e-6;
 
-/// What was found.
+/// The findings of a commissioning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Record {
     /// The rig's key.
     pub(super) rig: String,
     pub(super) firmware: String,
-    /// Whether the address turned force and position round.
+    /// Whether the address reversed force and position.
     pub(super) reversed: bool,
-    /// As the device said, m.
+    /// The resolution that the device reported, m.
     pub(super) resolution_m: f64,
-    /// As it was seen, m.
+    /// The smallest step of its position that was observed, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) step_m: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) range_m: Option<f64>,
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub(super) friction_n: Option<f64>,
-    /// When, in seconds since 1970 (UTC).
+    /// Time of the commissioning, seconds since 1970 (UTC).
     pub(super) time_unix_s: f64,
-    /// Who.
+    /// The client that commissioned the rig.
     pub(super) by: String,
 }
 
-/// What is known of a rig.
+/// Whether a rig is commissioned.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::control) enum CommissionState {
-    /// It is as it was when it was commissioned.
+    /// It was commissioned, and has not changed since.
     Commissioned,
     /// Why it does not count as commissioned.
     Not(String),
 }
 
-/// Looks into the files.
+/// Reads and writes the records.
 #[derive(Debug)]
 pub(in crate::control) struct Records {
-    /// What was known of the newest connection, and when.
-    shown: RefCell<Option<(u64, Instant, CommissionState)>>,
-    /// One thread: a disk that hangs must not gather them.
-    disk: Aside,
+    /// The newest answer, with its connection and time.
+    cached: RefCell<Option<(u64, Instant, CommissionState)>>,
+    /// One thread, so that a disk that hangs holds up only one.
+    disk: WorkerPool,
 }
 
 impl Default for Records {
     fn default() -> Self {
         Self {
-            shown: RefCell::default(),
-            disk: Aside::new("record", 1),
+            cached: RefCell::default(),
+            disk: WorkerPool::new("record", 1),
         }
     }
 }
 
 impl Records {
-    /// Works with a file on a thread of its own: a disk that hangs holds up no other work.
+    /// Accesses a file on the worker thread: a disk that hangs holds up no other work.
     async fn run<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> Result<T, String> + Send + 'static,
     ) -> Result<T, String> {
         if self.disk.is_busy() {
-            return Err("the disk is still busy with the last time".to_owned());
+            return Err("the disk is still busy with the previous access".to_owned());
         }
-        self.disk.run(PATIENCE, work).await.map_err(|error| error.to_string())?
+        self.disk
+            .run(DISK_TIMEOUT, work)
+            .await
+            .map_err(|error| error.to_string())?
     }
 
     fn fresh(&self, connection: u64) -> Option<CommissionState> {
-        let shown = self.shown.borrow();
-        let (of, at, known) = shown.as_ref()?;
-        (*of == connection && at.elapsed() < FRESH).then(|| known.clone())
+        let cached = self.cached.borrow();
+        let (of, at, known) = cached.as_ref()?;
+        (*of == connection && at.elapsed() < LONGEST_CACHED).then(|| known.clone())
     }
 
-    /// Whether a rig was commissioned, and is as it was then. The answer for a status line may be a
-    /// moment old.
+    /// Whether a rig was commissioned and has not changed since. A cached answer may be a moment
+    /// old.
     pub(in crate::control) async fn known(
         &self,
         state_dir: &Path,
-        device: &Device,
-        only_looks: bool,
+        device: &ConnectedDevice,
+        may_be_cached: bool,
     ) -> CommissionState {
-        if only_looks && let Some(known) = self.fresh(device.connection) {
+        if may_be_cached && let Some(known) = self.fresh(device.connection) {
             return known;
         }
         let path = path_of(state_dir, &device.rig.key);
@@ -115,40 +117,40 @@ impl Records {
             Ok(None) => CommissionState::Not("it was never commissioned".to_owned()),
             Ok(Some(record)) => difference(&record, device).map_or(CommissionState::Commissioned, CommissionState::Not),
             Err(why) => CommissionState::Not(format!(
-                "whether it was commissioned cannot be read: {}: {why}",
+                "its commissioning record cannot be read: {}: {why}",
                 path.display()
             )),
         };
-        *self.shown.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
+        *self.cached.borrow_mut() = Some((device.connection, Instant::now(), known.clone()));
         known
     }
 
-    /// Keeps what was found; returns its file.
+    /// Writes a record; returns its file.
     ///
     /// # Errors
-    /// It cannot be written, or not in time.
+    /// The file cannot be written, or not in time.
     pub(super) async fn store(&self, state_dir: &Path, record: Record) -> Result<PathBuf, WireError> {
         let path = path_of(state_dir, &record.rig);
         let to = path.clone();
         let written = self.run(move || write(&to, &record)).await;
-        *self.shown.borrow_mut() = None;
+        *self.cached.borrow_mut() = None;
         match written {
             Ok(()) => Ok(path),
             Err(why) => Err(WireError::new(
                 ErrorCode::StateFile,
-                format!("{}: {why}; --state-dir names another place", path.display()),
+                format!("{}: {why}; --state-dir names another directory", path.display()),
             )),
         }
     }
 }
 
-/// In what a rig differs from what it was when it was commissioned.
-fn difference(record: &Record, device: &Device) -> Option<String> {
+/// How a rig differs from its record.
+fn difference(record: &Record, device: &ConnectedDevice) -> Option<String> {
     if record.rig != device.rig.key {
-        return Some(format!("the file of its commissioning is that of {}", record.rig));
+        return Some(format!("its commissioning record is of another rig, {}", record.rig));
     }
     if record.reversed != device.rig.reversed {
-        return Some("`direction` in its address is another than when it was commissioned".to_owned());
+        return Some("`direction` in its address has changed since it was commissioned".to_owned());
     }
     let (now_um, then_um) = (device.resolution_m * 1e6, record.resolution_m * 1e6);
     if (now_um - then_um).abs() > SAME_RESOLUTION * then_um.abs() {
@@ -156,10 +158,11 @@ fn difference(record: &Record, device: &Device) -> Option<String> {
             "its resolution is {now_um:.4} um a count, and was {then_um:.4} um when it was commissioned"
         ));
     }
-    // Without a serial number another device may be at the same place.
+    // Without a serial number another device may have the same address.
     if !device.rig.has_serial_number && record.firmware != device.firmware {
         return Some(format!(
-            "its firmware is `{}`, and was `{}` when it was commissioned; it has no serial number to tell it by",
+            "its firmware is `{}`, and was `{}` when it was commissioned; without a serial number it may be another \
+             rig",
             device.firmware, record.firmware
         ));
     }
@@ -167,13 +170,13 @@ fn difference(record: &Record, device: &Device) -> Option<String> {
 }
 
 fn read(path: &Path) -> Result<Option<Record>, String> {
-    let text = match regular_file::read_text_of(path, LARGEST) {
+    let text = match regular_file::read_text_of(path, LARGEST_FILE) {
         Ok(text) => text,
         Err(error) => {
             return match error.kind() {
                 ErrorKind::NotFound => Ok(None),
                 ErrorKind::InvalidInput | ErrorKind::FileTooLarge => {
-                    Err(format!("it is not a file of at most {LARGEST} bytes: {error}"))
+                    Err(format!("it is not a file of at most {LARGEST_FILE} bytes: {error}"))
                 }
                 _ => Err(error.to_string()),
             };
@@ -192,8 +195,8 @@ fn write(path: &Path, record: &Record) -> Result<(), String> {
         .map_err(|error| error.to_string())
 }
 
-/// The file of a rig. Its key may hold anything that a device says of itself: a byte that is not a
-/// plain letter is written as a number.
+/// The file of a rig. Its key may hold any text that a device reports: a byte that is not a letter,
+/// digit, `-` or `_` is escaped.
 fn path_of(state_dir: &Path, key: &str) -> PathBuf {
     let mut name = String::new();
     for byte in key.bytes() {
@@ -203,7 +206,7 @@ fn path_of(state_dir: &Path, key: &str) -> PathBuf {
         }
     }
     if name.len() > LONGEST_NAME {
-        // FNV-1a of the whole key; which rig a file is of stands in it, too.
+        // FNV-1a of the whole key. The file itself names its rig, too.
         let hash = key.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
         });
@@ -218,8 +221,8 @@ mod tests {
     use super::*;
     use device_io::link::RigIdentity;
 
-    fn device() -> Device {
-        Device {
+    fn device() -> ConnectedDevice {
+        ConnectedDevice {
             firmware: "mine 1.0".to_owned(),
             force_limit_n: 20.0,
             resolution_m: 1e-5,
@@ -285,12 +288,12 @@ mod tests {
     #[test]
     fn a_rig_that_is_another_now_is_told_by_what_has_changed() {
         assert_eq!(difference(&record(), &device()), None);
-        let nearly = Device {
+        let nearly = ConnectedDevice {
             resolution_m: f64::from(1.0 / (1e5_f32)),
             ..device()
         };
         assert_eq!(difference(&record(), &nearly), None, "rounded on the wire");
-        let finer = Device {
+        let finer = ConnectedDevice {
             resolution_m: 0.5e-5,
             ..device()
         };
@@ -298,7 +301,7 @@ mod tests {
         let mut turned = device();
         turned.rig.reversed = true;
         assert!(difference(&record(), &turned).expect("another").contains("direction"));
-        let mut other = Device {
+        let mut other = ConnectedDevice {
             firmware: "theirs 2".to_owned(),
             ..device()
         };

@@ -1,15 +1,15 @@
-//! How far a commissioning has come.
+//! The state of a commissioning.
 
-use crate::control::connected::Device;
+use crate::control::connected_device::ConnectedDevice;
 use haptic_ipc::{Peer, PulseReport};
 
-/// A commissioning, until the next one begins.
+/// A commissioning; it is kept until the next one begins.
 #[derive(Debug)]
 pub(in crate::control) struct Commissioning {
     pub(super) session: u64,
     pub(super) by: Peer,
-    pub(super) device: Device,
-    /// Stops asked for before it began: another one ends it.
+    pub(super) device: ConnectedDevice,
+    /// The count of stops when it began: a further stop ends it.
     pub(super) stops: u64,
     pub(super) pulsing: bool,
     pub(super) ended: Option<String>,

@@ -1,7 +1,7 @@
-//! Who commissions the rig, and what ends that.
+//! Which client commissions the rig, and what ends the commissioning.
 
 use crate::control::RigHandle;
-use crate::control::connected::Device;
+use crate::control::connected_device::ConnectedDevice;
 use haptic_ipc::{ErrorCode, Peer, PulseEnd, PulseReport, WireError};
 
 /// The client that commissions the rig.
@@ -15,35 +15,35 @@ pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
 /// Refuses what would disturb a commissioning.
 ///
 /// # Errors
-/// A client commissions the rig; the error says who.
+/// A client is commissioning the rig; the error says which.
 pub(in crate::control) fn keep_out(rig: &RigHandle, what: &str) -> Result<(), WireError> {
     match by(rig) {
         None => Ok(()),
         Some(by) => {
             let message =
-                format!("cannot {what} while {by} is commissioning the rig: wait until that has ended; `stop` ends it");
+                format!("cannot {what} while {by} is commissioning the rig: wait for its end, or end it with `stop`");
             Err(WireError::new(ErrorCode::Commissioning, message).about("state"))
         }
     }
 }
 
-/// Ends the commissioning where the rig was stopped, its device has changed, or its lease is gone.
+/// Ends the commissioning if the rig was stopped, its device has changed, or its lease has expired.
 pub(super) fn look(rig: &RigHandle) {
     let mut commissioning = rig.commissioning().borrow_mut();
     let Some(current) = commissioning.as_mut().filter(|current| current.ended.is_none()) else {
         return;
     };
-    let connection = Device::connected(&rig.facts).map(|device| device.connection);
+    let connection = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
     if rig.stops() != current.stops {
         current.end("the rig was stopped");
     } else if connection != Some(current.device.connection) {
         current.end("the device was disconnected");
     } else if !rig.leases().is_held_by(current.session) {
-        current.end("its client holds no lease any more");
+        current.end("the lease of its client has expired");
     }
 }
 
-/// Takes in the report of a pulse. The rig is as it was before.
+/// Processes the report of a pulse, after the scene is restored.
 pub(super) fn pulse_ended(rig: &RigHandle, report: Option<PulseReport>, interrupted: Option<String>) {
     let feed = rig.feed();
     let confirmed = report.as_ref().is_some_and(|report| {
@@ -58,7 +58,8 @@ pub(super) fn pulse_ended(rig: &RigHandle, report: Option<PulseReport>, interrup
     if let Some(report) = report {
         if report.end == PulseEnd::WrongWay {
             current.end(
-                "the handle moved against the force: the motor or the encoder is wired the other way (or somebody held the handle); nothing is kept",
+                "the handle moved against the force: the motor or the encoder is wired the other way (or somebody held \
+                 the handle); nothing is stored",
             );
         }
         current.positive_confirmed |= confirmed && report.force_n > 0.0;

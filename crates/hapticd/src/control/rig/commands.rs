@@ -1,17 +1,17 @@
-//! Commands to the real-time thread: admitted, sent, answered, and taken back where nobody waits
-//! any more.
+//! Commands to the real-time thread: admitted, sent, answered, and withdrawn if their client is
+//! gone.
 
 use super::RigHandle;
 use crate::control::admission::{self, Admission, Purpose};
 use crate::control::commission;
-use crate::control::connected::Device;
+use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
 
-/// Takes a command back when nobody waits for its answer any more, and enters in the journal what
-/// has come of it. After the answer there is nothing left to take back.
+/// Withdraws a command when nobody waits for its answer any more, and enters its outcome into the
+/// journal. After the answer there is nothing to withdraw.
 struct WithdrawOnDrop<'a> {
     rig: &'a RigHandle,
     serial: u32,
@@ -41,9 +41,8 @@ impl Drop for WithdrawOnDrop<'_> {
 }
 
 impl RigHandle {
-    /// Has a command carried out that was asked for, by a client or by the daemon itself, when
-    /// there had been `stops_known` stops: one that a stop has overtaken since, in whichever queue
-    /// it waited, is refused.
+    /// Carries out a command of a client or of the daemon itself. `stops_known` is the count of
+    /// stops when it was asked for: a command that a later stop has overtaken is refused.
     ///
     /// # Errors
     /// The rig's state does not allow it, or the real-time thread does not answer.
@@ -55,13 +54,13 @@ impl RigHandle {
     ) -> Result<Outcome, WireError> {
         let admission = match command {
             Command::Engage => admission::admit(self, Purpose::Scene).await?,
-            // What lets force out, or only clears, needs no leave.
+            // A command that cannot bring force needs no admission.
             Command::Release | Command::Reset => Admission::NONE,
         };
         self.carry_out(command, admission, stops_known, by).await
     }
 
-    /// Sends a command that is admitted already.
+    /// Sends an admitted command.
     ///
     /// # Errors
     /// As [`Self::command`].
@@ -85,7 +84,7 @@ impl RigHandle {
         self.serial.set(serial);
         self.shared.admit(admission.connection);
         self.shared.send(serial, command, stops_known);
-        // A command that is given up here must not be carried out later.
+        // A command that is abandoned here must not be carried out later.
         let withdraw = WithdrawOnDrop {
             rig: self,
             serial,
@@ -117,8 +116,8 @@ impl RigHandle {
         .about("state"))
     }
 
-    /// The number of the connection to the device; any, where there is no link.
+    /// The number of the connection to the device; 0 without a device.
     fn connection(&self) -> u64 {
-        Device::connected(&self.facts).map_or(0, |device| device.connection)
+        ConnectedDevice::find(&self.facts).map_or(0, |device| device.connection)
     }
 }

@@ -1,7 +1,7 @@
 //! Entries of the journal, completed by the loop's records.
 
 use super::RigHandle;
-use super::seen::ObservedState;
+use super::observed_state::ObservedState;
 use crate::control::journal::Completion;
 use crate::control::presence;
 use crate::rt::handoff::{Heard, Stopped};
@@ -9,8 +9,8 @@ use crate::rt::outbox::TickRecord;
 use haptic_ipc::{JournalEntry, LogReply, RigState, StateChange};
 
 impl RigHandle {
-    /// Enters what the rig did by itself, completes the entries that waited for their tick, and
-    /// tells the subscribers.
+    /// Enters events that no client asked for, completes the entries that waited for their tick,
+    /// and notifies the subscribers.
     pub(super) fn keep_journal(&self, changes: &[TickRecord]) {
         self.enter_own_events(changes);
         let complete = self
@@ -24,12 +24,12 @@ impl RigHandle {
         }
     }
 
-    /// Enters what no client has asked for: a fault, a release by the enable button, a device that
-    /// was lost or found.
+    /// Enters events that no client asked for: a fault, a release by the enable button, a device
+    /// lost or found.
     fn enter_own_events(&self, changes: &[TickRecord]) {
         let mut journal = self.journal.borrow_mut();
         for record in changes {
-            let before = self.seen.replace(ObservedState::of(record));
+            let before = self.observed.replace(ObservedState::of(record));
             if let Some((op, message)) = ObservedState::of(record).news_since(before) {
                 let entry = JournalEntry {
                     tick: Some(record.tick),
@@ -44,7 +44,7 @@ impl RigHandle {
             }
         }
         let Some(link) = &self.facts.link else { return };
-        for change in self.presence.borrow_mut().look(link) {
+        for change in self.presence.borrow_mut().changes(link) {
             let entry = match change {
                 presence::Change::Lost => self.lost(None),
                 presence::Change::Found { firmware } => JournalEntry {
@@ -57,7 +57,7 @@ impl RigHandle {
         }
     }
 
-    /// Completes an entry, where what it waits for has happened.
+    /// Completes an entry if the event that it waits for has happened.
     fn complete(&self, until: Completion, entry: &mut JournalEntry, changes: &[TickRecord]) -> bool {
         match until {
             Completion::Done => true,
@@ -86,7 +86,7 @@ impl RigHandle {
         }
     }
 
-    /// The device can no longer be read, from this tick on where that is known.
+    /// The entry of a device that can no longer be read, since this tick if that is known.
     fn lost(&self, tick: Option<u64>) -> JournalEntry {
         JournalEntry {
             tick,
@@ -96,7 +96,7 @@ impl RigHandle {
         }
     }
 
-    /// Takes an entry into the journal, at the newest revision.
+    /// Enters an entry into the journal, at the newest revision.
     pub(crate) fn enter(&self, until: Completion, entry: JournalEntry) {
         let revision = self.revision();
         self.journal

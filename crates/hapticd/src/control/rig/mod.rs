@@ -1,13 +1,13 @@
-//! The rig as the control thread sees it: the newest scene, the way to the real-time thread, and
-//! what comes back.
+//! The rig as the control thread sees it: the newest scene, what is sent to the real-time thread,
+//! and what comes back.
 
 mod commands;
 mod entries;
+mod observed_state;
 mod scenes;
-mod seen;
 mod stops;
 
-use crate::control::aside::Aside;
+use crate::control::answer_timer::AnswerTimer;
 use crate::control::commission::record::Records;
 use crate::control::commission::state::Commissioning;
 use crate::control::compile::RampPath;
@@ -16,8 +16,8 @@ use crate::control::history::History;
 use crate::control::journal::Journal;
 use crate::control::leases::Leases;
 use crate::control::presence::Presence;
-use crate::control::pulse::Pulse;
-use crate::control::rig::seen::ObservedState;
+use crate::control::rig::observed_state::ObservedState;
+use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
 use crate::telemetry::feed::Feed;
@@ -27,24 +27,24 @@ use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The way to the newest scene, where it takes some time.
+/// A ramp to the newest scene.
 #[derive(Debug)]
 struct Ramp {
     revision: u64,
-    way: RampPath,
+    path: RampPath,
 }
 
-/// Threads that may wait for the library at once, and as many for devices.
-const MOST_ASIDE: usize = 4;
+/// Worker threads for the library, and as many for devices.
+const MOST_WORKERS: usize = 4;
 
-/// How long an answer from the real-time thread may take.
+/// Timeout of an answer from the real-time thread.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// Looks for an answer after that: this thread may have been held up itself, and the other not have
-/// run since.
+/// Further looks for an answer after the timeout: this thread itself may have been held up, and the
+/// real-time thread may not have run since.
 const LAST_LOOKS: u32 = 20;
 
-/// The control thread's hold on the rig. One thread uses it, so cells suffice.
+/// The control thread's handle to the rig. Only one thread uses it, so cells suffice.
 #[derive(Debug)]
 pub(crate) struct RigHandle {
     pub(crate) facts: Facts,
@@ -52,22 +52,22 @@ pub(crate) struct RigHandle {
     feed: RefCell<Feed>,
     history: RefCell<History>,
     journal: RefCell<Journal>,
-    /// The way from one scene to another on which the newest change is.
+    /// The ramp of the newest change, if it has one.
     ramp: RefCell<Option<Ramp>>,
     leases: Leases,
     commissioning: RefCell<Option<Commissioning>>,
     records: Records,
-    /// The newest record, as far as the journal was told of it.
-    seen: Cell<ObservedState>,
+    /// The newest record that the journal has seen.
+    observed: Cell<ObservedState>,
     presence: RefCell<Presence>,
-    /// Where the library is read and written.
-    library: Aside,
-    /// Where devices are looked for.
-    devices: Aside,
+    /// Workers that read and write the library.
+    library: WorkerPool,
+    /// Workers that search for devices.
+    devices: WorkerPool,
     clients: Cell<usize>,
     closing: Cell<bool>,
     serial: Cell<u32>,
-    /// The command word holds one command: the next waits until it is answered.
+    /// The command word holds one command: the next command waits until that one is answered.
     commanding: tokio::sync::Mutex<()>,
 }
 
@@ -83,10 +83,10 @@ impl RigHandle {
             leases: Leases::default(),
             commissioning: RefCell::new(None),
             records: Records::default(),
-            seen: Cell::new(ObservedState::default()),
+            observed: Cell::new(ObservedState::default()),
             presence: RefCell::default(),
-            library: Aside::new("library", MOST_ASIDE),
-            devices: Aside::new("devices", MOST_ASIDE),
+            library: WorkerPool::new("library", MOST_WORKERS),
+            devices: WorkerPool::new("devices", MOST_WORKERS),
             clients: Cell::new(0),
             closing: Cell::new(false),
             serial: Cell::new(0),
@@ -94,7 +94,7 @@ impl RigHandle {
         }
     }
 
-    /// Moves telemetry on, and frees what the real-time thread gave back.
+    /// Processes telemetry, and frees the scenes that the real-time thread returned.
     pub(crate) fn pump(&self) {
         let changes = {
             let mut feed = self.feed.borrow_mut();
@@ -104,8 +104,7 @@ impl RigHandle {
         self.keep_journal(&changes);
     }
 
-    /// The feed, with everything taken in that the loop has left: what was answered is also to be
-    /// seen.
+    /// The feed, after every record of the loop so far: what a client was told is in it.
     pub(crate) fn feed(&self) -> RefMut<'_, Feed> {
         self.pump();
         self.feed.borrow_mut()
@@ -129,13 +128,13 @@ impl RigHandle {
         self.history.borrow_mut()
     }
 
-    /// Where the library is read and written.
-    pub(super) fn library(&self) -> &Aside {
+    /// Workers that read and write the library.
+    pub(super) fn library(&self) -> &WorkerPool {
         &self.library
     }
 
-    /// Where devices are looked for.
-    pub(super) fn devices(&self) -> &Aside {
+    /// Workers that search for devices.
+    pub(super) fn devices(&self) -> &WorkerPool {
         &self.devices
     }
 
@@ -151,14 +150,13 @@ impl RigHandle {
         &self.records
     }
 
-    /// The state of the rig while no command is on its way, which is kept so as long as the first
-    /// of the two is.
+    /// The state of the rig with no command under way, and a guard that keeps commands waiting.
     pub(super) async fn quiet_state(&self) -> (tokio::sync::MutexGuard<'_, ()>, RigState) {
         let turn = self.commanding.lock().await;
         (turn, self.state())
     }
 
-    /// State of the rig in its newest record.
+    /// The rig's state in the newest record.
     pub(crate) fn state(&self) -> RigState {
         let feed = self.feed();
         match feed.newest() {
@@ -168,12 +166,12 @@ impl RigHandle {
         }
     }
 
-    /// Sets the time at which the real-time thread releases the rig, unless it is moved on.
+    /// Sets the time at which the real-time thread releases the rig, unless it is postponed.
     pub(crate) fn lease_until(&self, until_ns: u64) {
         self.shared.lease_until(until_ns);
     }
 
-    /// From now on the daemon ends: the rig may be released, and not engaged.
+    /// Begins the end of the daemon: the rig can be released, but no longer engaged.
     pub(crate) fn close(&self) {
         self.closing.set(true);
     }
@@ -182,30 +180,30 @@ impl RigHandle {
         &self.clients
     }
 
-    /// What ends the loop with zero force, from whichever thread, also while this one hangs.
+    /// A function that ends the loop with zero force, from any thread, also while this one hangs.
     pub(crate) fn end_of_loop(&self) -> impl Fn() + Send + 'static {
         let shared = Arc::clone(&self.shared);
         move || shared.quit()
     }
 
-    /// The beat for the real-time thread: the caller is the thread that hears stops.
+    /// Tells the real-time thread that the caller, the thread that hears stops, is alive.
     pub(crate) fn beat(&self) {
         self.shared.beat(now_ns());
     }
 
-    /// Samples that were not rendered, because no hand can have made them.
+    /// Samples that were discarded, because no hand can have made them.
     pub(crate) fn samples_forgotten(&self) -> u64 {
         self.shared.answers.samples_forgotten()
     }
 
-    /// Waits for the real-time thread.
+    /// Waits for an answer of the real-time thread.
     ///
     /// # Errors
-    /// It does not answer in time.
+    /// The real-time thread does not answer in time.
     async fn answer<T>(&self, answered: impl Fn(&Shared) -> Option<T>) -> Result<T, WireError> {
         let asked = Instant::now();
         let mut last_looks = LAST_LOOKS;
-        let mut pulse = Pulse::new(
+        let mut timer = AnswerTimer::new(
             self.facts.period_ns,
             self.feed.borrow().newest().map(|record| record.deadline_ns),
         );
@@ -225,7 +223,7 @@ impl RigHandle {
             }
             last_looks -= u32::from(is_late);
             // The real-time thread wakes no other: that would be a system call.
-            pulse.next().await;
+            timer.next().await;
         }
     }
 }

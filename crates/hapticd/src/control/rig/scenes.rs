@@ -9,16 +9,16 @@ use haptic_core::{Renderer, Scene};
 use haptic_ipc::{JournalEntry, WireError};
 
 impl RigHandle {
-    /// Has the loop render something that is no scene, in the place of the newest one, which stays
-    /// what it is for everybody.
+    /// Makes the loop render something that is not a scene. For clients the newest scene stays the
+    /// same.
     pub(in crate::control) fn lend_loop(&self, renderer: Renderer) {
-        // A way to the newest scene ends here: what comes back is its end.
+        // A ramp to the newest scene ends here: the loop will get its end back.
         *self.ramp.borrow_mut() = None;
         let lent = CompiledScene::at_once(renderer, self.revision());
         self.shared.scenes.post(lent);
     }
 
-    /// Has the loop render the newest scene again.
+    /// Makes the loop render the newest scene again.
     pub(in crate::control) fn give_loop_back(&self) {
         match Renderer::new(&self.scene(), self.facts.scheme, self.facts.period_s()) {
             Ok(renderer) => self.lend_loop(renderer),
@@ -27,10 +27,10 @@ impl RigHandle {
         }
     }
 
-    /// Compiles a scene, and the ramp to it from the active one where `ramp_s` is not 0.
+    /// Compiles a scene, and the ramp to it from the active one if `ramp_s` is not 0.
     ///
     /// # Errors
-    /// It cannot be rendered.
+    /// The scene cannot be rendered.
     pub(crate) fn compile(&self, scene: &Scene, ramp_s: f64) -> Result<Compiled, WireError> {
         let newest = self.scene();
         let on_the_way = self.scene_on_the_way(&newest);
@@ -38,26 +38,26 @@ impl RigHandle {
         Compiled::new(from, scene, self.facts.scheme, self.facts.period_s(), ramp_s)
     }
 
-    /// The scene that a ramp to the newest one has come to, where there is a ramp.
+    /// The scene that a ramp to the newest one has reached, if there is a ramp.
     fn scene_on_the_way(&self, newest: &Scene) -> Option<Scene> {
         let ramp = self.ramp.borrow();
-        let Ramp { revision, way } = ramp.as_ref()?;
+        let Ramp { revision, path } = ramp.as_ref()?;
         let is_begun = self.shared.answers.applied(*revision).is_some();
-        Some(way.at(if is_begun { self.shared.answers.steps() } else { 0 }, newest))
+        Some(path.at(if is_begun { self.shared.answers.steps() } else { 0 }, newest))
     }
 
-    /// Whether the newest scene is still being come to in steps.
-    pub(crate) fn is_on_its_way(&self) -> bool {
+    /// Whether a ramp to the newest scene is under way.
+    pub(crate) fn is_ramping(&self) -> bool {
         let answers = &self.shared.answers;
-        let goes_on = |ramp: &Ramp| answers.applied(ramp.revision).is_none() || answers.steps() < ramp.way.steps();
+        let goes_on = |ramp: &Ramp| answers.applied(ramp.revision).is_none() || answers.steps() < ramp.path.steps();
         self.ramp.borrow().as_ref().is_some_and(goes_on)
     }
 
     /// Sends a compiled scene to the real-time thread; returns its revision.
     pub(crate) fn apply(&self, scene: Scene, compiled: Compiled, step: Move, entry: JournalEntry) -> u64 {
         let revision = self.history.borrow_mut().moved(step, scene);
-        let (scene, way) = compiled.into_scene(revision);
-        *self.ramp.borrow_mut() = way.map(|way| Ramp { revision, way });
+        let (scene, path) = compiled.into_scene(revision);
+        *self.ramp.borrow_mut() = path.map(|path| Ramp { revision, path });
         self.enter(Completion::Rendered(revision), entry);
         self.shared.scenes.post(scene);
         revision
@@ -66,7 +66,7 @@ impl RigHandle {
     /// Waits for the tick that first renders a revision, or a newer one.
     ///
     /// # Errors
-    /// The real-time thread does not answer: should it go on, it will render the scene.
+    /// The real-time thread does not answer; if it continues, it will render the scene.
     pub(crate) async fn rendered(&self, revision: u64) -> Result<u64, WireError> {
         self.answer(|shared| shared.answers.applied(revision)).await
     }

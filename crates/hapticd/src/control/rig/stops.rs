@@ -12,8 +12,7 @@ impl RigHandle {
         self.shared.stops()
     }
 
-    /// Asks for zero force, at once; returns the number by which [`stopped`](Self::stopped) knows
-    /// the stop.
+    /// Asks for zero force at once; returns the number of the stop, for [`stopped`](Self::stopped).
     pub(crate) fn raise_stop(&self, by: &Peer) -> u64 {
         let stop = self.shared.stop();
         self.feed.borrow_mut().stop_begun(stop, now_ns());
@@ -22,8 +21,8 @@ impl RigHandle {
             .borrow()
             .newest()
             .map_or(RigState::Idle, |record| record.state);
-        // Whoever may only watch may stop, again and again: what changes nothing pushes nothing out
-        // of the journal.
+        // Even a watcher may stop, again and again: a stop that changes nothing is not entered, so
+        // that it cannot push other entries out of the journal.
         let changes_nothing = matches!(before, RigState::Stopped | RigState::Faulted);
         if !changes_nothing && !self.journal.borrow().waits_for_a_stop() {
             let after = RigState::Stopped;
@@ -37,10 +36,10 @@ impl RigHandle {
         stop
     }
 
-    /// Waits until a stop has taken the force away; returns the tick that did and the state.
+    /// Waits until a stop has taken the force away; returns its tick and the state after it.
     ///
     /// # Errors
-    /// No device is there to take the zero force, or the real-time thread does not answer.
+    /// No device is connected to take the zero force, or the real-time thread does not answer.
     pub(crate) async fn stopped(&self, stop: u64) -> Result<(u64, RigState), WireError> {
         let Stopped { tick, state, heard, .. } = self.answer(|shared| shared.answers.stop(stop)).await?;
         let (code, what) = match heard {
@@ -52,7 +51,8 @@ impl RigHandle {
             ),
         };
         let message = format!(
-            "the rig is {state}, but {what}: if the motor still pulls, cut its power (its own watchdog switches it off, where it has one)"
+            "the rig is {state}, but {what}: if the motor still pulls, cut its power (its own watchdog, if it has one, \
+             switches it off)"
         );
         Err(WireError::new(code, message).about("device"))
     }

@@ -1,4 +1,4 @@
-//! Each request goes to the file of its operation.
+//! Dispatches each request to the file of its operation.
 
 use super::{Answer, Client, MOST_CLIENTS, PendingAnswer};
 use crate::control::change::{self, PendingChange};
@@ -11,7 +11,7 @@ use haptic_core::servo::Command;
 use haptic_ipc::{Envelope, ErrorCode, Request, Rights, WireError};
 
 impl Client {
-    /// Carries out a request, or begins it where it changes the scene.
+    /// Carries out a request; a change of scene is only begun.
     pub(super) async fn dispatch(&self, envelope: Envelope, stops: u64) -> Answer {
         let id = Some(envelope.id);
         let (rig, by) = (&*self.rig, self.by());
@@ -72,12 +72,12 @@ impl Client {
         })
     }
 
-    /// Why the client may not ask this, where its rights do not cover it.
+    /// The refusal of a request that the client's rights do not cover.
     fn refusal(&self, request: &Request) -> Option<WireError> {
         match self.rights {
             Rights::All => None,
             Rights::Watch => (!request.is_for_watchers()).then(only_watching),
-            // No client has rights without a name; every client may stop.
+            // Every client may stop.
             Rights::Stop | Rights::Unknown => (*request != (Request::Stop {})).then(only_stopping),
         }
     }
@@ -92,11 +92,11 @@ impl Client {
 
 fn only_stopping() -> WireError {
     let message =
-        format!("{MOST_CLIENTS} clients are connected, the most that are served: close one first; you may only stop");
+        format!("{MOST_CLIENTS} clients are connected, the maximum: close one first; until then only `stop` is served");
     WireError::new(ErrorCode::TooManyClients, message)
 }
 
 fn only_watching() -> WireError {
-    let message = "this socket is for watching and for stopping: connect to the control socket to change anything";
+    let message = "this socket only serves watching and `stop`: connect to the control socket to change anything";
     WireError::new(ErrorCode::ReadOnly, message)
 }

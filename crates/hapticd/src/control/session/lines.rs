@@ -1,4 +1,4 @@
-//! What a client sends, line by line.
+//! Reads a client's lines.
 
 use haptic_ipc::{ErrorCode, MAX_LINE_BYTES, WireError};
 use tokio::io::AsyncReadExt;
@@ -24,8 +24,8 @@ impl Lines {
         }
     }
 
-    /// The next line that was received. An unterminated last line counts as one: no part of a
-    /// request reads as a whole one.
+    /// The next line received. An unterminated last line counts as a line: no prefix of a request
+    /// is a valid request.
     pub(super) fn next(&mut self) -> Option<Result<String, LinesCodecError>> {
         let decoded = if self.ended {
             self.codec.decode_eof(&mut self.buffer)
@@ -35,7 +35,7 @@ impl Lines {
         decoded.transpose()
     }
 
-    /// Waits for more; says whether there is more, be it only the end.
+    /// Waits for more bytes or the end of the stream; false after the end.
     pub(super) async fn wait(&mut self) -> bool {
         if self.ended {
             return false;
@@ -44,10 +44,10 @@ impl Lines {
         true
     }
 
-    /// Reads what was received by now, without waiting; returns the bytes.
+    /// Reads what was received so far, without waiting; returns the number of bytes.
     pub(super) fn read_now(&mut self) -> usize {
         let mut chunk = [0; 16 * 1024];
-        // The system itself is asked: what the runtime knows of the socket may be old.
+        // Asks the system itself: the runtime's knowledge of the socket may be old.
         let read = rustix::io::read(self.reader.as_ref(), &mut chunk[..]).unwrap_or(0);
         self.buffer.extend_from_slice(&chunk[..read]);
         read

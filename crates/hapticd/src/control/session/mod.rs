@@ -1,4 +1,4 @@
-//! One client: its lines are read, each is answered, and its events are sent.
+//! One client: reads its lines, answers each, and sends its events.
 
 mod dispatch;
 mod lines;
@@ -27,19 +27,19 @@ const BLOCKED_FOR: Duration = Duration::from_secs(2);
 /// Clients served at once.
 pub(super) const MOST_CLIENTS: usize = 32;
 
-/// Bytes of a client's requests that may wait to be answered, with what each takes beside its text,
-/// of its changes that may wait to be rendered, and of answers that may wait to be written to it; a
-/// longer one waits alone. A client that pipelines more, some thousand requests, is read no further
-/// until there is room. All of it is held in memory that is locked.
+/// Bytes of a client's requests that may wait to be answered (with the memory of each beside its
+/// text), of its changes that may wait to be rendered, and of answers that may wait to be written;
+/// a longer one waits alone. The daemon stops reading from a client that pipelines more, some
+/// thousand requests, until there is room. All of it is in locked memory.
 const WAITING_BYTES: usize = 256 * 1024;
 
-/// Bytes that are searched for stops after the last answer: more than a socket holds.
+/// Bytes searched for stops after the last answer: more than a socket's buffer.
 const LAST_BYTES: usize = 1024 * 1024;
 
 /// Bytes of a name and its value, with the name's own allocation.
 const BYTES_OF_A_CHANGE: usize = 96;
 
-/// Changes of a client that may wait for the real-time thread at once.
+/// Most changes of a client that wait for the real-time thread.
 const MOST_PENDING: usize = 64;
 
 /// Serves one client until it closes its connection.
@@ -47,7 +47,7 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     let (reader, writer) = stream.into_split();
     let mut incoming = Lines::new(reader);
     let (lines, outgoing) = mpsc::channel(BACKLOG_LINES);
-    // What it holds is bounded by the room that each request takes.
+    // Its contents are bounded by the room that each request takes.
     let (requests, waiting) = mpsc::unbounded_channel();
     let writing = tokio::task::spawn_local(write(writer, outgoing));
     let client = Client {
@@ -60,9 +60,9 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
         peer,
         rights,
     };
-    // Reading and answering run side by side: a stop acts when it is read, not when its turn to be
-    // answered comes. When the writer gives up on a client that does not read, the conversation
-    // ends too.
+    // Reading and answering run side by side: a stop acts when it is read, before the requests that
+    // are queued ahead of it. The conversation ends when the writer gives up on a client that does
+    // not read.
     tokio::select! {
         ((), ()) = async { tokio::join!(client.read(&mut incoming, requests), client.converse(waiting)) } => {}
         () = client.lines.closed() => {}
@@ -72,37 +72,37 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     commission::closed(&client.rig, session);
     lease::closed(&client.rig, session).await;
     drop(client);
-    // What is still queued is written, or given up after the time that every line has.
+    // Queued lines are written, or given up after the timeout of every line.
     drop(writing.await);
 }
 
-/// Room for what waits.
+/// Room for lines that wait.
 fn room() -> Arc<Semaphore> {
     Arc::new(Semaphore::new(WAITING_BYTES))
 }
 
-/// Waits until there is room for so many bytes.
+/// Waits for room for `bytes`.
 async fn take_room(room: &Arc<Semaphore>, bytes: usize) -> Option<OwnedSemaphorePermit> {
     let bytes = u32::try_from(bytes.clamp(1, WAITING_BYTES)).ok()?;
     Arc::clone(room).acquire_many_owned(bytes).await.ok()
 }
 
-/// A line that waits for its turn, and the room that it takes.
+/// A line that waits to be answered, and the room that it takes.
 struct QueuedLine {
     incoming: ReceivedLine,
     room: Option<OwnedSemaphorePermit>,
 }
 
-/// A line, as it was read.
+/// A line after it was parsed.
 enum ReceivedLine {
-    /// A request, with the count of stops when it was read, its own among them.
+    /// A request, with the count of stops when it was read, including its own.
     Request { envelope: Envelope, stops: u64 },
     /// A line that is not a request.
     Refused { id: Option<u64>, error: WireError },
 }
 
 impl ReceivedLine {
-    /// Bytes that it takes in memory beside those of its text.
+    /// Its memory beside its text, bytes.
     fn beside_its_text(&self) -> usize {
         let changes = match self {
             Self::Request {
@@ -119,7 +119,7 @@ impl ReceivedLine {
     }
 }
 
-/// Writes the lines queued for a client, until there are no more or the client stops reading.
+/// Writes the lines queued for a client, until the queue closes or the client stops reading.
 async fn write(mut writer: OwnedWriteHalf, mut outgoing: mpsc::Receiver<Line>) {
     while let Some(Line { text, room }) = outgoing.recv().await {
         let written = tokio::time::timeout(BLOCKED_FOR, writer.write_all(text.as_bytes())).await;
@@ -135,7 +135,7 @@ struct Client {
     lines: mpsc::Sender<Line>,
     /// Room for answers.
     unwritten: Arc<Semaphore>,
-    /// Room for changes that have none yet.
+    /// Room for changes that are not answered yet.
     unrendered: Arc<Semaphore>,
     /// Room for events.
     events: Arc<Semaphore>,
@@ -157,7 +157,7 @@ enum Answer {
     OnceRendered(PendingAnswer),
 }
 
-/// Whether a request may begin before the requests before it are answered.
+/// Whether a request changes the scene: it may begin before earlier ones are answered.
 fn is_change(request: &Request) -> bool {
     matches!(
         request,
@@ -166,7 +166,7 @@ fn is_change(request: &Request) -> bool {
 }
 
 impl Client {
-    /// Reads the client's lines until it hangs up. Raises its stops at once.
+    /// Reads the client's lines until it closes its connection. Raises its stops at once.
     async fn read(&self, lines: &mut Lines, requests: mpsc::UnboundedSender<QueuedLine>) {
         let unanswered = room();
         loop {
@@ -174,13 +174,13 @@ impl Client {
                 lease::renew(&self.rig, self.session);
                 let bytes = line.as_ref().map_or(0, String::len);
                 let Some(incoming) = self.receive(line) else { continue };
-                // A stop has been raised by now, whether or not there is room.
+                // A stop is already raised, whether or not there is room.
                 let room = take_room(&unanswered, bytes + incoming.beside_its_text()).await;
                 let waiting = QueuedLine { incoming, room };
                 if requests.send(waiting).is_err() {
                     return;
                 }
-                // One client with much to say must not keep the others waiting.
+                // A client with many lines must not keep the others waiting.
                 tokio::task::yield_now().await;
             }
             if !lines.wait().await {
@@ -189,7 +189,7 @@ impl Client {
         }
     }
 
-    /// Reads a line and raises its stop; nothing where the line is blank.
+    /// Parses a line and raises its stop; `None` for a blank line.
     fn receive(&self, line: Result<String, LinesCodecError>) -> Option<ReceivedLine> {
         let rig = &*self.rig;
         let line = match line {
@@ -217,22 +217,22 @@ impl Client {
         })
     }
 
-    /// Raises the stops among the lines that were sent and never read: a client that asks for a
-    /// stop and closes its connection at once has asked for it. All else in them is dropped, as
-    /// nobody would hear of it.
+    /// Raises the stops among the lines that were sent and not read yet: a client may ask for a
+    /// stop and close its connection at once. Other requests are dropped, since nobody waits for an
+    /// answer.
     async fn raise_last_stops(&self, lines: &mut Lines) {
         let mut left = LAST_BYTES;
         loop {
             while let Some(line) = lines.next() {
                 drop(self.receive(line));
-                // The other clients have their turn here too.
+                // Other clients have their turn here too.
                 tokio::task::yield_now().await;
             }
             if lines.ended {
                 return;
             }
             let read = lines.read_now();
-            // An unterminated line counts as it stands.
+            // An unterminated line counts as a line.
             lines.ended = read == 0 || read > left;
             left = left.saturating_sub(read);
         }
@@ -248,8 +248,8 @@ impl Client {
         if self.send(line(&Greeting { hello })).await.is_err() {
             return;
         }
-        // The next change begins before the last one is rendered: a client may send more changes
-        // than there are ticks.
+        // A change begins before the previous one is rendered: a client may send more changes than
+        // there are ticks.
         let mut pending = VecDeque::new();
         loop {
             let next = tokio::select! {
@@ -264,7 +264,7 @@ impl Client {
                 next = waiting.recv(), if pending.len() < MOST_PENDING => next,
             };
             let Some(QueuedLine { incoming, room }) = next else {
-                // Whether or not the client hears it: this is the end.
+                // The session ends, whether or not the client reads these answers.
                 self.settle(&mut pending).await.unwrap_or_default();
                 return;
             };
@@ -291,12 +291,12 @@ impl Client {
             {
                 return;
             }
-            // One client with much to ask must not keep the others waiting.
+            // A client with many requests must not keep the others waiting.
             tokio::task::yield_now().await;
         }
     }
 
-    /// Waits until the oldest change is rendered; returns its answer.
+    /// Waits until the oldest pending change is rendered; returns its answer.
     async fn rendered(&self, pending: &VecDeque<PendingAnswer>) -> String {
         match pending.front() {
             Some(PendingAnswer { id, change, .. }) => answer(Some(*id), change.finished(&self.rig).await),
@@ -304,7 +304,7 @@ impl Client {
         }
     }
 
-    /// Queues a change, once the answers before it have left enough room.
+    /// Queues a change, after earlier answers have left enough room.
     async fn admit(&self, mut change: PendingAnswer, pending: &mut VecDeque<PendingAnswer>) -> Result<(), Closed> {
         let bytes = change.change.bytes();
         while !pending.is_empty() && self.unrendered.available_permits() < bytes.min(WAITING_BYTES) {
@@ -312,7 +312,7 @@ impl Client {
             pending.pop_front();
             self.send(reply).await?;
         }
-        // No other task takes of it.
+        // No other task takes this room.
         change.room = take_room(&self.unrendered, bytes).await;
         pending.push_back(change);
         Ok(())
@@ -337,7 +337,7 @@ impl Client {
 /// The client has closed its connection.
 struct Closed;
 
-/// The first line.
+/// The first line that the daemon sends.
 #[derive(Serialize)]
 struct Greeting {
     hello: Hello,

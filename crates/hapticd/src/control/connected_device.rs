@@ -1,12 +1,12 @@
-//! The device that is connected: what is known of it before its motor pulls a hand.
+//! The connected device: the facts that are checked before its motor pulls a hand.
 
 use crate::control::facts::Facts;
 use crate::rt::handoff::ANY_CONNECTION;
 use device_io::link::{LinkMonitor, LinkState, RigIdentity};
 
-/// The device that is connected.
+/// The connected device.
 #[derive(Clone, Debug)]
-pub(crate) struct Device {
+pub(crate) struct ConnectedDevice {
     pub(crate) firmware: String,
     pub(crate) force_limit_n: f64,
     pub(crate) resolution_m: f64,
@@ -15,7 +15,7 @@ pub(crate) struct Device {
     pub(crate) connection: u64,
 }
 
-impl Device {
+impl ConnectedDevice {
     fn of(monitor: &LinkMonitor) -> Option<Self> {
         match monitor.state() {
             LinkState::Connected { device, connection } => Some(Self {
@@ -30,9 +30,9 @@ impl Device {
         }
     }
 
-    /// The device at the other end of the link, or the rig in this process; nothing where none is
+    /// The device at the other end of the link, or the rig in this process; `None` if none is
     /// connected.
-    pub(super) fn connected(facts: &Facts) -> Option<Self> {
+    pub(super) fn find(facts: &Facts) -> Option<Self> {
         match &facts.link {
             Some(monitor) => Self::of(monitor),
             None => Some(Self {

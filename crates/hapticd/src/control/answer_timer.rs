@@ -1,8 +1,8 @@
-//! Waiting for the next tick to end, as nearly as an ordinary thread can: tokio's own timers count
-//! whole milliseconds, which are whole ticks.
+//! A timer that fires right after each tick: tokio's own timers count whole milliseconds, which are
+//! whole ticks.
 #![allow(
     unsafe_code,
-    reason = "tokio wants to be promised that the timer stays open; see Pulse::new"
+    reason = "tokio requires that the timer stays open; see AnswerTimer::new"
 )]
 
 use crate::rt::clock::now_ns;
@@ -13,35 +13,34 @@ use rustix::time::{
 use std::time::Duration;
 use tokio::io::unix::AsyncFd;
 
-/// A tick on the fake rig, and waking up, are over after so long, most of the time.
+/// Usual time after a deadline at which a tick on the fake rig has ended, with the wake-up, ns.
 const AFTER_DEADLINE_NS: u64 = 40_000;
 
-/// Looks from then on, until the next deadline.
+/// Time between two further looks, until the next deadline, ns.
 const LOOK_AGAIN_NS: u64 = 80_000;
 
-/// Times to look: shortly after each deadline of the loop, then again and again.
+/// Times to look for an answer: shortly after each deadline of the loop, then periodically.
 #[derive(Debug)]
-pub(super) struct Pulse {
+pub(super) struct AnswerTimer {
     period_ns: u64,
-    /// A deadline of the loop; the others are multiples of the period away.
+    /// One deadline of the loop; the others differ by multiples of the period.
     deadline_ns: u64,
     timer: Option<AsyncFd<OwnedFd>>,
 }
 
-impl Pulse {
-    /// The loop's deadlines from one of them, where one is known.
+impl AnswerTimer {
+    /// A timer for the loop's deadlines, from one of them if one is known.
     pub(super) fn new(period_ns: u64, deadline_ns: Option<u64>) -> Self {
         let made = timerfd_create(
             TimerfdClockId::Monotonic,
             TimerfdFlags::NONBLOCK | TimerfdFlags::CLOEXEC,
         );
-        // SAFETY: the descriptor is owned by the AsyncFd alone, which never hands it out but to be
-        // borrowed.
+        // SAFETY: only the AsyncFd owns the descriptor, and it only lends it.
         let register = |timer| unsafe { AsyncFd::register(timer) }.ok();
         Self {
             period_ns,
             deadline_ns: deadline_ns.unwrap_or(0),
-            // Out of descriptors: the coarse timer has to do.
+            // Without a descriptor the coarse timer is used.
             timer: made.ok().and_then(register),
         }
     }
@@ -71,7 +70,7 @@ impl Pulse {
         };
         timerfd_settime(timer.get_ref(), TimerfdTimerFlags::empty(), &once).ok()?;
         let mut fired = timer.readable().await.ok()?;
-        // Whether it has been read makes no difference: it is set anew.
+        // It need not be read: setting it again clears it.
         fired.clear_ready();
         Some(())
     }

@@ -1,36 +1,36 @@
-//! Work that may wait for a disk or a device: on threads of their own, for a limited time, and
-//! never waited for at the end of the daemon.
+//! A few threads for work that may block on a disk or a device. Nothing waits for them longer than
+//! a timeout, and the end of the daemon does not wait for them at all.
 //!
-//! Not on the runtime's threads: the end of the runtime would wait for those. A thread that stands
-//! on a mount that does not answer stays there until the process ends, so there are only a few of
-//! them.
+//! The runtime's own threads cannot do such work, because the end of the runtime waits for them. A
+//! thread that blocks on a dead mount stays blocked until the process ends, so their number is
+//! limited.
 
 use std::sync::Arc;
 use std::time::Duration;
 use thiserror::Error;
 use tokio::sync::{Semaphore, oneshot};
 
-/// Stack of each, bytes; all of it is locked in memory.
+/// Stack of each thread, bytes; all of it is locked in memory.
 const STACK_BYTES: usize = 512 * 1024;
 
-/// Why there is no result.
+/// Why work has no result.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub(super) enum AsideError {
-    #[error("it has not answered for {} s", .limit.as_secs_f64())]
+pub(super) enum WorkError {
+    #[error("no answer for {} s", .limit.as_secs_f64())]
     TimedOut { limit: Duration },
-    #[error("the work could not be done: {0}")]
+    #[error("it failed: {0}")]
     Failed(String),
 }
 
-/// Where such work is done.
+/// A pool of threads that may block.
 #[derive(Debug)]
-pub(crate) struct Aside {
+pub(crate) struct WorkerPool {
     name: &'static str,
     places: Arc<Semaphore>,
 }
 
-impl Aside {
-    /// So many threads at once, with a name.
+impl WorkerPool {
+    /// A pool of at most `most_threads` threads of this name.
     pub(super) fn new(name: &'static str, most_threads: usize) -> Self {
         Self {
             name,
@@ -38,22 +38,22 @@ impl Aside {
         }
     }
 
-    /// Whether all its threads are at work, so that more would have to wait.
+    /// Whether all its threads are busy, so that further work would wait.
     pub(super) fn is_busy(&self) -> bool {
         self.places.available_permits() == 0
     }
 
-    /// Does some work, and waits so long for a thread and for the result. What was begun may still
-    /// be done after that.
+    /// Runs `work`, and waits at most `limit` for a thread and for the result. Work that has begun
+    /// runs on after a timeout.
     ///
     /// # Errors
-    /// It takes longer, or has panicked, or the system has no thread left.
+    /// The work takes longer than `limit` or panics, or the system has no thread left.
     pub(super) async fn run<T: Send + 'static>(
         &self,
         limit: Duration,
         work: impl FnOnce() -> T + Send + 'static,
-    ) -> Result<T, AsideError> {
-        let failed = |why: &dyn std::fmt::Display| AsideError::Failed(why.to_string());
+    ) -> Result<T, WorkError> {
+        let failed = |why: &dyn std::fmt::Display| WorkError::Failed(why.to_string());
         let done = async {
             let place = Arc::clone(&self.places).acquire_owned().await;
             let place = place.map_err(|error| failed(&error))?;
@@ -72,7 +72,7 @@ impl Aside {
         };
         tokio::time::timeout(limit, done)
             .await
-            .map_err(|_| AsideError::TimedOut { limit })?
+            .map_err(|_| WorkError::TimedOut { limit })?
     }
 }
 
@@ -89,28 +89,28 @@ mod tests {
     // hazard: H14
     #[tokio::test(flavor = "current_thread")]
     async fn work_that_hangs_is_not_waited_for_and_takes_only_so_many_threads() {
-        let aside = Aside::new("test", MOST_THREADS);
+        let pool = WorkerPool::new("test", MOST_THREADS);
         let (let_go, held) = mpsc::channel::<()>();
         let held = Arc::new(std::sync::Mutex::new(held));
         let began = Instant::now();
         for _ in 0..MOST_THREADS + 2 {
             let held = Arc::clone(&held);
             let hangs = move || held.lock().map(|held| held.recv().is_ok()).unwrap_or_default();
-            let refused = aside.run(BRIEF, hangs).await.expect_err("it hangs");
-            assert_eq!(refused, AsideError::TimedOut { limit: BRIEF });
+            let refused = pool.run(BRIEF, hangs).await.expect_err("it hangs");
+            assert_eq!(refused, WorkError::TimedOut { limit: BRIEF });
         }
         assert!(began.elapsed() < LONG, "{:?}", began.elapsed());
-        assert_eq!(aside.places.available_permits(), 0);
+        assert_eq!(pool.places.available_permits(), 0);
         drop(let_go);
-        assert_eq!(aside.run(LONG, || 7).await, Ok(7), "there are threads again");
+        assert_eq!(pool.run(LONG, || 7).await, Ok(7), "there are threads again");
     }
 
     #[tokio::test(flavor = "current_thread")]
     async fn work_that_panics_is_answered_and_gives_its_thread_back() {
-        let aside = Aside::new("test", MOST_THREADS);
+        let pool = WorkerPool::new("test", MOST_THREADS);
         for _ in 0..2 * MOST_THREADS {
-            let panics: Result<(), AsideError> = aside.run(LONG, || panic!("planted")).await;
-            assert!(matches!(panics, Err(AsideError::Failed(_))), "{panics:?}");
+            let panics: Result<(), WorkError> = pool.run(LONG, || panic!("planted")).await;
+            assert!(matches!(panics, Err(WorkError::Failed(_))), "{panics:?}");
         }
     }
 }

@@ -1,0 +1,265 @@
+//! A session against samples and errors that a test makes.
+
+use super::*;
+use crate::fake::Firmware;
+use crate::link::test_firmware::greeted_firmware;
+
+const MS: u64 = 1_000_000;
+
+/// A session with a fake firmware, without a link between them.
+struct Pair {
+    session: Session,
+    firmware: Firmware,
+    now_ns: u64,
+}
+
+impl Pair {
+    fn new() -> Self {
+        let now_ns = 1000 * MS;
+        let (firmware, hello) = greeted_firmware(now_ns);
+        let session = Session::new(&hello, MS, now_ns, Arc::new(LinkCounters::default()));
+        Self {
+            session,
+            firmware,
+            now_ns,
+        }
+    }
+
+    /// A millisecond with a sample up and a command down.
+    fn tick(&mut self, force_n: f64, enabled: bool) -> Result<Option<Measurement>, DeviceError> {
+        self.now_ns += MS;
+        if let Some(sample) = self.firmware.sample(self.now_ns) {
+            self.session.take(Ok(sample), self.now_ns);
+        }
+        let measured = self.session.measurement(self.now_ns);
+        self.send(force_n, enabled);
+        measured
+    }
+
+    fn send(&mut self, force_n: f64, enabled: bool) {
+        let (enable, command) = self.session.command(force_n, enabled, self.now_ns);
+        for message in enable.into_iter().chain([command]) {
+            if let Some(answer) = self.firmware.receive(message, self.now_ns) {
+                self.session.take(Ok(answer), self.now_ns);
+            }
+        }
+    }
+
+    fn counter(&self, of: impl Fn(&LinkCounters) -> &std::sync::atomic::AtomicU64) -> u64 {
+        of(&self.session.counters).load(Relaxed)
+    }
+}
+
+#[test]
+fn force_flows_while_enabled_and_the_position_begins_at_zero() {
+    let mut pair = Pair::new();
+    let first = pair.tick(0.0, false).expect("it is there").expect("a sample");
+    assert_eq!((first.position_m, first.sequence), (0.0, 0));
+    pair.tick(3.0, false).expect("it is there");
+    assert_eq!(pair.firmware.force_n(), 0.0, "not enabled");
+    for _ in 0..300 {
+        pair.tick(3.0, true).expect("it is there");
+    }
+    assert_eq!(pair.firmware.force_n(), 3.0);
+    let measured = pair.tick(-99.0, true).expect("it is there").expect("a sample");
+    assert_eq!(measured.time_ns, 302 * MS);
+    // From -cos(0) to -cos(0.6 pi), of 30 mm.
+    assert!((measured.position_m - 0.0393).abs() < 1e-3, "{measured:?}");
+    assert_eq!(pair.firmware.force_n(), -20.0, "cut to the device's limit");
+    assert_eq!(pair.counter(|counters| &counters.clipped), 1);
+    assert_eq!(pair.counter(|counters| &counters.lost), 0);
+    pair.tick(3.0, false).expect("it is there");
+    assert_eq!(pair.firmware.force_n(), 0.0);
+}
+
+#[test]
+fn a_measurement_has_the_buttons_and_what_the_device_reports_of_its_motor() {
+    let mut pair = Pair::new();
+    for _ in 0..5 {
+        pair.tick(0.0, true).expect("it is there");
+    }
+    let measured = |pair: &mut Pair, buttons: u8, command_lost: bool| {
+        pair.now_ns += MS;
+        let Some(FromDevice::Sample(sample)) = pair.firmware.sample(pair.now_ns) else {
+            panic!("a sample");
+        };
+        // A device whose motor went off by itself has not heard the order.
+        let command = sample.command - u32::from(command_lost);
+        let sample = DeviceSample {
+            buttons,
+            command,
+            ..sample
+        };
+        pair.session.take(Ok(FromDevice::Sample(sample)), pair.now_ns);
+        let measured = pair.session.measurement(pair.now_ns).expect("it is there");
+        let measured = measured.expect("a sample");
+        (measured.motor, measured.buttons)
+    };
+    assert_eq!(measured(&mut pair, 0b101, false), (ReportedMotor::Enabled, 0b101));
+    pair.send(0.0, false);
+    assert_eq!(measured(&mut pair, 0, true), (ReportedMotor::Unconfirmed, 0));
+    assert_eq!(measured(&mut pair, 0b10, false), (ReportedMotor::Off, 0b10));
+}
+
+#[test]
+fn old_and_doubled_samples_are_not_taken_and_missing_ones_are_counted() {
+    let mut pair = Pair::new();
+    let mut samples: Vec<FromDevice> = (1..=10)
+        .filter_map(|k| pair.firmware.sample(pair.now_ns + k * MS))
+        .collect();
+    assert_eq!(samples.len(), 10);
+    samples.swap(3, 4);
+    samples.remove(7);
+    samples.insert(2, samples[1]);
+    for sample in samples {
+        pair.session.take(Ok(sample), pair.now_ns + 10 * MS);
+    }
+    let measured = pair
+        .session
+        .measurement(pair.now_ns + 10 * MS)
+        .expect("there")
+        .expect("a sample");
+    assert_eq!((measured.sequence, measured.time_ns), (9, 9 * MS));
+    // Number 3 came after 4, and 7 not at all; 1 came twice.
+    assert_eq!(pair.counter(|counters| &counters.lost), 2);
+    assert_eq!(pair.counter(|counters| &counters.out_of_sequence), 2);
+}
+
+#[test]
+fn a_jump_of_the_sequence_is_one_jump_and_nothing_is_lost_by_it() {
+    let mut pair = Pair::new();
+    for jump in [1, 70_000, 2_000_000_000, 3_000_000_000] {
+        pair.tick(0.0, false).expect("it is there");
+        pair.firmware
+            .misbehave(crate::fake::Misbehaviour::SequenceJump(jump), pair.now_ns);
+    }
+    pair.tick(0.0, false).expect("it is there");
+    assert_eq!(pair.counter(|counters| &counters.lost), 1);
+    assert_eq!(pair.counter(|counters| &counters.sequence_jumps), 2);
+    // That one looks like an old sample.
+    assert_eq!(pair.counter(|counters| &counters.out_of_sequence), 1);
+}
+
+#[test]
+fn a_motor_that_is_off_though_it_should_be_on_is_told() {
+    let mut pair = Pair::new();
+    for _ in 0..10 {
+        pair.tick(1.0, true).expect("it is there");
+    }
+    // The host's commands do not come through any more: the watchdog bites.
+    let mut told = None;
+    for k in 1..=60 {
+        pair.now_ns += MS;
+        if let Some(sample) = pair.firmware.sample(pair.now_ns) {
+            pair.session.take(Ok(sample), pair.now_ns);
+        }
+        if let Err(error) = pair.session.measurement(pair.now_ns) {
+            told.get_or_insert((k, error));
+        }
+    }
+    assert_eq!(told, Some((50, DeviceError::MotorOff { watchdog: true })));
+    assert_eq!(pair.firmware.force_n(), 0.0);
+    // Let go and enabled anew it is well again.
+    pair.send(0.0, false);
+    for _ in 0..10 {
+        pair.tick(1.0, true).expect("it is there");
+    }
+    assert_eq!(pair.firmware.force_n(), 1.0);
+}
+
+#[test]
+fn enabling_again_at_once_is_not_taken_for_a_failure() {
+    let mut pair = Pair::new();
+    for _ in 0..10 {
+        pair.tick(1.0, true).expect("it is there");
+    }
+    let enabled_before = pair.firmware.sample(pair.now_ns + MS).expect("a sample");
+    pair.send(0.0, false);
+    let off = pair.firmware.sample(pair.now_ns + 2 * MS).expect("a sample");
+    pair.send(1.0, true);
+    pair.session.take(Ok(enabled_before), pair.now_ns + 2 * MS);
+    pair.session.measurement(pair.now_ns + 2 * MS).expect("well");
+    pair.session.take(Ok(off), pair.now_ns + 3 * MS);
+    pair.session.measurement(pair.now_ns + 3 * MS).expect("well");
+}
+
+#[test]
+fn a_silent_device_is_given_up_and_a_failing_one_says_why() {
+    let mut pair = Pair::new();
+    pair.tick(0.0, false).expect("it is there");
+    let failed = FromDevice::Error {
+        code: ErrorCode::Sensor,
+        detail: 17,
+    };
+    pair.session.take(Ok(failed), pair.now_ns);
+    let report = ErrorReport {
+        code: ErrorCode::Sensor,
+        detail: 17,
+    };
+    assert_eq!(pair.session.measurement(pair.now_ns), Err(DeviceError::Failed(report)));
+    assert_eq!(
+        pair.session.counters.last_error(),
+        Some((LinkError::Device(report), pair.now_ns))
+    );
+    assert_eq!(
+        DeviceError::Failed(report).to_string(),
+        "its position sensor fails (code 2, detail 17 = 0x11)"
+    );
+    assert!(pair.session.measurement(pair.now_ns + 400 * MS).is_ok(), "told once");
+    assert_eq!(
+        pair.session.measurement(pair.now_ns + 600 * MS),
+        Err(DeviceError::Disconnected)
+    );
+}
+
+#[test]
+fn the_round_trip_is_from_a_command_to_the_first_sample_that_knows_it() {
+    let mut pair = Pair::new();
+    for _ in 0..5 {
+        pair.tick(0.0, false).expect("it is there");
+    }
+    assert_eq!(pair.counter(|counters| &counters.round_trip_ns), MS);
+    assert_eq!(pair.counter(|counters| &counters.round_trip_max_ns), MS);
+}
+
+#[test]
+fn a_sample_is_late_when_it_took_more_than_a_period_of_either_side() {
+    let mut pair = Pair::new();
+    for _ in 0..20 {
+        pair.tick(0.0, false).expect("it is there");
+    }
+    let late = |pair: &Pair| pair.counter(|counters| &counters.late);
+    assert_eq!(late(&pair), 0, "each came at once");
+    for (took_ms, counted) in [(2, 0), (3, 1)] {
+        pair.now_ns += MS;
+        let sample = pair.firmware.sample(pair.now_ns).expect("a sample");
+        pair.now_ns += took_ms * MS;
+        pair.session.take(Ok(sample), pair.now_ns);
+        assert_eq!(late(&pair), counted, "after {took_ms} ms");
+    }
+}
+
+#[test]
+fn a_motor_that_never_comes_on_and_a_device_that_falls_silent_are_told_when_their_time_is_over_and_not_before() {
+    let mut pair = Pair::new();
+    pair.tick(0.0, false).expect("it is there");
+    // The order to enable goes nowhere.
+    let asked_ns = pair.now_ns;
+    let (enable, _) = pair.session.command(1.0, true, asked_ns);
+    assert!(enable.is_some());
+    let (again, _) = pair.session.command(1.0, true, asked_ns + MS);
+    assert!(again.is_none(), "it is asked for once");
+    assert!(pair.session.measurement(asked_ns + ENABLE_TIMEOUT_NS).is_ok());
+    assert_eq!(
+        pair.session.measurement(asked_ns + ENABLE_TIMEOUT_NS + 1),
+        Err(DeviceError::MotorOff { watchdog: false })
+    );
+    let mut pair = Pair::new();
+    pair.tick(0.0, false).expect("it is there");
+    let heard_ns = pair.now_ns;
+    assert!(pair.session.measurement(heard_ns + SILENCE_NS).is_ok());
+    assert_eq!(
+        pair.session.measurement(heard_ns + SILENCE_NS + 1),
+        Err(DeviceError::Disconnected)
+    );
+}

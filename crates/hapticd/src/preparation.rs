@@ -1,0 +1,179 @@
+//! Prepares the loop, and everything that it needs, from the configuration.
+
+use crate::config::{Config, RigChoice};
+use crate::control::Facts;
+use crate::processor_share::{self, ProcessorShare};
+use crate::rt::handoff::Shared;
+use crate::rt::lateness::Lateness;
+use crate::rt::outbox::{Consumer, outbox};
+use crate::rt::privileges;
+use crate::rt::thread_settings::{Policy, ThreadSettings};
+use crate::rt::tick::Tick;
+use device_io::Device;
+use device_io::link::{Keeper, LinkMonitor};
+use haptic_core::adviser::RigFacts;
+use haptic_core::passivity::RigLosses;
+use haptic_core::servo::{CompiledScene, Servo, Settings};
+use haptic_core::{Renderer, Scene, SceneError};
+use haptic_ipc::{Problem, RealTimeStatus};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Revision of the daemon's first scene.
+pub(crate) const FIRST_REVISION: u64 = 1;
+
+/// The loop and everything around it, ready to be started.
+pub(crate) struct Prepared {
+    pub(crate) tick: Tick<dyn Device>,
+    pub(crate) settings: ThreadSettings,
+    pub(crate) status: RealTimeStatus,
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) records: Consumer,
+    pub(crate) facts: Facts,
+    pub(crate) scene: Scene,
+    pub(crate) cpus: Vec<usize>,
+    pub(crate) keeper: Option<Keeper>,
+}
+
+/// Prepares the loop.
+///
+/// # Errors
+/// The scene cannot be rendered.
+pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
+    let mut status = RealTimeStatus::default();
+    privileges::lock_memory(&mut status);
+    let awake = config
+        .keep_cpus_awake
+        .then(|| privileges::keep_cpus_awake(&mut status))
+        .flatten();
+    #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
+    let period_s = config.period_ns as f64 * 1e-9;
+    let PreparedDevice { device, link, losses } = prepare_device(config.rig, config.period_ns);
+    let (description, resolution) = (device.description(), device.resolution_m());
+    let (monitor, keeper) = link.unzip();
+
+    let renderer = Renderer::new(&config.scene, config.scheme, period_s)?;
+    let settings = Settings {
+        period_s,
+        ramp_s: config.ramp_s,
+        limits: config.limits,
+        losses,
+        passivity_control_n: config.passivity_control_n,
+        velocity: config.velocity,
+        stale_ns: config.watches.stale_ns,
+        stop_button: config.watches.stop_button,
+        enable_button: config.watches.enable_button,
+    };
+    let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, FIRST_REVISION)));
+    if monitor.is_some() {
+        // Until the first sample of the device the rig cannot be engaged.
+        servo.disconnect();
+    }
+    let shared = Arc::new(Shared::new());
+    let (producer, records) = outbox();
+    let tick = Tick::new(
+        device,
+        Arc::clone(&shared),
+        producer,
+        servo,
+        Lateness::new(config.late_policy),
+        config.watches.control_timeout_ns,
+    );
+
+    let share = claim_processor(config.cpu.filter(|_| config.policy != Policy::Deadline), &mut status);
+    let phase_ns = share.as_ref().map_or_else(
+        || processor_share::usual_phase_ns(config.period_ns),
+        |share| share.phase_ns(config.period_ns),
+    );
+    let facts = Facts {
+        server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
+        device: description,
+        address: config.device,
+        limits: config.limits,
+        _awake: awake,
+        share,
+        keeper: None,
+        rig: RigFacts {
+            period_s,
+            // A rig in this process is read and written in the same tick; the times of a link are
+            // measured.
+            sample_period_s: 0.0,
+            delay_s: 0.0,
+            damping: losses.damping,
+            friction: losses.friction,
+            resolution,
+        },
+        link: monitor,
+        period_ns: config.period_ns,
+        ramp: Duration::from_secs_f64(config.ramp_s),
+        rules: config.rules,
+        state_dir: config.state_dir,
+        scheme: config.scheme,
+        velocity: config.velocity,
+        scene_dir: config.scene_dir,
+        real_time: RealTimeStatus::default(),
+    };
+    Ok(Prepared {
+        tick,
+        settings: ThreadSettings {
+            period_ns: config.period_ns,
+            phase_ns,
+            cpu: config.cpu,
+            policy: config.policy,
+            spin_ns: config.spin_ns,
+        },
+        status,
+        shared,
+        records,
+        facts,
+        scene: config.scene,
+        cpus: config.available_cpus,
+        keeper,
+    })
+}
+
+/// Claims a share of the processor that the loop will be pinned to.
+fn claim_processor(cpu: Option<usize>, status: &mut RealTimeStatus) -> Option<ProcessorShare> {
+    match ProcessorShare::claim(cpu?) {
+        Ok(share) => Some(share),
+        Err(error) => {
+            status.problems.push(Problem {
+                what: format!(
+                    "cannot tell whether another daemon runs its loop on the same processor: locking /dev/null \
+                     failed: {error}"
+                ),
+                remedy: "allow fcntl(F_OFD_SETLK) in the daemon's filter of system calls, and /dev/null for writing"
+                    .to_owned(),
+            });
+            None
+        }
+    }
+}
+
+/// The device's real-time end, and the rest of its link if it has one.
+struct PreparedDevice {
+    device: Box<dyn Device>,
+    link: Option<(LinkMonitor, Keeper)>,
+    losses: RigLosses,
+}
+
+fn prepare_device(rig: RigChoice, period_ns: u64) -> PreparedDevice {
+    match rig {
+        RigChoice::Fake(rig) => PreparedDevice {
+            losses: RigLosses {
+                damping: rig.properties().damping_ns_per_m,
+                friction: rig.properties().friction_n,
+            },
+            device: Box::new(rig),
+            link: None,
+        },
+        RigChoice::Linked { connector, losses } => {
+            let (device, monitor, keeper) = Keeper::new(connector, period_ns);
+            PreparedDevice {
+                device: Box::new(device),
+                link: Some((monitor, keeper)),
+                losses,
+            }
+        }
+    }
+}
