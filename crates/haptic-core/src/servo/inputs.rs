@@ -82,10 +82,11 @@ impl InputWord {
             lease_lapsed,
             control_lost,
         } = inputs.events;
-        let events = [stop, slept, too_late, lease_lapsed, control_lost]
-            .iter()
-            .rev()
-            .fold(0, |word, event| word << 1 | u32::from(*event));
+        let events = u32::from(stop)
+            | u32::from(slept) << 1
+            | u32::from(too_late) << 2
+            | u32::from(lease_lapsed) << 3
+            | u32::from(control_lost) << 4;
         let command = inputs.command.map_or(0, |command| command as u32 + 1);
         let flags = reading | events << EVENTS | command << COMMAND | u32::from(new_scene) << NEW_SCENE;
         Self { flags, detail }

@@ -24,6 +24,7 @@ pub use transition::{CompiledScene, Steps, Transition};
 use crate::limiter::{Limits, NonFiniteForce, SafetyLimiter};
 use crate::passivity::{PassivityObserver, RigLosses};
 use crate::sample::Motor;
+use crate::sample_clock::seconds;
 use crate::velocity;
 use alloc::boxed::Box;
 use force_offset::ForceOffset;
@@ -151,8 +152,7 @@ impl Servo {
         let elapsed_s = self.sense(inputs);
         self.check_device();
         // Ramps and the slew limit go by our own clock: they end even if the device's stands still.
-        #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two steps")]
-        let our_elapsed_s = self.rig.step_s(inputs.elapsed_ns as f64 * 1e-9);
+        let our_elapsed_s = self.rig.step_s(seconds(inputs.elapsed_ns));
         let (coupling_force_n, force_n) = self.render(elapsed_s, our_elapsed_s);
         let block = self.scene.renderer.state();
         let enabled = self.rig.is_live();
@@ -220,6 +220,12 @@ impl Servo {
     #[must_use]
     pub fn scene(&self) -> &CompiledScene {
         &self.scene
+    }
+
+    /// Whether there is a scene that is no longer rendered.
+    #[must_use]
+    pub fn has_retired(&self) -> bool {
+        self.retired.iter().any(Option::is_some)
     }
 
     /// A scene that is no longer rendered, for whoever may free it.
