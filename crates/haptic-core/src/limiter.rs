@@ -68,6 +68,7 @@ impl SafetyLimiter {
     ///
     /// # Errors
     /// [`NonFiniteForce`] where the product is not a finite number.
+    #[inline]
     pub fn limit(&mut self, force: f64, gain: f64, elapsed_s: f64) -> Result<f64, NonFiniteForce> {
         let wanted = flush(force * gain.clamp(0.0, 1.0));
         if !wanted.is_finite() {

@@ -124,6 +124,7 @@ impl SampleClock {
     ///
     /// # Errors
     /// The stamps cannot be those of a clock. The next sample begins anew, with what is known of the period.
+    #[inline]
     pub fn elapsed_s(&mut self, stamp: Stamp) -> Result<f64, ClockError> {
         let Some(running) = &mut self.running else {
             self.running = Some(Running::new(stamp));

@@ -17,7 +17,7 @@ mod state;
 mod transition;
 
 pub use fault::Fault;
-pub use inputs::{Events, InputWord, Inputs};
+pub use inputs::{Event, Events, InputWord, Inputs};
 pub use state::{Command, RigState};
 pub use transition::{CompiledScene, Steps, Transition};
 
@@ -244,21 +244,25 @@ impl Servo {
     /// Whether everything goes on that must for force to flow.
     fn check_events(&mut self, inputs: &Inputs) {
         let events = inputs.events;
-        if events.stop {
+        let stood_still = inputs.elapsed_ns > self.settings.stale_ns;
+        if events.is_empty() && !stood_still {
+            return;
+        }
+        if events.has(Event::Stop) {
             self.rig.stop();
         }
         if !self.rig.is_live() {
             return;
         }
-        if inputs.elapsed_ns > self.settings.stale_ns || events.slept {
+        if stood_still || events.has(Event::Slept) {
             self.rig.fail(Fault::Stalled);
-        } else if events.too_late {
+        } else if events.has(Event::TooLate) {
             self.rig.fail(Fault::TooLate);
         }
-        if events.lease_lapsed {
+        if events.has(Event::LeaseLapsed) {
             self.rig.release_within(LAPSED_RELEASE_S);
         }
-        if events.control_lost {
+        if events.has(Event::ControlLost) {
             self.rig.release_into(Fault::ControlLost, LOST_RELEASE_S);
         }
     }

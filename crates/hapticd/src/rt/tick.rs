@@ -11,7 +11,7 @@ use crate::rt::outbox::{Producer, TickRecord};
 use device_io::{Device, DeviceError, Written};
 use haptic_core::sample::{Measurement, Motor};
 use haptic_core::servo::{
-    Command, CompiledScene, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Outputs, Servo, Transition,
+    Command, CompiledScene, Event, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Outputs, Servo, Transition,
 };
 use haptic_ipc::RigState;
 use std::sync::Arc;
@@ -164,13 +164,15 @@ impl<D: Device + ?Sized> Tick<D> {
             self.lateness.rest(missed_periods);
             false
         };
-        Events {
-            stop,
-            slept: slept_ns > self.servo.settings().stale_ns,
-            too_late,
-            lease_lapsed: self.shared.has_lapsed(now_ns),
-            control_lost: self.shared.silent_ns(now_ns) > self.control_timeout_ns,
-        }
+        Events::default()
+            .and(Event::Stop, stop)
+            .and(Event::Slept, slept_ns > self.servo.settings().stale_ns)
+            .and(Event::TooLate, too_late)
+            .and(Event::LeaseLapsed, self.shared.has_lapsed(now_ns))
+            .and(
+                Event::ControlLost,
+                self.shared.silent_ns(now_ns) > self.control_timeout_ns,
+            )
     }
 
     /// Goes on with another device, as if it had been unplugged and another plugged in.
