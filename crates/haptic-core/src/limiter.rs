@@ -2,6 +2,7 @@
 //! faster in changing than the rig allows. And the speed beyond which a hand, or an encoder, is out
 //! of control.
 
+use crate::flush::flush;
 use thiserror::Error;
 
 /// What a rig allows.
@@ -25,8 +26,8 @@ const COUNTS_OF_DOUBT: f64 = 4.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimiter {
     limits: Limits,
-    /// Largest force that the device itself gives, N.
-    device_force_n: f64,
+    /// Largest force that passes, N: the smaller of the configured limit and the device's own.
+    force_n: f64,
     last_n: f64,
 }
 
@@ -41,7 +42,7 @@ impl SafetyLimiter {
     pub fn new(limits: Limits) -> Self {
         Self {
             limits,
-            device_force_n: f64::INFINITY,
+            force_n: limits.force_n,
             last_n: 0.0,
         }
     }
@@ -49,13 +50,17 @@ impl SafetyLimiter {
     /// Another device is there, which gives so much force at most, N (>= 0; infinite where it names
     /// no limit). NaN counts as 0 N.
     pub fn set_device_force(&mut self, force_n: f64) {
-        self.device_force_n = if force_n >= 0.0 { force_n } else { 0.0 };
+        self.force_n = if force_n >= self.limits.force_n {
+            self.limits.force_n
+        } else {
+            force_n.max(0.0)
+        };
     }
 
     /// The largest force that passes, N: the smaller of the configured limit and the device's own.
     #[must_use]
     pub fn force_n(&self) -> f64 {
-        self.limits.force_n.min(self.device_force_n)
+        self.force_n
     }
 
     /// Scales `force` (N) by `gain` in 0..1, cuts it to the limit, and lets it go no farther from
@@ -63,16 +68,16 @@ impl SafetyLimiter {
     ///
     /// # Errors
     /// [`NonFiniteForce`] where the product is not a finite number.
+    #[inline]
     pub fn limit(&mut self, force: f64, gain: f64, elapsed_s: f64) -> Result<f64, NonFiniteForce> {
-        let wanted = force * gain.clamp(0.0, 1.0);
+        let wanted = flush(force * gain.clamp(0.0, 1.0));
         if !wanted.is_finite() {
             self.last_n = 0.0;
             return Err(NonFiniteForce(wanted));
         }
-        let Limits { slew_n_per_s, .. } = self.limits;
-        let force_n = self.force_n();
+        let force_n = self.force_n;
         let wanted = wanted.clamp(-force_n, force_n);
-        let step = slew_n_per_s * elapsed_s.max(0.0);
+        let step = self.limits.slew_n_per_s * elapsed_s.max(0.0);
         // Less force in the same direction is safe at any rate; more, or the other way, is not.
         let from = if self.last_n * wanted >= 0.0 && wanted.abs() < self.last_n.abs() {
             wanted
@@ -81,8 +86,17 @@ impl SafetyLimiter {
         } else {
             self.last_n
         };
+        let change = wanted - from;
+        // Not `clamp`, which panics: without a limit on the slew the step of no time is no number.
+        let change = if change > step {
+            step
+        } else if change < -step {
+            -step
+        } else {
+            change
+        };
         // The sum may round to beyond the limit.
-        self.last_n = (from + (wanted - from).max(-step).min(step)).clamp(-force_n, force_n);
+        self.last_n = (from + change).clamp(-force_n, force_n);
         Ok(self.last_n)
     }
 

@@ -12,6 +12,7 @@
 //!
 //! The controller, where it is wanted, opposes the motion until the excess is gone.
 
+use crate::flush::NOTHING;
 use crate::math::copysign;
 
 /// What the rig itself takes up.
@@ -86,9 +87,14 @@ impl PassivityObserver {
         let moved = position - last.position;
         let made = (last.applied - 0.5 * (last.force + force)) * moved;
         let taken_up = self.losses.friction * moved.abs() + self.losses.damping * velocity.abs() * moved.abs();
-        let excess = (self.excess_j + made - taken_up).max(0.0);
-        // An account that is no number is closed: the force itself is checked elsewhere.
-        self.excess_j = if excess.is_finite() { excess } else { 0.0 };
+        let excess_j = self.excess_j + made - taken_up;
+        // Next to nothing is nothing. An account that is no number is closed: the force itself is
+        // checked elsewhere.
+        self.excess_j = if (NOTHING..f64::INFINITY).contains(&excess_j) {
+            excess_j
+        } else {
+            0.0
+        };
         let coming = velocity.abs() * elapsed_s;
         if self.control_n == 0.0 || self.excess_j == 0.0 || coming <= 0.0 {
             return 0.0;

@@ -79,6 +79,7 @@ impl PositionGuard {
     }
 
     /// Judges a position (m), taken `elapsed_s` after the sample before it.
+    #[inline]
     pub fn judge(&mut self, before: Motion, position: f64, elapsed_s: f64, limits: &SafetyLimiter) -> Verdict {
         let allows = |moved: f64, velocity: f64, elapsed_s: f64| {
             let doubt = DOUBT_M

@@ -73,27 +73,29 @@ struct Window {
     quickest: Quickest,
 }
 
+/// What is known of a clock that has sent a sample.
+#[derive(Clone, Copy, Debug)]
+struct Running {
+    last: Stamp,
+    equal: u32,
+    window: Window,
+    before: Option<Quickest>,
+}
+
 /// Compares a device's clock with ours, sample by sample.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleClock {
     /// The device's time may be off ours by so much at once, ns.
     tolerance_ns: u64,
-    last: Option<Stamp>,
-    equal: u32,
-    window: Option<Window>,
-    before: Option<Quickest>,
+    running: Option<Running>,
     /// Time between two samples by our clock, s; zero before it is known.
     period_s: f64,
 }
 
+/// A time in seconds; beyond 292 years it is negative. From a signed number it is one instruction.
 #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two samples")]
-fn seconds(ns: u64) -> f64 {
-    // From a signed number it is one instruction.
-    signed(ns) as f64 * 1e-9
-}
-
-fn signed(ns: u64) -> i64 {
-    i64::try_from(ns).unwrap_or(i64::MAX)
+pub(crate) fn seconds(ns: u64) -> f64 {
+    ns.cast_signed() as f64 * 1e-9
 }
 
 impl SampleClock {
@@ -102,10 +104,7 @@ impl SampleClock {
     pub fn new(tolerance_ns: u64) -> Self {
         Self {
             tolerance_ns,
-            last: None,
-            equal: 0,
-            window: None,
-            before: None,
+            running: None,
             period_s: 0.0,
         }
     }
@@ -125,56 +124,50 @@ impl SampleClock {
     ///
     /// # Errors
     /// The stamps cannot be those of a clock. The next sample begins anew, with what is known of the period.
+    #[inline]
     pub fn elapsed_s(&mut self, stamp: Stamp) -> Result<f64, ClockError> {
-        let Some(last) = self.last.replace(stamp) else {
-            self.window = Some(Window::new(stamp));
+        let Some(running) = &mut self.running else {
+            self.running = Some(Running::new(stamp));
             return Ok(0.0);
         };
-        let judged = self.judge(last, stamp);
+        let judged = running.judge(stamp, self.tolerance_ns, &mut self.period_s);
         if judged.is_err() {
-            self.last = None;
-            self.equal = 0;
-            self.window = None;
-            self.before = None;
+            self.running = None;
         }
         judged
     }
+}
 
-    fn judge(&mut self, last: Stamp, stamp: Stamp) -> Result<f64, ClockError> {
+impl Running {
+    fn new(first: Stamp) -> Self {
+        Self {
+            last: first,
+            equal: 0,
+            window: Window::new(first),
+            before: None,
+        }
+    }
+
+    fn judge(&mut self, stamp: Stamp, tolerance_ns: u64, period_s: &mut f64) -> Result<f64, ClockError> {
+        let last = core::mem::replace(&mut self.last, stamp);
         let host_ns = stamp.host_ns.saturating_sub(last.host_ns);
         let device_ns = stamp
             .device_ns
             .checked_sub(last.device_ns)
-            .filter(|device_ns| device_ns.abs_diff(host_ns) <= self.tolerance_ns)
+            .filter(|device_ns| device_ns.abs_diff(host_ns) <= tolerance_ns)
             .ok_or(ClockError::Jumped)?;
         self.equal = if device_ns == 0 { self.equal + 1 } else { 0 };
         if self.equal > MOST_EQUAL {
             return Err(ClockError::StoodStill);
         }
-        self.compare(stamp)?;
+        self.compare(stamp, period_s)?;
         let steps = stamp.sequence.wrapping_sub(last.sequence);
-        Ok(self.believed_s(seconds(device_ns), seconds(host_ns), steps))
-    }
-
-    /// The stamps' time, or the middle one of the three where both others contradict it.
-    fn believed_s(&self, device_s: f64, host_s: f64, steps: u32) -> f64 {
-        let agrees = |other_s: f64| (device_s - other_s).abs() <= AGREEMENT * other_s;
-        if agrees(host_s) || self.period_s <= 0.0 || steps > LONGEST_STEP {
-            return device_s;
-        }
-        let foretold_s = f64::from(steps) * self.period_s;
-        if agrees(foretold_s) {
-            return device_s;
-        }
-        device_s.clamp(foretold_s.min(host_s), foretold_s.max(host_s))
+        Ok(believed_s(seconds(device_ns), seconds(host_ns), steps, *period_s))
     }
 
     /// Takes a sample into the window; at its end compares it with the one before.
-    fn compare(&mut self, stamp: Stamp) -> Result<(), ClockError> {
-        let Some(window) = &mut self.window else {
-            self.window = Some(Window::new(stamp));
-            return Ok(());
-        };
+    fn compare(&mut self, stamp: Stamp, period_s: &mut f64) -> Result<(), ClockError> {
+        let window = &mut self.window;
         window.add(stamp);
         let elapsed_ns = stamp.host_ns.saturating_sub(window.first.host_ns);
         if elapsed_ns < WINDOW_NS || window.samples < WINDOW_SAMPLES {
@@ -182,10 +175,10 @@ impl SampleClock {
         }
         let steps = stamp.sequence.wrapping_sub(window.first.sequence);
         if (1..=LONGEST_STEP * WINDOW_SAMPLES).contains(&steps) {
-            self.period_s = seconds(elapsed_ns) / f64::from(steps);
+            *period_s = seconds(elapsed_ns) / f64::from(steps);
         }
         let quickest = window.quickest;
-        self.window = Some(Window::new(stamp));
+        *window = Window::new(stamp);
         let Some(before) = self.before.replace(quickest) else {
             return Ok(());
         };
@@ -196,6 +189,19 @@ impl SampleClock {
         }
         Ok(())
     }
+}
+
+/// The stamps' time, or the middle one of the three where both others contradict it.
+fn believed_s(device_s: f64, host_s: f64, steps: u32, period_s: f64) -> f64 {
+    let agrees = |other_s: f64| (device_s - other_s).abs() <= AGREEMENT * other_s;
+    if agrees(host_s) || period_s <= 0.0 || steps > LONGEST_STEP {
+        return device_s;
+    }
+    let foretold_s = f64::from(steps) * period_s;
+    if agrees(foretold_s) {
+        return device_s;
+    }
+    device_s.clamp(foretold_s.min(host_s), foretold_s.max(host_s))
 }
 
 impl Window {
@@ -220,7 +226,7 @@ impl Quickest {
     fn of(stamp: Stamp) -> Self {
         Self {
             host_ns: stamp.host_ns,
-            offset_ns: signed(stamp.host_ns) - signed(stamp.device_ns),
+            offset_ns: stamp.host_ns.wrapping_sub(stamp.device_ns).cast_signed(),
         }
     }
 }
@@ -265,7 +271,7 @@ mod tests {
     fn lie(ns: u64, by: impl Fn(i64) -> i64) -> u32 {
         let began = HONEST * MS;
         us(match ns.checked_sub(began) {
-            Some(lying) => began.saturating_add_signed(by(signed(lying))),
+            Some(lying) => began.saturating_add_signed(by(lying.cast_signed())),
             None => ns,
         })
     }

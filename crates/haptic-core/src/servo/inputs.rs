@@ -22,19 +22,50 @@ pub struct Inputs {
     pub command: Option<Command>,
 }
 
+/// Something that can happen between two steps; its number is its bit in [`Events`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Event {
+    /// A person wants zero force.
+    Stop = 1,
+    /// The machine slept for longer than a sample may be old.
+    Slept = 2,
+    /// More periods were missed than the late policy allows.
+    TooLate = 4,
+    /// A lease has lapsed.
+    LeaseLapsed = 8,
+    /// The control thread has given no sign of life for too long.
+    ControlLost = 16,
+}
+
 /// What happened since the step before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Events {
-    /// A person wants zero force.
-    pub stop: bool,
-    /// The machine slept for longer than a sample may be old.
-    pub slept: bool,
-    /// More periods were missed than the late policy allows.
-    pub too_late: bool,
-    /// A lease has lapsed.
-    pub lease_lapsed: bool,
-    /// The control thread has given no sign of life for too long.
-    pub control_lost: bool,
+pub struct Events(u8);
+
+impl Events {
+    /// These, and another one where that happened.
+    #[must_use]
+    pub fn and(self, event: Event, happened: bool) -> Self {
+        Self(self.0 | if happened { event as u8 } else { 0 })
+    }
+
+    /// Whether an event is among them.
+    #[must_use]
+    pub fn has(self, event: Event) -> bool {
+        self.0 & event as u8 != 0
+    }
+
+    /// Whether nothing happened.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl From<Event> for Events {
+    fn from(event: Event) -> Self {
+        Self(event as u8)
+    }
 }
 
 /// The inputs of a step that are not measured numbers, as two words of a record.
@@ -65,6 +96,9 @@ const WRITE_FAILED: u32 = 20;
 const NEW_SCENE: u32 = 21;
 const ERROR_CODE: u32 = 24;
 
+/// The bits of [`Events`].
+const ALL_EVENTS: u8 = 0b1_1111;
+
 impl InputWord {
     /// The word of a step's inputs, and of whether a scene arrived with it.
     #[must_use]
@@ -75,19 +109,9 @@ impl InputWord {
             Err(DeviceError::MotorOff { watchdog }) => (2 + u32::from(watchdog), 0),
             Err(DeviceError::Failed(ErrorReport { code, detail })) => (4 | u32::from(code as u8) << ERROR_CODE, detail),
         };
-        let Events {
-            stop,
-            slept,
-            too_late,
-            lease_lapsed,
-            control_lost,
-        } = inputs.events;
-        let events = [stop, slept, too_late, lease_lapsed, control_lost]
-            .iter()
-            .rev()
-            .fold(0, |word, event| word << 1 | u32::from(*event));
         let command = inputs.command.map_or(0, |command| command as u32 + 1);
-        let flags = reading | events << EVENTS | command << COMMAND | u32::from(new_scene) << NEW_SCENE;
+        let events = u32::from(inputs.events.0) << EVENTS;
+        let flags = reading | events | command << COMMAND | u32::from(new_scene) << NEW_SCENE;
         Self { flags, detail }
     }
 
@@ -113,13 +137,7 @@ impl InputWord {
     /// What happened.
     #[must_use]
     pub fn events(self) -> Events {
-        Events {
-            stop: self.bit(EVENTS),
-            slept: self.bit(EVENTS + 1),
-            too_late: self.bit(EVENTS + 2),
-            lease_lapsed: self.bit(EVENTS + 3),
-            control_lost: self.bit(EVENTS + 4),
-        }
+        Events(self.byte(EVENTS) & ALL_EVENTS)
     }
 
     /// The command.
@@ -209,12 +227,18 @@ mod tests {
             sample in sample(), flags in prop::array::uniform7(any::<bool>()), command in 0..4_usize,
         ) {
             let [stop, slept, too_late, lease_lapsed, control_lost, new_scene, write_failed] = flags;
+            let events = Events::default()
+                .and(Event::Stop, stop)
+                .and(Event::Slept, slept)
+                .and(Event::TooLate, too_late)
+                .and(Event::LeaseLapsed, lease_lapsed)
+                .and(Event::ControlLost, control_lost);
             let inputs = Inputs {
                 elapsed_ns: 7,
                 sample,
                 device_resolution_m: 1e-5,
                 device_force_limit_n: 20.0,
-                events: Events { stop, slept, too_late, lease_lapsed, control_lost },
+                events,
                 command: [None, Some(Command::Engage), Some(Command::Release), Some(Command::Reset)][command],
             };
             let mut word = InputWord::new(&inputs, new_scene);
@@ -224,7 +248,13 @@ mod tests {
             }
             let Measurement { sequence, time_ns, position_m, .. } = sample.unwrap_or(Measurement::new(0, 0, 0.0));
             prop_assert_eq!(word.sample(sequence, time_ns, position_m), sample);
-            prop_assert_eq!((word.events(), word.command()), (inputs.events, inputs.command));
+            prop_assert_eq!((word.events(), word.command()), (events, inputs.command));
+            let bits = [stop, slept, too_late, lease_lapsed, control_lost].map(u32::from);
+            for (place, bit) in bits.into_iter().enumerate() {
+                prop_assert_eq!(word.flags >> (13 + place) & 1, bit, "as the table has it");
+            }
+            prop_assert_eq!(events.has(Event::Stop), stop);
+            prop_assert_eq!(events.is_empty(), !(stop || slept || too_late || lease_lapsed || control_lost));
             prop_assert_eq!((word.new_scene(), word.write_failed()), (new_scene, write_failed));
         }
     }

@@ -17,13 +17,14 @@ mod state;
 mod transition;
 
 pub use fault::Fault;
-pub use inputs::{Events, InputWord, Inputs};
+pub use inputs::{Event, Events, InputWord, Inputs};
 pub use state::{Command, RigState};
 pub use transition::{CompiledScene, Steps, Transition};
 
 use crate::limiter::{Limits, NonFiniteForce, SafetyLimiter};
 use crate::passivity::{PassivityObserver, RigLosses};
 use crate::sample::Motor;
+use crate::sample_clock::seconds;
 use crate::velocity;
 use alloc::boxed::Box;
 use force_offset::ForceOffset;
@@ -151,8 +152,7 @@ impl Servo {
         let elapsed_s = self.sense(inputs);
         self.check_device();
         // Ramps and the slew limit go by our own clock: they end even if the device's stands still.
-        #[expect(clippy::cast_precision_loss, reason = "nanoseconds between two steps")]
-        let our_elapsed_s = self.rig.step_s(inputs.elapsed_ns as f64 * 1e-9);
+        let our_elapsed_s = self.rig.step_s(seconds(inputs.elapsed_ns));
         let (coupling_force_n, force_n) = self.render(elapsed_s, our_elapsed_s);
         let block = self.scene.renderer.state();
         let enabled = self.rig.is_live();
@@ -222,6 +222,12 @@ impl Servo {
         &self.scene
     }
 
+    /// Whether there is a scene that is no longer rendered.
+    #[must_use]
+    pub fn has_retired(&self) -> bool {
+        self.retired.iter().any(Option::is_some)
+    }
+
     /// A scene that is no longer rendered, for whoever may free it.
     pub fn take_retired(&mut self) -> Option<Box<CompiledScene>> {
         self.retired.iter_mut().find_map(Option::take)
@@ -238,21 +244,25 @@ impl Servo {
     /// Whether everything goes on that must for force to flow.
     fn check_events(&mut self, inputs: &Inputs) {
         let events = inputs.events;
-        if events.stop {
+        let stood_still = inputs.elapsed_ns > self.settings.stale_ns;
+        if events.is_empty() && !stood_still {
+            return;
+        }
+        if events.has(Event::Stop) {
             self.rig.stop();
         }
         if !self.rig.is_live() {
             return;
         }
-        if inputs.elapsed_ns > self.settings.stale_ns || events.slept {
+        if stood_still || events.has(Event::Slept) {
             self.rig.fail(Fault::Stalled);
-        } else if events.too_late {
+        } else if events.has(Event::TooLate) {
             self.rig.fail(Fault::TooLate);
         }
-        if events.lease_lapsed {
+        if events.has(Event::LeaseLapsed) {
             self.rig.release_within(LAPSED_RELEASE_S);
         }
-        if events.control_lost {
+        if events.has(Event::ControlLost) {
             self.rig.release_into(Fault::ControlLost, LOST_RELEASE_S);
         }
     }

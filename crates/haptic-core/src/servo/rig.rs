@@ -180,22 +180,17 @@ impl Rig {
 
     /// Moves the gain along its ramp by `elapsed_s` seconds and returns it.
     pub(super) fn advance(&mut self, elapsed_s: f64) -> f64 {
-        let ramp_s = if self.state == RigState::Releasing {
-            self.release_s
-        } else {
-            self.ramp_s
-        };
-        let step = (self.step_s(elapsed_s) / ramp_s).min(1.0);
+        let share_of = |ramp_s: f64| (self.step_s(elapsed_s) / ramp_s).min(1.0);
         match self.state {
             RigState::Engaging => {
-                self.gain += step;
+                self.gain += share_of(self.ramp_s);
                 if self.gain >= 1.0 {
                     self.gain = 1.0;
                     self.state = RigState::Engaged;
                 }
             }
             RigState::Releasing => {
-                self.gain -= step;
+                self.gain -= share_of(self.release_s);
                 if self.gain <= 0.0 {
                     self.gain = 0.0;
                     self.state = RigState::Idle;

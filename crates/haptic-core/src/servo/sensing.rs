@@ -5,7 +5,7 @@ use super::fault::Fault;
 use crate::limiter::SafetyLimiter;
 use crate::position_guard::{Motion, PositionGuard, Verdict};
 use crate::sample::{DeviceError, Measurement, Motor};
-use crate::sample_clock::{SampleClock, Stamp};
+use crate::sample_clock::{SampleClock, Stamp, seconds};
 use crate::velocity::{Estimator, Method};
 
 /// Periods without a new sample after which the force decays.
@@ -215,9 +215,7 @@ impl Sensing {
         if silent_ns == 0 && self.share == 1.0 {
             return 1.0;
         }
-        #[expect(clippy::cast_precision_loss, reason = "nanoseconds since the last sample")]
-        let silent_s = silent_ns as f64 * 1e-9;
-        let allowed = (1.0 - (silent_s - SILENT_PERIODS * self.period_s()) / DECAY_S).clamp(0.0, 1.0);
+        let allowed = (1.0 - (seconds(silent_ns) - SILENT_PERIODS * self.period_s()) / DECAY_S).clamp(0.0, 1.0);
         self.share = allowed.min(self.share + tick_s / RETURN_S);
         self.share
     }

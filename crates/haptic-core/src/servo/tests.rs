@@ -123,12 +123,13 @@ fn run(seed: u64, steps: u32) -> Vec<u64> {
             sample,
             device_resolution_m: 1e-5,
             device_force_limit_n: 15.0,
-            events: Events {
-                stop: happening == 3,
-                lease_lapsed: happening == 4,
-                control_lost: happening == 5,
-                too_late: happening == 6,
-                slept: happening == 7,
+            events: match happening {
+                3 => Event::Stop.into(),
+                4 => Event::LeaseLapsed.into(),
+                5 => Event::ControlLost.into(),
+                6 => Event::TooLate.into(),
+                7 => Event::Slept.into(),
+                _ => Events::default(),
             },
             command: match happening {
                 8 => Some(Command::Release),
@@ -290,11 +291,7 @@ fn a_step_of_force_that_was_fading_is_gone_after_a_stop() {
     bench.step(Events::default(), None, Some(soft(2, Transition::AtOnce)));
     bench.steps(5);
     assert!(bench.servo.offset.fade(0.0) != 0.0, "a step of force is fading");
-    let stop = Events {
-        stop: true,
-        ..Events::default()
-    };
-    assert_eq!(bench.step(stop, None, None).force_n, 0.0);
+    assert_eq!(bench.step(Event::Stop.into(), None, None).force_n, 0.0);
     assert_eq!(bench.servo.offset.fade(0.0), 0.0);
 }
 

@@ -118,6 +118,7 @@ impl Estimator {
 
     /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
     /// velocity, m/s. No time, no news.
+    #[inline]
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         match &mut self.0 {
             Kind::FiniteDifference(estimator) => estimator.update(elapsed_s, position),

@@ -42,6 +42,11 @@ impl SceneMailbox {
         self.posted.fetch_add(1, Ordering::Release);
     }
 
+    /// Whether a scene was posted after the `seen` first ones.
+    pub(crate) fn has_new(&self, seen: u64) -> bool {
+        self.posted.load(Ordering::Acquire) != seen
+    }
+
     /// Takes the newest scene, if one was posted after the `seen` first ones.
     pub(crate) fn take_new(&self, seen: &mut u64) -> Option<Box<CompiledScene>> {
         let posted = self.posted.load(Ordering::Acquire);

@@ -11,7 +11,7 @@ use crate::rt::outbox::{Producer, TickRecord};
 use device_io::{Device, DeviceError, Written};
 use haptic_core::sample::{Measurement, Motor};
 use haptic_core::servo::{
-    Command, CompiledScene, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Outputs, Servo, Transition,
+    Command, CompiledScene, Event, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Outputs, Servo, Transition,
 };
 use haptic_ipc::RigState;
 use std::sync::Arc;
@@ -92,9 +92,13 @@ impl<D: Device + ?Sized> Tick<D> {
             events,
             command: word.and_then(|word| self.permitted(word, stops)),
         };
-        let read_ns = self.link_time_ns();
+        // The time, if the device has a link whose time is of interest: reading the clock costs more
+        // than the physics of a simple scene.
+        let is_linked = self.device.is_linked();
+        let link_time_ns = || if is_linked { now_ns() } else { 0 };
+        let read_ns = link_time_ns();
         let outputs = self.servo.step(&inputs, scene);
-        let computed_ns = self.link_time_ns();
+        let computed_ns = link_time_ns();
         let written = self.device.write(outputs.force_n, outputs.enabled);
         let mut input_word = InputWord::new(&inputs, new_scene);
         if written.is_err() {
@@ -108,9 +112,10 @@ impl<D: Device + ?Sized> Tick<D> {
             deadline_ns: wake.deadline_ns,
             began_ns: wake.began_ns,
             ended_ns,
-            device_round_trip_ns: match (read_ns, computed_ns) {
-                (Some(read), Some(computed)) => read.saturating_sub(wake.began_ns) + ended_ns.saturating_sub(computed),
-                _ => 0,
+            device_round_trip_ns: if is_linked {
+                read_ns.saturating_sub(wake.began_ns) + ended_ns.saturating_sub(computed_ns)
+            } else {
+                0
             },
             missed_periods,
             dropped: 0,
@@ -159,19 +164,15 @@ impl<D: Device + ?Sized> Tick<D> {
             self.lateness.rest(missed_periods);
             false
         };
-        Events {
-            stop,
-            slept: slept_ns > self.servo.settings().stale_ns,
-            too_late,
-            lease_lapsed: self.shared.has_lapsed(now_ns),
-            control_lost: self.shared.silent_ns(now_ns) > self.control_timeout_ns,
-        }
-    }
-
-    /// The time, if the device has a link whose time is of interest: reading the clock costs more
-    /// than the physics of a simple scene.
-    fn link_time_ns(&self) -> Option<u64> {
-        self.device.is_linked().then(now_ns)
+        Events::default()
+            .and(Event::Stop, stop)
+            .and(Event::Slept, slept_ns > self.servo.settings().stale_ns)
+            .and(Event::TooLate, too_late)
+            .and(Event::LeaseLapsed, self.shared.has_lapsed(now_ns))
+            .and(
+                Event::ControlLost,
+                self.shared.silent_ns(now_ns) > self.control_timeout_ns,
+            )
     }
 
     /// Goes on with another device, as if it had been unplugged and another plugged in.
@@ -201,13 +202,12 @@ impl<D: Device + ?Sized> Tick<D> {
     /// The newest scene. Without room for those that it replaces it waits: nothing is freed on this
     /// thread.
     fn new_scene(&mut self) -> Option<Box<CompiledScene>> {
-        while self.outbox.has_room_for_scenes(1) {
-            match self.servo.take_retired() {
-                Some(scene) => self.outbox.retire(scene),
-                None => break,
+        while self.servo.has_retired() && self.outbox.has_room_for_scenes(1) {
+            if let Some(scene) = self.servo.take_retired() {
+                self.outbox.retire(scene);
             }
         }
-        if !self.outbox.has_room_for_scenes(2) {
+        if !self.shared.scenes.has_new(self.scenes_seen) || !self.outbox.has_room_for_scenes(2) {
             return None;
         }
         self.shared.scenes.take_new(&mut self.scenes_seen)
