@@ -90,7 +90,7 @@ fn the_force_is_that_of_the_scene_at_the_hand_scaled_by_the_ramp() {
 #[test]
 fn a_stop_takes_the_force_and_the_block_to_the_hand_in_its_own_step() {
     let mut script = Script::engaged(PLAIN);
-    script.once.events.stop = true;
+    script.once.events = Event::Stop.into();
     let outputs = script.next();
     assert_eq!((outputs.coupling_force_n, outputs.force_n), (0.0, 0.0));
     assert_eq!(outputs.block_position_m, outputs.device_position_m);

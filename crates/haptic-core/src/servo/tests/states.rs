@@ -36,11 +36,8 @@ fn a_ramp_takes_its_time_whatever_the_devices_clock_does() {
 #[test]
 fn what_the_loop_missed_while_force_flowed_is_a_fault_and_else_is_none() {
     let nothing = Events::default();
-    let slept = Events { slept: true, ..nothing };
-    let too_late = Events {
-        too_late: true,
-        ..nothing
-    };
+    let slept = Events::from(Event::Slept);
+    let too_late = Events::from(Event::TooLate);
     for (elapsed_ns, events, fault) in [
         (MS, nothing, None),
         (50 * MS, nothing, None),
@@ -82,12 +79,12 @@ fn a_loop_that_may_stand_still_does_not_fault_by_it() {
 fn a_lapsed_lease_and_a_lost_control_thread_end_a_long_ramp_soon() {
     let settings = Settings { ramp_s: 1.0, ..PLAIN };
     let mut script = Script::engaged(settings);
-    script.once.events.lease_lapsed = true;
+    script.once.events = Event::LeaseLapsed.into();
     let took = script.until_released();
     assert!((200..=201).contains(&took), "{took} ms");
     assert_eq!(ended(&script), (RigState::Idle, None));
     let mut script = Script::engaged(settings);
-    script.once.events.control_lost = true;
+    script.once.events = Event::ControlLost.into();
     let took = script.until_released();
     assert!((40..=41).contains(&took), "{took} ms");
     assert_eq!(ended(&script), (RigState::Faulted, Some(Fault::ControlLost)));
@@ -245,7 +242,7 @@ fn without_force_the_hand_is_wherever_the_device_says() {
     assert_eq!(script.servo.state(), RigState::Engaging);
     // And in the one that stops none any more.
     let mut script = Script::engaged(PLAIN);
-    script.once.events.stop = true;
+    script.once.events = Event::Stop.into();
     assert_eq!(script.step(0.7).device_position_m, 0.7);
     assert_eq!(ended(&script), (RigState::Stopped, None));
 }
