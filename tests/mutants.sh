@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Which faults in the parts that keep the hand safe would no test see? cargo-mutants plants each in
-# a clone of the tree, runs the cheapest tests that should see it, and this prints those that lived.
-# It takes minutes (limiter, clock) to hours (rt), so it is run on demand; docs/safety.md has the
-# last result, and why each that lived may.
+# Which faults in the parts that keep the hand safe would no test see? Each change that cargo-mutants
+# knows is planted in a clone of the tree and held against the cheapest tests that should see it
+# (tests/mutants.py); this prints those that lived. It is run on demand; docs/safety.md has the last
+# result, and why each that lived may.
 #
-#   tests/mutants.sh                       # limiter senses state session clock: an hour or two
-#   tests/mutants.sh limiter rt            # parts: limiter, senses, state, servo, session, clock, rt
-#   tests/mutants.sh session -- --shard 0/4   # what comes after -- goes to cargo mutants
+#   tests/mutants.sh               # every part
+#   tests/mutants.sh limiter rt    # some: limiter, senses, state, servo, session, clock, rt
 #
 # What is committed is tested, not what is being worked on. The clone and its build stay in
-# $HAPTICD_MUTANTS_DIR (by default target/mutants), so a second run begins sooner.
+# $HAPTICD_MUTANTS_DIR (by default target/mutants), so a second run begins sooner. A change may take
+# $HAPTICD_MUTANTS_TIMEOUT_S (by default 120) of the tests' time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -19,45 +19,25 @@ if [ "$(cargo mutants --version 2>/dev/null)" != "cargo-mutants $version" ]; the
     exit 2
 fi
 
-parts=()
-while [ $# != 0 ] && [ "$1" != -- ]; do
-    parts+=("$1")
-    shift
-done
-[ "${1-}" = -- ] && shift
-[ ${#parts[@]} != 0 ] || parts=(limiter senses state session clock)
+parts=("$@")
+[ ${#parts[@]} != 0 ] || parts=(limiter senses state servo session clock rt)
 
-# For each part: the files that are changed, their package, and the tests that should see it: a
-# package and what `cargo test` gets. What the first tests do not see is held against the next ones.
-# What is not named here is not run: a whole test run for every mutant would take a week.
+# For each part: the files that are changed, their package, and the names of the tests that should
+# see it. What is not named here is not run: a whole test run for every change would take a week.
 describe() {
     case $1 in
-    limiter) files=(haptic-core/src/limiter.rs) package=haptic-core tests=("haptic-core --lib -- limiter") ;;
+    limiter) package=haptic-core files=(limiter.rs) tests=(limiter) ;;
+    senses) package=haptic-core files=(sample_clock.rs position_guard.rs) tests=(sample_clock position_guard) ;;
     # Without the test of one number: it turns red with every change of the forces, wanted or not.
-    state)
-        files=(haptic-core/src/servo/rig.rs) package=haptic-core
-        tests=("haptic-core --lib -- servo --skip every_build_gives")
-        ;;
-    # What lives costs a build of the daemon: the tick's tests decide every reading of a device.
+    state) package=haptic-core files=(servo/rig.rs) tests=(servo --skip every_build_gives) ;;
     servo)
-        files=(haptic-core/src/servo/{mod,inputs,sensing,transition,force_offset,fault,state}.rs)
-        package=haptic-core
-        tests=("haptic-core --lib -- servo --skip every_build_gives" "hapticd --bins -- rt::tick")
+        package=haptic-core tests=(servo --skip every_build_gives)
+        files=(servo/{mod,inputs,sensing,transition,force_offset,fault,state}.rs)
         ;;
-    session)
-        files=(device-io/src/link/{session,sent_messages}.rs) package=device-io
-        tests=("device-io --lib -- link::")
-        ;;
-    clock) files=(device-io/src/link/device_clock.rs) package=device-io tests=("device-io --lib -- link::") ;;
-    senses)
-        files=(haptic-core/src/{sample_clock,position_guard}.rs) package=haptic-core
-        tests=("haptic-core --lib -- sample_clock position_guard")
-        ;;
+    session) package=device-io files=(link/session.rs link/sent_messages.rs) tests=(link::) ;;
+    clock) package=device-io files=(link/device_clock.rs) tests=(link::) ;;
     # Without the minutes that the stall and purity tests take for each.
-    rt)
-        files=('hapticd/src/rt/*.rs') package=hapticd
-        tests=("hapticd --bins -- rt:: --skip stall_tests --skip purity_tests")
-        ;;
+    rt) package=hapticd files=('rt/*.rs') tests=(rt:: --skip stall_tests --skip purity_tests) ;;
     *)
         echo "no part $1: limiter, senses, state, servo, session, clock, rt" >&2
         exit 2
@@ -84,31 +64,10 @@ unset CARGO_TARGET_DIR
 
 for part in "${parts[@]}"; do
     describe "$part"
-    filters=()
-    for file in "${files[@]}"; do filters+=(--file "crates/$file"); done
-    out="$folder/$part"
-    mkdir -p "$out"
-    count() { wc -l <"$out/mutants.out/$1.txt"; }
-    rest=()
-    for stage in "${tests[@]}"; do
-        read -ra words <<<"$stage"
-        printf '\n## %s, commit %s, %s: cargo test --package %s\n\n' \
-            "$part" "$commit" "$(date --utc +%F)" "$stage"
-        status=0
-        # In place is one at a time: two at once would make each other's timings fail, and a mutant
-        # caught by that alone is not caught.
-        nice -n 10 cargo mutants --dir "$folder/tree" --in-place --output "$out" \
-            --timeout "${HAPTICD_MUTANTS_TIMEOUT_S:-120}" --build-timeout 900 \
-            --package "$package" --test-package "${words[0]}" "${rest[@]}" "${filters[@]}" \
-            --exclude '**/*_tests.rs' --colors never --no-shuffle "$@" -- "${words[@]:1}" \
-            >"$out/log" 2>&1 || status=$?
-        # 2: some lived; 3: some took too long. Anything else and nothing was learnt.
-        case $status in 0 | 2 | 3) ;; *) tail -20 "$out/log" && exit "$status" ;; esac
-        printf '%s caught, %s ended by time, %s do not compile, %s lived:\n\n' \
-            "$(count caught)" "$(count timeout)" "$(count unviable)" "$(count missed)"
-        sed 's/^/- /' "$out/mutants.out/missed.txt"
-        [ "$status" != 0 ] || break
-        # Only what lived, or took too long, goes on.
-        rest=(--iterate)
-    done
+    git -C "$folder/tree" checkout --quiet --force HEAD
+    mkdir -p "$folder/$part"
+    printf '\n## %s, commit %s, %s: cargo test --package %s %s\n\n' \
+        "$part" "$commit" "$(date --utc +%F)" "$package" "${tests[*]}"
+    nice -n 10 python3 tests/mutants.py --tree "$folder/tree" --out "$folder/$part" \
+        --package "$package" --files "${files[@]/#/crates/$package/src/}" -- "${tests[@]}"
 done

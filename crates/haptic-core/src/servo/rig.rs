@@ -304,12 +304,17 @@ mod tests {
     // hazard: H2, H15
     #[test]
     fn a_hurried_release_is_as_short_as_it_must_be_and_may_end_in_a_fault() {
-        let engaged = || {
-            let mut rig = Rig::new(10.0, 0.05);
+        let engage = |rig: &mut Rig| {
             rig.command(Command::Engage).expect("it is idle");
-            while rig.state() == RigState::Engaging {
+            // Somewhat longer than the ramp.
+            for _ in 0..210 {
                 rig.advance(0.05);
             }
+            assert_eq!(rig.state(), RigState::Engaged);
+        };
+        let engaged = || {
+            let mut rig = Rig::new(10.0, 0.05);
+            engage(&mut rig);
             rig
         };
         let ticks = |rig: &mut Rig| {
@@ -317,6 +322,7 @@ mod tests {
             while rig.is_live() {
                 rig.advance(1e-3);
                 ticks += 1;
+                assert!(ticks < 20_000, "it never ends");
             }
             ticks
         };
@@ -347,10 +353,7 @@ mod tests {
         let mut again = engaged();
         again.release_within(0.2);
         assert!((200..=201).contains(&ticks(&mut again)));
-        again.command(Command::Engage).expect("it is idle");
-        while again.state() == RigState::Engaging {
-            again.advance(0.05);
-        }
+        engage(&mut again);
         again.command(Command::Release).expect("it is engaged");
         assert!(ticks(&mut again) > 9_990);
         // Cut off by an unplugged device it is a fault all the same.
