@@ -19,7 +19,7 @@ const TRAPS: [(&str, &str); 6] = [
     ("socket", "a socket"),
     ("folder", "a directory"),
     ("loop", "symbolic links"),
-    ("huge", "more than 1048576 bytes"),
+    ("huge", "limit of 1048576 bytes"),
 ];
 
 /// Lays one of each into a directory, as a scene's file.
