@@ -192,7 +192,10 @@ fn a_daemon_says_whom_the_directories_keep_from_its_socket() {
     let said = daemon.said().join("");
     let closed = directory.path().display().to_string();
     assert!(
-        said.contains(&format!("open to the group {}, but the directory {closed} is not", GROUP.0)),
+        said.contains(&format!(
+            "open to the group {}, but the directory {closed} is not",
+            GROUP.0
+        )),
         "{said}"
     );
     assert!(said.contains(&format!("chgrp {} {closed}", GROUP.0)), "{said}");

@@ -70,7 +70,10 @@ fn every_ready_scene_is_rendered_with_a_hand_on_it() {
         );
         let described = daemon.ctl_ok(&["describe"]);
         let summary = Friction::summary(reply.scene.friction.law()).expect("a law of the list");
-        assert!(described.lines().next().is_some_and(|law| law.ends_with(summary)), "{described}");
+        assert!(
+            described.lines().next().is_some_and(|law| law.ends_with(summary)),
+            "{described}"
+        );
         // The law, an empty line, the head of the table.
         assert_eq!(described.lines().count(), 3 + reply.params.len(), "{described}");
     }

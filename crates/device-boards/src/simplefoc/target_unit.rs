@@ -52,7 +52,8 @@ impl TargetUnit {
                      2.3 takes the target in A, from 2.4 on in V, and does not say which it is"
                 ),
                 "say target=A or target=V in its address and give nm_per_unit for that; or, with 2.4, set \
-                 motor.torque_controller = TorqueControlType::estimated_current".to_owned(),
+                 motor.torque_controller = TorqueControlType::estimated_current"
+                    .to_owned(),
             )),
         }
     }

@@ -59,7 +59,10 @@ pub struct TimedFault {
 }
 
 fn unknown(line: &str) -> String {
-    format!("unknown fault `{line}`: expected {}, or one of the firmware (fake-rig --help)", Fault::HELP)
+    format!(
+        "unknown fault `{line}`: expected {}, or one of the firmware (fake-rig --help)",
+        Fault::HELP
+    )
 }
 
 impl FromStr for TimedFault {
