@@ -103,7 +103,7 @@ fn what_was_changed_is_taken_back_and_brought_back() {
     let said = daemon.ctl_ok(&["redo"]);
     assert!(said.contains("mass: 0.5 kg -> 1.5 kg"), "{said}");
     daemon.ctl_ok(&["undo"]);
-    assert!(refused(&daemon, &["undo"], 1).contains("no change to take back"));
+    assert!(refused(&daemon, &["undo"], 1).contains("nothing to undo"));
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn a_scene_that_is_not_there_is_answered_with_the_one_that_was_meant() {
     assert!(said.contains("did you mean `lugre`"), "{said}");
     let said = refused(&daemon, &["get", "ice"], 1);
     assert!(said.contains("there are simulated-friction, no-friction"), "{said}");
-    assert!(refused(&daemon, &["scene", "load", "@99"], 1).contains("no revision 99"));
+    assert!(refused(&daemon, &["scene", "load", "@99"], 1).contains("revision 99 is unknown"));
     assert!(refused(&daemon, &["scene", "load", "missing.toml"], 2).contains("missing.toml"));
     assert!(refused(&daemon, &["scene", "laod", "lugre"], 2).contains("load"));
 }

@@ -19,7 +19,7 @@ const TRAPS: [(&str, &str); 6] = [
     ("socket", "a socket"),
     ("folder", "a directory"),
     ("loop", "symbolic links"),
-    ("huge", "more than 1048576 bytes"),
+    ("huge", "limit of 1048576 bytes"),
 ];
 
 /// Lays one of each into a directory, as a scene's file.
@@ -181,7 +181,7 @@ fn a_disk_that_does_not_answer_holds_up_neither_a_stop_nor_the_end() {
         assert_eq!(answer["error"]["code"], "scene_file", "{answer}");
         let message = answer["error"]["message"].as_str().expect("a message");
         assert!(
-            message.contains("has not answered for 2 s") && message.contains("scenes"),
+            message.contains("no answer for 2 s") && message.contains("scenes"),
             "{message}"
         );
     }

@@ -135,8 +135,8 @@ fn in_options(error: &WireError) -> String {
         }
     }
     message
-        .replace("`scene.list` names", "`haptic-ctl scene list` names")
-        .replace("say `replace`", "say `--replace`")
+        .replace("`scene.list` lists", "`haptic-ctl scene list` lists")
+        .replace("set `replace`", "use `--replace`")
 }
 
 #[cfg(test)]
@@ -153,10 +153,10 @@ mod tests {
             ("if_revision = 1, but the scene", "--if-revision = 1, but the scene"),
             ("rate_hz = 9999 Hz is out of range", "--rate = 9999 Hz is out of range"),
             ("timeout_ms = 1 ms is out of range", "--timeout = 1 ms is out of range"),
-            ("`mine` already: say `replace` to", "`mine` already: say `--replace` to"),
+            ("a scene `mine`: set `replace` to", "a scene `mine`: use `--replace` to"),
             (
-                "no scene; `scene.list` names those",
-                "no scene; `haptic-ctl scene list` names those",
+                "no scene; `scene.list` lists all",
+                "no scene; `haptic-ctl scene list` lists all",
             ),
             ("mass = -1 kg is out of range", "mass = -1 kg is out of range"),
         ] {

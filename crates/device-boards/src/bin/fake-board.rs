@@ -18,14 +18,14 @@ use std::time::Duration;
 ///
 /// It speaks the protocol as its maker publishes it; it has not been compared with a real board.
 /// Faults are lines such as `loss 0.05` or `at 2.5 hang-up 0.3`, from --fault, from a script, or on
-/// standard input while it runs; `force` there asks what the motor gives, and `quit` ends it.
+/// standard input while it runs. There `force` prints the motor's force, and `quit` ends the program.
 #[derive(Debug, Parser)]
 #[command(name = "fake-board", version, max_term_width = 110)]
 struct Options {
-    /// What it is
+    /// Kind of board
     kind: BoardKind,
 
-    /// Make this path point at the terminal, and take it away at the end
+    /// Path of a symbolic link to a new pseudo-terminal; removed at the end
     #[arg(long, value_name = "LINK")]
     pty: PathBuf,
 
@@ -37,16 +37,16 @@ struct Options {
     #[arg(long, value_name = "NM", default_value_t = 0.05)]
     nm_per_unit: f64,
 
-    /// SimpleFOC: disable the motor after so long without a command, ms, as a builder may have
-    /// added; the library has no such thing
+    /// SimpleFOC: time without a command after which the sketch disables the motor, ms, as a builder
+    /// may have added; the library has no such timeout
     #[arg(long, value_name = "MS")]
     host_timeout_ms: Option<u32>,
 
-    /// SimpleFOC: how it makes torque
+    /// SimpleFOC: torque control
     #[arg(long, value_enum, default_value = "foc-current")]
     torque: Torque,
 
-    /// SimpleFOC: resistance of a phase, ohm; 0 where it is not set
+    /// SimpleFOC: resistance of a phase, ohm; 0 if it is not set
     #[arg(long, value_name = "OHM", default_value_t = 0.0)]
     phase_resistance: f64,
 
@@ -54,7 +54,7 @@ struct Options {
     #[arg(long)]
     firmware_0_6: bool,
 
-    /// ODrive: it has not been calibrated, and closes no loop
+    /// ODrive: uncalibrated, so that it closes no loop
     #[arg(long)]
     uncalibrated: bool,
 
@@ -62,19 +62,22 @@ struct Options {
     hand: HandOptions,
 
     /// A fault, now or `at` a time in seconds; may be given again
-    #[arg(long, value_name = "FAULT", long_help = concat!("A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, ",
-        "reorder SHARE, stall S, hang-up S, jump COUNTS; a share is of lines"))]
+    #[arg(long, value_name = "FAULT", long_help = concat!(
+        "A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, ",
+        "corrupt SHARE, reorder SHARE, stall S, hang-up S, jump COUNTS; a share is of lines"
+    ))]
     fault: Vec<TimedFault>,
 
-    /// A file of faults, one a line; what follows a `#` is a comment
+    /// File of faults, one a line; `#` begins a comment
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
 
-    /// Take no real-time priority, with which it keeps time as hardware does where it may have one
+    /// Stay at an ordinary priority [default: a real-time one if permitted, as hardware is never
+    /// late]
     #[arg(long)]
     ordinary_priority: bool,
 
-    /// What is random is the same again with the same number
+    /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
@@ -250,7 +253,7 @@ impl Desk {
         })
     }
 
-    /// Carries out all orders that are due; whether one of them was to end.
+    /// Carries out all orders that are due; returns whether one of them ends the program.
     fn take_orders(&mut self, now: u64) -> bool {
         while let Some(order) = self.script.next(now) {
             match order {
@@ -294,7 +297,7 @@ impl Desk {
             .into_iter()
             .flatten()
             .fold(now + STEP_NS, u64::min)
-            // While it stalls nothing is taken.
+            // A stalled board takes nothing.
             .max(if now < self.stalled_until_ns { now + STEP_NS } else { 0 });
         Terminal::wait(self.terminal.as_ref(), Duration::from_nanos(due_ns.saturating_sub(now)));
     }

@@ -44,18 +44,25 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// All lines, for a help text.
-    pub const HELP: &'static str = "delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, reorder SHARE, stall S, hang-up S, version N, jump COUNTS, wrap S, \
-        and of the firmware's, see fake-rig --help";
+    /// All lines but those of the firmware ([`Misbehaviour::HELP`]), for a help text.
+    pub const HELP: &'static str = "delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, reorder SHARE, \
+        stall S, hang-up S, version N, jump COUNTS, wrap S";
 }
 
 /// A fault and its time, s since the start; at once without a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimedFault {
-    /// When, s.
+    /// Its time, s.
     pub at_s: Option<f64>,
-    /// What.
+    /// The fault.
     pub fault: Fault,
+}
+
+fn unknown(line: &str) -> String {
+    format!(
+        "unknown fault `{line}`: expected {}, or one of the firmware (fake-rig --help)",
+        Fault::HELP
+    )
 }
 
 impl FromStr for TimedFault {
@@ -80,7 +87,7 @@ impl FromStr for TimedFault {
             });
         }
         let &[name, value] = words else {
-            return Err(format!("`{line}` is no fault; there are {}", Fault::HELP));
+            return Err(unknown(line));
         };
         let within = |least: f64, most: f64| -> Result<f64, String> {
             let value = number(value)?;
@@ -109,7 +116,7 @@ impl FromStr for TimedFault {
             "version" => Fault::Version(within(0.0, 255.0)? as u8),
             "jump" => Fault::Jump(within(-2e9, 2e9)? as i32),
             "wrap" => Fault::Wrap(within(0.0, 4294.0)?),
-            _ => return Err(format!("there is no fault `{name}`; there are {}", Fault::HELP)),
+            _ => return Err(unknown(name)),
         };
         Ok(Self { at_s, fault })
     }

@@ -51,8 +51,9 @@ pub enum Misbehaviour {
 
 impl Misbehaviour {
     /// All lines, for a help text.
-    pub const HELP: &'static str = "clock-backwards, clock-stop, clock-half, clock-double, clock-speed FACTOR, clock-jump MS, clock-wrap16, clock-torn, position-spike MM, \
-        sequence-jump N, ignore-off, ignore-command-off, stay-enabled, keep-mark, no-echo, button N on|off, force-limit N, watchdog-ms MS, error CODE DETAIL, honest";
+    pub const HELP: &'static str = "clock-backwards, clock-stop, clock-half, clock-double, clock-speed FACTOR, \
+        clock-jump MS, clock-wrap16, clock-torn, position-spike MM, sequence-jump N, ignore-off, ignore-command-off, \
+        stay-enabled, keep-mark, no-echo, button N on|off, force-limit N, watchdog-ms MS, error CODE DETAIL, honest";
 
     /// Reads the words of a line; nothing for a line that is not a misbehaviour.
     ///

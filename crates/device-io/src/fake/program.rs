@@ -1,37 +1,37 @@
-//! What the programs of the fakes share: the hand on the handle, and the priority of their process.
+//! The hand and the priority of the fakes' programs.
 
 use super::hand::Hand;
 use super::motion::Motion;
 use clap::ValueEnum;
 
-/// The hand, as the command lines of the fakes have it.
+/// The hand's options on the command line.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct HandOptions {
-    /// Who moves the handle
+    /// Hand on the handle
     #[arg(long, value_name = "HAND", default_value = "sine")]
     hand: HandKind,
 
-    /// Half the stroke of the hand, m
+    /// Amplitude of the hand, m
     #[arg(long, value_name = "M", default_value_t = 0.03)]
     hand_amplitude_m: f64,
 
-    /// Turns a second of the hand, Hz
+    /// Frequency of the hand, Hz
     #[arg(long, value_name = "HZ", default_value_t = 0.5)]
     hand_frequency_hz: f64,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum HandKind {
-    /// Goes to and fro, whatever the force
+    /// Moves to and fro, whatever the force
     Sine,
     /// Pulls to and fro through a spring (500 N/m) and a damper (5 N s/m)
     Arm,
-    /// Nobody
+    /// No hand
     Free,
 }
 
 impl HandOptions {
-    /// The hand that was asked for.
+    /// The hand of these options.
     #[must_use]
     pub fn hand(&self) -> Hand {
         let motion = Motion::Sine {
@@ -50,10 +50,10 @@ impl HandOptions {
     }
 }
 
-/// Below that of hapticd's thread.
+/// Below the priority of hapticd's thread.
 const PRIORITY: libc::c_int = 60;
 
-/// Takes a real-time priority for this process, where it may: a microcontroller is never late.
+/// Takes a real-time priority for this process, if permitted: a microcontroller is never late.
 #[expect(unsafe_code, reason = "scheduling has no safe wrapper")]
 pub fn take_priority() {
     let wanted = libc::sched_param {

@@ -6,8 +6,8 @@ mod port;
 use clap::Parser;
 use device_io::clock::now_ns;
 use device_io::fake::{
-    Channel, Fault, Firmware, FirmwareProperties, HandOptions, Order, Quality, RigProperties, Script, TimedFault,
-    take_priority,
+    Channel, Fault, Firmware, FirmwareProperties, HandOptions, Misbehaviour, Order, Quality, RigProperties, Script,
+    TimedFault, take_priority,
 };
 use device_io::protocol::message::{DeviceHello, FromDevice};
 use port::{Place, Port, PortClosed};
@@ -36,25 +36,25 @@ struct Options {
     #[arg(long, value_name = "N", default_value_t = 20.0)]
     force_limit_n: f64,
 
-    /// The firmware's watchdog switches the motor off after so long without a command, ms; 0: it
-    /// has none
+    /// Time without a command after which the firmware's watchdog switches the motor off, ms; 0 for
+    /// no watchdog
     #[arg(long, value_name = "MS", default_value_t = 50)]
     watchdog_ms: u16,
 
-    /// Buttons that there are, up to 8
+    /// Number of buttons, up to 8
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=8))]
     buttons: u8,
 
-    /// How much faster than the true one the device's clock runs, parts in a million
+    /// Drift of the device's clock, parts in a million, positive if it is fast
     #[arg(long, value_name = "PPM", default_value_t = 0.0, allow_negative_numbers = true)]
     clock_ppm: f64,
 
-    /// Name of the firmware, up to 24 letters, instead of the fake rig's own. With its own it
-    /// counts as commissioned
+    /// Name of the firmware, up to 24 letters [default: the fake rig's own, which counts as
+    /// commissioned]
     #[arg(long, value_name = "NAME")]
     firmware_name: Option<String>,
 
-    /// The motor is wired the other way round
+    /// Wire the motor the other way round
     #[arg(long)]
     reversed: bool,
 
@@ -74,22 +74,23 @@ struct Options {
     hand: HandOptions,
 
     /// A fault, now or `at` a time in seconds; may be given again
-    #[arg(long, value_name = "FAULT", long_help = concat!("A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, corrupt SHARE, ",
-        "reorder SHARE, stall S, hang-up S, version N, jump COUNTS, wrap S; and of the firmware: clock-backwards, clock-stop, clock-half, clock-double, clock-speed FACTOR, ",
-        "clock-jump MS, clock-wrap16, clock-torn, position-spike MM, sequence-jump N, ignore-off, ignore-command-off, stay-enabled, keep-mark, no-echo, button N on|off, ",
-        "force-limit N, watchdog-ms MS, error CODE DETAIL, honest"))]
+    #[arg(long, value_name = "FAULT", long_help = format!(
+        "A fault, now or `at` a time in seconds; may be given again: {}; and of the firmware: {}",
+        Fault::HELP,
+        Misbehaviour::HELP
+    ))]
     fault: Vec<TimedFault>,
 
-    /// A file of faults, one a line; what follows a `#` is a comment
+    /// File of faults, one a line; `#` begins a comment
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
 
-    /// Stay at an ordinary priority; otherwise it takes a real-time one where it may, as a
-    /// microcontroller is never late
+    /// Stay at an ordinary priority [default: a real-time one if permitted, as a microcontroller is
+    /// never late]
     #[arg(long)]
     ordinary_priority: bool,
 
-    /// What is random is the same again with the same number
+    /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
@@ -97,16 +98,15 @@ struct Options {
 #[derive(Debug, clap::Args)]
 #[group(required = true, multiple = false)]
 struct PlaceOptions {
-    /// Make this path point at a new pseudo-terminal, and take it away at the end
+    /// Path of a symbolic link to a new pseudo-terminal; removed at the end
     #[arg(long, value_name = "LINK")]
     pty: Option<PathBuf>,
 
-    /// Speak on this terminal, such as /dev/ttyGS0 of a USB gadget, whenever it is there
+    /// Terminal to speak on while it exists, such as /dev/ttyGS0 of a USB gadget
     #[arg(long, value_name = "PATH")]
     tty: Option<PathBuf>,
 
-    /// Speak in reports of 64 bytes on this node of a USB gadget, such as /dev/hidg0, whenever it
-    /// is there
+    /// Node of a USB gadget to speak on while it exists, in reports of 64 bytes, such as /dev/hidg0
     #[arg(long, value_name = "PATH")]
     hid: Option<PathBuf>,
 }
@@ -118,7 +118,7 @@ impl PlaceOptions {
             self.tty.clone().map(Place::Tty),
             self.hid.clone().map(Place::Hid),
         ];
-        // There is one, as the group says.
+        // The group requires one of them.
         places
             .into_iter()
             .flatten()
@@ -238,7 +238,7 @@ impl Rig {
         }
     }
 
-    /// Opens the place when it appears, and leaves it when it disappears.
+    /// Opens the port when it appears, and closes it when it disappears.
     fn look(&mut self, now: u64) -> io::Result<()> {
         if self.port.as_ref().is_some_and(|port| !port.is_there()) {
             self.leave();
@@ -247,7 +247,7 @@ impl Rig {
             match Port::open(&self.place) {
                 Ok(port) => self.port = Some(port),
                 Err(error) if matches!(self.place, Place::Pty(_)) => return Err(error),
-                // It is not there yet.
+                // It does not exist yet.
                 Err(_) => {}
             }
         }
@@ -260,7 +260,7 @@ impl Rig {
         self.down.clear();
     }
 
-    /// Carries out all orders that are due; whether one of them was to end.
+    /// Carries out all orders that are due; returns whether one of them ends the program.
     fn take_orders(&mut self, now: u64) -> bool {
         while let Some(order) = self.script.next(now) {
             match order {
