@@ -2,8 +2,11 @@
 
 mod acceptance;
 mod adapters;
+mod blocked_output;
 mod changes;
 mod check_rig;
+mod commission;
+mod commission_pulse;
 mod control;
 mod cost;
 mod ctl;
@@ -21,6 +24,7 @@ mod forbidden_locks;
 mod hazard_log;
 mod laws;
 mod layout;
+mod lease;
 mod library;
 mod life;
 mod link;
@@ -30,6 +34,7 @@ mod machine_record;
 mod outside_files;
 mod safety;
 mod schema;
+mod service;
 mod systemd;
 mod transcripts;
 mod usb_kernel;
