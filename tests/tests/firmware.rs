@@ -199,7 +199,6 @@ fn conforms(line: &Path, arguments: &[&str]) -> Option<bool> {
 
 #[test]
 fn both_builds_pass_the_conformance_check() {
-    let _one = crate::one_of_two();
     for encoder in encoders(Encoder::Quadrature) {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &LEFT_ALONE) else {
             return;
@@ -226,7 +225,6 @@ fn the_fake_rig_passes_the_same_check() {
 
 #[test]
 fn it_keeps_time_while_commands_come_in_bursts() {
-    let _one = crate::one_of_two();
     for encoder in encoders(Encoder::Magneto) {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &["--amplitude", "0.05", "--frequency", "1"]) else {
             return;
@@ -281,7 +279,6 @@ fn it_keeps_time_while_commands_come_in_bursts() {
 
 #[test]
 fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
-    let _one = crate::one_of_two();
     for encoder in encoders(Encoder::Quadrature) {
         // The hardware watchdog after 32 ms, whether interrupts still come or not; and where the
         // loop that hangs kicks it, the interrupt's after 50.
@@ -312,7 +309,6 @@ fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
 
 #[test]
 fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
-    let _one = crate::one_of_two();
     for encoder in encoders(Encoder::Magneto) {
         let Some((mut rig, mut host)) = pulling(encoder) else {
             return;
@@ -336,7 +332,6 @@ fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
 
 #[test]
 fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
-    let _one = crate::one_of_two();
     let Some((mut rig, mut host)) = pulling(Encoder::Magneto) else {
         return;
     };
@@ -456,12 +451,10 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
 
 #[test]
 fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_quadrature_encoder() {
-    let _one = crate::one_of_two();
     rendered(Encoder::Quadrature, test_run::extent(4.0, 20.0));
 }
 
 #[test]
 fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_magneto_sensor() {
-    let _one = crate::one_of_two();
     rendered(Encoder::Magneto, test_run::extent(3.0, 5.0));
 }

@@ -42,8 +42,8 @@ mod window;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Waits until at most one other test runs that simulates a board, boots an init or depends on a link's time: more of
-/// them together would keep the processors too busy for real time.
+/// Waits until at most one other test runs that boots an init or depends on a link's time: more of them together, and
+/// the one that simulates a microcontroller, would keep the processors too busy for real time.
 fn one_of_two() -> MutexGuard<'static, ()> {
     static RUNNING: [Mutex<()>; 2] = [const { Mutex::new(()) }; 2];
     let [first, second] = &RUNNING;

@@ -1,7 +1,7 @@
 //! A descriptor that may block, behind a queue that never does.
 
 use super::block_signals;
-use crossbeam::queue::ArrayQueue;
+use crossbeam_queue::ArrayQueue;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::fd::AsFd;
 use rustix::io::{Errno, write};
