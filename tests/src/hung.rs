@@ -53,7 +53,7 @@ impl HungThread {
                 break (was, word);
             }
             ptrace::cont(thread, None).expect("it stood still");
-            std::thread::yield_now();
+            crate::pause();
         };
         // What it waited for is interrupted, and not begun anew.
         was.orig_rax = u64::MAX;

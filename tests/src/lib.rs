@@ -1,10 +1,12 @@
 //! What the whole-system tests share: the real binaries, started and talked to as their users do.
 //!
 //! Nothing here sleeps for a state to come about: a daemon is ready when it has named its socket,
-//! an answer is there when it is read, and a condition is waited for by asking the daemon.
+//! an answer is there when it is read, and a condition is waited for by asking the daemon, every
+//! millisecond.
 
 pub mod attack;
 pub mod blocked;
+pub mod commissioning;
 pub mod fake_rig;
 pub mod hazards;
 mod held;
@@ -20,6 +22,7 @@ pub mod terminal;
 pub mod transcript;
 
 pub use held::{HeldThread, real_time_thread};
+pub use test_run::binary;
 
 use haptic_ipc::{Client, Request, RigState, Status};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -27,40 +30,15 @@ use std::net::Shutdown;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Output, Stdio};
-use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Longest that anything may take on a busy machine before a test gives up.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The path of one of the workspace's binaries, built as the tests are if it is not there yet.
-///
-/// # Panics
-/// It cannot be built.
-#[must_use]
-pub fn binary(name: &str) -> PathBuf {
-    static BUILT: OnceLock<()> = OnceLock::new();
-    // The test itself is target/PROFILE/deps/NAME-HASH.
-    let test = std::env::current_exe().expect("a test has a path");
-    let directory = test.ancestors().nth(2).expect("it lies in target/PROFILE/deps");
-    BUILT.get_or_init(|| {
-        let what: &[&str] = if directory.ends_with("release") {
-            // A benchmark measures what users run.
-            &["--release", "--bins"]
-        } else {
-            // With the tests, so that the features are those of the whole test run and nothing is
-            // compiled twice.
-            &["--workspace", "--bins", "--tests"]
-        };
-        let built = Command::new(env!("CARGO"))
-            .args(["build", "--quiet"])
-            .args(what)
-            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-            .status()
-            .expect("cargo runs");
-        assert!(built.success(), "the binaries are built");
-    });
-    directory.join(name)
+/// Waits between two looks at the same thing, for a tick: who asks without a pause keeps a processor
+/// from the other tests.
+pub fn pause() {
+    std::thread::sleep(Duration::from_millis(1));
 }
 
 /// Lets a daemon and its rig stand still for longer than they may with a hand on the rig, where the
@@ -392,7 +370,7 @@ pub fn wait_for(client: &mut Client, what: &str, mut wanted: impl FnMut(&Status)
             return status;
         }
         assert!(began.elapsed() < PATIENCE, "waited in vain for {what}: {status:?}");
-        std::thread::yield_now();
+        pause();
     }
 }
 
@@ -425,6 +403,7 @@ pub fn engage(client: &mut Client) {
             "waited in vain for engaged: {:?}",
             status(client)
         );
+        pause();
     }
 }
 

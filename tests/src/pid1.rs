@@ -113,7 +113,7 @@ impl Machine {
                 "systemd did not come up: {}",
                 fs::read_to_string(stage.join("said")).unwrap_or_default()
             );
-            std::thread::yield_now();
+            crate::pause();
         };
         let machine = Self {
             unshare,
@@ -255,7 +255,7 @@ impl Machine {
                 "waited in vain for {what}: {}",
                 self.journal()
             );
-            std::thread::yield_now();
+            crate::pause();
         }
     }
 }
@@ -267,7 +267,7 @@ impl Drop for Machine {
         drop(self.unshare.wait());
         let began = Instant::now();
         while remove_cgroups(&self.cgroup).is_err() && began.elapsed() < PATIENCE {
-            std::thread::yield_now();
+            crate::pause();
         }
     }
 }

@@ -153,7 +153,7 @@ impl Screen {
         self.act(&["click", "1"]);
         while looks() == before {
             assert!(began.elapsed() < PATIENCE, "nothing happens at ({x}, {y})");
-            thread::yield_now();
+            crate::pause();
         }
     }
 

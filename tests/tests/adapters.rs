@@ -79,7 +79,7 @@ impl Board {
                 return force;
             }
             assert!(began.elapsed() < PATIENCE, "waited in vain for {what}: {force:?}");
-            std::thread::yield_now();
+            system_tests::pause();
         }
     }
 }

@@ -1,15 +1,11 @@
-//! Whole-system tests that run one after the other: they pin processors, hang threads, starve the
-//! machine or measure. Each begins with [`alone`].
+//! Whole-system tests that run one after the other: they pin processors, starve the machine or measure. Each begins
+//! with [`alone`].
 
 mod attacks;
-mod blocked_output;
-mod commission;
 mod held_bytes;
-mod lease;
 mod processor_share;
 mod real_time_claims;
 mod rt_purity;
-mod service;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

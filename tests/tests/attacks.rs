@@ -340,7 +340,7 @@ fn after_all_attacks(daemon: &Daemon, descriptors: usize, time: impl Fn(&Attack)
             began.elapsed() < PATIENCE,
             "more than {descriptors} descriptors: {held:?}"
         );
-        std::thread::yield_now();
+        system_tests::pause();
     }
 }
 
@@ -350,10 +350,13 @@ fn whatever_clients_do_others_are_served_and_nothing_is_left_behind() {
     let daemon = Daemon::start(&[]);
     // What is taken once stays: places for clients, the runtime's and the allocator's.
     let before = after_all_attacks(&daemon, usize::MAX, |_| Duration::from_millis(300));
-    let time = |attack: &Attack| match test_run::is_long() {
-        true if attack.name.starts_with("1000 connections") => Duration::from_secs(10),
-        true => Duration::from_secs(2),
-        false => Duration::from_millis(300),
+    let time = |attack: &Attack| {
+        let at_length_s = if attack.name.starts_with("1000 connections") {
+            10
+        } else {
+            2
+        };
+        test_run::extent(Duration::from_millis(300), Duration::from_secs(at_length_s))
     };
     // The allocator keeps what a busy moment once needed, so the first rounds may still take
     // memory. A leak takes some in every round.

@@ -127,14 +127,12 @@ fn holds(what: &str, arguments: &[&str], blocked: impl Fn() -> Blocked) {
 // hazard: H1
 #[test]
 fn a_stop_and_a_signal_work_with_both_outputs_a_full_pipe() {
-    let _alone = crate::alone();
     holds("--device fake, a full pipe", &["--device", "fake"], Blocked::pipe);
 }
 
 // hazard: H1
 #[test]
 fn a_stop_and_a_signal_work_with_both_outputs_a_terminal_that_is_held() {
-    let _alone = crate::alone();
     holds(
         "--device fake, a held terminal",
         &["--device", "fake"],
@@ -145,21 +143,18 @@ fn a_stop_and_a_signal_work_with_both_outputs_a_terminal_that_is_held() {
 // hazard: H1
 #[test]
 fn a_stop_and_a_signal_work_in_a_demo_with_both_outputs_a_full_pipe() {
-    let _alone = crate::alone();
     holds("--demo, a full pipe", &["--demo"], Blocked::pipe);
 }
 
 // hazard: H1
 #[test]
 fn a_stop_and_a_signal_work_in_a_demo_with_both_outputs_a_terminal_that_is_held() {
-    let _alone = crate::alone();
     holds("--demo, a held terminal", &["--demo"], Blocked::terminal);
 }
 
 // hazard: H1, H2
 #[test]
 fn a_signal_ends_a_daemon_whose_control_thread_hangs() {
-    let _alone = crate::alone();
     let daemon = Daemon::start(&["--ramp-ms", "50"]);
     let mut client = daemon.client();
     let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
@@ -180,7 +175,6 @@ fn a_signal_ends_a_daemon_whose_control_thread_hangs() {
 // hazard: H1
 #[test]
 fn what_was_lost_is_told_once_somebody_reads() {
-    let _alone = crate::alone();
     let (reader, writer) = std::io::pipe().expect("a pipe");
     let daemon = Mute::start(&["--device", "fake"], Stdio::null(), writer.into());
     let mut client = daemon.client();

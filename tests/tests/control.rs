@@ -364,7 +364,7 @@ fn the_33rd_client_may_stop_and_is_told_why_it_may_do_no_more() {
             break;
         }
         assert!(began.elapsed() < system_tests::PATIENCE, "places are given back");
-        std::thread::yield_now();
+        system_tests::pause();
     }
 }
 

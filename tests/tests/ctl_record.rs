@@ -31,7 +31,7 @@ fn wait_for_rows(file: &Path, rows: usize) {
     let began = Instant::now();
     while !recording::read(file).is_ok_and(|found| found.rows.len() >= rows) {
         assert!(began.elapsed() < PATIENCE, "waited in vain for {rows} rows");
-        std::thread::yield_now();
+        system_tests::pause();
     }
 }
 

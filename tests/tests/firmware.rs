@@ -16,10 +16,9 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 use system_tests::fake_rig::FakeRig;
 use system_tests::simulated_rig::{Encoder, SimulatedRig, firmware_folder, number};
-use system_tests::{Daemon, PATIENCE, binary, status, wait_for, wait_for_state};
+use system_tests::{Daemon, PATIENCE, binary, status, wait_for};
 
 const TMP: &str = env!("CARGO_TARGET_TMPDIR");
-const ENCODERS: [Encoder; 2] = [Encoder::Quadrature, Encoder::Magneto];
 /// How many newtons the paper's block takes to slide: its kinetic friction.
 const KINETIC_N: f64 = 3.5;
 /// Nobody holds the handle, so that nothing but the motor moves it.
@@ -28,6 +27,15 @@ const LEFT_ALONE: [&str; 6] = ["--amplitude", "0", "--arm-stiffness", "100", "--
 const PIN_S: f64 = 40e-6;
 /// Of the firmware's own watchdog, s; it counts whole milliseconds.
 const WATCHDOG_S: f64 = 0.050;
+
+/// The builds of the firmware: in a short run one of them.
+fn encoders(in_short: Encoder) -> Vec<Encoder> {
+    if test_run::is_long_for("the firmware for another encoder") {
+        vec![Encoder::Quadrature, Encoder::Magneto]
+    } else {
+        vec![in_short]
+    }
+}
 
 /// A host that answers each sample with a command, so that its rate is the device's.
 struct Host {
@@ -191,8 +199,7 @@ fn conforms(line: &Path, arguments: &[&str]) -> Option<bool> {
 
 #[test]
 fn both_builds_pass_the_conformance_check() {
-    let _one = crate::one_of_two();
-    for encoder in ENCODERS {
+    for encoder in encoders(Encoder::Quadrature) {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &LEFT_ALONE) else {
             return;
         };
@@ -218,8 +225,7 @@ fn the_fake_rig_passes_the_same_check() {
 
 #[test]
 fn it_keeps_time_while_commands_come_in_bursts() {
-    let _one = crate::one_of_two();
-    for encoder in ENCODERS {
+    for encoder in encoders(Encoder::Magneto) {
         let Some(mut rig) = SimulatedRig::start(encoder, TMP, &["--amplitude", "0.05", "--frequency", "1"]) else {
             return;
         };
@@ -273,8 +279,7 @@ fn it_keeps_time_while_commands_come_in_bursts() {
 
 #[test]
 fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
-    let _one = crate::one_of_two();
-    for encoder in ENCODERS {
+    for encoder in encoders(Encoder::Quadrature) {
         // The hardware watchdog after 32 ms, whether interrupts still come or not; and where the
         // loop that hangs kicks it, the interrupt's after 50.
         for (how, resets, promised_s) in [("loop", 1, 0.033), ("deaf", 1, 0.033), ("kicking", 0, WATCHDOG_S)] {
@@ -304,8 +309,7 @@ fn a_hung_main_loop_lets_go_of_the_motor_within_the_promised_time() {
 
 #[test]
 fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
-    let _one = crate::one_of_two();
-    for encoder in ENCODERS {
+    for encoder in encoders(Encoder::Magneto) {
         let Some((mut rig, mut host)) = pulling(encoder) else {
             return;
         };
@@ -328,7 +332,6 @@ fn a_host_that_falls_silent_is_noticed_by_the_firmware_alone() {
 
 #[test]
 fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
-    let _one = crate::one_of_two();
     let Some((mut rig, mut host)) = pulling(Encoder::Magneto) else {
         return;
     };
@@ -351,7 +354,7 @@ fn a_sensor_whose_wire_is_off_takes_the_motor_away() {
 
 /// hapticd renders the paper's block on the rig for some of the rig's seconds, and is killed while it pulls.
 fn rendered(encoder: Encoder, time_s: f64) {
-    for _ in 0..3 {
+    for _ in 0..5 {
         if rendered_in_real_time(encoder, time_s) {
             return;
         }
@@ -378,8 +381,15 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     });
     // Held up on a busy machine, hapticd is no silent host.
     rig.order("patience 2");
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
-    wait_for_state(&mut client, RigState::Engaged);
+    if client.request::<StateReply>(Request::Engage {}).is_err() {
+        return false;
+    }
+    let engaged = wait_for(&mut client, "an engaged rig", |status| {
+        status.state == RigState::Engaged || !status.state.is_live()
+    });
+    if engaged.state != RigState::Engaged {
+        return false;
+    }
     // The hand takes a second and a half to come up to its stroke.
     rig.live(2.0);
     rig.clear();
@@ -441,12 +451,10 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
 
 #[test]
 fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_quadrature_encoder() {
-    let _one = crate::one_of_two();
-    rendered(Encoder::Quadrature, 20.0);
+    rendered(Encoder::Quadrature, test_run::extent(4.0, 20.0));
 }
 
 #[test]
 fn hapticd_renders_on_it_and_killed_leaves_no_force_with_a_magneto_sensor() {
-    let _one = crate::one_of_two();
-    rendered(Encoder::Magneto, 5.0);
+    rendered(Encoder::Magneto, test_run::extent(3.0, 5.0));
 }

@@ -2,7 +2,7 @@
 
 use haptic_ipc::{Client, ErrorCode, LeaseReply, LogReply, Request, RigState, StateReply};
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, status, wait_for, wait_for_state};
+use system_tests::{Daemon, pause, status, wait_for, wait_for_state};
 
 fn lease(client: &mut Client, timeout_ms: u32) -> LeaseReply {
     client.request(Request::Lease { timeout_ms }).expect("a lease")
@@ -29,7 +29,6 @@ fn lapsed(client: &mut Client) -> Vec<String> {
 
 #[test]
 fn a_silent_client_lets_the_force_out_in_its_time_and_not_before() {
-    let _alone = crate::alone();
     let (_daemon, mut watcher, mut holder) = engaged();
     // So long that a busy machine does not keep this thread silent for it.
     const TIMEOUT: Duration = Duration::from_secs(2);
@@ -41,6 +40,7 @@ fn a_silent_client_lets_the_force_out_in_its_time_and_not_before() {
         // The lease begins anew when the daemon reads the request, which is later than this.
         silent = Instant::now();
         assert_eq!(status(&mut holder).state, RigState::Engaged);
+        pause();
     }
     wait_for(&mut watcher, "a release", |status| status.state != RigState::Engaged);
     let after = silent.elapsed();
@@ -52,7 +52,6 @@ fn a_silent_client_lets_the_force_out_in_its_time_and_not_before() {
 
 #[test]
 fn a_client_that_dies_lets_the_force_out_at_once() {
-    let _alone = crate::alone();
     let (_daemon, mut watcher, mut holder) = engaged();
     lease(&mut holder, 60_000);
     drop(holder);
@@ -62,7 +61,6 @@ fn a_client_that_dies_lets_the_force_out_at_once() {
 
 #[test]
 fn a_client_that_ends_its_lease_may_go() {
-    let _alone = crate::alone();
     let (_daemon, mut watcher, mut holder) = engaged();
     // Ended before it can lapse, also on a busy machine.
     lease(&mut holder, 4000);
@@ -79,7 +77,6 @@ fn a_client_that_ends_its_lease_may_go() {
 
 #[test]
 fn the_first_of_two_leases_to_lapse_lets_the_force_out() {
-    let _alone = crate::alone();
     let (daemon, mut watcher, mut holder) = engaged();
     let mut other = daemon.client();
     lease(&mut holder, 60_000);
@@ -93,7 +90,6 @@ fn the_first_of_two_leases_to_lapse_lets_the_force_out() {
 
 #[test]
 fn a_lease_shorter_than_a_program_can_keep_is_refused() {
-    let _alone = crate::alone();
     let daemon = Daemon::start(&[]);
     let mut client = daemon.client();
     for timeout_ms in [1, 19, 60_001] {

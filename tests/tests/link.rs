@@ -48,8 +48,9 @@ fn the_papers_scene_is_rendered_over_the_wire() {
     let (from, to) = loop {
         pull(&mut rig, &mut client);
         let from = status(&mut client);
-        let to = wait_for(&mut client, "five seconds", |status| {
-            status.tick >= from.tick + 5000 || status.state != RigState::Engaged
+        let watched = test_run::extent(1500, 5000);
+        let to = wait_for(&mut client, "some seconds", |status| {
+            status.tick >= from.tick + watched || status.state != RigState::Engaged
         });
         if to.state == RigState::Engaged && connections(&to) == connections(&from) {
             break (from, to);
@@ -428,7 +429,7 @@ fn unplugged_a_thousand_times_it_leaks_nothing_and_never_pulls_by_itself() {
     );
     assert_eq!(descriptors_after, descriptors_before);
     // A short run says little of memory: the histograms of ten seconds still grow.
-    if !test_run::is_long() {
+    if !test_run::is_long_for("memory after a thousand reconnections") {
         return;
     }
     // 600 cycles that each lost a connection would lose megabytes; the journal, which fills up

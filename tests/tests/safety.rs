@@ -8,7 +8,7 @@ use system_tests::blocked::Blocked;
 use system_tests::fake_rig::FakeRig;
 #[cfg(target_arch = "x86_64")]
 use system_tests::hung::{Hang, HungThread};
-use system_tests::{Daemon, HeldThread, PATIENCE, binary, engage, pull_until, status, wait_for, wait_for_state};
+use system_tests::{Daemon, HeldThread, PATIENCE, binary, engage, pause, pull_until, status, wait_for, wait_for_state};
 
 /// A rig with more arguments, and a daemon with more arguments that has connected to it.
 fn connected(rig: &[&str], daemon: &[&str]) -> (FakeRig, Daemon, Client) {
@@ -300,7 +300,7 @@ fn a_daemon_that_was_stopped_while_force_flowed_comes_back_without_force() {
     // That it stands still for longer than a sample may be old needs that time to go by.
     let began = Instant::now();
     while began.elapsed() < Duration::from_millis(300) {
-        std::thread::yield_now();
+        pause();
     }
     rustix::process::kill_process(pid, rustix::process::Signal::CONT).expect("it is there");
     let after = wait_for(&mut client, "an answer", |_| true);

@@ -56,7 +56,6 @@ const FED: &str = "WATCHDOG=1";
 
 #[test]
 fn it_says_that_it_is_ready_that_it_goes_on_and_that_it_ends() {
-    let _alone = crate::alone();
     let watchdog = Duration::from_millis(400);
     let manager = Manager::start(watchdog);
     assert_eq!(manager.hear(), ["READY=1", FED, "STATUS=idle"]);
@@ -90,7 +89,6 @@ fn it_says_that_it_is_ready_that_it_goes_on_and_that_it_ends() {
 
 #[test]
 fn the_watchdog_is_not_fed_while_the_real_time_thread_hangs() {
-    let _alone = crate::alone();
     let manager = Manager::start(Duration::from_millis(400));
     let mut client = manager.daemon.client();
     manager.hear_until(FED);
@@ -111,7 +109,6 @@ fn the_watchdog_is_not_fed_while_the_real_time_thread_hangs() {
 
 #[test]
 fn a_manager_that_does_not_listen_keeps_nobody_waiting() {
-    let _alone = crate::alone();
     // A message a millisecond: more than any socket holds.
     let manager = Manager::start(Duration::from_millis(4));
     let began = Instant::now();

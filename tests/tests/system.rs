@@ -2,8 +2,11 @@
 
 mod acceptance;
 mod adapters;
+mod blocked_output;
 mod changes;
 mod check_rig;
+mod commission;
+mod commission_pulse;
 mod control;
 mod cost;
 mod ctl;
@@ -21,6 +24,7 @@ mod forbidden_locks;
 mod hazard_log;
 mod laws;
 mod layout;
+mod lease;
 mod library;
 mod life;
 mod link;
@@ -30,6 +34,7 @@ mod machine_record;
 mod outside_files;
 mod safety;
 mod schema;
+mod service;
 mod systemd;
 mod transcripts;
 mod usb_kernel;
@@ -37,8 +42,8 @@ mod window;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Waits until at most one other test runs that simulates a board, boots an init or depends on a link's time: more of
-/// them together would keep the processors too busy for real time.
+/// Waits until at most one other test runs that boots an init or depends on a link's time: more of them together, and
+/// the one that simulates a microcontroller, would keep the processors too busy for real time.
 fn one_of_two() -> MutexGuard<'static, ()> {
     static RUNNING: [Mutex<()>; 2] = [const { Mutex::new(()) }; 2];
     let [first, second] = &RUNNING;

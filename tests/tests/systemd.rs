@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use system_tests::pid1::{CONFIGURATION, Machine};
-use system_tests::{HeldThread, real_time_thread, status, wait_for, wait_for_state};
+use system_tests::{HeldThread, pull_until, real_time_thread, status, wait_for, wait_for_state};
 
 /// A machine on which the unit is up.
 fn machine_with_unit(configuration: &str) -> Option<Machine> {
@@ -20,9 +20,7 @@ fn machine_with_unit(configuration: &str) -> Option<Machine> {
 /// Engages the rig and waits until it pulls.
 fn pull(machine: &Machine) {
     let mut client = machine.client();
-    let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
-    wait_for_state(&mut client, RigState::Engaged);
-    wait_for(&mut client, "a force", |status| status.command_force_n.abs() > 3.0);
+    pull_until(&mut client, |status| status.command_force_n.abs() > 3.0);
 }
 
 /// It is up again, idle, and does not pull.

@@ -1,19 +1,25 @@
-//! How the tests run: in short or at length, and what they skip.
+//! How the tests run: in short or at length, what they skip, and the binaries that they start.
 //!
 //! | environment variable | effect |
 //! |---|---|
-//! | `HAPTICD_TEST_LONG=1` | long runs take their full [`extent`] |
+//! | `HAPTICD_TEST_LONG=1` | long runs take their full [`extent`], and nothing is [left out](is_long_for) |
 //! | `HAPTICD_TEST_MAY_SKIP=NEED,NEED` | a [`skip`] for any other need fails |
 
 use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::process::Command;
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+/// Begins the lines of what was skipped.
+const SKIPPED: &str = "SKIPPED: ";
+
+/// Begins the lines of what was left to the long run.
+const LEFT_OUT: &str = "LEFT OUT: ";
 
 /// Whether long runs take their full extent: `HAPTICD_TEST_LONG` is set, and not to 0.
-#[must_use]
-pub fn is_long() -> bool {
+fn is_long() -> bool {
     std::env::var_os("HAPTICD_TEST_LONG").is_some_and(|value| !value.is_empty() && value != "0")
 }
 
@@ -23,27 +29,46 @@ pub fn extent<T>(short: T, full: T) -> T {
     if is_long() { full } else { short }
 }
 
+/// Whether this is the long run, which alone proves `what`. The short one says, once, that the calling test left it out.
+#[must_use]
+pub fn is_long_for(what: &str) -> bool {
+    if !is_long() {
+        note(&format!("{LEFT_OUT}{}: {what}\n", caller()));
+    }
+    is_long()
+}
+
 /// Says, once, that the calling test, or a part of it, was skipped for lack of `need`, and how to get that.
-///
-/// The line reaches the terminal although the test passes: libtest captures what the print macros
-/// write, and nothing else.
 ///
 /// # Panics
 /// `HAPTICD_TEST_MAY_SKIP` is set and does not list `need`.
 pub fn skip(need: &str, remedy: &str) {
-    let thread = std::thread::current();
-    let line = format!(
-        "SKIPPED: {} needs {need} ({remedy})\n",
-        thread.name().unwrap_or("a thread")
-    );
+    let line = format!("{SKIPPED}{} needs {need} ({remedy})\n", caller());
     if let Ok(permitted) = std::env::var("HAPTICD_TEST_MAY_SKIP") {
         assert!(
             permitted.split(',').any(|each| each.trim() == need),
             "HAPTICD_TEST_MAY_SKIP does not list {need:?}: {line}"
         );
     }
+    note(&line);
+}
+
+/// The name of the calling test.
+fn caller() -> String {
+    std::thread::current().name().unwrap_or("a thread").to_owned()
+}
+
+/// Puts a line, once, on the terminal and into the summary.
+///
+/// The line reaches the terminal although the test passes: libtest captures what the print macros
+/// write, and nothing else.
+fn note(line: &str) {
     static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    if !SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(line.clone()) {
+    if !SAID
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .insert(line.to_owned())
+    {
         return;
     }
     // A test does not fail because nobody reads its standard error, or because its folder is read-only.
@@ -57,16 +82,31 @@ pub fn skip(need: &str, remedy: &str) {
     );
 }
 
-/// Takes the lines that [`skip`] wrote in this run of `cargo test`, so that the next run begins without them.
+/// What a run of `cargo test` did not do: a line for each test and reason.
+#[derive(Debug, Default, PartialEq)]
+pub struct NotDone {
+    /// Skipped, as this machine lacks something.
+    pub skipped: Vec<String>,
+    /// Left to the long run.
+    pub left_out: Vec<String>,
+}
+
+/// Takes what [`skip`] and [`is_long_for`] wrote in this run, so that the next run begins without it.
 #[must_use]
-pub fn take_skipped() -> Vec<String> {
+pub fn take_not_done() -> NotDone {
     let all = fs::read_to_string(journal()).unwrap_or_default();
     drop(fs::remove_file(journal()));
     let of_this_run = format!("{} ", run());
-    all.lines()
-        .filter_map(|line| line.strip_prefix(&of_this_run))
-        .map(str::to_owned)
-        .collect()
+    let lines = |kind: &str| {
+        all.lines()
+            .filter_map(|line| line.strip_prefix(&of_this_run)?.strip_prefix(kind))
+            .map(str::to_owned)
+            .collect()
+    };
+    NotDone {
+        skipped: lines(SKIPPED),
+        left_out: lines(LEFT_OUT),
+    }
 }
 
 /// The process id of `cargo test`, the parent of every test binary.
@@ -76,32 +116,61 @@ fn run() -> u32 {
 
 /// A file beside the test binaries.
 fn journal() -> PathBuf {
-    std::env::current_exe()
-        .unwrap_or_default()
-        .with_file_name("skipped-tests")
+    std::env::current_exe().unwrap_or_default().with_file_name("not-done")
+}
+
+/// The path of one of the workspace's binaries, built as the tests are if it is not up to date.
+///
+/// # Panics
+/// It cannot be built.
+#[must_use]
+pub fn binary(name: &str) -> PathBuf {
+    static BUILT: OnceLock<()> = OnceLock::new();
+    // The test itself is target/PROFILE/deps/NAME-HASH.
+    let test = std::env::current_exe().expect("a test has a path");
+    let directory = test.ancestors().nth(2).expect("it lies in target/PROFILE/deps");
+    BUILT.get_or_init(|| {
+        let what: &[&str] = if directory.ends_with("release") {
+            // A benchmark measures what users run.
+            &["--release", "--bins"]
+        } else {
+            // With the tests, so that the features are those of the whole test run and nothing is
+            // compiled twice.
+            &["--workspace", "--bins", "--tests"]
+        };
+        let built = Command::new(env!("CARGO"))
+            .args(["build", "--quiet"])
+            .args(what)
+            .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+            .status()
+            .expect("cargo runs");
+        assert!(built.success(), "the binaries are built");
+    });
+    directory.join(name)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Runs one of the tests below in a process of its own; whether it passed, and what it said past the capture.
+    fn run_alone(test: &str, variable: &str, value: Option<&str>) -> (bool, String) {
+        let mut child = Command::new(std::env::current_exe().expect("a test has a path"));
+        child.args(["--ignored", "--exact", test]).env("RUST_TEST_THREADS", "2");
+        match value {
+            Some(value) => child.env(variable, value),
+            None => child.env_remove(variable),
+        };
+        let output = child.output().expect("it starts");
+        (
+            output.status.success(),
+            String::from_utf8_lossy(&output.stderr).into_owned(),
+        )
+    }
+
     #[test]
     fn a_skip_that_is_not_permitted_fails() {
-        let skips = |permitted: Option<&str>| {
-            let mut child = std::process::Command::new(std::env::current_exe().expect("a test has a path"));
-            child
-                .args(["--ignored", "--exact", "tests::skips"])
-                .env("RUST_TEST_THREADS", "2");
-            match permitted {
-                Some(needs) => child.env("HAPTICD_TEST_MAY_SKIP", needs),
-                None => child.env_remove("HAPTICD_TEST_MAY_SKIP"),
-            };
-            let output = child.output().expect("it starts");
-            (
-                output.status.success(),
-                String::from_utf8_lossy(&output.stderr).into_owned(),
-            )
-        };
+        let skips = |permitted| run_alone("tests::skips", "HAPTICD_TEST_MAY_SKIP", permitted);
         for permitted in [None, Some("a rig, a moon"), Some("a moon")] {
             let (passed, said) = skips(permitted);
             assert!(passed, "{permitted:?}: {said}");
@@ -118,6 +187,25 @@ mod tests {
     fn skips() {
         for _ in 0..2 {
             skip("a moon", "wait for the night");
+        }
+    }
+
+    #[test]
+    fn only_the_short_run_leaves_something_out_and_says_so() {
+        let leaves_out = |long| run_alone("tests::leaves_out", "HAPTICD_TEST_LONG", long);
+        for short in [None, Some(""), Some("0")] {
+            let said = "LEFT OUT: tests::leaves_out: a full moon\n".to_owned();
+            assert_eq!(leaves_out(short), (true, said), "{short:?}");
+        }
+        let (passed, said) = leaves_out(Some("1"));
+        assert!(!passed && !said.contains("LEFT OUT"), "{said}");
+    }
+
+    #[test]
+    #[ignore = "the test above runs it in a process of its own"]
+    fn leaves_out() {
+        for _ in 0..2 {
+            assert!(!is_long_for("a full moon"), "it is done");
         }
     }
 }

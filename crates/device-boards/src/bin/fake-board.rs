@@ -5,9 +5,7 @@
 use clap::{Parser, ValueEnum};
 use device_boards::fake::{FakeBoard, ODriveBoard, ODriveProperties, SimpleFocBoard, SimpleFocProperties};
 use device_io::clock::now_ns;
-use device_io::fake::{
-    Channel, Fault, HandOptions, Order, Quality, RigProperties, Script, Terminal, TimedFault, take_priority,
-};
+use device_io::fake::{self, Fault, FaultyLine, Order, ProgramOptions, RigProperties, Terminal, TimedFault};
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -58,9 +56,6 @@ struct Options {
     #[arg(long)]
     uncalibrated: bool,
 
-    #[command(flatten)]
-    hand: HandOptions,
-
     /// A fault, now or `at` a time in seconds; may be given again
     #[arg(long, value_name = "FAULT", long_help = concat!(
         "A fault, now or `at` a time in seconds; may be given again: delay MS, jitter MS, loss SHARE, double SHARE, ",
@@ -68,18 +63,8 @@ struct Options {
     ))]
     fault: Vec<TimedFault>,
 
-    /// File of faults, one a line; `#` begins a comment
-    #[arg(long, value_name = "FILE")]
-    script: Option<PathBuf>,
-
-    /// Stay at an ordinary priority [default: a real-time one if permitted, as hardware is never
-    /// late]
-    #[arg(long)]
-    ordinary_priority: bool,
-
-    /// Seed of everything random
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    program: ProgramOptions,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -102,20 +87,10 @@ enum Torque {
 
 fn main() -> ExitCode {
     let options = Options::parse();
-    if !options.ordinary_priority {
-        take_priority();
-    }
-    let done = Script::new(&options.fault, options.script.as_deref(), now_ns()).and_then(|script| {
-        let mut desk = Desk::new(&options, script).map_err(|error| format!("{}: {error}", options.pty.display()))?;
+    fake::run("fake-board", &options.program, &options.fault, |line| {
+        let mut desk = Desk::new(&options, line).map_err(|error| format!("{}: {error}", options.pty.display()))?;
         desk.run().map_err(|error| error.to_string())
-    });
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(why) => {
-            eprintln!("fake-board: {why}");
-            ExitCode::FAILURE
-        }
-    }
+    })
 }
 
 fn board(options: &Options) -> Box<dyn FakeBoard> {
@@ -130,7 +105,7 @@ fn board(options: &Options) -> Box<dyn FakeBoard> {
             };
             Box::new(ODriveBoard::new(
                 RigProperties::default(),
-                options.hand.hand(),
+                options.program.hand(),
                 properties,
             ))
         }
@@ -150,7 +125,7 @@ fn board(options: &Options) -> Box<dyn FakeBoard> {
             };
             Box::new(SimpleFocBoard::new(
                 RigProperties::default(),
-                options.hand.hand(),
+                options.program.hand(),
                 properties,
             ))
         }
@@ -167,34 +142,24 @@ const LONGEST_STEP_NS: u64 = 5_000_000;
 struct Desk {
     link: PathBuf,
     terminal: Option<Terminal>,
-    plug_in_at_ns: u64,
-    stalled_until_ns: u64,
     board: Box<dyn FakeBoard>,
-    quality: Quality,
-    up: Channel,
-    down: Channel,
+    line: FaultyLine,
     /// Bytes of a line of the host's, as they come.
     raw: Vec<u8>,
-    script: Script,
     /// The board's clock, and ours at the same time, ns.
     board_ns: u64,
     seen_ns: u64,
 }
 
 impl Desk {
-    fn new(options: &Options, script: Script) -> io::Result<Self> {
+    fn new(options: &Options, line: FaultyLine) -> io::Result<Self> {
         let began_ns = now_ns();
         Ok(Self {
             link: options.pty.clone(),
             terminal: Some(Terminal::plug_in(&options.pty)?),
-            plug_in_at_ns: 0,
-            stalled_until_ns: 0,
             board: board(options),
-            quality: Quality::default(),
-            up: Channel::new(options.seed),
-            down: Channel::new(options.seed.wrapping_add(1)),
+            line,
             raw: Vec::new(),
-            script,
             board_ns: began_ns,
             seen_ns: began_ns,
         })
@@ -211,19 +176,17 @@ impl Desk {
             if self.take_orders(now) {
                 return Ok(());
             }
-            if self.terminal.is_none() && now >= self.plug_in_at_ns {
+            if self.terminal.is_none() && self.line.may_plug_in(now) {
                 self.terminal = Some(Terminal::plug_in(&self.link)?);
             }
             self.read_terminal(now)?;
-            while now >= self.stalled_until_ns
-                && let Some(line) = self.down.receive(now)
-            {
+            while let Some(line) = self.line.receive_down(now) {
                 for answer in self.board.hear(&line, self.board_ns) {
-                    self.up.send(answer, &self.quality, now);
+                    self.line.send_up(answer, now);
                 }
             }
             self.board.live_until(self.board_ns);
-            while let Some(line) = self.up.receive(now) {
+            while let Some(line) = self.line.receive_up(now) {
                 if let Some(terminal) = &self.terminal {
                     terminal.write(&line)?;
                 }
@@ -236,8 +199,7 @@ impl Desk {
         let Self {
             terminal: Some(terminal),
             raw,
-            down,
-            quality,
+            line,
             ..
         } = self
         else {
@@ -247,7 +209,7 @@ impl Desk {
             for &byte in bytes {
                 raw.push(byte);
                 if byte == b'\n' {
-                    down.send(std::mem::take(raw), quality, now);
+                    line.send_down(std::mem::take(raw), now);
                 }
             }
         })
@@ -255,9 +217,9 @@ impl Desk {
 
     /// Carries out all orders that are due; returns whether one of them ends the program.
     fn take_orders(&mut self, now: u64) -> bool {
-        while let Some(order) = self.script.next(now) {
+        while let Some(order) = self.line.next_order(now) {
             match order {
-                Order::Fail(fault) => self.fail(fault, now),
+                Order::Fail(fault) => self.fail(fault),
                 Order::TellForce => println!(
                     "force {} largest {} on {} watchdog {}",
                     self.board.force_n(),
@@ -271,34 +233,23 @@ impl Desk {
         false
     }
 
-    fn fail(&mut self, fault: Fault, now: u64) {
-        let after =
-            |seconds: f64| now + u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX / 2);
-        match self.quality.take(fault) {
-            Ok(()) => {}
-            Err(Fault::Stall(seconds)) => self.stalled_until_ns = after(seconds),
-            Err(Fault::HangUp(seconds)) => {
+    fn fail(&mut self, fault: Fault) {
+        match fault {
+            Fault::HangUp(_) => {
                 self.terminal = None;
-                self.plug_in_at_ns = after(seconds);
-                self.up.clear();
-                self.down.clear();
+                self.line.clear();
                 self.raw.clear();
             }
-            Err(Fault::Jump(counts)) => self.board.jump(counts),
-            // A text protocol has neither a version nor a clock to falsify.
-            Err(_) => {}
+            Fault::Jump(counts) => self.board.jump(counts),
+            // The line's own, or of a version or a clock, which a text protocol does not have.
+            _ => {}
         }
     }
 
     /// Waits until a frame is due or bytes come.
     fn wait(&self) {
         let now = now_ns();
-        let due_ns = [self.up.next_due_ns(), self.down.next_due_ns()]
-            .into_iter()
-            .flatten()
-            .fold(now + STEP_NS, u64::min)
-            // A stalled board takes nothing.
-            .max(if now < self.stalled_until_ns { now + STEP_NS } else { 0 });
+        let due_ns = self.line.next_due_ns(now, now + STEP_NS);
         Terminal::wait(self.terminal.as_ref(), Duration::from_nanos(due_ns.saturating_sub(now)));
     }
 }

@@ -2,6 +2,7 @@
 
 mod fake_rig;
 mod fault;
+mod faulty_line;
 mod firmware;
 mod hand;
 mod misbehaviour;
@@ -13,11 +14,12 @@ mod terminal;
 
 pub use fake_rig::FakeRig;
 pub use fault::{Channel, Fault, Quality, TimedFault};
+pub use faulty_line::FaultyLine;
 pub use firmware::{Firmware, FirmwareProperties};
 pub use hand::Hand;
 pub use misbehaviour::{ClockFault, Misbehaviour};
 pub use motion::{AfterEnd, Motion, MotionError, RETURN_S, Recording};
 pub use plant::{Plant, RigProperties, SUB_STEP_S};
-pub use program::{HandOptions, take_priority};
-pub use script::{Order, Script};
+pub use program::{ProgramOptions, run};
+pub use script::Order;
 pub use terminal::{Terminal, plug_in};

@@ -1,12 +1,64 @@
-//! The hand and the priority of the fakes' programs.
+//! What the programs of the fakes share: their options, the priority of their process, and how they end.
 
+use super::fault::TimedFault;
+use super::faulty_line::FaultyLine;
 use super::hand::Hand;
 use super::motion::Motion;
 use clap::ValueEnum;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// The options of every fake, but for its faults: each has its own.
+#[derive(Clone, Debug, clap::Args)]
+pub struct ProgramOptions {
+    #[command(flatten)]
+    hand: HandOptions,
+
+    /// File of faults, one a line; `#` begins a comment
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+
+    /// Stay at an ordinary priority [default: a real-time one if permitted, as a microcontroller is
+    /// never late]
+    #[arg(long)]
+    ordinary_priority: bool,
+
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+impl ProgramOptions {
+    /// The hand that was asked for.
+    #[must_use]
+    pub fn hand(&self) -> Hand {
+        self.hand.hand()
+    }
+}
+
+/// Runs a fake on its line until it is told to quit; what it fails with goes to standard error.
+#[must_use]
+pub fn run(
+    name: &str,
+    options: &ProgramOptions,
+    faults: &[TimedFault],
+    fake: impl FnOnce(FaultyLine) -> Result<(), String>,
+) -> ExitCode {
+    if !options.ordinary_priority {
+        take_priority();
+    }
+    match FaultyLine::new(faults, options.script.as_deref(), options.seed).and_then(fake) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            eprintln!("{name}: {why}");
+            ExitCode::FAILURE
+        }
+    }
+}
 
 /// The hand's options on the command line.
 #[derive(Clone, Copy, Debug, clap::Args)]
-pub struct HandOptions {
+struct HandOptions {
     /// Hand on the handle
     #[arg(long, value_name = "HAND", default_value = "sine")]
     hand: HandKind,
@@ -31,9 +83,7 @@ enum HandKind {
 }
 
 impl HandOptions {
-    /// The hand of these options.
-    #[must_use]
-    pub fn hand(&self) -> Hand {
+    fn hand(self) -> Hand {
         let motion = Motion::Sine {
             amplitude_m: self.hand_amplitude_m,
             frequency_hz: self.hand_frequency_hz,
@@ -55,7 +105,7 @@ const PRIORITY: libc::c_int = 60;
 
 /// Takes a real-time priority for this process, if permitted: a microcontroller is never late.
 #[expect(unsafe_code, reason = "scheduling has no safe wrapper")]
-pub fn take_priority() {
+fn take_priority() {
     let wanted = libc::sched_param {
         sched_priority: PRIORITY,
     };

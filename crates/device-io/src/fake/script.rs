@@ -21,7 +21,7 @@ pub enum Order {
 
 /// Orders as they fall due.
 #[derive(Debug)]
-pub struct Script {
+pub(super) struct Script {
     faults: VecDeque<TimedFault>,
     asked: mpsc::Receiver<String>,
     began_ns: u64,
@@ -33,7 +33,7 @@ impl Script {
     ///
     /// # Errors
     /// The file cannot be read, or a line of it is not a fault.
-    pub fn new(faults: &[TimedFault], file: Option<&Path>, began_ns: u64) -> Result<Self, String> {
+    pub(super) fn new(faults: &[TimedFault], file: Option<&Path>, began_ns: u64) -> Result<Self, String> {
         let mut faults = faults.to_vec();
         if let Some(path) = file {
             let text = std::fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
@@ -57,7 +57,7 @@ impl Script {
 
     /// The next order that is due at a time, ns. The answer to a fault on standard input is `done`
     /// and its line, or the error in it.
-    pub fn next(&mut self, now_ns: u64) -> Option<Order> {
+    pub(super) fn next(&mut self, now_ns: u64) -> Option<Order> {
         let elapsed_s = Duration::from_nanos(now_ns.saturating_sub(self.began_ns)).as_secs_f64();
         if let Some(due) = self.faults.pop_front_if(|fault| elapsed_s >= fault.at_s.unwrap_or(0.0)) {
             return Some(Order::Fail(due.fault));

@@ -24,23 +24,6 @@ pub(crate) const LIMIT: Duration = Duration::from_secs(30);
 /// Between two frames of a window that draws 30 a second.
 const FRAME: Duration = Duration::from_millis(33);
 
-/// The daemon's program, built if it is missing.
-fn hapticd() -> PathBuf {
-    // The test itself is target/PROFILE/deps/NAME-HASH.
-    let test = std::env::current_exe().expect("a test has a path");
-    let directory = test.ancestors().nth(2).expect("it lies in target/PROFILE/deps");
-    let program = directory.join("hapticd");
-    if !program.exists() {
-        let mut build = Command::new(env!("CARGO"));
-        build.args(["build", "--quiet", "-p", "hapticd", "--bin", "hapticd"]);
-        if directory.ends_with("release") {
-            build.arg("--release");
-        }
-        assert!(build.status().expect("cargo runs").success(), "hapticd is built");
-    }
-    program
-}
-
 /// A panel at a daemon.
 pub(crate) struct Desk {
     app: App,
@@ -64,7 +47,7 @@ impl Desk {
     pub(crate) fn new() -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let socket = directory.path().join("s");
-        let daemon = Command::new(hapticd())
+        let daemon = Command::new(test_run::binary("hapticd"))
             .args(["--device", "fake", "--ramp-ms", "10", "--socket"])
             .arg(&socket)
             .arg("--scene-dir")

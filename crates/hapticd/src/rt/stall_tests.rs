@@ -15,7 +15,7 @@ use crate::rt::lateness::{LatePolicy, Lateness};
 use crate::rt::outbox;
 use crate::rt::tick::{Tick, tests::servo};
 use crate::self_test::NoLink;
-use crossbeam::queue::ArrayQueue;
+use crossbeam_queue::ArrayQueue;
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
 use haptic_core::servo::{Command, CompiledScene};
@@ -29,8 +29,11 @@ const BOUND: u64 = 30_000;
 
 /// Instructions of the control side at which it is stopped, at most: more than one whole hand-over;
 /// what follows is the same over again.
-fn most_steps() -> u64 {
-    test_run::extent(250, 400)
+const MOST_STEPS: u64 = 400;
+
+/// Instructions from one at which it is stopped to the next: every one, or, in a short run, as many as a lock is held for.
+fn stride() -> usize {
+    test_run::extent(7, 1)
 }
 
 const IDLE: u64 = 0;
@@ -109,9 +112,9 @@ struct Round {
     real_time: Box<dyn FnMut()>,
 }
 
-/// Stops the control side after each of its instructions in turn and lets the real-time side run there.
+/// Stops the control side after its instructions in turn and lets the real-time side run there.
 fn at_every_step(round: impl Fn() -> Round) -> &'static Report {
-    in_a_child(|report| step_through(&round, report))
+    in_a_child(|report| step_through(&round, stride(), report))
 }
 
 /// Runs what needs the trap flag in a process of its own, with one thread.
@@ -173,8 +176,8 @@ fn instructions_of(work: impl FnOnce()) -> u64 {
     COUNT.load(SeqCst)
 }
 
-fn step_through(round: &impl Fn() -> Round, report: &Report) {
-    for target in 1..=most_steps() {
+fn step_through(round: &impl Fn() -> Round, stride: usize, report: &Report) {
+    for target in (1..=MOST_STEPS).step_by(stride) {
         let mut round = round();
         let mut real_time: &mut dyn FnMut() = &mut *round.real_time;
         // SAFETY: only the lifetime is dropped; the handler uses it while this frame stands.
@@ -361,7 +364,7 @@ fn a_tick_ends_wherever_a_command_or_a_stop_is_preempted() {
 
 #[test]
 fn a_queue_towards_the_real_time_side_would_stall_it_and_this_is_seen() {
-    let report = at_every_step(|| {
+    let round = || {
         let queue = Arc::new(ArrayQueue::new(1));
         let (control, real_time) = (Arc::clone(&queue), queue);
         Round {
@@ -372,7 +375,8 @@ fn a_queue_towards_the_real_time_side_would_stall_it_and_this_is_seen() {
                 std::hint::black_box(real_time.pop());
             }),
         }
-    });
+    };
+    let report = in_a_child(|report| step_through(&round, 1, report));
     assert_ne!(report.stuck_at.load(SeqCst), 0, "{report:?}");
 }
 
@@ -390,10 +394,11 @@ const TICK_BUDGET: (u64, u64) = if cfg!(debug_assertions) {
 fn a_whole_tick_on_the_papers_scene_costs_no_more_than_was_agreed_on() {
     let report = in_a_child(|report| {
         let mut bench = Bench::on(Box::new(NoLink::new(1_000_000)), &renderer());
-        // Every eighth tick of two strokes: a trap costs microseconds.
-        let mut counts: Vec<u64> = (0..test_run::extent(100, 500))
+        // Some of the ticks of two strokes: a trap costs microseconds.
+        let counted = test_run::extent(50, 500);
+        let mut counts: Vec<u64> = (0..counted)
             .map(|_| {
-                bench.ticks(7);
+                bench.ticks(4000 / counted - 1);
                 while bench.records.pop().is_some() {}
                 instructions_of(|| bench.ticks(1))
             })

@@ -6,8 +6,8 @@ mod port;
 use clap::Parser;
 use device_io::clock::now_ns;
 use device_io::fake::{
-    Channel, Fault, Firmware, FirmwareProperties, HandOptions, Misbehaviour, Order, Quality, RigProperties, Script,
-    TimedFault, take_priority,
+    self, Fault, FaultyLine, Firmware, FirmwareProperties, Misbehaviour, Order, ProgramOptions, RigProperties,
+    TimedFault,
 };
 use device_io::protocol::message::{DeviceHello, FromDevice};
 use port::{Place, Port, PortClosed};
@@ -70,9 +70,6 @@ struct Options {
     #[arg(long, value_name = "N", default_value_t = 0.8)]
     friction_n: f64,
 
-    #[command(flatten)]
-    hand: HandOptions,
-
     /// A fault, now or `at` a time in seconds; may be given again
     #[arg(long, value_name = "FAULT", long_help = format!(
         "A fault, now or `at` a time in seconds; may be given again: {}; and of the firmware: {}",
@@ -81,18 +78,8 @@ struct Options {
     ))]
     fault: Vec<TimedFault>,
 
-    /// File of faults, one a line; `#` begins a comment
-    #[arg(long, value_name = "FILE")]
-    script: Option<PathBuf>,
-
-    /// Stay at an ordinary priority [default: a real-time one if permitted, as a microcontroller is
-    /// never late]
-    #[arg(long)]
-    ordinary_priority: bool,
-
-    /// Seed of everything random
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    program: ProgramOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -129,21 +116,11 @@ impl PlaceOptions {
 
 fn main() -> ExitCode {
     let options = Options::parse();
-    if !options.ordinary_priority {
-        take_priority();
-    }
-    let done = Script::new(&options.fault, options.script.as_deref(), now_ns()).and_then(|script| {
-        let mut rig = Rig::new(&options, script)
-            .map_err(|error| format!("{}: {error}", options.place.place().path().display()))?;
+    fake::run("fake-rig", &options.program, &options.fault, |line| {
+        let mut rig =
+            Rig::new(&options, line).map_err(|error| format!("{}: {error}", options.place.place().path().display()))?;
         rig.run().map_err(|error| error.to_string())
-    });
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(why) => {
-            eprintln!("fake-rig: {why}");
-            ExitCode::FAILURE
-        }
-    }
+    })
 }
 
 /// Time between two looks for the place, ns.
@@ -153,20 +130,15 @@ struct Rig {
     place: Place,
     port: Option<Port>,
     look_at_ns: u64,
-    plug_in_at_ns: u64,
-    stalled_until_ns: u64,
     firmware: Firmware,
-    quality: Quality,
     version: Option<u8>,
-    up: Channel,
-    down: Channel,
-    script: Script,
+    line: FaultyLine,
     period_ns: u64,
     next_sample_ns: u64,
 }
 
 impl Rig {
-    fn new(options: &Options, script: Script) -> io::Result<Self> {
+    fn new(options: &Options, line: FaultyLine) -> io::Result<Self> {
         let properties = FirmwareProperties {
             sample_rate_hz: options.sample_rate_hz,
             force_limit_n: options.force_limit_n,
@@ -195,14 +167,9 @@ impl Rig {
             },
             place,
             look_at_ns: 0,
-            plug_in_at_ns: 0,
-            stalled_until_ns: 0,
-            firmware: Firmware::new(rig, options.hand.hand(), properties),
-            quality: Quality::default(),
+            firmware: Firmware::new(rig, options.program.hand(), properties),
             version: None,
-            up: Channel::new(options.seed),
-            down: Channel::new(options.seed.wrapping_add(1)),
-            script,
+            line,
             period_ns: 1_000_000_000 / u64::from(options.sample_rate_hz),
             next_sample_ns: began_ns,
         })
@@ -221,15 +188,16 @@ impl Rig {
                 self.look_at_ns = now + LOOK_NS;
                 self.look(now)?;
             }
-            let stalled = now < self.stalled_until_ns;
             self.read(now);
-            while !stalled && let Some(frame) = self.down.receive(now) {
+            while let Some(frame) = self.line.receive_down(now) {
                 self.hear(&frame, now);
             }
             if now >= self.next_sample_ns {
                 // A sample that was missed is not made up for.
                 self.next_sample_ns += (1 + (now - self.next_sample_ns) / self.period_ns) * self.period_ns;
-                if !stalled && let Some(sample) = self.firmware.sample(now) {
+                if !self.line.is_stalled(now)
+                    && let Some(sample) = self.firmware.sample(now)
+                {
                     self.say(&sample, now);
                 }
             }
@@ -243,7 +211,7 @@ impl Rig {
         if self.port.as_ref().is_some_and(|port| !port.is_there()) {
             self.leave();
         }
-        if self.port.is_none() && now >= self.plug_in_at_ns {
+        if self.port.is_none() && self.line.may_plug_in(now) {
             match Port::open(&self.place) {
                 Ok(port) => self.port = Some(port),
                 Err(error) if matches!(self.place, Place::Pty(_)) => return Err(error),
@@ -256,13 +224,12 @@ impl Rig {
 
     fn leave(&mut self) {
         self.port = None;
-        self.up.clear();
-        self.down.clear();
+        self.line.clear();
     }
 
     /// Carries out all orders that are due; returns whether one of them ends the program.
     fn take_orders(&mut self, now: u64) -> bool {
-        while let Some(order) = self.script.next(now) {
+        while let Some(order) = self.line.next_order(now) {
             match order {
                 Order::Fail(fault) => self.fail(fault, now),
                 Order::TellForce => println!(
@@ -278,35 +245,29 @@ impl Rig {
     }
 
     fn fail(&mut self, fault: Fault, now: u64) {
-        let after =
-            |seconds: f64| now + u64::try_from(Duration::from_secs_f64(seconds).as_nanos()).unwrap_or(u64::MAX / 2);
-        match self.quality.take(fault) {
-            Ok(()) => {}
-            Err(Fault::Stall(seconds)) => self.stalled_until_ns = after(seconds),
-            Err(Fault::HangUp(seconds)) => {
-                self.leave();
-                self.plug_in_at_ns = after(seconds);
-            }
-            Err(Fault::Version(version)) => self.version = Some(version),
-            Err(Fault::Jump(counts)) => self.firmware.jump(counts),
-            Err(Fault::Wrap(seconds)) => {
+        match fault {
+            Fault::HangUp(_) => self.leave(),
+            Fault::Version(version) => self.version = Some(version),
+            Fault::Jump(counts) => self.firmware.jump(counts),
+            Fault::Wrap(seconds) => {
                 let in_us = u32::try_from(Duration::from_secs_f64(seconds).as_micros()).unwrap_or(u32::MAX);
                 self.firmware.wrap_in(in_us, now);
             }
-            Err(Fault::Firmware(misbehaviour)) => {
+            Fault::Firmware(misbehaviour) => {
                 self.firmware.misbehave(misbehaviour, now);
                 while let Some(error) = self.firmware.take_error() {
                     self.say(&error, now);
                 }
             }
-            Err(_) => {}
+            // The line's own.
+            _ => {}
         }
     }
 
     fn read(&mut self, now: u64) {
         let Some(port) = &mut self.port else { return };
-        let Self { down, quality, .. } = self;
-        if let Err(PortClosed) = port.read(|frame| down.send(frame, quality, now)) {
+        let line = &mut self.line;
+        if let Err(PortClosed) = port.read(|frame| line.send_down(frame, now)) {
             self.leave();
         }
     }
@@ -327,14 +288,14 @@ impl Rig {
         if let Some(version) = self.version {
             bytes[1] = version;
         }
-        self.up.send(port.encode(&bytes), &self.quality, now);
+        self.line.send_up(port.encode(&bytes), now);
     }
 
     fn write(&mut self, now: u64) {
         let Some(port) = &mut self.port else { return };
         let mut written = port.flush();
         while written.is_ok()
-            && let Some(frame) = self.up.receive(now)
+            && let Some(frame) = self.line.receive_up(now)
         {
             written = port.write(frame);
         }
@@ -345,10 +306,7 @@ impl Rig {
 
     /// Waits until a frame is due or bytes come.
     fn wait(&self) {
-        let due_ns = [self.up.next_due_ns(), self.down.next_due_ns()]
-            .into_iter()
-            .flatten()
-            .fold(self.next_sample_ns, u64::min);
+        let due_ns = self.line.next_due_ns(now_ns(), self.next_sample_ns);
         let timeout = Timespec::try_from(Duration::from_nanos(due_ns.saturating_sub(now_ns()))).ok();
         let nobody = {
             let mut polled: Vec<PollFd<'_>> = self.port.iter().map(|port| PollFd::new(port, port.events())).collect();

@@ -1,0 +1,232 @@
+//! What the tests of the commissioning share: a rig of somebody's own, and a client that commissions it.
+
+use crate::fake_rig::FakeRig;
+use crate::{Daemon, PATIENCE, binary, ctl, engage, pause, status, wait_for_state};
+use haptic_ipc::{
+    Client, ClientError, CommissionReply, Event, LeaseReply, Request, RigState, Sample, SceneReply, SubscribeReply,
+    Topic, WireError,
+};
+use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+/// A firmware that nobody has commissioned, and a handle that nobody holds.
+pub const OWN: [&str; 4] = ["--firmware-name", "mine 1.0", "--hand", "free"];
+
+/// A ramp that does not take long.
+const SHORT_RAMP: [&str; 2] = ["--ramp-ms", "20"];
+
+/// A pulse of the fake rig's 1.4 kg against its 0.8 N, N.
+pub const PUSH_N: f64 = 2.0;
+
+/// A daemon on a rig, with a ramp that does not take long; the rig is idle.
+///
+/// # Panics
+/// It does not come up.
+#[must_use]
+pub fn daemon(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
+    daemon_with(rig, &[&SHORT_RAMP, arguments].concat())
+}
+
+/// The same with a ramp of the caller's.
+///
+/// # Panics
+/// It does not come up.
+#[must_use]
+pub fn daemon_with(rig: &FakeRig, arguments: &[&str]) -> (Daemon, Client) {
+    let daemon = Daemon::start_on(&rig.address(), arguments);
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    (daemon, client)
+}
+
+/// A daemon whose state outlives it.
+///
+/// # Panics
+/// It does not come up.
+#[must_use]
+pub fn daemon_at(rig: &FakeRig, directory: &Path, arguments: &[&str]) -> (Daemon, Client) {
+    let mut command = Command::new(binary("hapticd"));
+    command
+        .args(["--device", &rig.address()])
+        .args(SHORT_RAMP)
+        .arg("--state-dir")
+        .arg(directory.join("state"))
+        .args(arguments);
+    let daemon = Daemon::spawn(command, &directory.join("run/control.sock"));
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    (daemon, client)
+}
+
+/// The refusal of a request.
+///
+/// # Panics
+/// It is not refused.
+pub fn refused(client: &mut Client, request: Request) -> WireError {
+    let asked = format!("{request:?}");
+    match client.request::<Value>(request) {
+        Err(ClientError::Refused(error)) => error,
+        other => panic!("{asked}: {other:?}"),
+    }
+}
+
+/// Runs `haptic-ctl commission` to its end; again where a busy machine faulted the rig on the way. Returns what it printed.
+///
+/// # Panics
+/// It fails for another reason.
+pub fn commission(socket: &Path, client: &mut Client, arguments: &[&str]) -> Value {
+    let began = Instant::now();
+    loop {
+        let output = ctl(socket, &[&["--json", "commission", "--yes"], arguments].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        if output.status.success() {
+            return serde_json::from_slice(&output.stdout).expect("findings");
+        }
+        let busy = ["faulted", "disconnected", "loses records"]
+            .iter()
+            .any(|why| said.contains(why));
+        assert!(busy && began.elapsed() < 4 * PATIENCE, "{said}");
+        println!("once more, the machine is busy: {said}");
+        let_go(client);
+    }
+}
+
+/// A client with a lease that has begun.
+///
+/// # Panics
+/// Nothing can be begun.
+#[must_use]
+pub fn begun(daemon: &Daemon) -> Client {
+    let mut client = daemon.client();
+    let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+    let _: CommissionReply = client.request(Request::CommissionBegin {}).expect("the rig is idle");
+    client
+}
+
+/// Asks for a pulse of so much force and time.
+#[must_use]
+pub fn pulse(force_n: f64, duration_ms: f64) -> Request {
+    Request::CommissionPulse {
+        force_n,
+        duration_ms: Some(duration_ms),
+    }
+}
+
+/// Asks until a pulse has ended.
+///
+/// # Panics
+/// It does not end.
+pub fn after_the_pulse(client: &mut Client) -> CommissionReply {
+    let began = Instant::now();
+    loop {
+        let reply: CommissionReply = client.request(Request::CommissionStatus {}).expect("it is ours");
+        if !reply.pulsing {
+            return reply;
+        }
+        assert!(began.elapsed() < PATIENCE, "the pulse does not end: {reply:?}");
+        pause();
+    }
+}
+
+/// Every tick from now on, until it is dropped.
+#[derive(Debug)]
+pub struct Ticks {
+    rows: mpsc::Receiver<Sample>,
+}
+
+impl Ticks {
+    /// Those of a daemon.
+    ///
+    /// # Panics
+    /// It is not served.
+    #[must_use]
+    pub fn of(daemon: &Daemon) -> Self {
+        let mut client = daemon.client();
+        let _: SubscribeReply = client
+            .request(Request::Subscribe {
+                topics: vec![Topic::Samples],
+                rate_hz: None,
+                batch_ms: Some(1),
+            })
+            .expect("it is served");
+        let (heard, rows) = mpsc::channel();
+        std::thread::spawn(move || {
+            while let Ok(event) = client.next_event() {
+                if let Event::Samples(samples) = event {
+                    for row in samples.rows {
+                        if heard.send(row).is_err() {
+                            return;
+                        }
+                    }
+                }
+            }
+        });
+        Self { rows }
+    }
+
+    /// Those up to the first that is as wanted, which is the last of them.
+    ///
+    /// # Panics
+    /// None of them is.
+    pub fn until(&self, what: &str, wanted: impl Fn(&Sample) -> bool) -> Vec<Sample> {
+        let began = Instant::now();
+        let mut rows = Vec::new();
+        while began.elapsed() < PATIENCE {
+            if let Ok(row) = self.rows.recv_timeout(Duration::from_millis(100)) {
+                rows.push(row);
+                if wanted(&row) {
+                    return rows;
+                }
+            }
+        }
+        panic!("waited in vain for {what}: {:?}", rows.last());
+    }
+
+    /// Those that have come and were not asked for yet.
+    #[must_use]
+    pub fn come_so_far(&self) -> Vec<Sample> {
+        self.rows.try_iter().collect()
+    }
+}
+
+/// Until the rig is idle, whatever a busy machine does to it on the way.
+///
+/// # Panics
+/// It does not come to rest.
+pub fn let_go(client: &mut Client) {
+    let began = Instant::now();
+    loop {
+        let next = match status(client).state {
+            RigState::Idle => return,
+            RigState::Engaging | RigState::Engaged => Request::Release {},
+            RigState::Stopped | RigState::Faulted => Request::Reset {},
+            RigState::Releasing | RigState::Disconnected => Request::Status {},
+        };
+        // Its state may have changed since.
+        drop(client.request::<Value>(next));
+        assert!(
+            began.elapsed() < PATIENCE,
+            "waited in vain for idle: {:?}",
+            status(client)
+        );
+        pause();
+    }
+}
+
+/// Engaged, a block at rest is stuck in the paper's scene; where a pulse was left in its place,
+/// nothing would hold it.
+///
+/// # Panics
+/// The scene is another.
+pub fn renders_the_scene(daemon: &Daemon, client: &mut Client) {
+    let scene: SceneReply = client.request(Request::get()).expect("a scene");
+    assert_eq!(scene.revision, 1, "it is the one of before");
+    let ticks = Ticks::of(daemon);
+    engage(client);
+    let rows = ticks.until("an engaged tick", |row| row.state == RigState::Engaged);
+    assert_eq!(rows.last().map(|row| row.contact), Some(0), "the scene is not back");
+    let_go(client);
+}
