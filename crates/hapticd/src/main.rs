@@ -255,7 +255,7 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
         address: config.device,
-        limits: config.limits,
+        servo: settings,
         _awake: awake,
         share,
         keeper: None,
@@ -275,7 +275,6 @@ fn prepare(config: Config) -> Result<Prepared, Failure> {
         rules: config.rules,
         state_dir: config.state_dir,
         scheme: config.scheme,
-        velocity: config.velocity,
         scene_dir: config.scene_dir,
         real_time: RealTimeStatus::default(),
     };

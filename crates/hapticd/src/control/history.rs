@@ -2,6 +2,7 @@
 
 use crate::telemetry::feed::KnownScene;
 use haptic_core::{ParameterKey, Scene};
+use haptic_ipc::SceneRamp;
 use std::collections::VecDeque;
 
 /// Scenes kept, and steps that can be taken back.
@@ -10,8 +11,10 @@ const KEPT: usize = 1000;
 /// Longest title of a scene, bytes: all else in a scene has a fixed size.
 pub(crate) const LONGEST_TITLE: usize = 256;
 
-// Scenes by revision, back and forth: what clients can make the history hold.
-const _: () = assert!(3 * KEPT * (size_of::<KnownScene>() + LONGEST_TITLE) <= 4 * 1024 * 1024);
+// Scenes by revision with their ramps, back and forth: what clients can make the history hold.
+const _: () = assert!(
+    KEPT * (3 * (size_of::<KnownScene>() + LONGEST_TITLE) + size_of::<SceneRamp>() + LONGEST_TITLE) <= 4 * 1024 * 1024
+);
 
 /// What a change does to the history.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +56,7 @@ impl History {
             scenes: VecDeque::from([KnownScene {
                 revision,
                 scene,
+                ramp: None,
                 undo_depth: 0,
                 redo_depth: 0,
             }]),
@@ -159,10 +163,18 @@ impl History {
         self.scenes.push_back(KnownScene {
             revision,
             scene,
+            ramp: None,
             undo_depth,
             redo_depth,
         });
         revision
+    }
+
+    /// Keeps by which ramp the newest scene comes in.
+    pub(crate) fn keep_ramp(&mut self, ramp: Option<SceneRamp>) {
+        if let Some(newest) = self.scenes.back_mut() {
+            newest.ramp = ramp.map(Box::new);
+        }
     }
 
     fn push(&mut self, before: Scene) {

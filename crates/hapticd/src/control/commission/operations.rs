@@ -117,7 +117,7 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
 
 /// The smaller of the daemon's and the device's limit, N.
 fn largest_force_n(rig: &RigHandle, device: &Device) -> f64 {
-    rig.facts.limits.force_n.min(device.force_limit_n)
+    rig.facts.servo.limits.force_n.min(device.force_limit_n)
 }
 
 /// The commissioning of a client that goes on and has no pulse under way.
