@@ -32,6 +32,7 @@ mod link_health;
 mod log;
 mod machine_record;
 mod outside_files;
+mod replay;
 mod safety;
 mod schema;
 mod service;

@@ -104,6 +104,7 @@ fn state() -> StateEvent {
         params: params_of(&Scene::paper()),
         undo_depth: 2,
         redo_depth: 1,
+        arrival: None,
     }
 }
 

@@ -7,10 +7,14 @@ use thiserror::Error;
 
 /// What a rig allows.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Limits {
     /// Largest force on the hand, N (> 0).
+    #[cfg_attr(feature = "serde", serde(rename = "force_N"))]
     pub force_n: f64,
     /// Fastest change of the force, N/s (> 0). Zero force is never held back.
+    #[cfg_attr(feature = "serde", serde(rename = "slew_N_per_s"))]
     pub slew_n_per_s: f64,
     /// Largest speed of the device, m/s (> 0).
     pub speed_mps: f64,

@@ -17,10 +17,14 @@ use crate::math::copysign;
 
 /// What the rig itself takes up.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RigLosses {
     /// Viscous damping, N s/m.
+    #[cfg_attr(feature = "serde", serde(rename = "damping_Ns_per_m"))]
     pub damping: f64,
     /// Coulomb friction, N.
+    #[cfg_attr(feature = "serde", serde(rename = "friction_N"))]
     pub friction: f64,
 }
 

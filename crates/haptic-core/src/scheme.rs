@@ -8,6 +8,9 @@ use thiserror::Error;
 
 /// How the block is moved on from one sample to the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(into = "String", try_from = "String"))]
 pub enum Scheme {
     /// Solved in closed form between the samples: see [`block::exact`](crate::block::exact).
     #[default]
@@ -71,5 +74,21 @@ impl FromStr for Scheme {
                 Ok(Self::Literal { substeps })
             }
         }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Scheme> for String {
+    fn from(scheme: Scheme) -> Self {
+        scheme.to_string()
+    }
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<String> for Scheme {
+    type Error = UnknownScheme;
+
+    fn try_from(text: String) -> Result<Self, UnknownScheme> {
+        text.parse()
     }
 }

@@ -73,6 +73,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
             .as_secs_f64(),
         revision: scene.revision,
         scene: scene.scene,
+        servo: subscribed.servo,
     };
     let file = create(&arguments.file, arguments.force)?;
     let failed = |error: std::io::Error| Failure::File(format!("{}: {error}", arguments.file.display()));

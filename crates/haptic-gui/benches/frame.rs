@@ -62,6 +62,7 @@ fn connected() -> Model {
         params: params_of(&scene),
         undo_depth: 0,
         redo_depth: 0,
+        arrival: None,
     })));
     model.apply(Update::Scene(Ok(Box::new(SceneReply {
         revision: 1,

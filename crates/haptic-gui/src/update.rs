@@ -4,7 +4,7 @@ use crate::intent::Intent;
 use crate::recording::{Loaded, RecordingNews};
 use haptic_ipc::{
     AdviceReply, ChangeReply, Description, Event, Hello, LogReply, SceneDiffReply, SceneListReply, SceneReply,
-    SceneSaveReply, StateReply, Status, WireError,
+    SceneSaveReply, StateReply, Status, SubscribeReply, WireError,
 };
 use std::path::PathBuf;
 use std::time::Duration;
@@ -31,6 +31,8 @@ pub enum Update {
         /// Why.
         reason: String,
     },
+    /// What will be heard of, and what the samples are computed with.
+    Subscribed(Box<SubscribeReply>),
     /// The parameter table.
     Described(Description),
     /// The advice on a scene. It is requested again whenever the scene changes.

@@ -3,6 +3,7 @@
 use crate::error::WireError;
 use crate::journal::JournalEntry;
 use crate::object::{Field, FieldValue, Limits};
+use crate::replay::{SceneArrival, ServoSetup};
 use crate::sample::Sample;
 use crate::state::RigState;
 use crate::timing::Timing;
@@ -93,6 +94,9 @@ pub struct StateEvent {
     /// Number of changes that `redo` can redo.
     #[serde(default)]
     pub redo_depth: usize,
+    /// The whole scene, and how it came in; an earlier server does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub arrival: Option<Box<SceneArrival>>,
 }
 
 /// A batch of ticks.
@@ -119,4 +123,7 @@ pub struct SubscribeReply {
     pub batch_ms: u32,
     /// Names of a row's columns.
     pub columns: Vec<String>,
+    /// What the rows are computed with; an earlier server does not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub servo: Option<ServoSetup>,
 }

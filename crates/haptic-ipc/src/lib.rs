@@ -164,6 +164,7 @@ mod problem;
 pub mod quantity;
 mod refusal;
 pub mod regular_file;
+mod replay;
 mod request;
 mod sample;
 mod scene;
@@ -189,6 +190,7 @@ pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use problem::Problem;
+pub use replay::{SceneArrival, SceneRamp, ServoSetup};
 pub use request::{ChangeOptions, Request};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
 pub use scene::{

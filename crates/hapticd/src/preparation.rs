@@ -89,7 +89,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         server: format!("hapticd {}", env!("CARGO_PKG_VERSION")),
         device: description,
         address: config.device,
-        limits: config.limits,
+        servo: settings,
         _awake: awake,
         share,
         keeper: None,
@@ -109,7 +109,6 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         rules: config.rules,
         state_dir: config.state_dir,
         scheme: config.scheme,
-        velocity: config.velocity,
         scene_dir: config.scene_dir,
         real_time: RealTimeStatus::default(),
     };

@@ -11,6 +11,7 @@
 mod fault;
 mod force_offset;
 mod inputs;
+mod ramp;
 mod rig;
 mod sensing;
 mod state;
@@ -50,6 +51,8 @@ const LONGEST_RAMP_STEP_PERIODS: f64 = 5.0;
 
 /// What stays the same from step to step.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Settings {
     /// Nominal time between two steps, s (> 0).
     pub period_s: f64,
@@ -60,6 +63,7 @@ pub struct Settings {
     /// What the rig itself takes up.
     pub losses: RigLosses,
     /// Largest force that the passivity controller may add, N (>= 0); zero only observes.
+    #[cfg_attr(feature = "serde", serde(rename = "passivity_control_N"))]
     pub passivity_control_n: f64,
     /// How velocity is estimated.
     pub velocity: velocity::Method,

@@ -68,6 +68,12 @@ impl Steps {
         }
     }
 
+    /// Steps in all.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.renderers.len()
+    }
+
     /// Steps taken so far.
     #[must_use]
     pub fn taken(&self) -> usize {

@@ -22,6 +22,9 @@ use thiserror::Error;
 
 /// Which estimator to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(into = "String", try_from = "String"))]
 pub enum Method {
     /// The difference to the sample before.
     FiniteDifference,
@@ -73,6 +76,22 @@ impl FromStr for Method {
             .into_iter()
             .find(|method| method.to_string() == text)
             .ok_or_else(|| UnknownMethod(text.to_string()))
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Method> for String {
+    fn from(method: Method) -> Self {
+        method.to_string()
+    }
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<String> for Method {
+    type Error = UnknownMethod;
+
+    fn try_from(text: String) -> Result<Self, UnknownMethod> {
+        text.parse()
     }
 }
 

@@ -105,6 +105,7 @@ mod tests {
             params: haptic_ipc::params_of(&scene),
             undo_depth: 0,
             redo_depth: 0,
+            arrival: None,
         })
     }
 

@@ -216,6 +216,7 @@ mod tests {
                 params: std::collections::BTreeMap::new(),
                 undo_depth: 1,
                 redo_depth: 0,
+                arrival: None,
             }),
         ] {
             model.take(event);

@@ -263,8 +263,9 @@ fn introduction() -> Vec<(Request, Asked)> {
 fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Result<Option<Update>, End> {
     match asked {
         Asked::Subscribe => {
-            result.map_err(|error| End::Lost(format!("the daemon refused the subscription: {error}")))?;
-            Ok(None)
+            let reply = result.map_err(|error| End::Lost(format!("the daemon refused the subscription: {error}")))?;
+            let reply = serde_json::from_value(reply).map_err(ClientError::BadAnswer)?;
+            Ok(Some(Update::Subscribed(Box::new(reply))))
         }
         Asked::Describe => {
             let description =

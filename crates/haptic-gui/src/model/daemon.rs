@@ -3,7 +3,7 @@
 use super::scene::SceneFacts;
 use super::stop::StopReport;
 use crate::update::{Answer, StopNews};
-use haptic_ipc::{RigState, Status, Timing, WireError};
+use haptic_ipc::{RigState, ServoSetup, Status, Timing, WireError};
 use haptic_lab::recording::Metadata;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -16,6 +16,8 @@ pub(crate) struct Daemon {
     pub(crate) scene: SceneFacts,
     pub(crate) timing: Option<Timing>,
     pub(crate) status: Option<Status>,
+    /// What the samples are computed with.
+    pub(crate) servo: Option<ServoSetup>,
     pub(crate) losses: Losses,
     pub(crate) stop: StopReport,
     /// Why the daemon refused to engage, release or reset.
@@ -90,6 +92,7 @@ impl Daemon {
             started_unix_s: 0.0,
             revision: self.scene.revision?,
             scene: self.scene.active.clone()?,
+            servo: self.servo.clone(),
         })
     }
 

@@ -53,6 +53,7 @@ impl Model {
                 self.reconnect(Link::Lost { path, reason });
                 self.daemon.stop.lose_connection();
             }
+            Update::Subscribed(reply) => daemon.servo = reply.servo,
             Update::Described(description) => {
                 let change = daemon.scene.take_description(description);
                 view.tuning.take_parameters(&daemon.scene.parameters);

@@ -128,6 +128,7 @@ mod tests {
             name: scene.name.clone(),
             law: scene.friction.law().into(),
             params: params_of(scene),
+            arrival: None,
         }
     }
 

@@ -207,6 +207,7 @@ pub(crate) fn of_revision(revision: u64) -> StateEvent {
         law: "karnopp".to_owned(),
         undo_depth: 0,
         redo_depth: 0,
+        arrival: None,
         state: RigState::Idle,
         fault: None,
         tick: 5,

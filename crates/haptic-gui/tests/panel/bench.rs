@@ -101,6 +101,7 @@ pub(crate) fn state_event(state: RigState, tick: u64) -> StateEvent {
         law: "karnopp".to_owned(),
         undo_depth: 0,
         redo_depth: 0,
+        arrival: None,
         state,
         fault: None,
         tick,

@@ -19,6 +19,10 @@
 //! a row for each sample. A [`Mark`] stands before the first row that it concerns. Other lines of
 //! `#` are remarks, and are passed over.
 //!
+//! The rows are what the daemon's servo was stepped with and what it gave. With the settings in the
+//! metadata and the scenes in the marks a [`Servo`](haptic_core::servo::Servo) gives the same forces
+//! again, to the last bit, where every tick is a row and the recording began without force.
+//!
 //! A line counts only when its newline is there. A recording that was broken off, by a full disk or
 //! a dead process, reads up to its last whole line, and [`Ending`] says so.
 
@@ -31,7 +35,7 @@ pub use recorder::{Recorder, Totals};
 pub use writer::Writer;
 
 use haptic_core::{Directional, Scene};
-use haptic_ipc::RigState;
+use haptic_ipc::{RigState, SceneArrival, ServoSetup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -58,6 +62,9 @@ pub struct Metadata {
     pub revision: u64,
     /// That scene.
     pub scene: Scene,
+    /// What the rows are computed with; an earlier daemon did not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub servo: Option<ServoSetup>,
 }
 
 /// Something that happened between two rows.
@@ -76,6 +83,9 @@ pub enum Mark {
         law: String,
         /// Its parameters by name, SI units; of a ramp, those that it ends at.
         params: BTreeMap<String, Directional>,
+        /// The whole scene, and how it came in; an earlier daemon did not tell.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        arrival: Option<Box<SceneArrival>>,
     },
     /// The rig's state changed.
     State {

@@ -111,6 +111,7 @@ impl<W: Write> Recorder<W> {
                 name: event.scene.clone(),
                 law: event.law.clone(),
                 params: event.params.clone(),
+                arrival: event.arrival.clone(),
             });
         }
         if Some(event.state) != self.state {

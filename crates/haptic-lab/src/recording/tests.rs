@@ -16,6 +16,7 @@ fn metadata() -> Metadata {
         started_unix_s: 1.763_748_187_123e9,
         revision: 7,
         scene: scene(),
+        servo: None,
     }
 }
 
@@ -50,6 +51,7 @@ fn state(tick: u64, state: RigState, revision: u64) -> Event {
         params: haptic_ipc::params_of(&scene()),
         undo_depth: 0,
         redo_depth: 0,
+        arrival: None,
     })
 }
 
@@ -326,6 +328,7 @@ fn any_mark() -> impl Strategy<Value = Mark> {
                 name,
                 law: "karnopp".into(),
                 params: params.into(),
+                arrival: None,
             }
         }),
         (any::<u64>(), prop::option::of(".{0,20}")).prop_map(|(tick, fault)| Mark::State {

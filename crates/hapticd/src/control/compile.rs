@@ -1,11 +1,8 @@
-//! Compiles a scene for the real-time thread: to one renderer, or to a ramp of them.
+//! Compiles a scene for the real-time thread, and keeps by which ramp it comes in.
 
-use haptic_core::servo::{CompiledScene, Steps, Transition};
-use haptic_core::{Renderer, Scene, SceneError, Scheme};
-use haptic_ipc::WireError;
-
-/// Most scenes of a ramp: each moves the force by less than a hundredth of its range.
-const MOST_STEPS: f64 = 250.0;
+use haptic_core::servo::{CompiledScene, Transition};
+use haptic_core::{Scene, Scheme};
+use haptic_ipc::{SceneRamp, WireError};
 
 /// The steps of a ramp from one scene to another.
 #[derive(Debug)]
@@ -30,9 +27,8 @@ impl RampPath {
 /// A scene, ready to be handed over.
 #[derive(Debug)]
 pub(crate) struct Compiled {
-    renderer: Renderer,
-    transition: Transition,
-    way: Option<RampPath>,
+    scene: CompiledScene,
+    ramp: Option<SceneRamp>,
     ramp_ticks: Option<u64>,
 }
 
@@ -42,51 +38,21 @@ impl Compiled {
     /// # Errors
     /// The scene cannot be rendered.
     pub(crate) fn new(from: &Scene, to: &Scene, scheme: Scheme, period_s: f64, ramp_s: f64) -> Result<Self, WireError> {
-        let compile = |scene: &Scene| -> Result<Renderer, SceneError> { Renderer::new(scene, scheme, period_s) };
-        let renderer = compile(to)?;
-        if ramp_s <= 0.0 {
-            return Ok(Self {
-                renderer,
-                transition: Transition::AtOnce,
-                way: None,
-                ramp_ticks: None,
-            });
-        }
-        let ticks = (ramp_s / period_s).ceil();
+        // The revision is known when it is handed over.
+        let scene = CompiledScene::ramped(from, to, 0, scheme, period_s, ramp_s)?;
+        let takes_time = ramp_s > 0.0;
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "at most ten seconds of ticks"
         )]
-        let ramp_ticks = Some(ticks as u64);
-        let Some(first) = from.toward(to, 0.0) else {
-            return Ok(Self {
-                renderer,
-                transition: Transition::Fade { over_s: ramp_s },
-                way: None,
-                ramp_ticks,
-            });
-        };
-        let count = ticks.min(MOST_STEPS);
-        let mut on_the_way = Vec::new();
-        let mut step = 1.0;
-        while step < count {
-            // A scene on the way that cannot be rendered is skipped, even if both ends can be.
-            if let Some(Ok(renderer)) = from.toward(to, step / count).as_ref().map(compile) {
-                on_the_way.push(renderer);
-            }
-            step += 1.0;
-        }
-        on_the_way.push(renderer);
-        let way = RampPath {
-            from: from.clone(),
-            steps: on_the_way.len(),
-        };
+        let ramp_ticks = takes_time.then(|| (ramp_s / period_s).ceil() as u64);
         Ok(Self {
-            // The first scene has been rendered before.
-            renderer: compile(&first).or_else(|_| compile(to))?,
-            transition: Transition::Steps(Steps::new(on_the_way, ramp_s)),
-            way: Some(way),
+            scene,
+            ramp: takes_time.then(|| SceneRamp {
+                from: from.clone(),
+                over_s: ramp_s,
+            }),
             ramp_ticks,
         })
     }
@@ -96,13 +62,21 @@ impl Compiled {
         self.ramp_ticks
     }
 
+    /// The ramp that it comes in by.
+    pub(super) fn ramp(&self) -> Option<&SceneRamp> {
+        self.ramp.as_ref()
+    }
+
     /// The scene for the real-time thread, and its ramp if it has one.
     pub(crate) fn into_scene(self, revision: u64) -> (CompiledScene, Option<RampPath>) {
-        let scene = CompiledScene {
-            renderer: self.renderer,
-            revision,
-            transition: self.transition,
+        let way = match (self.ramp, &self.scene.transition) {
+            (Some(ramp), Transition::Steps(steps)) => Some(RampPath {
+                from: ramp.from,
+                steps: steps.count(),
+            }),
+            _ => None,
         };
-        (scene, self.way)
+        let scene = CompiledScene { revision, ..self.scene };
+        (scene, way)
     }
 }

@@ -6,9 +6,8 @@ use device_boards::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::Scheme;
 use haptic_core::adviser::RigFacts;
-use haptic_core::limiter::Limits;
-use haptic_core::velocity::Method;
-use haptic_ipc::{AdviceBasis, ForceLimitBy, RealTimeStatus};
+use haptic_core::servo::Settings;
+use haptic_ipc::{AdviceBasis, ForceLimitBy, RealTimeStatus, ServoSetup};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -27,7 +26,8 @@ pub(crate) struct Facts {
     pub(crate) server: String,
     pub(crate) device: String,
     pub(crate) address: Address,
-    pub(crate) limits: Limits,
+    /// The settings of the loop's servo.
+    pub(crate) servo: Settings,
     /// Keeps the processors awake while it is open.
     pub(crate) _awake: Option<std::fs::File>,
     /// The loop's share of its processor, if it is pinned to one.
@@ -45,7 +45,6 @@ pub(crate) struct Facts {
     /// Directory of the commissioning records.
     pub(crate) state_dir: PathBuf,
     pub(crate) scheme: Scheme,
-    pub(crate) velocity: Method,
     /// Directory of saved scenes.
     pub(crate) scene_dir: PathBuf,
     /// The real-time thread's properties when the loop began.
@@ -97,10 +96,25 @@ impl Facts {
     /// The largest force sent to the rig, N, and the source of that limit.
     pub(crate) fn force_limit(&self) -> (f64, ForceLimitBy) {
         match self.link.as_ref().map(LinkMonitor::state) {
-            Some(LinkState::Connected { device, .. }) if device.force_limit_n < self.limits.force_n => {
+            Some(LinkState::Connected { device, .. }) if device.force_limit_n < self.servo.limits.force_n => {
                 (device.force_limit_n, ForceLimitBy::Device)
             }
-            _ => (self.limits.force_n, ForceLimitBy::Configuration),
+            _ => (self.servo.limits.force_n, ForceLimitBy::Configuration),
+        }
+    }
+
+    /// What the loop computes its forces with, on the device that is connected.
+    pub(crate) fn servo_setup(&self) -> ServoSetup {
+        let (device_resolution_m, force_limit_n) = match self.link.as_ref().map(LinkMonitor::state) {
+            Some(LinkState::Connected { device, .. }) => (device.resolution_m, device.force_limit_n),
+            _ => (self.rig.resolution, f64::INFINITY),
+        };
+        ServoSetup {
+            settings: self.servo,
+            scheme: self.scheme,
+            device_resolution_m,
+            // JSON has no infinity.
+            device_force_limit_n: force_limit_n.is_finite().then_some(force_limit_n),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use crate::telemetry::feed::KnownScene;
 use haptic_core::{ParameterKey, Scene};
+use haptic_ipc::SceneRamp;
 use std::collections::VecDeque;
 
 /// Most scenes kept, and most steps that can be undone.
@@ -10,8 +11,12 @@ const MOST_KEPT: usize = 1000;
 /// Longest title of a scene, bytes: everything else in a scene has a fixed size.
 pub(crate) const LONGEST_TITLE: usize = 256;
 
-// Scenes by revision, to undo and to redo: the most that clients can make the history hold.
-const _: () = assert!(3 * MOST_KEPT * (size_of::<KnownScene>() + LONGEST_TITLE) <= 4 * 1024 * 1024);
+// Scenes by revision with their ramps, to undo and to redo: the most that clients can make the
+// history hold.
+const _: () = assert!(
+    MOST_KEPT * (3 * (size_of::<KnownScene>() + LONGEST_TITLE) + size_of::<SceneRamp>() + LONGEST_TITLE)
+        <= 4 * 1024 * 1024
+);
 
 /// The effect of a change on the history.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,6 +58,7 @@ impl History {
             scenes: VecDeque::from([KnownScene {
                 revision,
                 scene,
+                ramp: None,
                 undo_depth: 0,
                 redo_depth: 0,
             }]),
@@ -159,10 +165,18 @@ impl History {
         self.scenes.push_back(KnownScene {
             revision,
             scene,
+            ramp: None,
             undo_depth,
             redo_depth,
         });
         revision
+    }
+
+    /// Keeps by which ramp the newest scene comes in.
+    pub(crate) fn keep_ramp(&mut self, ramp: Option<SceneRamp>) {
+        if let Some(newest) = self.scenes.back_mut() {
+            newest.ramp = ramp.map(Box::new);
+        }
     }
 
     fn push(&mut self, before: Scene) {

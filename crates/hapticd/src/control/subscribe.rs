@@ -66,5 +66,6 @@ pub(super) fn subscribe(
         rate_hz,
         batch_ms,
         columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
+        servo: Some(rig.facts.servo_setup()),
     })
 }

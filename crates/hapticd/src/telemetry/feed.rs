@@ -9,7 +9,8 @@ use crate::telemetry::timing::TimingRecorder;
 use device_io::link::LinkMonitor;
 use haptic_core::Scene;
 use haptic_ipc::{
-    Event, JournalEntry, LinkStatus, RigState, Sample, SamplesEvent, StateEvent, Timing, Topic, params_of,
+    Event, JournalEntry, LinkStatus, RigState, Sample, SamplesEvent, SceneArrival, SceneRamp, StateEvent, Timing,
+    Topic, params_of,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -39,6 +40,8 @@ pub(crate) struct Line {
 pub(crate) struct KnownScene {
     pub(crate) revision: u64,
     pub(crate) scene: Scene,
+    /// The ramp by which it came in.
+    pub(crate) ramp: Option<Box<SceneRamp>>,
     pub(crate) undo_depth: usize,
     pub(crate) redo_depth: usize,
 }
@@ -296,6 +299,10 @@ impl Feed {
             params: params_of(&known.scene),
             undo_depth: known.undo_depth,
             redo_depth: known.redo_depth,
+            arrival: Some(Box::new(SceneArrival {
+                scene: known.scene.clone(),
+                ramp: known.ramp.as_deref().cloned(),
+            })),
         });
         let line = line(&event);
         for subscriber in self.subscribers.iter_mut().filter(|subscriber| listening(subscriber)) {
@@ -364,6 +371,7 @@ mod tests {
         KnownScene {
             revision,
             scene: Scene::paper(),
+            ramp: None,
             undo_depth: 0,
             redo_depth: 0,
         }

@@ -119,7 +119,7 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<C
 
 /// The force limit of the rig, N: the smaller of the daemon's and the device's.
 fn largest_force_n(rig: &RigHandle, device: &ConnectedDevice) -> f64 {
-    rig.facts.limits.force_n.min(device.force_limit_n)
+    rig.facts.servo.limits.force_n.min(device.force_limit_n)
 }
 
 /// The device under commission, if the commissioning is active and has no pulse under way.

@@ -55,7 +55,12 @@ impl RigHandle {
 
     /// Sends a compiled scene to the real-time thread; returns its revision.
     pub(crate) fn apply(&self, scene: Scene, compiled: Compiled, step: Move, entry: JournalEntry) -> u64 {
-        let revision = self.history.borrow_mut().moved(step, scene);
+        let revision = {
+            let mut history = self.history.borrow_mut();
+            let revision = history.moved(step, scene);
+            history.keep_ramp(compiled.ramp().cloned());
+            revision
+        };
         let (scene, path) = compiled.into_scene(revision);
         *self.ramp.borrow_mut() = path.map(|path| Ramp { revision, path });
         self.enter(Completion::Rendered(revision), entry);

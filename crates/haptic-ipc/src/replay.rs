@@ -1,0 +1,42 @@
+//! What a replay needs beside the rows of samples: how the servo was set up, and how each scene came
+//! in. With both, [`haptic_core::servo::Servo`] gives the forces of the rows again.
+
+use haptic_core::servo::Settings;
+use haptic_core::{Scene, Scheme};
+use serde::{Deserialize, Serialize};
+
+/// How the servo is set up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ServoSetup {
+    /// What stays the same from tick to tick.
+    pub settings: Settings,
+    /// How the block is integrated: `exact`, `implicit`, `literal` or `literal:N`.
+    pub scheme: Scheme,
+    /// Distance between two positions that the device can tell apart, m.
+    pub device_resolution_m: f64,
+    /// Largest force that the device gives, N; absent where it names none.
+    #[serde(default, rename = "device_force_limit_N", skip_serializing_if = "Option::is_none")]
+    pub device_force_limit_n: Option<f64>,
+}
+
+/// How a scene came in.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SceneArrival {
+    /// The scene, as its file holds it.
+    pub scene: Scene,
+    /// Its ramp; absent where it came in at once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ramp: Option<SceneRamp>,
+}
+
+/// The ramp to a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SceneRamp {
+    /// Where it began. A scene that interrupts a ramp begins where that one had come to.
+    pub from: Scene,
+    /// Time that it takes, s.
+    pub over_s: f64,
+}
