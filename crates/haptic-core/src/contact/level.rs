@@ -133,19 +133,19 @@ impl FallSeries {
         series
     }
 
-    /// The coefficient of order `n`, N.
-    pub(crate) fn next(&mut self, path: &Path, newest: Newest) -> f64 {
-        let n = newest.n;
-        if n == 0 {
+    /// The coefficient of order `N`, N.
+    #[inline(always)]
+    pub(crate) fn next<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        if N == 0 {
             return self.force.get(0);
         }
-        let squares = inner(n, &path.speed, &path.speed_descending);
-        let fallen = inner(n, &self.slope, &self.descending);
+        let squares = inner::<N>(&path.speed, &path.speed_descending);
+        let fallen = inner::<N>(&self.slope, &self.descending);
         let square = squares + 2.0 * path.speed.get(0) * newest.speed;
-        let slope = square * (self.inverse_square * n as f64);
-        let force = -RECIPROCAL[n] * (fallen + slope * self.force.get(0));
-        self.slope.set(n, slope);
-        self.set(n, force);
+        let slope = square * (self.inverse_square * N as f64);
+        let force = -RECIPROCAL[N] * (fallen + slope * self.force.get(0));
+        self.slope.set(N, slope);
+        self.set(N, force);
         force
     }
 

@@ -329,6 +329,10 @@ impl PiecewiseContact for DahlContact {
 struct PowerSeries {
     limit: f64,
     exponent: f64,
+    /// `m + 1`.
+    power_and_one: f64,
+    /// `1/Y[0]`.
+    inverse_first: f64,
     /// `dY/dx`, 1/m.
     slope: f64,
     line: Ascending,
@@ -354,6 +358,8 @@ impl PowerSeries {
         let mut series = Self {
             limit,
             exponent,
+            power_and_one: 1.0 / (1.0 - exponent) + 1.0,
+            inverse_first: 1.0 / at_start,
             slope: (exponent - 1.0) * law.contact_stiffness / limit,
             line: Ascending::ZERO,
             weighted: Ascending::ZERO,
@@ -380,41 +386,38 @@ impl PowerSeries {
         }
     }
 
-    /// The coefficient of order `n` of `r`, for one of the line.
-    fn rest(&mut self, n: usize, line: f64) -> f64 {
-        let known = inner(n, &self.line, &self.factor);
+    /// The coefficient of order `N` of `r`, for one of the line.
+    #[inline(always)]
+    fn rest<const N: usize>(&mut self, line: f64) -> f64 {
+        let known = inner::<N>(&self.line, &self.factor);
         let first = self.factor.get(0);
         if self.exponent == SQUARE {
-            self.factor.set(n, line);
+            self.factor.set(N, line);
             return known + 2.0 * first * line;
         }
-        let weight = n as f64;
-        let weighted = inner(n, &self.weighted, &self.factor) + weight * line * first;
-        let power = 1.0 / (1.0 - self.exponent);
-        let rest = ((power + 1.0) * weighted * RECIPROCAL[n] - (known + line * first)) / self.line.get(0);
-        self.factor.set(n, rest);
-        self.weighted.set(n, weight * line);
+        let weight = N as f64;
+        let weighted = inner::<N>(&self.weighted, &self.factor) + weight * line * first;
+        let rest = (self.power_and_one * weighted * RECIPROCAL[N] - (known + line * first)) * self.inverse_first;
+        self.factor.set(N, rest);
+        self.weighted.set(N, weight * line);
         rest
     }
 }
 
 impl Recurrence for PowerSeries {
     const LOOK_BACK: usize = 2;
+    const FEWEST_ORDERS: usize = 4;
 
-    fn fewest_orders(&self) -> usize {
-        4
-    }
-
-    fn friction(&mut self, _path: &Path, newest: Newest) -> f64 {
-        let n = newest.n;
-        if n > 0 {
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
+        if N > 0 {
             let line = self.slope * newest.distance;
-            let friction = -self.limit * self.rest(n, line);
-            self.line.set(n, line);
-            self.friction.set(n, friction);
+            let friction = -self.limit * self.rest::<N>(line);
+            self.line.set(N, line);
+            self.friction.set(N, friction);
             self.next_size = friction.abs();
         }
-        self.friction.get(n)
+        self.friction.get(N)
     }
 
     fn next_size(&self) -> f64 {

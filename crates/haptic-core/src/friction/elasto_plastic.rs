@@ -280,14 +280,12 @@ struct StretchSeries {
 
 impl Recurrence for StretchSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
 
-    fn fewest_orders(&self) -> usize {
-        FEWEST_ON_CURVE
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        self.newest = self.fall.next(path, newest);
-        self.bristle.take(newest.n, newest.speed, path.duration_s)
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        self.newest = self.fall.next::<N>(path, newest);
+        self.bristle.take::<N>(newest.speed, path.duration_s)
     }
 
     fn next_size(&self) -> f64 {
@@ -301,6 +299,8 @@ struct DelayedSeries {
     bristle: BristleForce,
     ratio: RatioSeries,
     fraction: f64,
+    /// `pi/(1 - f)`.
+    a_ratio: f64,
     /// `n theta[n]`.
     turn: Ascending,
     sine: Descending,
@@ -315,6 +315,7 @@ impl DelayedSeries {
             bristle,
             ratio,
             fraction,
+            a_ratio: PI / (1.0 - fraction),
             turn: Ascending::ZERO,
             sine: Descending::ZERO,
             cosine: Descending::ZERO,
@@ -323,52 +324,48 @@ impl DelayedSeries {
         }
     }
 
-    fn elastic_share(&mut self, path: &Path, newest: Newest) -> f64 {
-        let n = newest.n;
-        let a_radian = PI / (1.0 - self.fraction);
-        let turned_cosine = inner(n, &self.turn, &self.cosine);
-        let turned_sine = inner(n, &self.turn, &self.sine);
-        let flown = inner(n, &self.alpha, &self.ratio.descending);
-        let ratio = self.ratio.next(self.bristle.get(n), path, newest);
-        self.ratio.keep(n, ratio);
+    #[inline(always)]
+    fn elastic_share<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        let turned_cosine = inner::<N>(&self.turn, &self.cosine);
+        let turned_sine = inner::<N>(&self.turn, &self.sine);
+        let flown = inner::<N>(&self.alpha, &self.ratio.descending);
+        let ratio = self.ratio.next::<N>(self.bristle.get(N), path, newest);
         let (sine, cosine, alpha, share);
-        if n == 0 {
-            (sine, cosine) = sin_cos(a_radian * (ratio - self.fraction));
+        if N == 0 {
+            (sine, cosine) = sin_cos(self.a_ratio * (ratio - self.fraction));
             alpha = 0.5 * (1.0 - cosine);
             share = 1.0 - alpha * ratio;
         } else {
-            let turn = n as f64 * a_radian * ratio;
-            sine = RECIPROCAL[n] * (turned_cosine + turn * self.cosine.get(0));
-            cosine = -RECIPROCAL[n] * (turned_sine + turn * self.sine.get(0));
+            let turn = N as f64 * self.a_ratio * ratio;
+            sine = RECIPROCAL[N] * (turned_cosine + turn * self.cosine.get(0));
+            cosine = -RECIPROCAL[N] * (turned_sine + turn * self.sine.get(0));
             alpha = -0.5 * cosine;
             share = -(flown + alpha * self.ratio.ratio.get(0) + self.alpha.get(0) * ratio);
-            self.turn.set(n, turn);
+            self.turn.set(N, turn);
         }
-        self.sine.set(n, sine);
-        self.cosine.set(n, cosine);
-        self.alpha.set(n, alpha);
+        self.sine.set(N, sine);
+        self.cosine.set(N, cosine);
+        self.alpha.set(N, alpha);
         share
     }
 }
 
 impl Recurrence for DelayedSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
 
-    fn fewest_orders(&self) -> usize {
-        if self.ratio.varies() { FEWEST_ON_CURVE } else { 4 }
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        let Newest { n, speed, .. } = newest;
-        let known = inner(n, &path.speed, &self.share);
-        let share = self.elastic_share(path, newest);
-        self.share.set(n, share);
-        let taken = if n == 0 {
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        let speed = newest.speed;
+        let known = inner::<N>(&path.speed, &self.share);
+        let share = self.elastic_share::<N>(path, newest);
+        self.share.set(N, share);
+        let taken = if N == 0 {
             speed * share
         } else {
             known + path.speed.get(0) * share + speed * self.share.get(0)
         };
-        self.bristle.take(n, taken, path.duration_s)
+        self.bristle.take::<N>(taken, path.duration_s)
     }
 
     fn next_size(&self) -> f64 {

@@ -210,42 +210,44 @@ impl AdhesionSeries {
         }
     }
 
-    fn elastic_share(&mut self, n: usize, ratio: f64) -> f64 {
+    #[inline(always)]
+    fn elastic_share<const N: usize>(&mut self, ratio: f64) -> f64 {
         let [ratios, .., eighths] = &self.powers;
-        let inverted = inner(n, eighths, &self.inverse);
-        let adhered = inner(n, ratios, &self.inverse);
-        let known = [0, 1, 2].map(|k| inner(n, &self.powers[k], &self.descending[k]));
+        let inverted = inner::<N>(eighths, &self.inverse);
+        let adhered = inner::<N>(ratios, &self.inverse);
+        let known = [0, 1, 2].map(|k| inner::<N>(&self.powers[k], &self.descending[k]));
         let mut power = ratio;
         for (k, known) in known.into_iter().enumerate() {
-            self.powers[k].set(n, power);
-            self.descending[k].set(n, power);
+            self.powers[k].set(N, power);
+            self.descending[k].set(N, power);
             let first = self.powers[k].get(0);
-            power = if n == 0 {
+            power = if N == 0 {
                 first * first
             } else {
                 known + 2.0 * first * power
             };
         }
-        self.powers[3].set(n, power);
-        let inverse = if n == 0 {
+        self.powers[3].set(N, power);
+        let inverse = if N == 0 {
             self.inverse_sum
         } else {
             -self.inverse_sum * (inverted + power * self.inverse_sum)
         };
-        self.inverse.set(n, inverse);
+        self.inverse.set(N, inverse);
         let first = self.powers[0].get(0);
-        let product = if n == 0 {
+        let product = if N == 0 {
             first * inverse
         } else {
             adhered + first * inverse + ratio * self.inverse_sum
         };
-        let whole = if n == 0 { 1.0 } else { 0.0 };
+        let whole = if N == 0 { 1.0 } else { 0.0 };
         whole - (1.0 + self.onset) * (ratio - self.onset * product)
     }
 }
 
 impl Recurrence for AdhesionSeries {
     const LOOK_BACK: usize = 8;
+    const FEWEST_ORDERS: usize = 11;
 
     fn caution(&self) -> f64 {
         if self.powers[0].get(0).abs() < NEAR_CENTRE {
@@ -255,22 +257,19 @@ impl Recurrence for AdhesionSeries {
         }
     }
 
-    fn fewest_orders(&self) -> usize {
-        11
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        let Newest { n, speed, .. } = newest;
-        let known = inner(n, &path.speed, &self.share);
-        let ratio = self.bristle.get(n) * self.inverse_limit;
-        let share = self.elastic_share(n, ratio);
-        self.share.set(n, share);
-        let taken = if n == 0 {
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        let speed = newest.speed;
+        let known = inner::<N>(&path.speed, &self.share);
+        let ratio = self.bristle.get(N) * self.inverse_limit;
+        let share = self.elastic_share::<N>(ratio);
+        self.share.set(N, share);
+        let taken = if N == 0 {
             speed * share
         } else {
             known + path.speed.get(0) * share + speed * self.share.get(0)
         };
-        self.bristle.take(n, taken, path.duration_s)
+        self.bristle.take::<N>(taken, path.duration_s)
     }
 
     fn next_size(&self) -> f64 {

@@ -116,30 +116,26 @@ struct TanhSeries {
 
 impl Recurrence for TanhSeries {
     const LOOK_BACK: usize = 2;
+    const FEWEST_ORDERS: usize = 8;
 
-    fn fewest_orders(&self) -> usize {
-        8
-    }
-
-    fn friction(&mut self, _path: &Path, newest: Newest) -> f64 {
-        let n = newest.n;
-        let squares = inner(n, &self.tanh, &self.descending);
-        let sloped = inner(n, &self.weighted, &self.slope);
-        let tanh = if n == 0 {
+    fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
+        let squares = inner::<N>(&self.tanh, &self.descending);
+        let sloped = inner::<N>(&self.weighted, &self.slope);
+        let tanh = if N == 0 {
             self.tanh.get(0)
         } else {
-            let weighted = n as f64 * self.per_speed * newest.speed;
-            self.weighted.set(n, weighted);
-            RECIPROCAL[n] * (sloped + weighted * self.slope.get(0))
+            let weighted = N as f64 * self.per_speed * newest.speed;
+            self.weighted.set(N, weighted);
+            RECIPROCAL[N] * (sloped + weighted * self.slope.get(0))
         };
-        let slope = if n == 0 {
+        let slope = if N == 0 {
             1.0 - tanh * tanh
         } else {
             -(squares + 2.0 * self.tanh.get(0) * tanh)
         };
-        self.tanh.set(n, tanh);
-        self.descending.set(n, tanh);
-        self.slope.set(n, slope);
+        self.tanh.set(N, tanh);
+        self.descending.set(N, tanh);
+        self.slope.set(N, slope);
         self.next_size = self.limit * tanh.abs();
         self.limit * tanh
     }
