@@ -14,7 +14,7 @@
 use super::body::Coupling;
 use crate::direction::Direction;
 use crate::math::{exp, sqrt};
-use crate::series::{Ascending, Newest, ORDER, Path, RECIPROCAL, Recurrence, first_root};
+use crate::series::{Newest, ORDER, Path, RECIPROCAL, Recurrence, Series, first_root};
 use core::f64::consts::LN_2;
 
 /// What a series leaves out, N in the coupling or in the contact. It bounds the error of a piece;
@@ -81,26 +81,13 @@ pub(crate) struct Piece {
     pub(crate) work: u32,
 }
 
-/// A series to which orders are added.
+/// What is known of a series to which orders are added.
 struct Growing {
-    path: Path,
     newest: Newest,
     /// Of the coefficients, N.
     sizes: [f64; ORDER + 1],
+    /// `B + b`, N s/m.
     damping: f64,
-}
-
-impl Growing {
-    /// The series up to an order, which reaches its end.
-    #[inline(always)]
-    fn whole(mut self, last: usize) -> Expansion {
-        self.path.set(last, self.newest.distance, self.newest.speed);
-        Expansion {
-            path: self.path,
-            last,
-            end: 1.0,
-        }
-    }
 }
 
 /// A series, and how far it is used.
@@ -128,8 +115,12 @@ impl Start {
     /// The motion under a law in one of its regimes; `viscous` is `b`, N s/m.
     #[inline(never)]
     pub(crate) fn expand<R: Recurrence>(&self, viscous: f64, law: &mut R) -> Expansion {
-        let mut growing = Growing {
+        let mut expansion = Expansion {
             path: Path::new(self.remaining_s),
+            last: ORDER,
+            end: 1.0,
+        };
+        let mut growing = Growing {
             newest: Newest {
                 distance: 0.0,
                 speed: self.speed,
@@ -137,34 +128,37 @@ impl Start {
             sizes: [0.0; ORDER + 1],
             damping: self.held.coupling.damping + viscous,
         };
-        macro_rules! add_orders {
-            ($($n:literal)*) => {
-                $(
-                    if self.adds_nothing::<$n, R>(law, &mut growing) {
-                        return growing.whole($n + 1);
-                    }
-                )*
-            };
+        'orders: {
+            macro_rules! add_orders {
+                ($($n:literal)*) => {
+                    $(
+                        if self.adds_nothing::<$n, R>(law, &mut expansion.path, &mut growing) {
+                            expansion.last = $n + 1;
+                            break 'orders;
+                        }
+                    )*
+                };
+            }
+            add_orders!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
+            let reach = law.caution() * self.reach(&growing.sizes[ORDER + 1 - R::LOOK_BACK..]);
+            expansion.end = reach.min(LONGEST);
         }
-        add_orders!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
-        let end = law.caution() * self.reach(&growing.sizes[ORDER + 1 - R::LOOK_BACK..]);
-        Expansion {
-            end: end.min(LONGEST),
-            ..growing.whole(ORDER)
-        }
+        let Newest { distance, speed } = growing.newest;
+        expansion.path.set(expansion.last, distance, speed);
+        expansion
     }
 
     /// Adds the order after `N`; whether it and the one before it are nothing.
     #[inline(always)]
-    fn adds_nothing<const N: usize, R: Recurrence>(&self, law: &mut R, growing: &mut Growing) -> bool {
+    fn adds_nothing<const N: usize, R: Recurrence>(&self, law: &mut R, path: &mut Path, growing: &mut Growing) -> bool {
         let Held {
             inverse_mass, coupling, ..
         } = self.held;
         let Newest { distance, speed } = growing.newest;
         let duration_s = self.remaining_s;
-        let friction = law.friction::<N>(&growing.path, growing.newest);
-        growing.path.set(N, distance, speed);
-        let rest = coupling.stiffness * distance + growing.damping * speed + friction;
+        let friction = law.friction::<N>(path, growing.newest);
+        path.set(N, distance, speed);
+        let rest = (coupling.stiffness * distance + growing.damping * speed) + friction;
         let force = match N {
             0 => self.net.unwrap_or(self.at_rest - rest),
             1 => self.slope * duration_s - rest,
@@ -173,7 +167,7 @@ impl Start {
         let share = RECIPROCAL[N + 1] * duration_s;
         growing.newest = Newest {
             distance: share * speed,
-            speed: share * inverse_mass * force,
+            speed: (share * inverse_mass) * force,
         };
         growing.sizes[N + 1] = self.held.impedance * growing.newest.speed.abs() + law.next_size();
         N + 1 >= R::FEWEST_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < 0.25 * TOLERANCE_N
@@ -232,7 +226,7 @@ impl Expansion {
     }
 
     /// The value of a series of the path at the end.
-    pub(crate) fn at_end(&self, series: &Ascending) -> f64 {
+    pub(crate) fn at_end(&self, series: &Series) -> f64 {
         series.at(self.end, self.last)
     }
 

@@ -37,11 +37,7 @@ impl Recurrence for OnCurve {
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
         let above = self.above.next::<N>(path, newest);
-        if N == 0 {
-            self.dynamic_force + above
-        } else {
-            above
-        }
+        if N == 0 { self.dynamic_force + above } else { above }
     }
 
     fn next_size(&self) -> f64 {

@@ -2,7 +2,7 @@
 //! follows it by its elastic share, `p' = sigma w rho`, and the friction `p + sigma1 w rho`.
 
 use super::level::{Fall, FallSeries};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner, integral_of_product};
+use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner, integral_of_product};
 
 /// A bristle this near its steady force, N, is there: its tail would be stiff, and is not felt.
 pub(crate) const SETTLED_N: f64 = 1e-11;
@@ -12,9 +12,9 @@ pub(crate) const SETTLED_N: f64 = 1e-11;
 pub(crate) struct BristleForce {
     stiffness: f64,
     damping: f64,
-    force: Ascending,
+    force: Series,
     /// `w rho`, m/s.
-    taken: Ascending,
+    taken: Series,
     last: usize,
 }
 
@@ -25,8 +25,8 @@ impl BristleForce {
         let mut series = Self {
             stiffness,
             damping,
-            force: Ascending::ZERO,
-            taken: Ascending::ZERO,
+            force: Series::ZERO,
+            taken: Series::ZERO,
             last: 0,
         };
         series.force.set(0, force);
@@ -77,12 +77,12 @@ impl BristleForce {
 pub(crate) struct TowardsLimit {
     pub(crate) bristle: BristleForce,
     inverse_limit: f64,
-    rest: Descending,
+    rest: Series,
 }
 
 impl TowardsLimit {
     pub(crate) fn new(bristle: BristleForce, limit: f64) -> Self {
-        let mut rest = Descending::ZERO;
+        let mut rest = Series::ZERO;
         rest.set(0, 1.0 - bristle.get(0) / limit);
         Self {
             bristle,
@@ -103,7 +103,7 @@ impl Recurrence for TowardsLimit {
         let taken = if N == 0 {
             speed * self.rest.get(0)
         } else {
-            known + path.speed.get(0) * self.rest.get(N) + speed * self.rest.get(0)
+            (known + path.speed.get(0) * self.rest.get(N)) + speed * self.rest.get(0)
         };
         let friction = self.bristle.take::<N>(taken, path.duration_s);
         self.rest.set(N + 1, -self.inverse_limit * self.bristle.get(N + 1));
@@ -120,8 +120,7 @@ impl Recurrence for TowardsLimit {
 pub(crate) struct RatioSeries {
     inverse_level: f64,
     fall: Option<FallSeries>,
-    pub(crate) ratio: Ascending,
-    pub(crate) descending: Descending,
+    pub(crate) ratio: Series,
 }
 
 impl RatioSeries {
@@ -132,24 +131,22 @@ impl RatioSeries {
         Self {
             inverse_level: 1.0 / level,
             fall: fall.map(|(fall, at_start)| FallSeries::new(fall, at_start)),
-            ratio: Ascending::ZERO,
-            descending: Descending::ZERO,
+            ratio: Series::ZERO,
         }
     }
 
     /// The coefficient of order `N` for one of the force, N, after the products of that order.
     #[inline(always)]
     pub(crate) fn next<const N: usize>(&mut self, force: f64, path: &Path, newest: Newest) -> f64 {
-        let rest = match &mut self.fall {
+        let ratio = match &mut self.fall {
             Some(fall) if N > 0 => {
-                let known = inner::<N>(&fall.force, &self.descending);
-                known + fall.next::<N>(path, newest) * self.ratio.get(0)
+                let known = self.inverse_level * (force - inner::<N>(&fall.force, &self.ratio));
+                let a_newton = self.inverse_level * self.ratio.get(0);
+                known - a_newton * fall.next::<N>(path, newest)
             }
-            _ => 0.0,
+            _ => self.inverse_level * force,
         };
-        let ratio = (force - rest) * self.inverse_level;
         self.ratio.set(N, ratio);
-        self.descending.set(N, ratio);
         ratio
     }
 }
@@ -174,12 +171,12 @@ impl Recurrence for UnderCurve {
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
         let speed = newest.speed;
-        let known = inner::<N>(&path.speed, &self.ratio.descending);
+        let known = inner::<N>(&path.speed, &self.ratio.ratio);
         let ratio = self.ratio.next::<N>(self.bristle.get(N), path, newest);
         let taken = if N == 0 {
             speed * (1.0 - ratio)
         } else {
-            speed * (1.0 - self.ratio.ratio.get(0)) - (path.speed.get(0) * ratio + known)
+            (speed * (1.0 - self.ratio.ratio.get(0)) - known) - path.speed.get(0) * ratio
         };
         self.bristle.take::<N>(taken, path.duration_s)
     }

@@ -3,7 +3,7 @@
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::{exp, ln, sqrt};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, inner};
+use crate::series::{Newest, Path, RECIPROCAL, Series, inner, inner_square};
 use core::fmt::Debug;
 
 /// Friction while sliding, without its viscous part.
@@ -115,9 +115,8 @@ impl Fall {
 pub(crate) struct FallSeries {
     inverse_square: f64,
     /// `k q[k]`.
-    slope: Ascending,
-    pub(crate) force: Ascending,
-    descending: Descending,
+    slope: Series,
+    pub(crate) force: Series,
 }
 
 impl FallSeries {
@@ -125,11 +124,10 @@ impl FallSeries {
     pub(crate) fn new(fall: &Fall, at_start: f64) -> Self {
         let mut series = Self {
             inverse_square: 1.0 / (fall.velocity * fall.velocity),
-            slope: Ascending::ZERO,
-            force: Ascending::ZERO,
-            descending: Descending::ZERO,
+            slope: Series::ZERO,
+            force: Series::ZERO,
         };
-        series.set(0, at_start);
+        series.force.set(0, at_start);
         series
     }
 
@@ -139,18 +137,13 @@ impl FallSeries {
         if N == 0 {
             return self.force.get(0);
         }
-        let squares = inner::<N>(&path.speed, &path.speed_descending);
-        let fallen = inner::<N>(&self.slope, &self.descending);
-        let square = squares + 2.0 * path.speed.get(0) * newest.speed;
-        let slope = square * (self.inverse_square * N as f64);
-        let force = -RECIPROCAL[N] * (fallen + slope * self.force.get(0));
-        self.slope.set(N, slope);
-        self.set(N, force);
+        let (speed, first) = (path.speed.get(0), self.force.get(0));
+        let squares = self.inverse_square * inner_square::<N>(&path.speed);
+        let fallen = RECIPROCAL[N] * inner::<N>(&self.slope, &self.force);
+        let a_speed = 2.0 * self.inverse_square * speed;
+        let force = -(fallen + first * squares) - first * a_speed * newest.speed;
+        self.slope.set(N, N as f64 * (squares + a_speed * newest.speed));
+        self.force.set(N, force);
         force
-    }
-
-    fn set(&mut self, n: usize, force: f64) {
-        self.force.set(n, force);
-        self.descending.set(n, force);
     }
 }

@@ -25,7 +25,7 @@ use crate::flush::flush;
 use crate::math::{exp, ln_1p, powf, sqrt};
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, Surface, YieldingSurface};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner, integral_of_product};
+use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner, integral_of_product};
 use alloc::boxed::Box;
 
 /// Dahl friction.
@@ -335,12 +335,12 @@ struct PowerSeries {
     inverse_first: f64,
     /// `dY/dx`, 1/m.
     slope: f64,
-    line: Ascending,
+    line: Series,
     /// `n Y[n]`.
-    weighted: Ascending,
+    weighted: Series,
     /// `r`, or `Y` itself where `r` is its square.
-    factor: Descending,
-    friction: Ascending,
+    factor: Series,
+    friction: Series,
     next_size: f64,
 }
 
@@ -361,10 +361,10 @@ impl PowerSeries {
             power_and_one: 1.0 / (1.0 - exponent) + 1.0,
             inverse_first: 1.0 / at_start,
             slope: (exponent - 1.0) * law.contact_stiffness / limit,
-            line: Ascending::ZERO,
-            weighted: Ascending::ZERO,
-            factor: Descending::ZERO,
-            friction: Ascending::ZERO,
+            line: Series::ZERO,
+            weighted: Series::ZERO,
+            factor: Series::ZERO,
+            friction: Series::ZERO,
             next_size: 0.0,
         };
         series.line.set(0, at_start);

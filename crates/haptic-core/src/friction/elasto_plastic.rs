@@ -21,7 +21,7 @@ use crate::directional::Directional;
 use crate::math::{cos, sin_cos};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, Surface, YieldingSurface};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner};
+use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner};
 use alloc::boxed::Box;
 use core::f64::consts::PI;
 
@@ -302,11 +302,11 @@ struct DelayedSeries {
     /// `pi/(1 - f)`.
     a_ratio: f64,
     /// `n theta[n]`.
-    turn: Ascending,
-    sine: Descending,
-    cosine: Descending,
-    alpha: Ascending,
-    share: Descending,
+    turn: Series,
+    sine: Series,
+    cosine: Series,
+    alpha: Series,
+    share: Series,
 }
 
 impl DelayedSeries {
@@ -316,11 +316,11 @@ impl DelayedSeries {
             ratio,
             fraction,
             a_ratio: PI / (1.0 - fraction),
-            turn: Ascending::ZERO,
-            sine: Descending::ZERO,
-            cosine: Descending::ZERO,
-            alpha: Ascending::ZERO,
-            share: Descending::ZERO,
+            turn: Series::ZERO,
+            sine: Series::ZERO,
+            cosine: Series::ZERO,
+            alpha: Series::ZERO,
+            share: Series::ZERO,
         }
     }
 
@@ -328,7 +328,7 @@ impl DelayedSeries {
     fn elastic_share<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
         let turned_cosine = inner::<N>(&self.turn, &self.cosine);
         let turned_sine = inner::<N>(&self.turn, &self.sine);
-        let flown = inner::<N>(&self.alpha, &self.ratio.descending);
+        let flown = inner::<N>(&self.alpha, &self.ratio.ratio);
         let ratio = self.ratio.next::<N>(self.bristle.get(N), path, newest);
         let (sine, cosine, alpha, share);
         if N == 0 {
@@ -363,7 +363,7 @@ impl Recurrence for DelayedSeries {
         let taken = if N == 0 {
             speed * share
         } else {
-            known + path.speed.get(0) * share + speed * self.share.get(0)
+            (known + speed * self.share.get(0)) + path.speed.get(0) * share
         };
         self.bristle.take::<N>(taken, path.duration_s)
     }

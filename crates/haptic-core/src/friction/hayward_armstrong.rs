@@ -20,7 +20,7 @@ use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, Surface, YieldingSurface};
-use crate::series::{Ascending, Descending, Newest, Path, Recurrence, inner};
+use crate::series::{Newest, Path, Recurrence, Series, inner, inner_square};
 use alloc::boxed::Box;
 
 /// Hayward-Armstrong friction.
@@ -182,66 +182,72 @@ const CENTRE: f64 = 0.08;
 const NEAR_CENTRE: f64 = 0.35;
 
 /// The recurrences of the law: `rho = 1 - (1 + o)(u - o u/(o + u^8))`, with `u = p/Fd` and the onset
-/// `o`.
+/// `o`. Each coefficient is that of `u` times a slope at the start, and what older ones add.
 struct AdhesionSeries {
     bristle: BristleForce,
     onset: f64,
     inverse_limit: f64,
-    inverse_sum: f64,
-    /// `u`, `u^2`, `u^4` and `u^8`.
-    powers: [Ascending; 4],
-    descending: [Descending; 3],
-    /// `1/(o + u^8)`.
-    inverse: Descending,
-    share: Descending,
+    /// `u`, `u^2`, `u^4` and `u^8`, and their slopes over `u`.
+    powers: [Series; 4],
+    power_slopes: [f64; 4],
+    /// `1/(o + u^8)`, and its slope.
+    inverse: Series,
+    inverse_slope: f64,
+    /// `rho`, and its slope.
+    share: Series,
+    share_slope: f64,
 }
 
 impl AdhesionSeries {
     fn new(bristle: BristleForce, limit: f64, onset: f64) -> Self {
-        Self {
+        let mut series = Self {
             bristle,
             onset,
             inverse_limit: 1.0 / limit,
-            inverse_sum: 1.0 / (onset + eighth_power(bristle.get(0) / limit)),
-            powers: [Ascending::ZERO; 4],
-            descending: [Descending::ZERO; 3],
-            inverse: Descending::ZERO,
-            share: Descending::ZERO,
+            powers: [Series::ZERO; 4],
+            power_slopes: [1.0; 4],
+            inverse: Series::ZERO,
+            inverse_slope: 0.0,
+            share: Series::ZERO,
+            share_slope: 0.0,
+        };
+        let ratio = bristle.get(0) * series.inverse_limit;
+        let (mut power, mut slope) = (ratio, 1.0);
+        for k in 0..4 {
+            series.powers[k].set(0, power);
+            series.power_slopes[k] = slope;
+            (power, slope) = (power * power, 2.0 * power * slope);
         }
+        let inverse = 1.0 / (onset + series.powers[3].get(0));
+        series.inverse.set(0, inverse);
+        series.inverse_slope = -inverse * inverse * series.power_slopes[3];
+        let product_slope = inverse + ratio * series.inverse_slope;
+        series
+            .share
+            .set(0, 1.0 - (1.0 + onset) * (ratio - onset * ratio * inverse));
+        series.share_slope = -(1.0 + onset) * (1.0 - onset * product_slope);
+        series
     }
 
+    /// The coefficient of order `N` of `rho`, from 1 on, for one of `u`.
     #[inline(always)]
     fn elastic_share<const N: usize>(&mut self, ratio: f64) -> f64 {
         let [ratios, .., eighths] = &self.powers;
+        let inverse = self.inverse.get(0);
         let inverted = inner::<N>(eighths, &self.inverse);
         let adhered = inner::<N>(ratios, &self.inverse);
-        let known = [0, 1, 2].map(|k| inner::<N>(&self.powers[k], &self.descending[k]));
-        let mut power = ratio;
-        for (k, known) in known.into_iter().enumerate() {
+        let mut known = 0.0;
+        self.powers[0].set(N, ratio);
+        for k in 1..4 {
+            let root = &self.powers[k - 1];
+            known = inner_square::<N>(root) + 2.0 * root.get(0) * known;
+            let power = known + self.power_slopes[k] * ratio;
             self.powers[k].set(N, power);
-            self.descending[k].set(N, power);
-            let first = self.powers[k].get(0);
-            power = if N == 0 {
-                first * first
-            } else {
-                known + 2.0 * first * power
-            };
         }
-        self.powers[3].set(N, power);
-        let inverse = if N == 0 {
-            self.inverse_sum
-        } else {
-            -self.inverse_sum * (inverted + power * self.inverse_sum)
-        };
-        self.inverse.set(N, inverse);
-        let first = self.powers[0].get(0);
-        let product = if N == 0 {
-            first * inverse
-        } else {
-            adhered + first * inverse + ratio * self.inverse_sum
-        };
-        let whole = if N == 0 { 1.0 } else { 0.0 };
-        whole - (1.0 + self.onset) * (ratio - self.onset * product)
+        let known_inverse = -inverse * (inverted + inverse * known);
+        self.inverse.set(N, known_inverse + self.inverse_slope * ratio);
+        let known_product = adhered + self.powers[0].get(0) * known_inverse;
+        (1.0 + self.onset) * self.onset * known_product + self.share_slope * ratio
     }
 }
 
@@ -262,12 +268,12 @@ impl Recurrence for AdhesionSeries {
         let speed = newest.speed;
         let known = inner::<N>(&path.speed, &self.share);
         let ratio = self.bristle.get(N) * self.inverse_limit;
-        let share = self.elastic_share::<N>(ratio);
-        self.share.set(N, share);
         let taken = if N == 0 {
-            speed * share
+            speed * self.share.get(0)
         } else {
-            known + path.speed.get(0) * share + speed * self.share.get(0)
+            let share = self.elastic_share::<N>(ratio);
+            self.share.set(N, share);
+            (known + speed * self.share.get(0)) + path.speed.get(0) * share
         };
         self.bristle.take::<N>(taken, path.duration_s)
     }

@@ -9,7 +9,7 @@ use crate::directional::Directional;
 use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, Surface, YieldingSurface};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner};
+use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner, inner_square};
 use alloc::boxed::Box;
 
 /// Smooth Coulomb friction.
@@ -106,11 +106,10 @@ impl YieldingContact for SmoothCoulomb {
 struct TanhSeries {
     limit: f64,
     per_speed: f64,
-    tanh: Ascending,
-    descending: Descending,
+    tanh: Series,
     /// `n q[n]`.
-    weighted: Ascending,
-    slope: Descending,
+    weighted: Series,
+    slope: Series,
     next_size: f64,
 }
 
@@ -119,7 +118,7 @@ impl Recurrence for TanhSeries {
     const FEWEST_ORDERS: usize = 8;
 
     fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
-        let squares = inner::<N>(&self.tanh, &self.descending);
+        let squares = inner_square::<N>(&self.tanh);
         let sloped = inner::<N>(&self.weighted, &self.slope);
         let tanh = if N == 0 {
             self.tanh.get(0)
@@ -134,7 +133,6 @@ impl Recurrence for TanhSeries {
             -(squares + 2.0 * self.tanh.get(0) * tanh)
         };
         self.tanh.set(N, tanh);
-        self.descending.set(N, tanh);
         self.slope.set(N, slope);
         self.next_size = self.limit * tanh.abs();
         self.limit * tanh
@@ -151,10 +149,9 @@ impl PiecewiseContact for SmoothCoulomb {
         let mut series = TanhSeries {
             limit,
             per_speed: 1.0 / self.stribeck_velocity,
-            tanh: Ascending::ZERO,
-            descending: Descending::ZERO,
-            weighted: Ascending::ZERO,
-            slope: Descending::ZERO,
+            tanh: Series::ZERO,
+            weighted: Series::ZERO,
+            slope: Series::ZERO,
             next_size: 0.0,
         };
         series.tanh.set(0, self.at(start.direction, start.speed) / limit);
