@@ -41,8 +41,7 @@ impl Recurrence for OnCurve {
     }
 
     fn next_size(&self) -> f64 {
-        // It goes with the speed.
-        0.0
+        self.above.size()
     }
 }
 

@@ -135,6 +135,11 @@ impl RatioSeries {
         }
     }
 
+    /// The size of what its newest coefficient hides, N.
+    pub(crate) fn size(&self) -> f64 {
+        self.fall.as_ref().map_or(0.0, FallSeries::size)
+    }
+
     /// The coefficient of order `N` for one of the force, N, after the products of that order.
     #[inline(always)]
     pub(crate) fn next<const N: usize>(&mut self, force: f64, path: &Path, newest: Newest) -> f64 {
@@ -182,6 +187,6 @@ impl Recurrence for UnderCurve {
     }
 
     fn next_size(&self) -> f64 {
-        self.bristle.next_size()
+        self.bristle.next_size().max(self.ratio.size())
     }
 }

@@ -110,6 +110,10 @@ impl Fall {
     }
 }
 
+/// Share of the curve's coefficients that counts whatever comes of them in the motion: where they
+/// still grow at the last order, what they do to the motion says nothing of those that follow.
+const COUNTS: f64 = 0.01;
+
 /// The series `E = excess e^-q`, `q = (w/ws)^2`: `n E[n] = -sum k q[k] E[n-k]`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FallSeries {
@@ -117,6 +121,7 @@ pub(crate) struct FallSeries {
     /// `k q[k]`.
     slope: Series,
     pub(crate) force: Series,
+    newest: f64,
 }
 
 impl FallSeries {
@@ -126,9 +131,15 @@ impl FallSeries {
             inverse_square: 1.0 / (fall.velocity * fall.velocity),
             slope: Series::ZERO,
             force: Series::ZERO,
+            newest: at_start,
         };
         series.force.set(0, at_start);
         series
+    }
+
+    /// The size of its newest coefficient, N.
+    pub(crate) fn size(&self) -> f64 {
+        COUNTS * self.newest.abs()
     }
 
     /// The coefficient of order `N`, N.
@@ -144,6 +155,7 @@ impl FallSeries {
         let force = -(fallen + first * squares) - first * a_speed * newest.speed;
         self.slope.set(N, N as f64 * (squares + a_speed * newest.speed));
         self.force.set(N, force);
+        self.newest = force;
         force
     }
 }

@@ -239,7 +239,6 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
             let mut series = StretchSeries {
                 bristle,
                 fall: FallSeries::new(fall, above),
-                newest: 0.0,
             };
             let mut piece = start.expand(viscous, &mut series);
             let stops = piece.falls_to(0.0);
@@ -275,7 +274,6 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
 struct StretchSeries {
     bristle: BristleForce,
     fall: FallSeries,
-    newest: f64,
 }
 
 impl Recurrence for StretchSeries {
@@ -284,12 +282,12 @@ impl Recurrence for StretchSeries {
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
-        self.newest = self.fall.next::<N>(path, newest);
+        self.fall.next::<N>(path, newest);
         self.bristle.take::<N>(newest.speed, path.duration_s)
     }
 
     fn next_size(&self) -> f64 {
-        self.bristle.next_size().max(self.newest.abs())
+        self.bristle.next_size().max(self.fall.size())
     }
 }
 
@@ -369,6 +367,6 @@ impl Recurrence for DelayedSeries {
     }
 
     fn next_size(&self) -> f64 {
-        self.bristle.next_size()
+        self.bristle.next_size().max(self.ratio.size())
     }
 }

@@ -76,7 +76,7 @@ fn checksums() -> Vec<(String, u64)> {
 }
 
 const PINNED: &[(&str, u64)] = &[
-    ("karnopp, exact", 0xb068_5b3e_5b5f_dacc),
+    ("karnopp, exact", 0x2248_a031_c5f1_a42e),
     ("karnopp, implicit", 0x0536_c927_dac2_579a),
     ("karnopp, literal", 0x1709_5cb2_2718_3ad5),
     ("dahl, exact", 0x833f_f757_1393_d41f),
@@ -88,10 +88,10 @@ const PINNED: &[(&str, u64)] = &[
     ("reset-integrator, exact", 0x3249_d8a6_62e6_5d83),
     ("reset-integrator, implicit", 0xc520_5048_71ed_834f),
     ("reset-integrator, literal", 0xbd7b_41bf_708c_d292),
-    ("lugre, exact", 0x1bac_036e_71d7_f517),
+    ("lugre, exact", 0xbb4f_5419_0494_2a28),
     ("lugre, implicit", 0x6cbe_bb35_8180_b289),
     ("lugre, literal", 0xe597_073d_ed33_94ee),
-    ("elasto-plastic, exact", 0x5145_a005_7882_4250),
+    ("elasto-plastic, exact", 0x1926_81e0_59e4_036b),
     ("elasto-plastic, implicit", 0xbc64_f8d9_ecf7_29c5),
     ("elasto-plastic, literal", 0x3099_9aa0_4a6f_3971),
     ("salcudean-vlaar, exact", 0xdfda_e112_dd20_c429),
