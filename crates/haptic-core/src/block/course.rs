@@ -100,7 +100,7 @@ pub(super) enum Outcome {
     NextPiece,
     /// The tick is over.
     TickEnds,
-    /// The piece would take more work than is left: the implicit step follows.
+    /// The piece would take more work than is left: implicit steps follow.
     Exhausted,
 }
 

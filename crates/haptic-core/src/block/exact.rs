@@ -22,7 +22,7 @@
 //! A slide goes forwards by construction (a displacement that rounding makes negative is none), so
 //! friction only ever opposes the motion, and a stuck block does not move at all: friction creates
 //! no energy and the block does not creep. Work per tick is bounded; what is left when the bound is
-//! reached is done in one implicit step.
+//! reached is done in a few implicit steps.
 
 use super::body::Coupling;
 use super::budget::work_budget;

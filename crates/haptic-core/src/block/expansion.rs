@@ -14,7 +14,7 @@
 use super::body::Coupling;
 use crate::direction::Direction;
 use crate::math::{exp, sqrt};
-use crate::series::{Ascending, Newest, ORDER, Path, RECIPROCAL, Recurrence, first_root};
+use crate::series::{Newest, ORDER, Path, RECIPROCAL, Recurrence, Series, first_root};
 use core::f64::consts::LN_2;
 
 /// What a series leaves out, N in the coupling or in the contact. It bounds the error of a piece;
@@ -31,6 +31,7 @@ pub(crate) struct Held {
     /// kg.
     pub(crate) mass: f64,
     pub(crate) coupling: Coupling,
+    inverse_mass: f64,
     /// `B + sqrt(K M)`: what a speed is in the coupling force, N s/m.
     impedance: f64,
     /// The size of the contact's forces, N.
@@ -43,6 +44,7 @@ impl Held {
         Self {
             mass,
             coupling,
+            inverse_mass: 1.0 / mass,
             impedance: coupling.damping + sqrt(coupling.stiffness * mass),
             holds: holds.max(1e-3),
         }
@@ -79,6 +81,15 @@ pub(crate) struct Piece {
     pub(crate) work: u32,
 }
 
+/// What is known of a series to which orders are added.
+struct Growing {
+    newest: Newest,
+    /// Of the coefficients, N.
+    sizes: [f64; ORDER + 1],
+    /// `B + b`, N s/m.
+    damping: f64,
+}
+
 /// A series, and how far it is used.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Expansion {
@@ -102,42 +113,64 @@ impl Start {
     }
 
     /// The motion under a law in one of its regimes; `viscous` is `b`, N s/m.
+    #[inline(never)]
     pub(crate) fn expand<R: Recurrence>(&self, viscous: f64, law: &mut R) -> Expansion {
-        let Held { mass, coupling, .. } = self.held;
-        let duration_s = self.remaining_s;
-        let (damping, acceleration) = (coupling.damping + viscous, duration_s / mass);
-        let mut path = Path::new(duration_s);
-        let mut sizes = [0.0; ORDER + 1];
-        let (mut distance, mut speed) = (0.0, self.speed);
-        let fewest = law.fewest_orders();
-        for n in 0..ORDER {
-            let friction = law.friction(&path, Newest { n, distance, speed });
-            path.set(n, distance, speed);
-            let rest = coupling.stiffness * distance + damping * speed + friction;
-            let force = match n {
-                0 => self.net.unwrap_or(self.at_rest - rest),
-                1 => self.slope * duration_s - rest,
-                _ => -rest,
-            };
-            let share = RECIPROCAL[n + 1];
-            (distance, speed) = (share * duration_s * speed, share * acceleration * force);
-            sizes[n + 1] = self.held.impedance * speed.abs() + law.next_size();
-            if n + 1 >= fewest && sizes[n] + sizes[n + 1] < 0.25 * TOLERANCE_N {
-                path.set(n + 1, distance, speed);
-                return Expansion {
-                    path,
-                    last: n + 1,
-                    end: 1.0,
+        let mut expansion = Expansion {
+            path: Path::new(self.remaining_s),
+            last: ORDER,
+            end: 1.0,
+        };
+        let mut growing = Growing {
+            newest: Newest {
+                distance: 0.0,
+                speed: self.speed,
+            },
+            sizes: [0.0; ORDER + 1],
+            damping: self.held.coupling.damping + viscous,
+        };
+        'orders: {
+            macro_rules! add_orders {
+                ($($n:literal)*) => {
+                    $(
+                        if self.adds_nothing::<$n, R>(law, &mut expansion.path, &mut growing) {
+                            expansion.last = $n + 1;
+                            break 'orders;
+                        }
+                    )*
                 };
             }
+            add_orders!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
+            let reach = law.caution() * self.reach(&growing.sizes[ORDER + 1 - R::LOOK_BACK..]);
+            expansion.end = reach.min(LONGEST);
         }
-        path.set(ORDER, distance, speed);
-        let end = law.caution() * self.reach(&sizes[ORDER + 1 - R::LOOK_BACK..]);
-        Expansion {
-            path,
-            last: ORDER,
-            end: end.min(LONGEST),
-        }
+        let Newest { distance, speed } = growing.newest;
+        expansion.path.set(expansion.last, distance, speed);
+        expansion
+    }
+
+    /// Adds the order after `N`; whether it and the one before it are nothing.
+    #[inline(always)]
+    fn adds_nothing<const N: usize, R: Recurrence>(&self, law: &mut R, path: &mut Path, growing: &mut Growing) -> bool {
+        let Held {
+            inverse_mass, coupling, ..
+        } = self.held;
+        let Newest { distance, speed } = growing.newest;
+        let duration_s = self.remaining_s;
+        let friction = law.friction::<N>(path, growing.newest);
+        path.set(N, distance, speed);
+        let rest = (coupling.stiffness * distance + growing.damping * speed) + friction;
+        let force = match N {
+            0 => self.net.unwrap_or(self.at_rest - rest),
+            1 => self.slope * duration_s - rest,
+            _ => -rest,
+        };
+        let share = RECIPROCAL[N + 1] * duration_s;
+        growing.newest = Newest {
+            distance: share * speed,
+            speed: (share * inverse_mass) * force,
+        };
+        growing.sizes[N + 1] = self.held.impedance * growing.newest.speed.abs() + law.next_size();
+        N + 1 >= R::FEWEST_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < 0.25 * TOLERANCE_N
     }
 
     /// How far a series reaches whose last coefficients have these sizes, N.
@@ -164,9 +197,9 @@ impl Expansion {
     /// Ends the piece where the speed falls to a level, m/s; whether it does. A piece that begins at
     /// the level leaves it first.
     pub(crate) fn falls_to(&mut self, level: f64) -> bool {
-        let mut polynomial = self.path.speed.up_to(self.last);
-        polynomial[0] -= level;
-        self.ends_at_root(&polynomial)
+        let speeds = &self.path.speed.coefficients()[..=self.last];
+        let root = first_root_after_start(speeds[0] - level, &speeds[1..], self.end);
+        self.ends_at(root)
     }
 
     /// Ends the piece where a series comes down to zero, whose coefficients follow from the path;
@@ -176,12 +209,11 @@ impl Expansion {
         for (n, term) in polynomial.iter_mut().enumerate().take(self.last + 1) {
             *term = coefficient(&self.path, n);
         }
-        self.ends_at_root(&polynomial)
+        let root = first_root_after_start(polynomial[0], &polynomial[1..=self.last], self.end);
+        self.ends_at(root)
     }
 
-    fn ends_at_root(&mut self, polynomial: &[f64; ORDER + 1]) -> bool {
-        let begins_at_root = polynomial[..self.last].iter().take_while(|term| **term == 0.0).count();
-        let root = first_root(&polynomial[begins_at_root..=self.last], self.end);
+    fn ends_at(&mut self, root: Option<f64>) -> bool {
         if let Some(root) = root {
             self.end = root;
         }
@@ -194,7 +226,7 @@ impl Expansion {
     }
 
     /// The value of a series of the path at the end.
-    pub(crate) fn at_end(&self, series: &Ascending) -> f64 {
+    pub(crate) fn at_end(&self, series: &Series) -> f64 {
         series.at(self.end, self.last)
     }
 
@@ -208,4 +240,16 @@ impl Expansion {
             work: 1,
         }
     }
+}
+
+/// The first root of a polynomial of which `first` is the first coefficient; one at the start
+/// itself is left behind.
+#[inline(always)]
+fn first_root_after_start(mut first: f64, mut rest: &[f64], end: f64) -> Option<f64> {
+    while first == 0.0
+        && let [next, others @ ..] = rest
+    {
+        (first, rest) = (*next, others);
+    }
+    first_root(first, rest, end)
 }

@@ -32,23 +32,16 @@ struct OnCurve {
 
 impl Recurrence for OnCurve {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
 
-    fn fewest_orders(&self) -> usize {
-        FEWEST_ON_CURVE
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        let above = self.above.next(path, newest);
-        if newest.n == 0 {
-            self.dynamic_force + above
-        } else {
-            above
-        }
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        let above = self.above.next::<N>(path, newest);
+        if N == 0 { self.dynamic_force + above } else { above }
     }
 
     fn next_size(&self) -> f64 {
-        // It goes with the speed.
-        0.0
+        self.above.size()
     }
 }
 

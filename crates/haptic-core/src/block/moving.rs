@@ -12,7 +12,7 @@ pub struct Rendered {
     pub coupling_force: f64,
     /// Changes of contact within the tick.
     pub events: u32,
-    /// Whether the bounded work of the exact tick ran out and an implicit step finished it.
+    /// Whether the bounded work of the exact tick ran out and implicit steps finished it.
     pub work_exhausted: bool,
 }
 

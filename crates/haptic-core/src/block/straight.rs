@@ -39,15 +39,13 @@ struct LineSeries {
 
 impl Recurrence for LineSeries {
     const LOOK_BACK: usize = 2;
+    const FEWEST_ORDERS: usize = 4;
 
-    fn fewest_orders(&self) -> usize {
-        4
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        self.next_size = self.stiffness * path.duration_s * RECIPROCAL[newest.n + 1] * newest.speed.abs();
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        self.next_size = self.stiffness * path.duration_s * RECIPROCAL[N + 1] * newest.speed.abs();
         let spring = self.stiffness * newest.distance;
-        if newest.n == 0 { self.force + spring } else { spring }
+        if N == 0 { self.force + spring } else { spring }
     }
 
     fn next_size(&self) -> f64 {

@@ -2,7 +2,7 @@
 //! follows it by its elastic share, `p' = sigma w rho`, and the friction `p + sigma1 w rho`.
 
 use super::level::{Fall, FallSeries};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner, integral_of_product};
+use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner, integral_of_product};
 
 /// A bristle this near its steady force, N, is there: its tail would be stiff, and is not felt.
 pub(crate) const SETTLED_N: f64 = 1e-11;
@@ -12,10 +12,10 @@ pub(crate) const SETTLED_N: f64 = 1e-11;
 pub(crate) struct BristleForce {
     stiffness: f64,
     damping: f64,
-    force: Ascending,
+    force: Series,
     /// `w rho`, m/s.
-    taken: Ascending,
-    newest: usize,
+    taken: Series,
+    last: usize,
 }
 
 impl BristleForce {
@@ -25,9 +25,9 @@ impl BristleForce {
         let mut series = Self {
             stiffness,
             damping,
-            force: Ascending::ZERO,
-            taken: Ascending::ZERO,
-            newest: 0,
+            force: Series::ZERO,
+            taken: Series::ZERO,
+            last: 0,
         };
         series.force.set(0, force);
         series
@@ -38,28 +38,29 @@ impl BristleForce {
         self.force.get(n)
     }
 
-    /// Takes the coefficient of order `n` of `w rho`, and gives that of the friction, N.
-    pub(crate) fn take(&mut self, n: usize, taken: f64, duration_s: f64) -> f64 {
-        self.taken.set(n, taken);
+    /// Takes the coefficient of order `N` of `w rho`, and gives that of the friction, N.
+    #[inline(always)]
+    pub(crate) fn take<const N: usize>(&mut self, taken: f64, duration_s: f64) -> f64 {
+        self.taken.set(N, taken);
         self.force
-            .set(n + 1, self.stiffness * duration_s * RECIPROCAL[n + 1] * taken);
-        self.newest = n + 1;
-        self.force.get(n) + self.damping * taken
+            .set(N + 1, self.stiffness * duration_s * RECIPROCAL[N + 1] * taken);
+        self.last = N + 1;
+        self.force.get(N) + self.damping * taken
     }
 
     /// The size of its newest coefficient, N.
     pub(crate) fn next_size(&self) -> f64 {
-        self.force.get(self.newest).abs()
+        self.force.get(self.last).abs()
     }
 
     /// Its value, N.
     pub(crate) fn at(&self, time: f64) -> f64 {
-        self.force.at(time, self.newest)
+        self.force.at(time, self.last)
     }
 
     /// Energy that it took and does not hold, J: `p (w - w rho) + sigma1 w (w rho)`, integrated.
     pub(crate) fn dissipated(&self, path: &Path, end: f64) -> f64 {
-        let last = self.newest - 1;
+        let last = self.last - 1;
         let (speed, taken) = (|n| path.speed.get(n), |n| self.taken.get(n));
         let lost = integral_of_product(|n| self.force.get(n), |n| speed(n) - taken(n), end, last);
         let damped = if self.damping == 0.0 {
@@ -75,35 +76,37 @@ impl BristleForce {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TowardsLimit {
     pub(crate) bristle: BristleForce,
-    limit: f64,
-    rest: Descending,
+    inverse_limit: f64,
+    rest: Series,
 }
 
 impl TowardsLimit {
     pub(crate) fn new(bristle: BristleForce, limit: f64) -> Self {
-        let mut rest = Descending::ZERO;
+        let mut rest = Series::ZERO;
         rest.set(0, 1.0 - bristle.get(0) / limit);
-        Self { bristle, limit, rest }
+        Self {
+            bristle,
+            inverse_limit: 1.0 / limit,
+            rest,
+        }
     }
 }
 
 impl Recurrence for TowardsLimit {
     const LOOK_BACK: usize = 2;
+    const FEWEST_ORDERS: usize = 4;
 
-    fn fewest_orders(&self) -> usize {
-        4
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        let Newest { n, speed, .. } = newest;
-        let known = inner(n, &path.speed, &self.rest);
-        let taken = if n == 0 {
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        let speed = newest.speed;
+        let known = inner::<N>(&path.speed, &self.rest);
+        let taken = if N == 0 {
             speed * self.rest.get(0)
         } else {
-            known + path.speed.get(0) * self.rest.get(n) + speed * self.rest.get(0)
+            (known + path.speed.get(0) * self.rest.get(N)) + speed * self.rest.get(0)
         };
-        let friction = self.bristle.take(n, taken, path.duration_s);
-        self.rest.set(n + 1, -self.bristle.get(n + 1) / self.limit);
+        let friction = self.bristle.take::<N>(taken, path.duration_s);
+        self.rest.set(N + 1, -self.inverse_limit * self.bristle.get(N + 1));
         friction
     }
 
@@ -117,8 +120,7 @@ impl Recurrence for TowardsLimit {
 pub(crate) struct RatioSeries {
     inverse_level: f64,
     fall: Option<FallSeries>,
-    pub(crate) ratio: Ascending,
-    pub(crate) descending: Descending,
+    pub(crate) ratio: Series,
 }
 
 impl RatioSeries {
@@ -129,33 +131,28 @@ impl RatioSeries {
         Self {
             inverse_level: 1.0 / level,
             fall: fall.map(|(fall, at_start)| FallSeries::new(fall, at_start)),
-            ratio: Ascending::ZERO,
-            descending: Descending::ZERO,
+            ratio: Series::ZERO,
         }
     }
 
-    /// The coefficient of order `n` for one of the force, N.
-    pub(crate) fn next(&mut self, force: f64, path: &Path, newest: Newest) -> f64 {
-        let n = newest.n;
-        let rest = match &mut self.fall {
-            Some(fall) if n > 0 => {
-                let known = inner(n, &fall.force, &self.descending);
-                known + fall.next(path, newest) * self.ratio.get(0)
+    /// The size of what its newest coefficient hides, N.
+    pub(crate) fn size(&self) -> f64 {
+        self.fall.as_ref().map_or(0.0, FallSeries::size)
+    }
+
+    /// The coefficient of order `N` for one of the force, N, after the products of that order.
+    #[inline(always)]
+    pub(crate) fn next<const N: usize>(&mut self, force: f64, path: &Path, newest: Newest) -> f64 {
+        let ratio = match &mut self.fall {
+            Some(fall) if N > 0 => {
+                let known = self.inverse_level * (force - inner::<N>(&fall.force, &self.ratio));
+                let a_newton = self.inverse_level * self.ratio.get(0);
+                known - a_newton * fall.next::<N>(path, newest)
             }
-            _ => 0.0,
+            _ => self.inverse_level * force,
         };
-        let ratio = (force - rest) * self.inverse_level;
-        self.descending.set(n, ratio);
+        self.ratio.set(N, ratio);
         ratio
-    }
-
-    /// Keeps the coefficient of order `n`, after the products of that order.
-    pub(crate) fn keep(&mut self, n: usize, ratio: f64) {
-        self.ratio.set(n, ratio);
-    }
-
-    pub(crate) fn varies(&self) -> bool {
-        self.fall.is_some()
     }
 }
 
@@ -174,25 +171,22 @@ pub(crate) struct UnderCurve {
 
 impl Recurrence for UnderCurve {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
 
-    fn fewest_orders(&self) -> usize {
-        FEWEST_ON_CURVE
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        let Newest { n, speed, .. } = newest;
-        let known = inner(n, &path.speed, &self.ratio.descending);
-        let ratio = self.ratio.next(self.bristle.get(n), path, newest);
-        self.ratio.keep(n, ratio);
-        let taken = if n == 0 {
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        let speed = newest.speed;
+        let known = inner::<N>(&path.speed, &self.ratio.ratio);
+        let ratio = self.ratio.next::<N>(self.bristle.get(N), path, newest);
+        let taken = if N == 0 {
             speed * (1.0 - ratio)
         } else {
-            speed * (1.0 - self.ratio.ratio.get(0)) - (path.speed.get(0) * ratio + known)
+            (speed * (1.0 - self.ratio.ratio.get(0)) - known) - path.speed.get(0) * ratio
         };
-        self.bristle.take(n, taken, path.duration_s)
+        self.bristle.take::<N>(taken, path.duration_s)
     }
 
     fn next_size(&self) -> f64 {
-        self.bristle.next_size()
+        self.bristle.next_size().max(self.ratio.size())
     }
 }

@@ -3,7 +3,7 @@
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::{exp, ln, sqrt};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, inner};
+use crate::series::{Newest, Path, RECIPROCAL, Series, inner, inner_square};
 use core::fmt::Debug;
 
 /// Friction while sliding, without its viscous part.
@@ -110,14 +110,18 @@ impl Fall {
     }
 }
 
+/// Share of the curve's coefficients that counts whatever comes of them in the motion: where they
+/// still grow at the last order, what they do to the motion says nothing of those that follow.
+const COUNTS: f64 = 0.01;
+
 /// The series `E = excess e^-q`, `q = (w/ws)^2`: `n E[n] = -sum k q[k] E[n-k]`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FallSeries {
     inverse_square: f64,
     /// `k q[k]`.
-    slope: Ascending,
-    pub(crate) force: Ascending,
-    descending: Descending,
+    slope: Series,
+    pub(crate) force: Series,
+    newest: f64,
 }
 
 impl FallSeries {
@@ -125,32 +129,33 @@ impl FallSeries {
     pub(crate) fn new(fall: &Fall, at_start: f64) -> Self {
         let mut series = Self {
             inverse_square: 1.0 / (fall.velocity * fall.velocity),
-            slope: Ascending::ZERO,
-            force: Ascending::ZERO,
-            descending: Descending::ZERO,
+            slope: Series::ZERO,
+            force: Series::ZERO,
+            newest: at_start,
         };
-        series.set(0, at_start);
+        series.force.set(0, at_start);
         series
     }
 
-    /// The coefficient of order `n`, N.
-    pub(crate) fn next(&mut self, path: &Path, newest: Newest) -> f64 {
-        let n = newest.n;
-        if n == 0 {
-            return self.force.get(0);
-        }
-        let squares = inner(n, &path.speed, &path.speed_descending);
-        let fallen = inner(n, &self.slope, &self.descending);
-        let square = squares + 2.0 * path.speed.get(0) * newest.speed;
-        let slope = square * (self.inverse_square * n as f64);
-        let force = -RECIPROCAL[n] * (fallen + slope * self.force.get(0));
-        self.slope.set(n, slope);
-        self.set(n, force);
-        force
+    /// The size of its newest coefficient, N.
+    pub(crate) fn size(&self) -> f64 {
+        COUNTS * self.newest.abs()
     }
 
-    fn set(&mut self, n: usize, force: f64) {
-        self.force.set(n, force);
-        self.descending.set(n, force);
+    /// The coefficient of order `N`, N.
+    #[inline(always)]
+    pub(crate) fn next<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        if N == 0 {
+            return self.force.get(0);
+        }
+        let (speed, first) = (path.speed.get(0), self.force.get(0));
+        let squares = self.inverse_square * inner_square::<N>(&path.speed);
+        let fallen = RECIPROCAL[N] * inner::<N>(&self.slope, &self.force);
+        let a_speed = 2.0 * self.inverse_square * speed;
+        let force = -(fallen + first * squares) - first * a_speed * newest.speed;
+        self.slope.set(N, N as f64 * (squares + a_speed * newest.speed));
+        self.force.set(N, force);
+        self.newest = force;
+        force
     }
 }

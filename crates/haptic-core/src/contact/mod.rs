@@ -4,6 +4,7 @@ mod bristle;
 mod bristle_series;
 mod device;
 mod level;
+mod power_series;
 mod spring;
 mod state;
 mod static_limit;
@@ -18,9 +19,11 @@ pub(crate) use bristle_series::{
     BristleForce, FEWEST_ON_CURVE, LOOK_BACK_ON_CURVE, RatioSeries, SETTLED_N, TowardsLimit, UnderCurve,
 };
 pub(crate) use device::{
-    DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle, Series,
+    DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle,
+    PathSeries,
 };
 pub(crate) use level::{Fall, FallSeries, Level, Stribeck, fallen_from};
+pub(crate) use power_series::PowerSeries;
 pub(crate) use spring::{SpringContact, SpringState};
 pub(crate) use static_limit::{ConstantLimit, RisingLimit, StaticLimit};
 pub(crate) use yielding::{Line, StraightContact, Stroke, YieldingContact, by_elastic_share};

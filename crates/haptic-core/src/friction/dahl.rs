@@ -17,16 +17,16 @@ use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start, straight_piece};
 use crate::contact::{
-    BristleForce, Contact, DeviceContact, EnergyMeter, Leg, Line, SETTLED_N, StraightContact, Stroke, TowardsLimit,
-    YieldingContact, by_elastic_share,
+    BristleForce, Contact, DeviceContact, EnergyMeter, Leg, Line, PowerSeries, SETTLED_N, StraightContact, Stroke,
+    TowardsLimit, YieldingContact, by_elastic_share,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::flush::flush;
-use crate::math::{exp, exp_m1, ln_1p, powf, sqrt};
+use crate::math::{exp, exp_m1, ln_1p, powf};
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner, integral_of_product};
+use crate::series::integral_of_product;
 use alloc::boxed::Box;
 
 /// Dahl friction.
@@ -270,15 +270,14 @@ impl DahlContact {
     /// A piece on the power of the way that any other exponent has.
     fn yield_by_power(&mut self, start: &Start, rest: f64) -> Piece {
         let (limit, sign) = (self.law.dynamic_force.get(start.direction), start.direction.sign());
-        let mut series = PowerSeries::new(&self.law, limit, rest);
-        let (at_start, slope) = (series.line.get(0), series.slope);
+        let mut series = PowerSeries::new(self.law.exponent, self.law.contact_stiffness, limit, rest);
         let mut expansion = start.expand(self.law.viscous.get(start.direction), &mut series);
         let mut speed = expansion.falls_to(0.0).then_some(0.0);
         // Below an exponent of 1 the limit is reached in a finite displacement.
-        let reaches = slope < 0.0 && expansion.until(|_, n| series.line.get(n));
+        let reaches = self.law.exponent < 1.0 && expansion.until(|_, n| series.line(n));
         let mut piece = expansion.piece(speed.take_if(|_| !reaches), 0.0);
         let left = if reaches {
-            piece.distance = -at_start / slope;
+            piece.distance = series.way_to_limit();
             0.0
         } else {
             series.rest_at(piece.distance)
@@ -287,7 +286,7 @@ impl DahlContact {
         self.force = flush(sign * limit * (1.0 - left));
         if start.listens {
             let resisted = integral_of_product(
-                |n| series.friction.get(n),
+                |n| series.force(n),
                 |n| expansion.path.speed.get(n),
                 expansion.end,
                 expansion.last_of_law(),
@@ -323,105 +322,6 @@ impl PiecewiseContact for DahlContact {
         } else {
             self.yield_by_power(start, rest)
         }
-    }
-}
-
-/// Dahl's law with an exponent that is neither 0 nor 1: `Y = r^(1-i)` is a straight line of the
-/// way, and `r = Y^m` with `m = 1/(1-i)`.
-struct PowerSeries {
-    limit: f64,
-    exponent: f64,
-    /// `dY/dx`, 1/m.
-    slope: f64,
-    line: Ascending,
-    /// `n Y[n]`.
-    weighted: Ascending,
-    /// `r`, or `Y` itself where `r` is its square.
-    factor: Descending,
-    friction: Ascending,
-    next_size: f64,
-}
-
-/// The exponent under which `r` is the square of `Y`.
-const SQUARE: f64 = 0.5;
-
-impl PowerSeries {
-    fn new(law: &Dahl, limit: f64, rest: f64) -> Self {
-        let exponent = law.exponent;
-        let at_start = if exponent == SQUARE {
-            sqrt(rest)
-        } else {
-            powf(rest, 1.0 - exponent)
-        };
-        let mut series = Self {
-            limit,
-            exponent,
-            slope: (exponent - 1.0) * law.contact_stiffness / limit,
-            line: Ascending::ZERO,
-            weighted: Ascending::ZERO,
-            factor: Descending::ZERO,
-            friction: Ascending::ZERO,
-            next_size: 0.0,
-        };
-        series.line.set(0, at_start);
-        series.factor.set(0, if exponent == SQUARE { at_start } else { rest });
-        series.friction.set(0, limit * (1.0 - rest));
-        series
-    }
-
-    /// `r` after a way, m.
-    fn rest_at(&self, distance: f64) -> f64 {
-        let line = self.line.get(0) + self.slope * distance;
-        if line <= 0.0 {
-            0.0
-        } else if self.exponent == SQUARE {
-            line * line
-        } else {
-            // The logarithm keeps its digits where i is near 1.
-            exp(ln_1p(line - 1.0) / (1.0 - self.exponent))
-        }
-    }
-
-    /// The coefficient of order `n` of `r`, for one of the line.
-    fn rest(&mut self, n: usize, line: f64) -> f64 {
-        let known = inner(n, &self.line, &self.factor);
-        let first = self.factor.get(0);
-        if self.exponent == SQUARE {
-            self.factor.set(n, line);
-            return known + 2.0 * first * line;
-        }
-        let weight = n as f64;
-        let weighted = inner(n, &self.weighted, &self.factor) + weight * line * first;
-        let power = 1.0 / (1.0 - self.exponent);
-        let rest = ((power + 1.0) * weighted * RECIPROCAL[n] - (known + line * first)) / self.line.get(0);
-        self.factor.set(n, rest);
-        self.weighted.set(n, weight * line);
-        rest
-    }
-}
-
-impl Recurrence for PowerSeries {
-    const LOOK_BACK: usize = 2;
-
-    fn fewest_orders(&self) -> usize {
-        4
-    }
-
-    fn friction(&mut self, _path: &Path, newest: Newest) -> f64 {
-        let n = newest.n;
-        if n > 0 {
-            let line = self.slope * newest.distance;
-            let friction = -self.limit * self.rest(n, line);
-            self.line.set(n, line);
-            self.friction.set(n, friction);
-            self.next_size = friction.abs();
-        }
-        self.friction.get(n)
-    }
-
-    fn next_size(&self) -> f64 {
-        // That of the order before it, which is more.
-        self.next_size
     }
 }
 

@@ -14,14 +14,14 @@ use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
     Bristle, BristleForce, DeviceElastoPlastic, FEWEST_ON_CURVE, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level,
-    MasterLaw, ORDER, PathBristle, Plasticity, RatioSeries, Series, TowardsLimit, UnderCurve, flow_in_pieces,
+    MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, RatioSeries, TowardsLimit, UnderCurve, flow_in_pieces,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::{cos, sin_cos};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner};
+use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner};
 use alloc::boxed::Box;
 use core::f64::consts::PI;
 
@@ -252,7 +252,6 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
             let mut series = StretchSeries {
                 bristle,
                 fall: FallSeries::new(fall, above),
-                newest: 0.0,
             };
             let mut piece = start.expand(viscous, &mut series);
             let stops = piece.falls_to(0.0);
@@ -288,23 +287,20 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
 struct StretchSeries {
     bristle: BristleForce,
     fall: FallSeries,
-    newest: f64,
 }
 
 impl Recurrence for StretchSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
 
-    fn fewest_orders(&self) -> usize {
-        FEWEST_ON_CURVE
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        self.newest = self.fall.next(path, newest);
-        self.bristle.take(newest.n, newest.speed, path.duration_s)
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        self.fall.next::<N>(path, newest);
+        self.bristle.take::<N>(newest.speed, path.duration_s)
     }
 
     fn next_size(&self) -> f64 {
-        self.bristle.next_size().max(self.newest.abs())
+        self.bristle.next_size().max(self.fall.size())
     }
 }
 
@@ -314,12 +310,14 @@ struct DelayedSeries {
     bristle: BristleForce,
     ratio: RatioSeries,
     fraction: f64,
+    /// `pi/(1 - f)`.
+    a_ratio: f64,
     /// `n theta[n]`.
-    turn: Ascending,
-    sine: Descending,
-    cosine: Descending,
-    alpha: Ascending,
-    share: Descending,
+    turn: Series,
+    sine: Series,
+    cosine: Series,
+    alpha: Series,
+    share: Series,
 }
 
 impl DelayedSeries {
@@ -328,64 +326,61 @@ impl DelayedSeries {
             bristle,
             ratio,
             fraction,
-            turn: Ascending::ZERO,
-            sine: Descending::ZERO,
-            cosine: Descending::ZERO,
-            alpha: Ascending::ZERO,
-            share: Descending::ZERO,
+            a_ratio: PI / (1.0 - fraction),
+            turn: Series::ZERO,
+            sine: Series::ZERO,
+            cosine: Series::ZERO,
+            alpha: Series::ZERO,
+            share: Series::ZERO,
         }
     }
 
-    fn elastic_share(&mut self, path: &Path, newest: Newest) -> f64 {
-        let n = newest.n;
-        let a_radian = PI / (1.0 - self.fraction);
-        let turned_cosine = inner(n, &self.turn, &self.cosine);
-        let turned_sine = inner(n, &self.turn, &self.sine);
-        let flown = inner(n, &self.alpha, &self.ratio.descending);
-        let ratio = self.ratio.next(self.bristle.get(n), path, newest);
-        self.ratio.keep(n, ratio);
+    #[inline(always)]
+    fn elastic_share<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        let turned_cosine = inner::<N>(&self.turn, &self.cosine);
+        let turned_sine = inner::<N>(&self.turn, &self.sine);
+        let flown = inner::<N>(&self.alpha, &self.ratio.ratio);
+        let ratio = self.ratio.next::<N>(self.bristle.get(N), path, newest);
         let (sine, cosine, alpha, share);
-        if n == 0 {
-            (sine, cosine) = sin_cos(a_radian * (ratio - self.fraction));
+        if N == 0 {
+            (sine, cosine) = sin_cos(self.a_ratio * (ratio - self.fraction));
             alpha = 0.5 * (1.0 - cosine);
             share = 1.0 - alpha * ratio;
         } else {
-            let turn = n as f64 * a_radian * ratio;
-            sine = RECIPROCAL[n] * (turned_cosine + turn * self.cosine.get(0));
-            cosine = -RECIPROCAL[n] * (turned_sine + turn * self.sine.get(0));
+            let turn = N as f64 * self.a_ratio * ratio;
+            sine = RECIPROCAL[N] * (turned_cosine + turn * self.cosine.get(0));
+            cosine = -RECIPROCAL[N] * (turned_sine + turn * self.sine.get(0));
             alpha = -0.5 * cosine;
             share = -(flown + alpha * self.ratio.ratio.get(0) + self.alpha.get(0) * ratio);
-            self.turn.set(n, turn);
+            self.turn.set(N, turn);
         }
-        self.sine.set(n, sine);
-        self.cosine.set(n, cosine);
-        self.alpha.set(n, alpha);
+        self.sine.set(N, sine);
+        self.cosine.set(N, cosine);
+        self.alpha.set(N, alpha);
         share
     }
 }
 
 impl Recurrence for DelayedSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
+    const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
 
-    fn fewest_orders(&self) -> usize {
-        if self.ratio.varies() { FEWEST_ON_CURVE } else { 4 }
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        let Newest { n, speed, .. } = newest;
-        let known = inner(n, &path.speed, &self.share);
-        let share = self.elastic_share(path, newest);
-        self.share.set(n, share);
-        let taken = if n == 0 {
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        let speed = newest.speed;
+        let known = inner::<N>(&path.speed, &self.share);
+        let share = self.elastic_share::<N>(path, newest);
+        self.share.set(N, share);
+        let taken = if N == 0 {
             speed * share
         } else {
-            known + path.speed.get(0) * share + speed * self.share.get(0)
+            (known + speed * self.share.get(0)) + path.speed.get(0) * share
         };
-        self.bristle.take(n, taken, path.duration_s)
+        self.bristle.take::<N>(taken, path.duration_s)
     }
 
     fn next_size(&self) -> f64 {
-        self.bristle.next_size()
+        self.bristle.next_size().max(self.ratio.size())
     }
 }
 
@@ -397,7 +392,7 @@ impl MasterLaw for DelayedPlasticity {
         1.0 - self.alpha(u, 1.0) * u
     }
 
-    fn series(&self, start: f64) -> Series {
+    fn series(&self, start: f64) -> PathSeries {
         let angle = PI / (1.0 - self.fraction);
         let mut u = [0.0; ORDER + 1];
         let (mut sin, mut cos) = (u, u);

@@ -16,13 +16,13 @@ use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
-    Bristle, BristleForce, MasterLaw, ORDER, PathBristle, Plasticity, Series, TowardsLimit, flow_in_pieces,
+    Bristle, BristleForce, MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, TowardsLimit, flow_in_pieces,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::{Ascending, Descending, Newest, Path, Recurrence, inner};
+use crate::series::{Newest, Path, Recurrence, Series, inner, inner_square};
 use alloc::boxed::Box;
 
 /// Hayward-Armstrong friction.
@@ -197,70 +197,78 @@ const CENTRE: f64 = 0.08;
 const NEAR_CENTRE: f64 = 0.35;
 
 /// The recurrences of the law: `rho = 1 - (1 + o)(u - o u/(o + u^8))`, with `u = p/Fd` and the onset
-/// `o`.
+/// `o`. Each coefficient is that of `u` times a slope at the start, and what older ones add.
 struct AdhesionSeries {
     bristle: BristleForce,
     onset: f64,
     inverse_limit: f64,
-    inverse_sum: f64,
-    /// `u`, `u^2`, `u^4` and `u^8`.
-    powers: [Ascending; 4],
-    descending: [Descending; 3],
-    /// `1/(o + u^8)`.
-    inverse: Descending,
-    share: Descending,
+    /// `u`, `u^2`, `u^4` and `u^8`, and their slopes over `u`.
+    powers: [Series; 4],
+    power_slopes: [f64; 4],
+    /// `1/(o + u^8)`, and its slope.
+    inverse: Series,
+    inverse_slope: f64,
+    /// `rho`, and its slope.
+    share: Series,
+    share_slope: f64,
 }
 
 impl AdhesionSeries {
     fn new(bristle: BristleForce, limit: f64, onset: f64) -> Self {
-        Self {
+        let mut series = Self {
             bristle,
             onset,
             inverse_limit: 1.0 / limit,
-            inverse_sum: 1.0 / (onset + eighth_power(bristle.get(0) / limit)),
-            powers: [Ascending::ZERO; 4],
-            descending: [Descending::ZERO; 3],
-            inverse: Descending::ZERO,
-            share: Descending::ZERO,
+            powers: [Series::ZERO; 4],
+            power_slopes: [1.0; 4],
+            inverse: Series::ZERO,
+            inverse_slope: 0.0,
+            share: Series::ZERO,
+            share_slope: 0.0,
+        };
+        let ratio = bristle.get(0) * series.inverse_limit;
+        let (mut power, mut slope) = (ratio, 1.0);
+        for k in 0..4 {
+            series.powers[k].set(0, power);
+            series.power_slopes[k] = slope;
+            (power, slope) = (power * power, 2.0 * power * slope);
         }
+        let inverse = 1.0 / (onset + series.powers[3].get(0));
+        series.inverse.set(0, inverse);
+        series.inverse_slope = -inverse * inverse * series.power_slopes[3];
+        let product_slope = inverse + ratio * series.inverse_slope;
+        series
+            .share
+            .set(0, 1.0 - (1.0 + onset) * (ratio - onset * ratio * inverse));
+        series.share_slope = -(1.0 + onset) * (1.0 - onset * product_slope);
+        series
     }
 
-    fn elastic_share(&mut self, n: usize, ratio: f64) -> f64 {
+    /// The coefficient of order `N` of `rho`, from 1 on, for one of `u`.
+    #[inline(always)]
+    fn elastic_share<const N: usize>(&mut self, ratio: f64) -> f64 {
         let [ratios, .., eighths] = &self.powers;
-        let inverted = inner(n, eighths, &self.inverse);
-        let adhered = inner(n, ratios, &self.inverse);
-        let known = [0, 1, 2].map(|k| inner(n, &self.powers[k], &self.descending[k]));
-        let mut power = ratio;
-        for (k, known) in known.into_iter().enumerate() {
-            self.powers[k].set(n, power);
-            self.descending[k].set(n, power);
-            let first = self.powers[k].get(0);
-            power = if n == 0 {
-                first * first
-            } else {
-                known + 2.0 * first * power
-            };
+        let inverse = self.inverse.get(0);
+        let inverted = inner::<N>(eighths, &self.inverse);
+        let adhered = inner::<N>(ratios, &self.inverse);
+        let mut known = 0.0;
+        self.powers[0].set(N, ratio);
+        for k in 1..4 {
+            let root = &self.powers[k - 1];
+            known = inner_square::<N>(root) + 2.0 * root.get(0) * known;
+            let power = known + self.power_slopes[k] * ratio;
+            self.powers[k].set(N, power);
         }
-        self.powers[3].set(n, power);
-        let inverse = if n == 0 {
-            self.inverse_sum
-        } else {
-            -self.inverse_sum * (inverted + power * self.inverse_sum)
-        };
-        self.inverse.set(n, inverse);
-        let first = self.powers[0].get(0);
-        let product = if n == 0 {
-            first * inverse
-        } else {
-            adhered + first * inverse + ratio * self.inverse_sum
-        };
-        let whole = if n == 0 { 1.0 } else { 0.0 };
-        whole - (1.0 + self.onset) * (ratio - self.onset * product)
+        let known_inverse = -inverse * (inverted + inverse * known);
+        self.inverse.set(N, known_inverse + self.inverse_slope * ratio);
+        let known_product = adhered + self.powers[0].get(0) * known_inverse;
+        (1.0 + self.onset) * self.onset * known_product + self.share_slope * ratio
     }
 }
 
 impl Recurrence for AdhesionSeries {
     const LOOK_BACK: usize = 8;
+    const FEWEST_ORDERS: usize = 11;
 
     fn caution(&self) -> f64 {
         if self.powers[0].get(0).abs() < NEAR_CENTRE {
@@ -270,22 +278,19 @@ impl Recurrence for AdhesionSeries {
         }
     }
 
-    fn fewest_orders(&self) -> usize {
-        11
-    }
-
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64 {
-        let Newest { n, speed, .. } = newest;
-        let known = inner(n, &path.speed, &self.share);
-        let ratio = self.bristle.get(n) * self.inverse_limit;
-        let share = self.elastic_share(n, ratio);
-        self.share.set(n, share);
-        let taken = if n == 0 {
-            speed * share
+    #[inline(always)]
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
+        let speed = newest.speed;
+        let known = inner::<N>(&path.speed, &self.share);
+        let ratio = self.bristle.get(N) * self.inverse_limit;
+        let taken = if N == 0 {
+            speed * self.share.get(0)
         } else {
-            known + path.speed.get(0) * share + speed * self.share.get(0)
+            let share = self.elastic_share::<N>(ratio);
+            self.share.set(N, share);
+            (known + speed * self.share.get(0)) + path.speed.get(0) * share
         };
-        self.bristle.take(n, taken, path.duration_s)
+        self.bristle.take::<N>(taken, path.duration_s)
     }
 
     fn next_size(&self) -> f64 {
@@ -301,7 +306,7 @@ impl MasterLaw for AdhesionPlasticity {
         1.0 - self.alpha(u, 1.0) * u
     }
 
-    fn series(&self, start: f64) -> Series {
+    fn series(&self, start: f64) -> PathSeries {
         let onset = if self.onset > NO_ONSET { self.onset } else { 0.0 };
         let mut u = [0.0; ORDER + 1];
         let (mut u2, mut u4, mut u8) = (u, u, u);
@@ -310,7 +315,7 @@ impl MasterLaw for AdhesionPlasticity {
         u[0] = start;
         let mut order = 0.0;
         for n in 0..ORDER {
-            let product = |a: &Series, b: &Series| (0..=n).map(|k| a[k] * b[n - k]).sum::<f64>();
+            let product = |a: &PathSeries, b: &PathSeries| (0..=n).map(|k| a[k] * b[n - k]).sum::<f64>();
             let mut delayed = 0.0;
             if onset > 0.0 {
                 u2[n] = product(&u, &u);

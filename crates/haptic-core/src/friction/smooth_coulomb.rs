@@ -9,7 +9,7 @@ use crate::directional::Directional;
 use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::{Ascending, Descending, Newest, Path, RECIPROCAL, Recurrence, inner};
+use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner, inner_square};
 use alloc::boxed::Box;
 
 /// Smooth Coulomb friction.
@@ -107,40 +107,34 @@ impl YieldingContact for SmoothCoulomb {
 struct TanhSeries {
     limit: f64,
     per_speed: f64,
-    tanh: Ascending,
-    descending: Descending,
+    tanh: Series,
     /// `n q[n]`.
-    weighted: Ascending,
-    slope: Descending,
+    weighted: Series,
+    slope: Series,
     next_size: f64,
 }
 
 impl Recurrence for TanhSeries {
     const LOOK_BACK: usize = 2;
+    const FEWEST_ORDERS: usize = 8;
 
-    fn fewest_orders(&self) -> usize {
-        8
-    }
-
-    fn friction(&mut self, _path: &Path, newest: Newest) -> f64 {
-        let n = newest.n;
-        let squares = inner(n, &self.tanh, &self.descending);
-        let sloped = inner(n, &self.weighted, &self.slope);
-        let tanh = if n == 0 {
+    fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
+        let squares = inner_square::<N>(&self.tanh);
+        let sloped = inner::<N>(&self.weighted, &self.slope);
+        let tanh = if N == 0 {
             self.tanh.get(0)
         } else {
-            let weighted = n as f64 * self.per_speed * newest.speed;
-            self.weighted.set(n, weighted);
-            RECIPROCAL[n] * (sloped + weighted * self.slope.get(0))
+            let weighted = N as f64 * self.per_speed * newest.speed;
+            self.weighted.set(N, weighted);
+            RECIPROCAL[N] * (sloped + weighted * self.slope.get(0))
         };
-        let slope = if n == 0 {
+        let slope = if N == 0 {
             1.0 - tanh * tanh
         } else {
             -(squares + 2.0 * self.tanh.get(0) * tanh)
         };
-        self.tanh.set(n, tanh);
-        self.descending.set(n, tanh);
-        self.slope.set(n, slope);
+        self.tanh.set(N, tanh);
+        self.slope.set(N, slope);
         self.next_size = self.limit * tanh.abs();
         self.limit * tanh
     }
@@ -156,10 +150,9 @@ impl PiecewiseContact for SmoothCoulomb {
         let mut series = TanhSeries {
             limit,
             per_speed: 1.0 / self.stribeck_velocity,
-            tanh: Ascending::ZERO,
-            descending: Descending::ZERO,
-            weighted: Ascending::ZERO,
-            slope: Descending::ZERO,
+            tanh: Series::ZERO,
+            weighted: Series::ZERO,
+            slope: Series::ZERO,
             next_size: 0.0,
         };
         series.tanh.set(0, self.at(start.direction, start.speed) / limit);

@@ -3,8 +3,11 @@
 //!
 //! Time is scaled so that a series covers what is left of a tick from 0 to 1. A product of two
 //! series is a sum whose terms but two are known before the newest coefficients are: [`inner`] is
-//! that sum, and a law finishes it. It takes four terms at a time, which add up in a fixed order:
-//! the same bits in every build.
+//! that sum, and a law finishes it. Its terms add up in a fixed order: the same bits in every build.
+//! The order is a constant to the compiler, so that nothing is left of the loops.
+//!
+//! A series is bound by how long each order waits for the one before it. So a law has what is known
+//! already apart from what the newest coefficients add, and few operations from one to the other.
 
 mod roots;
 
@@ -13,8 +16,8 @@ pub(crate) use roots::first_root;
 /// Order up to which a series is kept.
 pub(crate) const ORDER: usize = 16;
 
-/// Room for all orders, and for zeros up to a whole number of fours.
-const ROOM: usize = 20;
+/// Coefficients of a series.
+const ROOM: usize = ORDER + 1;
 
 /// `1/n`, so that a recurrence divides nothing.
 pub(crate) const RECIPROCAL: [f64; ORDER + 2] = {
@@ -27,15 +30,11 @@ pub(crate) const RECIPROCAL: [f64; ORDER + 2] = {
     table
 };
 
-/// A series in ascending order: the left factor of a product.
+/// A series.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ascending([f64; ROOM]);
+pub(crate) struct Series([f64; ROOM]);
 
-/// A series in descending order: the right factor of a product.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Descending([f64; ROOM]);
-
-impl Ascending {
+impl Series {
     pub(crate) const ZERO: Self = Self([0.0; ROOM]);
 
     pub(crate) fn get(&self, n: usize) -> f64 {
@@ -46,11 +45,8 @@ impl Ascending {
         self.0[n] = coefficient;
     }
 
-    /// The coefficients up to `last`, and zeros.
-    pub(crate) fn up_to(&self, last: usize) -> [f64; ORDER + 1] {
-        let mut coefficients = [0.0; ORDER + 1];
-        coefficients[..=last].copy_from_slice(&self.0[..=last]);
-        coefficients
+    pub(crate) fn coefficients(&self) -> &[f64; ROOM] {
+        &self.0
     }
 
     /// Its value at a time, of the coefficients up to `last`.
@@ -59,31 +55,41 @@ impl Ascending {
     }
 }
 
-impl Descending {
-    pub(crate) const ZERO: Self = Self([0.0; ROOM]);
-
-    pub(crate) fn get(&self, n: usize) -> f64 {
-        self.0[ORDER - n]
+/// The sum over `k` from 1 to `N - 1` of `a[k] b[N - k]`: of order `N` of the product what is known
+/// before its own coefficients.
+#[inline(always)]
+pub(crate) fn inner<const N: usize>(a: &Series, b: &Series) -> f64 {
+    if N < 2 {
+        return 0.0;
     }
-
-    pub(crate) fn set(&mut self, n: usize, coefficient: f64) {
-        self.0[ORDER - n] = coefficient;
+    if N == 2 {
+        return a.0[1] * b.0[1];
     }
+    let mut sums = [0.0; 4];
+    for k in 2..N - 1 {
+        sums[(k - 2) % 4] += a.0[k] * b.0[N - k];
+    }
+    let older = (sums[0] + sums[2]) + (sums[1] + sums[3]);
+    // The processor waits for these two alone.
+    older + (a.0[1] * b.0[N - 1] + a.0[N - 1] * b.0[1])
 }
 
-/// The sum over `k` from 1 to `n - 1` of `a[k] b[n - k]`: of order `n` of the product what is known
-/// before its own coefficients. Those of `a` from `n` on are still zero.
-pub(crate) fn inner(n: usize, a: &Ascending, b: &Descending) -> f64 {
-    let fours = 4 * ((n + 2) / 4);
-    let left = &a.0[1..=fours];
-    let right = &b.0[ORDER + 1 - n..][..fours];
-    let mut sums = [0.0; 4];
-    for (a, b) in left.chunks_exact(4).zip(right.chunks_exact(4)) {
-        for lane in 0..4 {
-            sums[lane] += a[lane] * b[lane];
-        }
+/// The same of a square: each term but the middle one is there twice.
+#[inline(always)]
+pub(crate) fn inner_square<const N: usize>(a: &Series) -> f64 {
+    if N < 2 {
+        return 0.0;
     }
-    (sums[0] + sums[2]) + (sums[1] + sums[3])
+    if N == 2 {
+        return a.0[1] * a.0[1];
+    }
+    let middle = if N.is_multiple_of(2) { a.0[N / 2] } else { 0.0 };
+    let mut sums = [0.0; 2];
+    for k in 2..N.div_ceil(2) {
+        sums[k % 2] += a.0[k] * a.0[N - k];
+    }
+    let older = 2.0 * (sums[0] + sums[1]) + middle * middle;
+    older + 2.0 * a.0[1] * a.0[N - 1]
 }
 
 /// A polynomial's value, by Horner's rule.
@@ -110,32 +116,28 @@ pub(crate) fn integral_of_product(a: impl Fn(usize) -> f64, b: impl Fn(usize) ->
 pub(crate) struct Path {
     /// What the time 1 is, s.
     pub(crate) duration_s: f64,
-    pub(crate) distance: Ascending,
-    pub(crate) speed: Ascending,
-    pub(crate) speed_descending: Descending,
+    pub(crate) distance: Series,
+    pub(crate) speed: Series,
 }
 
 impl Path {
     pub(crate) fn new(duration_s: f64) -> Self {
         Self {
             duration_s,
-            distance: Ascending::ZERO,
-            speed: Ascending::ZERO,
-            speed_descending: Descending::ZERO,
+            distance: Series::ZERO,
+            speed: Series::ZERO,
         }
     }
 
     pub(crate) fn set(&mut self, n: usize, distance: f64, speed: f64) {
         self.distance.set(n, distance);
         self.speed.set(n, speed);
-        self.speed_descending.set(n, speed);
     }
 }
 
-/// The newest coefficients of a motion, of order `n`; those below are in its path.
+/// The newest coefficients of a motion; those of lower orders are in its path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Newest {
-    pub(crate) n: usize,
     pub(crate) distance: f64,
     pub(crate) speed: f64,
 }
@@ -145,18 +147,17 @@ pub(crate) struct Newest {
 pub(crate) trait Recurrence {
     /// Coefficients that are looked back on to say how the next ones go.
     const LOOK_BACK: usize;
+    /// Orders that a series has at least before small coefficients are believed to be the last.
+    const FEWEST_ORDERS: usize;
 
-    /// Share taken of the length that they promise.
+    /// Share taken of the length that the last coefficients promise.
     fn caution(&self) -> f64 {
         1.0
     }
 
-    /// Orders that a series has at least before small coefficients are believed to be the last.
-    fn fewest_orders(&self) -> usize;
-
-    /// The coefficient of order `n` of the friction without its viscous part, N. Orders come one
+    /// The coefficient of order `N` of the friction without its viscous part, N. Orders come one
     /// after the other, from 0.
-    fn friction(&mut self, path: &Path, newest: Newest) -> f64;
+    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64;
 
     /// The size of the coefficient of order `n + 1` of the law's own state, N, where the last one
     /// asked for was `n`.
@@ -166,21 +167,28 @@ pub(crate) trait Recurrence {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alloc::vec::Vec;
+
+    /// Checks the orders of a product one after the other.
+    macro_rules! check_orders {
+        ($a:expr, $b:expr, $($n:literal)*) => {
+            let (mut left, mut right) = (Series::ZERO, Series::ZERO);
+            $(
+                let product = (0..=$n).map(|k| $a(k) * $b($n - k)).sum::<f64>();
+                let newest = if $n == 0 { $a(0) * $b(0) } else { $a(0) * $b($n) + $a($n) * $b(0) };
+                assert_eq!(newest + inner::<$n>(&left, &right), product, "order {}", $n);
+                let square = (0..$n).skip(1).map(|k| $b(k) * $b($n - k)).sum::<f64>();
+                assert_eq!(inner_square::<$n>(&right), square, "order {}", $n);
+                left.set($n, $a($n));
+                right.set($n, $b($n));
+            )*
+        };
+    }
 
     #[test]
     fn a_product_is_its_two_newest_terms_and_the_inner_sum() {
-        let (a, b): (Vec<f64>, Vec<f64>) = (0..=ORDER as u32)
-            .map(|k| (1.0 + f64::from(k), 2.0 - 0.25 * f64::from(k * k)))
-            .unzip();
-        let (mut left, mut right) = (Ascending::ZERO, Descending::ZERO);
-        for n in 0..=ORDER {
-            let product = (0..=n).map(|k| a[k] * b[n - k]).sum::<f64>();
-            let newest = if n == 0 { a[0] * b[0] } else { a[0] * b[n] + a[n] * b[0] };
-            assert_eq!(newest + inner(n, &left, &right), product, "order {n}");
-            left.set(n, a[n]);
-            right.set(n, b[n]);
-        }
+        let number = |k: i32| f64::from(k);
+        let (a, b) = (|k| 1.0 + number(k), |k| 2.0 - 0.25 * number(k * k));
+        check_orders!(a, b, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
     }
 
     #[test]

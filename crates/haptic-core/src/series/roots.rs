@@ -30,22 +30,24 @@ const INVERSE_BINOMIAL: [[f64; COEFFICIENTS]; COEFFICIENTS] = {
 const MOST_HALVINGS: u32 = 40;
 
 /// The first time in `(0, end]` at which a polynomial that is positive at 0 comes to zero; `None`
-/// where it stays positive. A polynomial that is not positive at 0 is at its root there.
-pub(crate) fn first_root(polynomial: &[f64], end: f64) -> Option<f64> {
-    let degree = polynomial.len() - 1;
-    let mut scaled = [0.0; COEFFICIENTS];
-    let mut power = 1.0;
-    for (scaled, &coefficient) in scaled.iter_mut().zip(polynomial) {
-        *scaled = coefficient * power;
-        power *= end;
-    }
-    let scaled = &scaled[..=degree];
-    if scaled[0] <= 0.0 {
+/// where it stays positive. A polynomial that is not positive at 0 is at its root there. It is given
+/// by its first coefficient and the others.
+pub(crate) fn first_root(first: f64, others: &[f64], end: f64) -> Option<f64> {
+    if first <= 0.0 {
         return Some(0.0);
     }
-    if stays_positive(scaled) {
+    if stays_positive(first, others, end) {
         return None;
     }
+    let degree = others.len();
+    let mut scaled = [0.0; COEFFICIENTS];
+    scaled[0] = first;
+    let mut power = 1.0;
+    for (scaled, &coefficient) in scaled[1..].iter_mut().zip(others) {
+        power *= end;
+        *scaled = coefficient * power;
+    }
+    let scaled = &scaled[..=degree];
     let mut bernstein = [0.0; COEFFICIENTS];
     for (k, &coefficient) in scaled.iter().enumerate() {
         bernstein[k] = coefficient * INVERSE_BINOMIAL[degree][k];
@@ -63,18 +65,21 @@ pub(crate) fn first_root(polynomial: &[f64], end: f64) -> Option<f64> {
     whole.first_root(scaled, MOST_HALVINGS).map(|root| root * end)
 }
 
-/// Whether the least value of the first three terms on `[0, 1]` outweighs all negative ones after
+/// Whether the least value of the first three terms on `[0, end]` outweighs all negative ones after
 /// them.
-fn stays_positive(polynomial: &[f64]) -> bool {
-    let term = |k: usize| polynomial.get(k).copied().unwrap_or(0.0);
-    let (a, b, c) = (term(0), term(1), term(2));
-    let bottom = if b < 0.0 && -b < 2.0 * c {
-        a - 0.25 * b * b / c
-    } else {
-        a.min(a + b + c)
+fn stays_positive(first: f64, others: &[f64], end: f64) -> bool {
+    let [b, c, rest @ ..] = others else {
+        return others.iter().all(|slope| first + slope * end > 0.0);
     };
-    let rest: f64 = polynomial.iter().skip(3).map(|term| term.min(0.0)).sum();
-    bottom + rest > 0.0
+    let (b, c) = (b * end, c * (end * end));
+    let bottom = if b < 0.0 && -b < 2.0 * c {
+        first - 0.25 * b * b / c
+    } else {
+        first.min(first + b + c)
+    };
+    // Horner's rule on the negative terms alone.
+    let negative = rest.iter().rev().fold(0.0, |sum, term| (sum + term.min(0.0)) * end);
+    bottom + negative * (end * end) > 0.0
 }
 
 /// A part of `[0, 1]`, with the polynomial's Bernstein coefficients on it.
@@ -206,7 +211,7 @@ mod tests {
             let first = roots.iter().copied().filter(|root| *root > 0.0).fold(f64::INFINITY, f64::min);
             let apart = roots.iter().all(|root| *root == first || (root - first).abs() > 1e-3);
             prop_assume!(apart && (first - end).abs() > 1e-3);
-            match first_root(&polynomial, end) {
+            match first_root(polynomial[0], &polynomial[1..], end) {
                 Some(root) => prop_assert!((root - first).abs() < 1e-9, "{root} for {first}"),
                 None => prop_assert!(first > end, "none for {first}"),
             }
@@ -217,16 +222,16 @@ mod tests {
     #[test]
     fn a_touch_is_no_root_and_two_near_roots_are() {
         // (t - 1/2)^2 + gap.
-        let dip = |gap: f64| [0.25 + gap, -1.0, 1.0];
-        assert_eq!(first_root(&dip(1e-13), 1.0), None);
-        let root = first_root(&dip(-1e-12), 1.0).expect("a root");
+        let dip = |gap: f64| first_root(0.25 + gap, &[-1.0, 1.0], 1.0);
+        assert_eq!(dip(1e-13), None);
+        let root = dip(-1e-12).expect("a root");
         assert!((root - (0.5 - 1e-6)).abs() < 1e-9, "{root}");
     }
 
     #[test]
     fn a_polynomial_that_begins_at_its_root_is_there() {
-        assert_eq!(first_root(&[0.0, 1.0], 1.0), Some(0.0));
-        assert_eq!(first_root(&[-1e-20, 1.0], 1.0), Some(0.0));
-        assert_eq!(first_root(&[1.0], 1.0), None);
+        assert_eq!(first_root(0.0, &[1.0], 1.0), Some(0.0));
+        assert_eq!(first_root(-1e-20, &[1.0], 1.0), Some(0.0));
+        assert_eq!(first_root(1.0, &[], 1.0), None);
     }
 }

@@ -12,7 +12,7 @@ use core::fmt::Debug;
 pub(crate) const ORDER: usize = 15;
 
 /// The coefficients of a series, lowest order first.
-pub(crate) type Series = [f64; ORDER + 1];
+pub(crate) type PathSeries = [f64; ORDER + 1];
 
 /// A law that is compiled to a master path.
 pub(crate) trait MasterLaw: Clone + Copy + Debug + Send + Sync + 'static {
@@ -23,7 +23,7 @@ pub(crate) trait MasterLaw: Clone + Copy + Debug + Send + Sync + 'static {
     fn rate(&self, u: f64) -> f64;
 
     /// The power series of `u` in `X` from a start.
-    fn series(&self, start: f64) -> Series;
+    fn series(&self, start: f64) -> PathSeries;
 
     /// Up to this `u` there is no plastic flow at all; `None` where there always is.
     fn elastic_up_to(&self) -> Option<f64>;
@@ -50,7 +50,7 @@ const MOST_CELLS: usize = 1024;
 
 #[derive(Clone, Debug)]
 struct Cell {
-    series: Series,
+    series: PathSeries,
     /// The integral of `u` up to the cell.
     work: f64,
 }
@@ -174,7 +174,7 @@ impl MasterPath {
 }
 
 /// The value of a series: by pairs, which do not wait for each other (Estrin 1960).
-fn value(c: &Series, t: f64) -> f64 {
+fn value(c: &PathSeries, t: f64) -> f64 {
     let t2 = t * t;
     let t4 = t2 * t2;
     let pair = |k: usize| c[k] + c[k + 1] * t;
@@ -184,7 +184,7 @@ fn value(c: &Series, t: f64) -> f64 {
 }
 
 /// Its slope.
-fn slope(c: &Series, t: f64) -> f64 {
+fn slope(c: &PathSeries, t: f64) -> f64 {
     let mut sum = 0.0;
     let mut order = 15.0;
     for k in (1..=ORDER).rev() {
@@ -195,7 +195,7 @@ fn slope(c: &Series, t: f64) -> f64 {
 }
 
 /// Its integral from 0.
-fn integral(c: &Series, t: f64) -> f64 {
+fn integral(c: &PathSeries, t: f64) -> f64 {
     let mut sum = 0.0;
     let mut order = 16.0;
     for k in (0..=ORDER).rev() {
@@ -206,7 +206,7 @@ fn integral(c: &Series, t: f64) -> f64 {
 }
 
 /// How far a series is the path.
-fn width(law: &impl MasterLaw, series: &Series) -> f64 {
+fn width(law: &impl MasterLaw, series: &PathSeries) -> f64 {
     let size = series[0].abs().max(1.0);
     let mut growth: f64 = 0.0;
     let mut order = 8.0;
