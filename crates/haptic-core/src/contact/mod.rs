@@ -14,7 +14,8 @@ pub use state::Contact;
 
 pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
 pub(crate) use device::{
-    DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle, Series,
+    DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle,
+    Series, series_product,
 };
 pub(crate) use level::{Level, Stribeck, stribeck};
 pub(crate) use spring::{SpringContact, SpringState};
