@@ -20,7 +20,7 @@ pub(crate) use bristle_series::{
 };
 pub(crate) use device::{
     DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle,
-    PathSeries,
+    PathSeries, series_product,
 };
 pub(crate) use level::{Fall, FallSeries, Level, Stribeck, fallen_from};
 pub(crate) use power_series::PowerSeries;

@@ -383,7 +383,14 @@ impl DeviceContact for DahlContact {
     }
 
     fn friction(&self, velocity: f64) -> f64 {
-        YieldingContact::friction(self, velocity)
+        let direction = Direction::of(velocity);
+        // Without a limit this way, whatever the spring held is gone at once.
+        let held = if self.law.dynamic_force.get(direction) > 0.0 {
+            self.force
+        } else {
+            0.0
+        };
+        held + self.law.viscous.get(direction) * velocity
     }
 
     fn seat(&mut self, force: f64) {

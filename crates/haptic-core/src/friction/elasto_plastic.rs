@@ -15,6 +15,7 @@ use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
     Bristle, BristleForce, DeviceElastoPlastic, FEWEST_ON_CURVE, Fall, FallSeries, LOOK_BACK_ON_CURVE, Level,
     MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, RatioSeries, TowardsLimit, UnderCurve, flow_in_pieces,
+    series_product,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -395,22 +396,22 @@ impl MasterLaw for DelayedPlasticity {
     fn series(&self, start: f64) -> PathSeries {
         let angle = PI / (1.0 - self.fraction);
         let mut u = [0.0; ORDER + 1];
+        // `k u[k]`
+        let mut turns = u;
         let (mut sin, mut cos) = (u, u);
         u[0] = start;
         (sin[0], cos[0]) = sin_cos(angle * (start - self.fraction));
         let mut order = 0.0;
         for n in 0..ORDER {
             if n > 0 {
-                let (mut of_sin, mut of_cos, mut weight) = (0.0, 0.0, 1.0);
-                for k in 1..=n {
-                    let turned = weight * u[k];
-                    of_sin += turned * cos[n - k];
-                    of_cos += turned * sin[n - k];
-                    weight += 1.0;
-                }
+                turns[n] = order * u[n];
+                let (of_sin, of_cos) = (
+                    series_product(&turns[1..=n], &cos[..n]),
+                    series_product(&turns[1..=n], &sin[..n]),
+                );
                 (sin[n], cos[n]) = (angle * of_sin / order, -angle * of_cos / order);
             }
-            let turned: f64 = (0..=n).map(|k| cos[k] * u[n - k]).sum();
+            let turned = series_product(&cos[..=n], &u[..=n]);
             let elastic = if n == 0 { 1.0 } else { 0.0 };
             order += 1.0;
             u[n + 1] = (elastic - 0.5 * (u[n] - turned)) / order;

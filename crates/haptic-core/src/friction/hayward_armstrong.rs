@@ -17,6 +17,7 @@ use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
     Bristle, BristleForce, MasterLaw, ORDER, PathBristle, PathSeries, Plasticity, TowardsLimit, flow_in_pieces,
+    series_product,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -315,7 +316,7 @@ impl MasterLaw for AdhesionPlasticity {
         u[0] = start;
         let mut order = 0.0;
         for n in 0..ORDER {
-            let product = |a: &PathSeries, b: &PathSeries| (0..=n).map(|k| a[k] * b[n - k]).sum::<f64>();
+            let product = |a: &PathSeries, b: &PathSeries| series_product(&a[..=n], &b[..=n]);
             let mut delayed = 0.0;
             if onset > 0.0 {
                 u2[n] = product(&u, &u);
@@ -324,7 +325,7 @@ impl MasterLaw for AdhesionPlasticity {
                 quotient[n] = if n == 0 {
                     1.0 / (onset + u8[0])
                 } else {
-                    -quotient[0] * (1..=n).map(|k| u8[k] * quotient[n - k]).sum::<f64>()
+                    -quotient[0] * series_product(&u8[1..=n], &quotient[..n])
                 };
                 delayed = onset * product(&u, &quotient);
             }

@@ -5,8 +5,8 @@
 //! z' = v - sigma0 |v| z/g(v),   F = sigma0 z + sigma1 z' + b v,   g(v) = Fd + (Fs - Fd) e^-(v/ws)^2
 //! ```
 //!
-//! Within a sample the bristle is moved on exactly for the mean speed, `z+ = zss + (z - zss)
-//! e^(-|dx|/|zss|)`, so that no speed makes it unstable. The law itself can give out energy where
+//! At a constant speed the bristle moves on by `z+ = zss + (z - zss) e^(-|dx|/|zss|)`, so that no
+//! speed makes it unstable. The law itself can give out energy where
 //! `b < sigma1 (Fs/Fd - 1)` (Barabanov and Ortega 2000), which the [adviser](crate::adviser)
 //! checks.
 

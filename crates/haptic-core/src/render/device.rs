@@ -93,8 +93,24 @@ impl<C: DeviceContact> DeviceSurface<C> {
     }
 
     /// Moves the contact on by a tick; returns whether the bounded work ran out.
+    #[inline]
     fn follow(&mut self, motion: &Motion, meter: &mut impl EnergyMeter) -> bool {
-        let (to_turn, last) = motion.legs();
+        if let Some(leg) = motion.leg() {
+            return self.law.advance(&leg, meter);
+        }
+        self.follow_turn(motion, meter)
+    }
+
+    /// The same, and the energy that friction took, J.
+    #[inline(never)]
+    fn follow_with_meter(&mut self, motion: &Motion) -> (bool, f64) {
+        let mut energy_j = 0.0;
+        (self.follow(motion, &mut energy_j), energy_j)
+    }
+
+    #[cold]
+    fn follow_turn(&mut self, motion: &Motion, meter: &mut impl EnergyMeter) -> bool {
+        let (to_turn, last) = motion.turn();
         let ran_out = to_turn.is_some_and(|leg| self.law.advance(&leg, meter));
         self.law.advance(&last, meter) || ran_out
     }
@@ -118,8 +134,8 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
                 elapsed_s,
             };
             if sink.listens() {
-                let mut energy_j = 0.0;
-                work_exhausted = self.follow(&motion, &mut energy_j);
+                let energy_j;
+                (work_exhausted, energy_j) = self.follow_with_meter(&motion);
                 sink.dissipated(energy_j);
             } else {
                 work_exhausted = self.follow(&motion, &mut ());

@@ -26,19 +26,27 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// The leg up to a turn, where there is one, and the last leg.
-    pub(crate) fn legs(&self) -> (Option<Leg>, Leg) {
-        let (from_speed, to_speed) = (self.from_velocity.abs(), self.to_velocity.abs());
-        let whole = Leg {
+    /// The motion in one direction, where the velocities have one sign.
+    #[inline]
+    pub(crate) fn leg(&self) -> Option<Leg> {
+        (self.from_velocity * self.to_velocity >= 0.0).then(|| self.whole())
+    }
+
+    fn whole(&self) -> Leg {
+        Leg {
             direction: Direction::of(if self.by == 0.0 { self.to_velocity } else { self.by }),
             distance: self.by.abs(),
-            from_speed,
-            to_speed,
+            from_speed: self.from_velocity.abs(),
+            to_speed: self.to_velocity.abs(),
             duration_s: self.elapsed_s,
-        };
-        if self.from_velocity * self.to_velocity >= 0.0 {
-            return (None, whole);
         }
+    }
+
+    /// The leg up to a turn, where there is one, and the last leg, where the velocities differ in
+    /// sign.
+    #[cold]
+    pub(crate) fn turn(&self) -> (Option<Leg>, Leg) {
+        let whole = self.whole();
         let first = Leg {
             direction: Direction::of(self.from_velocity),
             to_speed: 0.0,
@@ -65,7 +73,7 @@ impl Motion {
             );
         }
         // Constant acceleration takes the time that the way over the mean speed is.
-        let (there_s, back_s) = (there / from_speed, back / to_speed);
+        let (there_s, back_s) = (there / first.from_speed, back / last.to_speed);
         let share = there_s / (there_s + back_s);
         let first = Leg {
             distance: there,

@@ -8,7 +8,7 @@
 
 use super::leg::Leg;
 use super::lugre::dissipated_by_nodes;
-use super::master_path::{MasterLaw, MasterPath};
+use super::master_path::{MasterLaw, MasterPath, series_product};
 use super::root;
 use super::stribeck_flow::{Curve, Part, follow, follow_constant};
 use super::{DeviceContact, EnergyMeter};
@@ -41,12 +41,15 @@ pub(crate) struct DeviceElastoPlastic<M> {
     force: f64,
 }
 
-/// Order of the series.
+/// Order of the series, and the least at which it may count as right.
 const ORDER: usize = 16;
+const LEAST_ORDER: usize = 8;
 /// Error that a piece may have, N, and as a share of the level: rounding.
 const TOLERANCE: (f64, f64) = (1e-13, 2e-16);
 /// Most pieces of a leg.
 const MOST_PIECES: u32 = 64;
+/// A piece's greatest extent in `y`: up to there the order of the series is beyond its largest term.
+const LONGEST: f64 = 12.0;
 /// What lies farther back than this exponent is forgotten.
 const FORGOTTEN: f64 = 80.0;
 /// Crossings of a border are found to this in `u`; the laws on both sides of it differ by the
@@ -66,6 +69,8 @@ struct Piece {
     /// Force along the motion, N, and `u`, over the share of the part.
     force: [f64; ORDER + 1],
     ratio: [f64; ORDER + 1],
+    /// Whether the series is right to the end of the part.
+    ends: bool,
 }
 
 impl<M: MasterLaw> DeviceElastoPlastic<M> {
@@ -228,54 +233,62 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
         (root::between(0.0, 1.0, CLOSE, ratio), Region::Yielding)
     }
 
+    /// Error that a piece may have, N.
+    fn tolerance(curve: &Curve) -> f64 {
+        TOLERANCE.0 + TOLERANCE.1 * (curve.dynamic + curve.fall)
+    }
+
     /// The series of the yielding force over the share of a part.
     fn piece(&self, force: f64, curve: &Curve, part: &Part) -> Piece {
         let per_share = self.stiffness * part.distance;
         let extent = part.to - part.from;
         let angle = PI / (1.0 - self.fraction);
         let mut p = [0.0; ORDER + 1];
-        let (mut g, mut u, mut sin, mut cos) = (p, p, p, p);
+        // `turns` is `k u[k]`.
+        let (mut g, mut u, mut turns, mut sin, mut cos) = (p, p, p, p, p);
         p[0] = force;
         g[0] = curve.at(part.from);
         let over_level = 1.0 / g[0];
         let mut falling = curve.falling(part.from);
+        let quarter = 0.25 * Self::tolerance(curve);
         let mut order = 0.0;
+        let mut ends = false;
         for n in 0..=ORDER {
             // u g = p
-            let known: f64 = (1..=n).map(|k| g[k] * u[n - k]).sum();
+            let known = series_product(&g[1..=n], &u[..n]);
             u[n] = (p[n] - known) * over_level;
-            if n == ORDER {
+            // The falling part's terms grow up to the order of its extent.
+            ends = n >= LEAST_ORDER && p[n].abs() + p[n - 1].abs() < quarter && extent.abs() < 0.5 * order;
+            if ends || n == ORDER {
                 break;
             }
             if n == 0 {
                 (sin[0], cos[0]) = sin_cos(angle * (u[0] - self.fraction));
             } else {
-                let (mut of_sin, mut of_cos, mut weight) = (0.0, 0.0, 1.0);
-                for k in 1..=n {
-                    let turned = weight * u[k];
-                    of_sin += turned * cos[n - k];
-                    of_cos += turned * sin[n - k];
-                    weight += 1.0;
-                }
+                turns[n] = order * u[n];
+                let of_sin = series_product(&turns[1..=n], &cos[..n]);
+                let of_cos = series_product(&turns[1..=n], &sin[..n]);
                 (sin[n], cos[n]) = (angle * of_sin / order, -angle * of_cos / order);
             }
             // dp = 1 - alpha u, alpha = (1 - cos)/2
-            let turned: f64 = (0..=n).map(|k| cos[k] * u[n - k]).sum();
+            let turned = series_product(&cos[..=n], &u[..=n]);
             let elastic = if n == 0 { 1.0 } else { 0.0 };
             order += 1.0;
             p[n + 1] = per_share * (elastic - 0.5 * (u[n] - turned)) / order;
             falling *= -extent / order;
             g[n + 1] = falling;
         }
-        Piece { force: p, ratio: u }
+        Piece {
+            force: p,
+            ratio: u,
+            ends,
+        }
     }
 
     /// How far a piece goes: as far as its series is right, or to a border.
     fn piece_end(&self, piece: &Piece, curve: &Curve, part: &Part) -> (f64, Region) {
         let size = curve.dynamic + curve.fall;
-        let tolerance = TOLERANCE.0 + TOLERANCE.1 * size;
-        let last = piece.force[ORDER].abs() + piece.force[ORDER - 1].abs();
-        let share = if last < 0.25 * tolerance {
+        let share = if piece.ends {
             1.0
         } else {
             let mut growth: f64 = 0.0;
@@ -284,7 +297,9 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
                 growth = growth.max(powf(coefficient.abs() / size, 1.0 / order));
                 order += 1.0;
             }
-            (0.9 * powf(tolerance / size, 1.0 / 16.0) / growth).min(1.0)
+            (0.9 * powf(Self::tolerance(curve) / size, 1.0 / 16.0) / growth)
+                .min(LONGEST / (part.to - part.from).abs())
+                .min(1.0)
         };
         let end = curve.at(part.from + (part.to - part.from) * share);
         let ratio = horner(&piece.force, share) / end;
@@ -318,11 +333,11 @@ fn horner(series: &[f64; ORDER + 1], at: f64) -> f64 {
 impl<M: MasterLaw> DeviceContact for DeviceElastoPlastic<M> {
     fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
         let (direction, sign) = (leg.direction, leg.direction.sign());
-        if E::LISTENS {
-            let exponent = self.stiffness * leg.distance / self.level.at(direction, leg.to_speed);
-            meter.take(dissipated_by_nodes(self, leg, exponent, Self::power(direction)));
-        }
         let curve = Curve::new(&self.level, direction);
+        if E::LISTENS {
+            let power = Self::power(direction);
+            meter.take(dissipated_by_nodes(self, leg, &curve, self.stiffness, power));
+        }
         let [first, second] = curve.parts(leg);
         let (force, ran_out) = self.follow(sign * self.force, &curve, &first);
         let (force, also) = self.follow(force, &curve, &second);

@@ -1,6 +1,13 @@
 //! Gauss and Legendre's quadrature on [0, 1]: nodes and weights (Abramowitz and Stegun 1964, table
 //! 25.4, from which they were computed anew to 40 digits).
 
+/// Three nodes.
+pub(super) const THREE: [(f64, f64); 3] = [
+    (0.1127016653792583, 0.2777777777777778),
+    (0.5, 0.4444444444444444),
+    (0.8872983346207417, 0.2777777777777778),
+];
+
 /// Six nodes.
 pub(super) const SIX: [(f64, f64); 6] = [
     (0.03376524289842399, 0.08566224618958518),

@@ -17,9 +17,16 @@ pub(crate) trait FlowLevel: Level {
     /// The force along the motion after a leg, N, and whether the bounded work ran out.
     fn follow(&self, force: f64, stiffness: f64, leg: &Leg) -> (f64, bool);
 
-    /// The energy, J, that friction takes on the leg, where it is a closed form that damping can
-    /// be left out of.
-    fn dissipated(&self, force: f64, stiffness: f64, leg: &Leg) -> Option<f64>;
+    /// The energy that friction takes on the leg.
+    fn dissipated(&self, force: f64, stiffness: f64, leg: &Leg) -> Energy;
+}
+
+/// The energy of a leg.
+pub(crate) enum Energy {
+    /// J, without the damping, which creates none here.
+    Closed(f64),
+    /// Along a curve, with all damping.
+    Along(Curve),
 }
 
 impl FlowLevel for Directional {
@@ -28,16 +35,16 @@ impl FlowLevel for Directional {
         (follow_constant(force, level, stiffness, leg.distance), false)
     }
 
-    fn dissipated(&self, force: f64, stiffness: f64, leg: &Leg) -> Option<f64> {
+    fn dissipated(&self, force: f64, stiffness: f64, leg: &Leg) -> Energy {
         let level = self.get(leg.direction);
         if level <= 0.0 {
-            return Some(0.5 * force * force / stiffness);
+            return Energy::Closed(0.5 * force * force / stiffness);
         }
         // The integral of F^2/g.
         let exponent = stiffness * leg.distance / level;
         let missing = (force - level) / level;
         let grown = exponent - 2.0 * missing * exp_m1(-exponent) - 0.5 * missing * missing * exp_m1(-2.0 * exponent);
-        Some(level * level / stiffness * grown)
+        Energy::Closed(level * level / stiffness * grown)
     }
 }
 
@@ -53,8 +60,8 @@ impl FlowLevel for Stribeck {
         (force, ran_out || also)
     }
 
-    fn dissipated(&self, _force: f64, _stiffness: f64, _leg: &Leg) -> Option<f64> {
-        None
+    fn dissipated(&self, _force: f64, _stiffness: f64, leg: &Leg) -> Energy {
+        Energy::Along(Curve::new(self, leg.direction))
     }
 }
 
@@ -90,11 +97,12 @@ impl<L: FlowLevel> DeviceContact for DeviceLugre<L> {
         let sign = leg.direction.sign();
         let along = sign * self.force;
         if E::LISTENS {
-            let closed = self.level.dissipated(along, self.stiffness, leg);
-            meter.take(closed.unwrap_or_else(|| {
-                let exponent = self.stiffness * leg.distance / self.level.at(leg.direction, leg.to_speed);
-                dissipated_by_nodes(self, leg, exponent, Self::power(leg.direction))
-            }));
+            meter.take(match self.level.dissipated(along, self.stiffness, leg) {
+                Energy::Closed(energy_j) => energy_j,
+                Energy::Along(curve) => {
+                    dissipated_by_nodes(self, leg, &curve, self.stiffness, Self::power(leg.direction))
+                }
+            });
         }
         let (after, ran_out) = self.level.follow(along, self.stiffness, leg);
         self.force = flush(sign * after);
@@ -146,27 +154,38 @@ const PANELS: (f64, f64) = (4.0, 64.0);
 
 /// The energy, J, that a law on Stribeck's curve takes on a leg, from its `power` over speed as the
 /// contact goes along. `sigma1` may create some where the curve falls, so all of the friction
-/// counts, the drag as well. `exponent` is that of the flow, about.
+/// counts, the drag as well.
 pub(super) fn dissipated_by_nodes<C: DeviceContact>(
     contact: &C,
     leg: &Leg,
-    exponent: f64,
+    curve: &Curve,
+    stiffness: f64,
     power: impl Fn(&C, f64) -> f64,
 ) -> f64 {
     let (fewest, most) = PANELS;
-    let width = leg.distance / (0.5 * exponent).clamp(fewest, most);
+    let [first, second] = curve.parts(leg);
     let mut contact = contact.clone();
     let (mut sum, mut begun, mut at, mut left) = (0.0, 0.0, 0.0, *leg);
-    while begun < leg.distance {
-        let panel = width.min(leg.distance - begun);
-        for &(node, weight) in &TWELVE {
-            let to = begun + node * panel;
-            let (step, rest) = left.split(to - at);
-            contact.advance(&step, &mut ());
-            (at, left) = (to, rest);
-            sum += panel * weight * power(&contact, step.to_speed);
+    for part in [first, second] {
+        let end = (begun + part.distance).min(leg.distance);
+        let exponent = stiffness * part.distance / curve.at(part.from.max(part.to));
+        let extent = if part.is_fallen() {
+            0.0
+        } else {
+            (part.to - part.from).abs()
+        };
+        let width = part.distance / (0.5 * exponent.max(extent)).clamp(fewest, most);
+        while begun < end {
+            let panel = width.min(end - begun);
+            for &(node, weight) in &TWELVE {
+                let to = begun + node * panel;
+                let (step, rest) = left.split(to - at);
+                contact.advance(&step, &mut ());
+                (at, left) = (to, rest);
+                sum += panel * weight * power(&contact, step.to_speed);
+            }
+            begun += panel;
         }
-        begun += panel;
     }
     sum
 }

@@ -37,12 +37,14 @@ pub(crate) trait MasterLaw: Clone + Copy + Debug + Send + Sync + 'static {
 /// A deflection this far against the motion, over the steady one, is where the path begins at most.
 pub(crate) const FARTHEST: f64 = 128.0;
 
-/// The first term that a series leaves out is about this, over the first.
-const LEFT_OUT: f64 = 1e-16;
+/// The first term that a series leaves out is about 1e-16 of the first: the sixteenth root of that.
+const LEFT_OUT_ROOT: f64 = 0.1;
 /// Greatest difference of a series' slope from the rate.
 const DEFECT: f64 = 1e-14;
 /// Nearer to 1 than this the path ends.
 const AT_THE_END: f64 = 4e-16;
+/// Widths that are tried for a cell.
+const MOST_TRIALS: u32 = 64;
 /// Widest cell.
 const WIDEST: f64 = 8.0;
 /// Most cells; some 40 are usual.
@@ -173,6 +175,11 @@ impl MasterPath {
     }
 }
 
+/// A coefficient of the product of two series: the sum of `a[k] b[n - k]` over both slices.
+pub(crate) fn series_product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b.iter().rev()).map(|(a, b)| a * b).sum()
+}
+
 /// The value of a series: by pairs, which do not wait for each other (Estrin 1960).
 fn value(c: &PathSeries, t: f64) -> f64 {
     let t2 = t * t;
@@ -205,27 +212,28 @@ fn integral(c: &PathSeries, t: f64) -> f64 {
     sum * t
 }
 
-/// How far a series is the path.
+/// How far a series is the path: as its last coefficients say, and then as its slope does, because
+/// some series have a term in every eighth order only.
 fn width(law: &impl MasterLaw, series: &PathSeries) -> f64 {
     let size = series[0].abs().max(1.0);
     let mut growth: f64 = 0.0;
-    let mut order = 8.0;
-    for coefficient in &series[8..] {
+    let mut order = 13.0;
+    for coefficient in &series[13..] {
         growth = growth.max(powf(coefficient.abs() / size, 1.0 / order));
         order += 1.0;
     }
-    let mut width = if growth * WIDEST > 0.0 {
-        (powf(LEFT_OUT, 1.0 / 16.0) / growth).min(WIDEST)
+    let mut width = if growth * WIDEST > LEFT_OUT_ROOT {
+        LEFT_OUT_ROOT / growth
     } else {
         WIDEST
     };
-    // Some series have a term in every eighth order only: the slope shows what they lack.
-    for _ in 0..64 {
-        let is_the_path = |t: f64| (slope(series, t) - law.rate(value(series, t).min(1.0))).abs() <= DEFECT * size;
-        if is_the_path(width) && is_the_path(0.7 * width) && is_the_path(0.4 * width) {
+    let defect = |t: f64| (slope(series, t) - law.rate(value(series, t).min(1.0))).abs() / (DEFECT * size);
+    for _ in 0..MOST_TRIALS {
+        let worst = defect(width).max(defect(0.6 * width));
+        if worst <= 1.0 {
             break;
         }
-        width *= 0.8;
+        width *= (0.9 * powf(worst, -1.0 / 15.0)).max(0.2);
     }
     width
 }

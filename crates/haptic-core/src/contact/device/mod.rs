@@ -14,7 +14,7 @@ mod stribeck_flow;
 pub(crate) use elasto_plastic::DeviceElastoPlastic;
 pub(crate) use leg::Leg;
 pub(crate) use lugre::{DeviceLugre, FlowLevel};
-pub(crate) use master_path::{MasterLaw, ORDER, PathSeries};
+pub(crate) use master_path::{MasterLaw, ORDER, PathSeries, series_product};
 pub(crate) use path_bristle::PathBristle;
 
 use super::state::Contact;

@@ -105,6 +105,7 @@ impl<M: MasterLaw> PathBristle<M> {
 }
 
 impl<M: MasterLaw> DeviceContact for PathBristle<M> {
+    #[inline]
     fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
         let (direction, sign) = (leg.direction, leg.direction.sign());
         let limit = self.limit.get(direction);

@@ -202,6 +202,7 @@ fn opposite(direction: Direction) -> Direction {
 }
 
 impl<L: Level, R: StaticLimit> DeviceContact for SpringContact<L, R> {
+    #[inline]
     fn advance<E: EnergyMeter>(&mut self, leg: &Leg, meter: &mut E) -> bool {
         if let SpringState::Sliding { direction, .. } = self.state
             && direction != leg.direction

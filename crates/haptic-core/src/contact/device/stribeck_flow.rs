@@ -4,7 +4,7 @@
 //! Fd) e^-y`. The exponent of the flow, `q = sigma integral dx/g` over what is left of the leg, is
 //! then a logarithm, and the force at the end an integral of `e^-q`, which Gauss's nodes give.
 
-use super::gauss::{SIX, TWELVE};
+use super::gauss::{SIX, THREE, TWELVE};
 use super::leg::Leg;
 use crate::contact::level::Stribeck;
 use crate::direction::Direction;
@@ -12,7 +12,7 @@ use crate::math::{exp, exp_m1, ln_1p};
 
 /// Stribeck's curve in one direction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Curve {
+pub(crate) struct Curve {
     /// `Fd`, N.
     pub(super) dynamic: f64,
     /// `Fs - Fd`, N.
@@ -104,13 +104,16 @@ impl Part {
 
 /// What is beyond this exponent is forgotten to the last digit.
 const FORGOTTEN: f64 = 38.0;
-/// A panel's widest extent in `y`: the curve's poles lie pi beside the real axis, which leaves
-/// twelve nodes an error of 1e-13 of the fall.
+/// A panel's widest extent in `y` near rest: the curve's poles lie pi beside the real axis, which
+/// leaves twelve nodes an error of 1e-13 of the fall. Farther along the curve they are farther off.
 const WIDEST: f64 = 4.0;
+/// Extent of a panel over the way in `y` from the poles to its slower end.
+const WIDENING: f64 = 1.5;
 /// A panel's greatest extent in `q`.
 const LONGEST: f64 = 8.0;
-/// A panel no wider than this either way takes six nodes.
+/// A panel no wider than this either way takes six nodes, and three.
 const NARROW: f64 = 1.0;
+const NARROWEST: f64 = 0.1;
 /// Most panels; the widest falls take some 20.
 const MOST_PANELS: usize = 64;
 
@@ -137,8 +140,16 @@ pub(super) fn follow(force: f64, curve: &Curve, stiffness: f64, part: &Part) -> 
     let back = -extent.signum();
     let force_per_y = stiffness * part.distance / extent.abs();
     let (mut y, mut level, mut q, mut sum, mut left) = (part.to, curve.at(part.to), 0.0, 0.0, extent.abs());
+    // The poles are beside the `y` at which both parts of the curve are equal.
+    let knee = if curve.fall > curve.dynamic {
+        ln_1p((curve.fall - curve.dynamic) / curve.dynamic)
+    } else {
+        0.0
+    };
     for _ in 0..MOST_PANELS {
-        let mut width = left.min(WIDEST).min(LONGEST * level / force_per_y);
+        let beyond = (y - knee).max(0.0);
+        let widest = WIDEST.max(WIDENING * if back > 0.0 { beyond } else { beyond / (1.0 + WIDENING) });
+        let mut width = left.min(widest).min(LONGEST * level / force_per_y);
         // Back along a slowing leg the curve falls, and the exponent grows faster.
         while back > 0.0 && width * force_per_y > LONGEST * curve.at(y + width) {
             width *= 0.5;
@@ -146,12 +157,19 @@ pub(super) fn follow(force: f64, curve: &Curve, stiffness: f64, part: &Part) -> 
         let panel = Panel {
             y_back: back,
             level,
+            falling_share: curve.falling(y) / level,
             dynamic: curve.dynamic,
             force_per_y,
             q,
         };
-        let narrow = width <= NARROW && width * force_per_y <= NARROW * level.min(curve.at(y + back * width));
-        let nodes: &[(f64, f64)] = if narrow { &SIX } else { &TWELVE };
+        let longest = force_per_y * width / level.min(curve.at(y + back * width));
+        let nodes: &[(f64, f64)] = if width.max(longest) > NARROW {
+            &TWELVE
+        } else if width.max(longest) > NARROWEST {
+            &SIX
+        } else {
+            &THREE
+        };
         let mut mean = 0.0;
         for &(node, weight) in nodes {
             mean += weight * exp(-panel.exponent(node * width));
@@ -173,18 +191,28 @@ struct Panel {
     y_back: f64,
     /// `g` at its end, N.
     level: f64,
+    /// The part of it that falls.
+    falling_share: f64,
     dynamic: f64,
     force_per_y: f64,
     /// The exponent at its end.
     q: f64,
 }
 
+/// `Fd/g` below which an exponent is a small difference.
+const LOW: f64 = 0.01;
+
 impl Panel {
-    /// `q` at a distance in `y` before its end: `sigma integral dx/g = (force per y/Fd) ln(1 +
-    /// (Fd/g)(e^dy - 1))`.
+    /// `q` at a distance in `y` before its end: `sigma integral dx/g`, which is `dy + ln(g/g')` over
+    /// `Fd`, and where `Fd` is next to nothing `ln(1 + (Fd/g)(e^dy - 1))` over `Fd`.
     fn exponent(&self, before: f64) -> f64 {
-        let over_level = self.y_back * exp_m1(self.y_back * before) / self.level;
-        let grown = self.y_back * self.dynamic * over_level;
+        let back = self.y_back;
+        if self.dynamic > LOW * self.level {
+            let changed = back * ln_1p(self.falling_share * exp_m1(-back * before));
+            return self.q + self.force_per_y * ((before + changed) / self.dynamic);
+        }
+        let over_level = back * exp_m1(back * before) / self.level;
+        let grown = back * self.dynamic * over_level;
         let integral = if grown.abs() > 1e-6 {
             over_level * (ln_1p(grown) / grown)
         } else {
