@@ -108,6 +108,16 @@ mod tests {
         Duration::try_from(clock_gettime(clock)).expect("since boot")
     }
 
+    /// How often this thread has gone to sleep.
+    fn sleeps() -> u64 {
+        std::fs::read_to_string("/proc/thread-self/status")
+            .expect("a Linux")
+            .lines()
+            .find_map(|line| line.strip_prefix("voluntary_ctxt_switches:"))
+            .and_then(|count| count.trim().parse().ok())
+            .expect("it is counted")
+    }
+
     #[test]
     fn the_clock_is_the_systems_own() {
         let (before, now, after) = (
@@ -123,6 +133,7 @@ mod tests {
         for spin_ns in [0, 2_000_000] {
             // Deadlines a fifth of a second apart, in the middle of a second or at its end.
             let mut grid = Grid::new(200_000_000, 100_000_000, now_ns());
+            let slept = sleeps();
             for _ in 0..3 {
                 let worked = duration(ClockId::ThreadCPUTime);
                 let wake = grid.wait(Waiting { spin_ns });
@@ -131,6 +142,8 @@ mod tests {
                 assert!(worked < Duration::from_millis(50), "it worked for {worked:?}");
                 grid.advance(now_ns());
             }
+            // Where others keep it from the processor it does not work for long even if it spins.
+            assert!(sleeps() > slept, "it never slept");
         }
     }
 
