@@ -156,29 +156,34 @@ impl Running {
             .checked_sub(last.device_ns)
             .filter(|device_ns| device_ns.abs_diff(host_ns) <= tolerance_ns)
             .ok_or(ClockError::Jumped)?;
-        self.equal = if device_ns == 0 { self.equal + 1 } else { 0 };
-        if self.equal > MOST_EQUAL {
-            return Err(ClockError::StoodStill);
+        if device_ns > 0 {
+            self.equal = 0;
+        } else {
+            self.equal += 1;
+            if self.equal > MOST_EQUAL {
+                return Err(ClockError::StoodStill);
+            }
         }
-        self.compare(stamp, period_s)?;
+        self.window.add(stamp);
+        if self.window.is_full(stamp) {
+            self.end_window(stamp, period_s)?;
+        }
+        let (device_s, host_s) = (seconds(device_ns), seconds(host_ns));
+        if agree(device_s, host_s) {
+            return Ok(device_s);
+        }
         let steps = stamp.sequence.wrapping_sub(last.sequence);
-        Ok(believed_s(seconds(device_ns), seconds(host_ns), steps, *period_s))
+        Ok(believed_s(device_s, host_s, steps, *period_s))
     }
 
-    /// Takes a sample into the window; at its end compares it with the one before.
-    fn compare(&mut self, stamp: Stamp, period_s: &mut f64) -> Result<(), ClockError> {
-        let window = &mut self.window;
-        window.add(stamp);
-        let elapsed_ns = stamp.host_ns.saturating_sub(window.first.host_ns);
-        if elapsed_ns < WINDOW_NS || window.samples < WINDOW_SAMPLES {
-            return Ok(());
-        }
-        let steps = stamp.sequence.wrapping_sub(window.first.sequence);
+    /// Compares a full window with the one before, and begins the next with a sample.
+    #[cold]
+    fn end_window(&mut self, stamp: Stamp, period_s: &mut f64) -> Result<(), ClockError> {
+        let Window { first, quickest, .. } = core::mem::replace(&mut self.window, Window::new(stamp));
+        let steps = stamp.sequence.wrapping_sub(first.sequence);
         if (1..=LONGEST_STEP * WINDOW_SAMPLES).contains(&steps) {
-            *period_s = seconds(elapsed_ns) / f64::from(steps);
+            *period_s = seconds(stamp.host_ns.saturating_sub(first.host_ns)) / f64::from(steps);
         }
-        let quickest = window.quickest;
-        *window = Window::new(stamp);
         let Some(before) = self.before.replace(quickest) else {
             return Ok(());
         };
@@ -191,14 +196,16 @@ impl Running {
     }
 }
 
-/// The stamps' time, or the middle one of the three where both others contradict it.
+/// Whether a time by the stamps agrees with another measure of it, s.
+fn agree(device_s: f64, other_s: f64) -> bool {
+    (device_s - other_s).abs() <= AGREEMENT * other_s
+}
+
+/// Of a time that our clock contradicts the middle one of the three measures, unless the sampling
+/// period bears the stamps out.
 fn believed_s(device_s: f64, host_s: f64, steps: u32, period_s: f64) -> f64 {
-    let agrees = |other_s: f64| (device_s - other_s).abs() <= AGREEMENT * other_s;
-    if agrees(host_s) || period_s <= 0.0 || steps > LONGEST_STEP {
-        return device_s;
-    }
     let foretold_s = f64::from(steps) * period_s;
-    if agrees(foretold_s) {
+    if period_s <= 0.0 || steps > LONGEST_STEP || agree(device_s, foretold_s) {
         return device_s;
     }
     device_s.clamp(foretold_s.min(host_s), foretold_s.max(host_s))
@@ -219,6 +226,11 @@ impl Window {
         if seen.offset_ns < self.quickest.offset_ns {
             self.quickest = seen;
         }
+    }
+
+    /// Whether it is long enough with this sample.
+    fn is_full(&self, stamp: Stamp) -> bool {
+        stamp.host_ns.saturating_sub(self.first.host_ns) >= WINDOW_NS && self.samples >= WINDOW_SAMPLES
     }
 }
 

@@ -385,9 +385,9 @@ fn a_queue_towards_the_real_time_side_would_stall_it_and_this_is_seen() {
 /// tenth on top; an optimised build (`cargo test --release`) has its own. Raise them only for
 /// something that every tick really needs.
 const TICK_BUDGET: (u64, u64) = if cfg!(debug_assertions) {
-    (2340, 6800)
+    (2130, 4200)
 } else {
-    (1480, 6800)
+    (1300, 3500)
 };
 
 #[test]
