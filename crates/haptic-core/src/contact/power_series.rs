@@ -1,6 +1,9 @@
 //! Dahl's law with an exponent `i` that is neither 0 nor 1: `Y = r^(1-i)` is a straight line of the
-//! way, and `r = Y^m` with `m = 1/(1-i)`, whose series is that of a power: `n Y[0] r[n] = sum ((m +
-//! 1) k - n) Y[k] r[n-k]`.
+//! way, and `r = Y^m` with `m = 1/(1-i)`, whose series is that of a power:
+//!
+//! ```text
+//! n Y[0] r[n] = sum of ((m + 1) k - n) Y[k] r[n-k], k from 1 to n
+//! ```
 
 use crate::math::{exp, ln_1p, powf, sqrt};
 use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner};

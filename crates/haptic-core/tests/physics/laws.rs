@@ -223,6 +223,43 @@ fn the_slides_own_reseating_creates_energy_and_the_continuous_one_does_not() {
 }
 
 #[test]
+fn a_law_that_gives_out_no_energy_is_seen_to_give_out_none() {
+    let stribeck = Karnopp {
+        stribeck_velocity: 0.02,
+        contact_stiffness: None,
+        ..karnopp()
+    };
+    let undamped = Lugre {
+        static_force: both(3.0),
+        contact_damping: 0.0,
+        ..lugre()
+    };
+    let passive = laws().into_iter().filter_map(|friction| match friction {
+        Friction::Karnopp(_) => Some(Friction::Karnopp(stribeck)),
+        Friction::Lugre(_) => Some(Friction::Lugre(undamped)),
+        Friction::ElastoPlastic(law) => Some(Friction::ElastoPlastic(ElastoPlastic {
+            static_force: both(3.0),
+            contact_damping: 0.0,
+            ..law
+        })),
+        Friction::SalcudeanVlaar(_) => None,
+        other => Some(other),
+    });
+    for friction in passive {
+        for mass in [0.5, 0.01] {
+            let mut block = renderer(&behind_block(friction, mass));
+            let mut energy = Energy::default();
+            for tick in 1..2000 {
+                let phase = 0.4 * f64::from(tick);
+                block.tick_with_events(T, 0.002 * phase.sin(), 0.8 * phase.cos(), &mut energy);
+            }
+            // It takes some 10 mJ a stroke.
+            assert!(energy.0 > -1e-12, "{}, {mass} kg: {} J", friction.law(), -energy.0);
+        }
+    }
+}
+
+#[test]
 fn a_hand_that_turns_within_a_sample_unloads_the_spring_in_it() {
     for friction in laws() {
         if !matches!(friction, Friction::Karnopp(_) | Friction::ResetIntegrator(_)) {
