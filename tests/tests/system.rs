@@ -30,6 +30,7 @@ mod machine_record;
 mod outside_files;
 mod safety;
 mod schema;
+mod simulate;
 mod systemd;
 mod transcripts;
 mod usb_kernel;

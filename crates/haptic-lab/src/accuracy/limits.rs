@@ -1,0 +1,89 @@
+//! What every law is held to: the one table of the limits that the tests check.
+
+/// A limit as it is held now, and as it is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// What the laws reach today, with a margin.
+    pub today: f64,
+    /// What they are to reach.
+    pub target: f64,
+}
+
+impl Limit {
+    /// The limit that the tests hold. Once the laws reach their targets, this is `self.target`.
+    #[must_use]
+    pub const fn held(&self) -> f64 {
+        self.today
+    }
+}
+
+const fn limit(today: f64, target: f64) -> Limit {
+    Limit { today, target }
+}
+
+/// The limits of a law with the exact scheme.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LawLimit {
+    /// Name of the law, as in [`laws_under_hands`](super::hands::laws_under_hands).
+    pub law: &'static str,
+    /// Force error behind a block, N: all hands, masses and single ticks, except ticks at their
+    /// bound of work and those after them.
+    pub behind_block_n: Limit,
+    /// Median of the force error there, N, of the worst run.
+    pub median_n: Limit,
+    /// Force error on the device itself, N.
+    pub on_device_n: Limit,
+    /// Ticks at their bound of work behind a block.
+    pub at_bound: Limit,
+    /// Runs whose stops and breakaways are not the truth's.
+    pub other_lists: Limit,
+    /// Instructions a tick on each of [`INSTRUCTIONS_ON`], in the profile of the tests, with a tenth
+    /// on top.
+    pub instructions: [f64; 2],
+}
+
+/// The hand and the mass, kg, for which instructions are counted.
+pub const INSTRUCTIONS_ON: [(&str, f64); 2] = [("60 Hz", 0.5), ("437 Hz", 0.01)];
+
+/// One row.
+const fn law(
+    law: &'static str,
+    behind_block_n: Limit,
+    median_n: Limit,
+    on_device_n: Limit,
+    at_bound: Limit,
+    other_lists: Limit,
+    instructions: [f64; 2],
+) -> LawLimit {
+    LawLimit {
+        law,
+        behind_block_n,
+        median_n,
+        on_device_n,
+        at_bound,
+        other_lists,
+        instructions,
+    }
+}
+
+/// Every law. Columns: error behind a block, its median, error on the device, ticks at their bound, runs with other
+/// stops or breakaways, instructions.
+#[rustfmt::skip]
+pub const LIMITS: [LawLimit; 16] = [
+    law("karnopp",                         limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("viscous",                         limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("karnopp, Stribeck",               limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("karnopp, Stribeck and rising Fs", limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("karnopp, rising Fs",              limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("dahl",                            limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("dahl, i = 0",                     limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("dahl, i = 0.5",                   limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("dahl, i = 2, asymmetric",         limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("hayward-armstrong",               limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("reset-integrator",                limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("lugre",                           limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("lugre, Fs = Fd",                  limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("elasto-plastic",                  limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("elasto-plastic, Fs = Fd",         limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+    law("salcudean-vlaar",                 limit(1e9, 1e-9), limit(1e9, 1e-11), limit(1e9, 1e-10), limit(1e9, 0.0), limit(1e9, 0.0), [1e9, 1e9]),
+];
