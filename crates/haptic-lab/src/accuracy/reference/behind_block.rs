@@ -10,7 +10,7 @@ use haptic_core::friction::Friction;
 use haptic_core::scene::Coupling;
 use twofloat::TwoFloat;
 
-/// A rest, s, after which no limit rises any more. Infinity has no double-double.
+/// A rest, s, after which no limit rises any more.
 const LONG_REST_S: f64 = 1e9;
 
 fn exact(value: f64) -> TwoFloat {
@@ -85,7 +85,7 @@ pub(super) fn solve(
         start.velocity_mps
     });
     let (mode, z) = match law {
-        Friction::Karnopp(_) if start.velocity_mps == 0.0 => (Mode::Rigid, LONG_REST_S),
+        Friction::Karnopp(_) if start.velocity_mps == 0.0 => (Mode::Rigid, 0.0),
         Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_) if start.velocity_mps == 0.0 => (Mode::Spring, 0.0),
         _ => equations.moving(way, equations.limit(way, LONG_REST_S), start.velocity_mps, 0.0),
     };

@@ -218,7 +218,8 @@ impl<'a> Course<'a> {
         } = self.mode
         else {
             let held = self.law.spring(f64::from(self.z));
-            return self.move_on(Direction::of(held), 0.0, held);
+            let towards = Direction::of(held);
+            return self.move_on(towards, self.law.limit(towards, 0.0), held);
         };
         if index > 0 {
             let next = match (self.law.0, regime, index) {
