@@ -72,8 +72,8 @@ const fn law(
 pub const LIMITS: [LawLimit; 16] = [
     law("karnopp",                         limit(1e-11, 1e-11), limit(1e-12, 1e-12), limit(10.0, 1e-10),   limit(0.0, 0.0),   limit(0.0, 0.0), [1e9, 1e9]),
     law("viscous",                         limit(1e-11, 1e-11), limit(1e-12, 1e-12), limit(1e-12, 1e-12),  limit(0.0, 0.0),   limit(0.0, 0.0), [1e9, 1e9]),
-    law("karnopp, Stribeck",               limit(3.0, 1e-9),    limit(0.01, 1e-11),  limit(20.0, 1e-10),   limit(20.0, 0.0),  limit(4.0, 0.0), [1e9, 1e9]),
-    law("karnopp, Stribeck and rising Fs", limit(3.0, 1e-9),    limit(0.01, 1e-11),  limit(0.0, 0.0),      limit(20.0, 0.0),  limit(4.0, 0.0), [1e9, 1e9]),
+    law("karnopp, Stribeck",               limit(3.0, 1e-9),    limit(0.2, 1e-11),  limit(20.0, 1e-10),   limit(20.0, 0.0),  limit(4.0, 0.0), [1e9, 1e9]),
+    law("karnopp, Stribeck and rising Fs", limit(3.0, 1e-9),    limit(0.2, 1e-11),  limit(0.0, 0.0),      limit(20.0, 0.0),  limit(4.0, 0.0), [1e9, 1e9]),
     law("karnopp, rising Fs",              limit(1e-9, 1e-9),   limit(1e-11, 1e-11), limit(0.0, 0.0),      limit(0.0, 0.0),   limit(0.0, 0.0), [1e9, 1e9]),
     law("dahl",                            limit(2e-4, 1e-9),   limit(3e-5, 1e-11),  limit(15.0, 1e-10),   limit(2.0, 0.0),   limit(0.0, 0.0), [1e9, 1e9]),
     law("dahl, i = 0",                     limit(1e-9, 1e-9),   limit(1e-11, 1e-11), limit(15.0, 1e-10),   limit(0.0, 0.0),   limit(0.0, 0.0), [1e9, 1e9]),
