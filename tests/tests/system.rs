@@ -36,6 +36,7 @@ mod replay;
 mod safety;
 mod schema;
 mod service;
+mod simulate;
 mod systemd;
 mod transcripts;
 mod usb_kernel;

@@ -5,8 +5,8 @@ use crate::cost;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::Args;
-use haptic_lab::accuracy::{self, Measurement, Target, cases};
-use haptic_lab::cost::Probe;
+use haptic_lab::accuracy::{self, Extent, LawMeasurement, Measurement, Tables, Target, cases};
+use haptic_lab::cost::{Probe, SceneCost};
 use serde_json::{Value, json};
 use std::fs::File;
 use std::io::BufWriter;
@@ -14,9 +14,14 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Directory for accuracy.csv, accuracy.json and accuracy.html, a page with a plot
+    /// Directory for accuracy.html, a page with a plot and tables; the plot itself, speed-vs-error.svg;
+    /// accuracy.json; cases.csv; laws.csv
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+
+    /// Document whose tables are to be made anew, in place
+    #[arg(long, value_name = "FILE.md", requires = "out")]
+    document: Option<PathBuf>,
 
     /// Show only the targets of the exact scheme, and what it reaches here
     #[arg(long, conflicts_with = "out")]
@@ -25,13 +30,55 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     if arguments.targets {
-        let targets = measured_targets()?;
+        let targets = measured_targets(&measured_laws(None)?, karnopp_instructions(&measured_scenes()?))?;
         return if as_json {
             output::json(&target_values(&targets))
         } else {
             show_targets(&targets)
         };
     }
+    let cases = measured_cases(as_json)?;
+    let bar = progress::busy("counting the instructions of every law under every hand");
+    let counted = cost::count(Probe::Hands)?;
+    bar.finish_and_clear();
+    let laws = measured_laws(counted.as_deref())?;
+    let scenes = measured_scenes()?;
+    let targets = measured_targets(&laws, karnopp_instructions(&scenes))?;
+    let values = json!({
+        "laws": laws.iter().map(law_value).collect::<Value>(),
+        "cases": cases.iter().map(value).collect::<Value>(),
+        "targets": target_values(&targets),
+    });
+    if let Some(directory) = &arguments.out {
+        write(directory, &laws, &cases, &values)
+            .map_err(|error| Failure::Usage(format!("{}: {error}", directory.display())))?;
+    }
+    if let Some(path) = &arguments.document {
+        let tables = Tables {
+            cases: &cases,
+            laws: &laws,
+            scenes: &scenes,
+            targets: &targets,
+        };
+        refresh(path, &tables)?;
+    }
+    if as_json {
+        return output::json(&values);
+    }
+    output::line("")?;
+    show_laws(&laws)?;
+    output::line("")?;
+    show_targets(&targets)
+}
+
+fn refresh(path: &Path, tables: &Tables<'_>) -> Result<(), Failure> {
+    let failed = |reason: String| Failure::Usage(format!("{}: {reason}", path.display()));
+    let document = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
+    let document = accuracy::refresh(&document, &tables.all()).map_err(failed)?;
+    std::fs::write(path, document).map_err(|error| failed(error.to_string()))
+}
+
+fn measured_cases(as_json: bool) -> Result<Vec<Measurement>, Failure> {
     let counted = cost::count(Probe::Cases)?;
     let mut measurements = Vec::new();
     if !as_json {
@@ -64,23 +111,109 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         measurements.extend(measured);
     }
     bar.finish_and_clear();
-    let values: Value = measurements.iter().map(value).collect();
-    if let Some(directory) = &arguments.out {
-        write(directory, &measurements, &values)
-            .map_err(|error| Failure::Usage(format!("{}: {error}", directory.display())))?;
-    }
-    if as_json {
-        return output::json(&values);
-    }
-    output::line("")?;
-    show_targets(&measured_targets()?)
+    Ok(measurements)
 }
 
-fn measured_targets() -> Result<Vec<Target>, Failure> {
+fn measured_laws(counted: Option<&[u64]>) -> Result<Vec<LawMeasurement>, Failure> {
+    let bar = progress::busy("laws under hands");
+    let measured = accuracy::measure_laws(Extent::REPORT, counted, |law| bar.set_message(law.to_owned()));
+    bar.finish_and_clear();
+    measured.map_err(|error| Failure::Usage(error.to_string()))
+}
+
+fn measured_scenes() -> Result<Vec<SceneCost>, Failure> {
+    let bar = progress::busy("measuring scenes");
+    let counted = cost::count(Probe::Scenes)?;
+    let scenes = haptic_lab::cost::measure(counted.as_deref());
+    bar.finish_and_clear();
+    scenes.map_err(|error| Failure::Usage(error.to_string()))
+}
+
+fn karnopp_instructions(scenes: &[SceneCost]) -> Option<f64> {
+    scenes
+        .iter()
+        .find(|scene| scene.scene == "Karnopp behind a block")?
+        .instructions
+}
+
+fn measured_targets(laws: &[LawMeasurement], karnopp_instructions: Option<f64>) -> Result<Vec<Target>, Failure> {
     let bar = progress::busy("measuring what the exact scheme is held to");
-    let targets = accuracy::targets();
+    let targets = accuracy::targets().and_then(|mut targets| {
+        targets.extend(accuracy::curve_targets(laws, karnopp_instructions)?);
+        Ok(targets)
+    });
     bar.finish_and_clear();
     targets.map_err(|error| Failure::Usage(error.to_string()))
+}
+
+fn show_laws(laws: &[LawMeasurement]) -> Result<(), Failure> {
+    let header = [
+        "law",
+        "scheme",
+        "hand",
+        "block",
+        "median N",
+        "breakaway N",
+        "reversal N",
+        "worst N",
+        "at bound",
+        "their worst N",
+        "changes",
+        "median ns",
+        "dearest ns",
+        "instructions",
+    ];
+    let mut rows = vec![header.map(str::to_owned).to_vec()];
+    rows.extend(laws.iter().map(|one| {
+        let e = &one.errors;
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.0}"));
+        vec![
+            one.law.to_owned(),
+            one.scheme.to_string(),
+            one.hand.to_owned(),
+            match one.mass_kg {
+                Some(mass) => format!("{mass} kg"),
+                None if one.is_on_device() => "on the device".to_owned(),
+                None => "any".to_owned(),
+            },
+            format!("{:.0e}", e.median_n),
+            format!("{:.0e}", e.breakaway_n),
+            format!("{:.0e}", e.reversal_n),
+            format!("{:.0e}", e.worst_n),
+            e.at_bound.to_string(),
+            format!("{:.0e}", e.at_bound_worst_n),
+            e.same_changes
+                .map_or("-", |same| if same { "same" } else { "others" })
+                .to_owned(),
+            number(one.cost.map(|cost| cost.median_ns)),
+            number(one.cost.map(|cost| cost.dearest_ns)),
+            number(one.instructions),
+        ]
+    }));
+    output::line(&output::table(&rows))
+}
+
+fn law_value(one: &LawMeasurement) -> Value {
+    let e = &one.errors;
+    json!({
+        "law": one.law,
+        "scheme": one.scheme.to_string(),
+        "hand": one.hand,
+        "mass_kg": one.mass_kg,
+        "on_device": one.is_on_device(),
+        "ticks": e.ticks,
+        "force_error_median_N": e.median_n,
+        "force_error_breakaway_N": e.breakaway_n,
+        "force_error_reversal_N": e.reversal_n,
+        "force_error_worst_N": e.worst_n,
+        "ticks_at_bound": e.at_bound,
+        "force_error_at_bound_N": e.at_bound_worst_n,
+        "same_contact_changes": e.same_changes,
+        "reference_error_N": e.uncertainty_n,
+        "tick_ns_median": one.cost.map(|cost| cost.median_ns),
+        "tick_ns_dearest": one.cost.map(|cost| cost.dearest_ns),
+        "tick_instructions": one.instructions,
+    })
 }
 
 fn show_targets(targets: &[Target]) -> Result<(), Failure> {
@@ -129,9 +262,7 @@ fn cells(measurement: &Measurement) -> [String; 8] {
             format!("{:.1e}", error.position_m)
         },
         format!("{:.1e}", error.force_n),
-        error
-            .event_time_s
-            .map_or_else(|| "others".to_owned(), |time| format!("{time:.1e}")),
+        measurement.events_text(),
         format!("{:.1e}", measurement.energy_created_j),
     ]
 }
@@ -156,12 +287,12 @@ fn value(measurement: &Measurement) -> Value {
     })
 }
 
-fn write(directory: &Path, measurements: &[Measurement], values: &Value) -> std::io::Result<()> {
+fn write(directory: &Path, laws: &[LawMeasurement], cases: &[Measurement], values: &Value) -> std::io::Result<()> {
     std::fs::create_dir_all(directory)?;
-    accuracy::write_csv(
-        measurements,
-        BufWriter::new(File::create(directory.join("accuracy.csv"))?),
-    )?;
+    let create = |name: &str| Ok::<_, std::io::Error>(BufWriter::new(File::create(directory.join(name))?));
+    accuracy::write_csv(cases, create("cases.csv")?)?;
+    accuracy::write_law_csv(laws, create("laws.csv")?)?;
     std::fs::write(directory.join("accuracy.json"), format!("{values:#}\n"))?;
-    std::fs::write(directory.join("accuracy.html"), accuracy::page(measurements))
+    std::fs::write(directory.join("speed-vs-error.svg"), accuracy::plot(laws))?;
+    std::fs::write(directory.join("accuracy.html"), accuracy::page(laws, cases))
 }

@@ -311,4 +311,40 @@ mod tests {
     fn the_command_line_is_sound() {
         Arguments::command().debug_assert();
     }
+
+    #[test]
+    fn every_option_that_takes_a_number_takes_a_negative_one() {
+        fn check(command: &clap::Command) -> usize {
+            let numbers = command.get_arguments().filter(|argument| {
+                let parser = argument.get_value_parser().type_id();
+                argument.get_action().takes_values() && parser == std::any::TypeId::of::<f64>()
+            });
+            let mut count = 0;
+            for argument in numbers {
+                let name = argument.get_id();
+                assert!(argument.is_allow_hyphen_values_set(), "{}: {name}", command.get_name());
+                count += 1;
+            }
+            count + command.get_subcommands().map(check).sum::<usize>()
+        }
+        let mut command = Arguments::command();
+        command.build();
+        assert!(check(&command) >= 4);
+        for number in ["-2e-5", "-2E-5", "-.5", "-3"] {
+            let read = Arguments::try_parse_from([
+                "haptic-ctl",
+                "simulate",
+                "s.toml",
+                "--motion",
+                "m.csv",
+                "--out",
+                "o.csv",
+                "--block-position",
+                number,
+                "--block-velocity",
+                number,
+            ]);
+            assert!(read.is_ok(), "{number}: {read:?}");
+        }
+    }
 }

@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
     until: Option<Condition>,
 
     /// Rate of samples, Hz [default: every tick]
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     rate: Option<f64>,
 
     /// Replace an existing file

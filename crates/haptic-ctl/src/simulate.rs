@@ -4,8 +4,9 @@ use crate::failure::Failure;
 use crate::scene::reference;
 use crate::{output, progress};
 use clap::Args;
-use haptic_core::Scheme;
-use haptic_lab::{motion, simulate};
+use haptic_core::{Scene, SceneError, Scheme};
+use haptic_lab::motion::{self, MotionError, MotionReader};
+use haptic_lab::simulate::{self, Cost, CostMeter, Row, Simulator, Start};
 use serde_json::json;
 use std::fs::File;
 use std::io::BufWriter;
@@ -35,11 +36,11 @@ pub(crate) struct Arguments {
     scheme: Scheme,
 
     /// Initial position of the block, m [default: first position of the device]
-    #[arg(long, value_name = "M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
     block_position: Option<f64>,
 
     /// Initial velocity of the block, m/s; a moving block starts sliding
-    #[arg(long, value_name = "M/S", allow_negative_numbers = true, default_value = "0")]
+    #[arg(long, value_name = "M/S", allow_hyphen_values = true, default_value = "0")]
     block_velocity: f64,
 }
 
@@ -54,49 +55,126 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     }
     refuse_overwriting(arguments)?;
     let scene = reference::file(&arguments.scene)?;
-    let refused = |error| Failure::Usage(format!("{}: {error}", arguments.scene.display()));
     if scene.is_on_device() && (arguments.block_position.is_some() || arguments.block_velocity != 0.0) {
         return Err(Failure::Usage(format!(
             "{}: --block-position and --block-velocity place a block, and this scene has none",
             arguments.scene.display()
         )));
     }
-    let motion = motion::read(&arguments.motion).map_err(|error| Failure::Usage(error.to_string()))?;
-    let start = simulate::Start {
+    let start = Start {
         position_m: arguments.block_position,
         velocity_mps: arguments.block_velocity,
     };
     let bar = progress::busy("simulating");
-    let run = simulate::simulate(&scene, arguments.scheme, &motion, start).map_err(refused)?;
-    write(&arguments.out, |file| simulate::write_rows(&run.rows, file))?;
-    if let Some(path) = &arguments.events {
-        write(path, |file| simulate::write_events(&run.events, file))?;
-    }
-    let cost = simulate::measure_cost(&scene, arguments.scheme, &motion, start).map_err(refused)?;
+    let summary = render(arguments, &scene, start)?;
     bar.finish_and_clear();
-    let ticks = motion.len() - 1;
     if as_json {
         return output::json(&json!({
             "scheme": arguments.scheme.to_string(),
-            "ticks": ticks,
-            "tick_ns_median": cost.median_ns,
-            "tick_ns_worst": cost.worst_ns,
-            "events": run.events.len(),
-            "energy_created_J": run.energy_created_j,
-            "exhausted_ticks": run.exhausted_ticks,
+            "ticks": summary.ticks,
+            "tick_ns_median": summary.cost.median_ns,
+            "tick_ns_worst": summary.cost.worst_ns,
+            "events": summary.events,
+            "energy_created_J": summary.energy_created_j,
+            "exhausted_ticks": summary.exhausted_ticks,
         }));
     }
     output::line(&format!(
-        "{}, {} scheme: {ticks} ticks, {:.1} ns a tick (median), worst {:.2} us\n\
+        "{}, {} scheme: {} ticks, {:.1} ns a tick (median), worst {:.2} us\n\
          {} changes of contact, {} J of energy created by friction, {} ticks out of work",
         scene.name,
         arguments.scheme,
-        cost.median_ns,
-        cost.worst_ns as f64 * 1e-3,
-        run.events.len(),
-        run.energy_created_j,
-        run.exhausted_ticks,
+        summary.ticks,
+        summary.cost.median_ns,
+        summary.cost.worst_ns as f64 * 1e-3,
+        summary.events,
+        summary.energy_created_j,
+        summary.exhausted_ticks,
     ))
+}
+
+/// What is said of a run.
+struct Summary {
+    ticks: usize,
+    events: usize,
+    energy_created_j: f64,
+    exhausted_ticks: u64,
+    cost: Cost,
+}
+
+/// Renders the motion and writes its rows, one stretch after another, so that the length of a motion
+/// is no matter of memory.
+fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary, Failure> {
+    let unreadable = |error: MotionError| Failure::Usage(error.to_string());
+    let refused = |error: SceneError| Failure::Usage(format!("{}: {error}", arguments.scene.display()));
+    // A wrong row is reported before anything is written; a pipe is read only once.
+    if arguments.motion.is_file() {
+        motion::check(&arguments.motion).map_err(unreadable)?;
+    }
+    let mut motion = MotionReader::open(&arguments.motion).map_err(unreadable)?;
+    let (first, period_s) = (motion.first(), motion.period_s());
+    let mut simulator = Simulator::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
+    let mut meter = CostMeter::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
+    let mut rows_file = Output::create(&arguments.out)?;
+    let mut events_file = arguments.events.as_deref().map(Output::create).transpose()?;
+    rows_file.write(|file| simulate::write_rows_header(file))?;
+    if let Some(file) = &mut events_file {
+        file.write(|file| simulate::write_events_header(file))?;
+    }
+    let (mut samples, mut event_count) = (0, 0);
+    loop {
+        let stretch = motion.next_stretch().map_err(unreadable)?;
+        if stretch.is_empty() {
+            break;
+        }
+        let mut events = Vec::new();
+        let rows: Vec<Row> = stretch
+            .iter()
+            .map(|sample| simulator.step(sample, &mut events))
+            .collect();
+        rows_file.write(|file| simulate::write_rows(&rows, file))?;
+        if let Some(file) = &mut events_file {
+            file.write(|file| simulate::write_events(&events, file))?;
+        }
+        meter.measure(&stretch);
+        samples += stretch.len();
+        event_count += events.len();
+    }
+    rows_file.write(std::io::Write::flush)?;
+    if let Some(file) = &mut events_file {
+        file.write(std::io::Write::flush)?;
+    }
+    Ok(Summary {
+        ticks: samples - 1,
+        events: event_count,
+        energy_created_j: simulator.energy_created_j(),
+        exhausted_ticks: simulator.exhausted_ticks(),
+        cost: meter.cost(),
+    })
+}
+
+/// A file that is written, by name.
+struct Output<'a> {
+    path: &'a Path,
+    file: BufWriter<File>,
+}
+
+impl<'a> Output<'a> {
+    fn create(path: &'a Path) -> Result<Self, Failure> {
+        let file = File::create(path).map_err(|error| Self::failure(path, &error))?;
+        Ok(Self {
+            path,
+            file: BufWriter::new(file),
+        })
+    }
+
+    fn write(&mut self, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<(), Failure> {
+        write(&mut self.file).map_err(|error| Self::failure(self.path, &error))
+    }
+
+    fn failure(path: &Path, error: &std::io::Error) -> Failure {
+        Failure::Usage(format!("{}: {error}", path.display()))
+    }
 }
 
 /// No output may take the place of an input or of the other output.
@@ -123,10 +201,4 @@ fn same_file(a: &Path, b: &Path) -> bool {
         (Ok(a), Ok(b)) => a == b,
         _ => a == b,
     }
-}
-
-fn write(path: &Path, rows: impl FnOnce(BufWriter<File>) -> std::io::Result<()>) -> Result<(), Failure> {
-    File::create(path)
-        .and_then(|file| rows(BufWriter::new(file)))
-        .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))
 }

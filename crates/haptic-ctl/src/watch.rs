@@ -9,7 +9,7 @@ use haptic_ipc::{Event, Request, Sample, SubscribeReply, Topic};
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// Rate of samples, Hz, or `all` for every tick
-    #[arg(long, value_name = "HZ", default_value = "10", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", default_value = "10", allow_hyphen_values = true)]
     rate: Rate,
 
     /// Number of samples [default: until interrupted]

@@ -6,6 +6,7 @@
 //! runs [`measured_ticks`] for one thing after another, and reads one total for each.
 
 use crate::accuracy::cases::{self, Case, ToAndFro};
+use crate::accuracy::{Extent, INSTRUCTIONS_ON, LawCase, law_cases, schemes_by_law};
 use crate::motion::DeviceSample;
 use crate::simulate::{Start, measure_cost, renderer};
 use haptic_core::friction::{
@@ -229,6 +230,10 @@ pub enum Probe {
     Scenes,
     /// Every case of the work-precision measurement with every scheme.
     Cases,
+    /// Every law under every hand with every scheme.
+    Hands,
+    /// Every law on [`INSTRUCTIONS_ON`] with the exact scheme.
+    Limits,
 }
 
 impl fmt::Display for Probe {
@@ -236,6 +241,8 @@ impl fmt::Display for Probe {
         f.write_str(match self {
             Self::Scenes => "scenes",
             Self::Cases => "cases",
+            Self::Hands => "hands",
+            Self::Limits => "limits",
         })
     }
 }
@@ -245,10 +252,10 @@ impl FromStr for Probe {
 
     /// Reads what [`fmt::Display`] writes.
     fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Scenes, Self::Cases]
+        [Self::Scenes, Self::Cases, Self::Hands, Self::Limits]
             .into_iter()
             .find(|probe| probe.to_string() == text)
-            .ok_or_else(|| format!("`{text}` is not a probe; there are scenes and cases"))
+            .ok_or_else(|| format!("`{text}` is not a probe; there are scenes, cases, hands and limits"))
     }
 }
 
@@ -278,9 +285,37 @@ impl Probe {
                     }
                 }
             }
+            Self::Hands => {
+                for case in law_cases(Extent::REPORT.samples) {
+                    for scheme in schemes_by_law() {
+                        let mut renderer = renderer(&case.scene, scheme, &case.motion, Start::default())?;
+                        measured_ticks(&mut renderer, &case.motion);
+                    }
+                }
+            }
+            Self::Limits => {
+                for (_, case) in limited_cases() {
+                    let mut renderer = renderer(&case.scene, Scheme::Exact, &case.motion, Start::default())?;
+                    measured_ticks(&mut renderer, &case.motion);
+                }
+            }
         }
         Ok(())
     }
+}
+
+/// The cases whose instructions have limits, each with its place in [`INSTRUCTIONS_ON`].
+#[must_use]
+pub fn limited_cases() -> Vec<(usize, LawCase)> {
+    law_cases(Extent::REPORT.samples)
+        .into_iter()
+        .filter_map(|case| {
+            let place = INSTRUCTIONS_ON
+                .iter()
+                .position(|&(hand, mass_kg)| case.hand == hand && case.mass_kg == Some(mass_kg))?;
+            Some((place, case))
+        })
+        .collect()
 }
 
 /// Why instructions could not be counted.

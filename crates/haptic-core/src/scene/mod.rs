@@ -2,6 +2,8 @@
 
 mod another_law;
 mod change;
+#[cfg(feature = "serde")]
+mod friction_fields;
 mod toward;
 mod validate;
 mod value;

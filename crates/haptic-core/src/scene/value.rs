@@ -27,6 +27,7 @@ pub struct Scene {
     #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
     pub coupling: Option<Coupling>,
     /// What it slides on.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "super::friction_fields::read"))]
     pub friction: Friction,
 }
 

@@ -63,7 +63,7 @@ pub(crate) struct Arguments {
 
     /// Largest force of a pulse, N, at most half of the force limit [default: a tenth of that, at
     /// most 2]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
     max_force_n: Option<f64>,
 
     /// Method of finding the range of the handle

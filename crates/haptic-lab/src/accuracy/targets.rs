@@ -23,7 +23,7 @@ pub struct Target {
     pub met: bool,
 }
 
-fn target(what: &'static str, target: &'static str, met: bool, measured: String) -> Target {
+pub(super) fn target(what: &'static str, target: &'static str, met: bool, measured: String) -> Target {
     Target {
         what,
         measured,

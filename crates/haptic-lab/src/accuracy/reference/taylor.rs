@@ -303,6 +303,7 @@ pub(super) fn solve(
             block_velocity_mps: f64::from(state.w),
             coupling_force_n: f64::from(force),
             contact: state.contact,
+            at_bound: false,
         });
         last = *sample;
     }

@@ -1,0 +1,144 @@
+//! Reads a scene's friction field by field, so that a value of the wrong kind is reported where it
+//! stands: a law is told by its tag, for which a table is read whole first, without its places.
+
+use crate::friction::Friction;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt;
+use serde::de::value::{MapDeserializer, StrDeserializer};
+use serde::de::{self, Deserialize, Deserializer, IntoDeserializer, MapAccess, Visitor};
+
+/// The fields whose values are words.
+const WORDS: [&str; 2] = ["law", "reseat"];
+
+/// Reads the friction of a scene.
+pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Friction, D::Error> {
+    let fields = deserializer.deserialize_map(Fields)?;
+    Friction::deserialize(MapDeserializer::new(fields.into_iter()))
+}
+
+struct Fields;
+
+impl<'de> Visitor<'de> for Fields {
+    type Value = Vec<(String, Field)>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a table with a law and its parameters")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let mut fields = Vec::new();
+        while let Some(key) = map.next_key::<String>()? {
+            let field = if WORDS.contains(&key.as_str()) {
+                Field::Word(map.next_value()?)
+            } else {
+                map.next_value()?
+            };
+            fields.push((key, field));
+        }
+        Ok(fields)
+    }
+}
+
+/// A value as it was written.
+enum Field {
+    Word(String),
+    Number(f64),
+    Pair(Vec<(String, f64)>),
+}
+
+impl<'de> Deserialize<'de> for Field {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(NumberOrPair)
+    }
+}
+
+struct NumberOrPair;
+
+impl<'de> Visitor<'de> for NumberOrPair {
+    type Value = Field;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number, or a pair { positive, negative } of numbers")
+    }
+
+    fn visit_f64<E: de::Error>(self, value: f64) -> Result<Field, E> {
+        Ok(Field::Number(value))
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "no limit in use is near 2^53")]
+    fn visit_i64<E: de::Error>(self, value: i64) -> Result<Field, E> {
+        Ok(Field::Number(value as f64))
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "no limit in use is near 2^53")]
+    fn visit_u64<E: de::Error>(self, value: u64) -> Result<Field, E> {
+        Ok(Field::Number(value as f64))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Field, A::Error> {
+        let mut pair = Vec::new();
+        while let Some(entry) = map.next_entry()? {
+            pair.push(entry);
+        }
+        Ok(Field::Pair(pair))
+    }
+}
+
+impl<'de, E: de::Error> IntoDeserializer<'de, E> for Field {
+    type Deserializer = FieldDeserializer<E>;
+
+    fn into_deserializer(self) -> Self::Deserializer {
+        FieldDeserializer(self, core::marker::PhantomData)
+    }
+}
+
+struct FieldDeserializer<E>(Field, core::marker::PhantomData<E>);
+
+impl<'de, E: de::Error> Deserializer<'de> for FieldDeserializer<E> {
+    type Error = E;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, E> {
+        match self.0 {
+            Field::Word(word) => StrDeserializer::new(&word).deserialize_any(visitor),
+            Field::Number(number) => visitor.visit_f64(number),
+            Field::Pair(pair) => visitor.visit_map(MapDeserializer::new(pair.into_iter())),
+        }
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map struct enum identifier ignored_any
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Scene;
+    use alloc::format;
+    use alloc::string::ToString;
+
+    #[test]
+    fn a_value_of_the_wrong_kind_is_reported_where_it_stands() {
+        for (line, place) in [
+            ("Fd = \"three\"", "line 5, column 6"),
+            ("DV = \"0.1\"", "line 5, column 6"),
+            ("Fd = { positive = \"3\", negative = 3 }", "line 5, column 19"),
+            ("Fd = true", "line 5, column 6"),
+            ("reseat = 3", "line 5, column 10"),
+        ] {
+            let text = format!("name = \"x\"\n[friction]\nlaw = \"karnopp\"\nFs = 4\n{line}\n");
+            let error = toml::from_str::<Scene>(&text).expect_err(line).to_string();
+            assert!(error.contains(place) && error.contains(line), "{error}");
+        }
+        // Whole numbers, pairs and words are what they were.
+        let text = "[friction]\nlaw = \"reset-integrator\"\nFs = 4\nFd = { positive = 3, negative = 2 }\nsigma = 1e5\nreseat = \"slides\"\n";
+        let scene: Scene = toml::from_str(text).expect("a scene");
+        assert_eq!(
+            toml::from_str::<Scene>(&toml::to_string(&scene).expect("writes")).expect("reads"),
+            scene
+        );
+        let json = serde_json::to_string(&scene).expect("writes");
+        assert_eq!(serde_json::from_str::<Scene>(&json).expect("reads"), scene);
+    }
+}

@@ -1,0 +1,271 @@
+//! The hands that every law is held against, the blocks behind which it is, and ticks drawn at
+//! random.
+
+use super::cases::{ToAndFro, laws};
+use crate::motion::DeviceSample;
+use crate::simulate::Start;
+use haptic_core::friction::{Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre};
+use haptic_core::scene::{Block, Coupling};
+use haptic_core::{Directional, Scene};
+
+/// A hand that goes to and fro over 4 mm at 1 kHz.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hand {
+    /// Name, for people and tables.
+    pub name: &'static str,
+    /// Turns a second, Hz.
+    pub frequency_hz: f64,
+}
+
+/// A slow hand, hands that vibrate as a human hand can and a motor does, and one that turns in
+/// nearly every tick.
+pub const HANDS: [Hand; 5] = [
+    Hand {
+        name: "slow, 1 Hz",
+        frequency_hz: 1.0,
+    },
+    Hand {
+        name: "15 Hz",
+        frequency_hz: 15.0,
+    },
+    Hand {
+        name: "40 Hz",
+        frequency_hz: 40.0,
+    },
+    Hand {
+        name: "60 Hz",
+        frequency_hz: 60.0,
+    },
+    Hand {
+        name: "437 Hz",
+        frequency_hz: 437.0,
+    },
+];
+
+/// Masses of the block, kg.
+pub const MASSES_KG: [f64; 4] = [0.5, 0.05, 0.01, 0.001];
+
+/// Half of the stroke, m.
+const AMPLITUDE_M: f64 = 0.002;
+/// Time of a tick, s.
+const PERIOD_S: f64 = 1e-3;
+
+impl Hand {
+    /// The motion, over so many samples.
+    #[must_use]
+    pub fn motion(&self, samples: usize) -> Vec<DeviceSample> {
+        ToAndFro {
+            amplitude_m: AMPLITUDE_M,
+            frequency_hz: self.frequency_hz,
+            period_s: PERIOD_S,
+            samples,
+            ..ToAndFro::PLAIN
+        }
+        .samples()
+    }
+
+    /// The motion with constant acceleration between two samples, so that on the device itself the
+    /// way of the hand is known everywhere: the velocities are those of [`motion`](Self::motion).
+    #[must_use]
+    pub fn motion_on_device(&self, samples: usize) -> Vec<DeviceSample> {
+        let mut motion = self.motion(samples);
+        for k in 1..motion.len() {
+            let (before, here) = (motion[k - 1], motion[k]);
+            motion[k].position_m =
+                before.position_m + 0.5 * (before.velocity_mps + here.velocity_mps) * (here.t_s - before.t_s);
+        }
+        motion
+    }
+}
+
+/// Every law, with the paper's forces.
+#[must_use]
+pub fn laws_under_hands() -> Vec<(&'static str, Friction)> {
+    let mut all = vec![("karnopp", Friction::Karnopp(Karnopp::new(4.0, 3.5)))];
+    for (name, law) in laws() {
+        all.push((name, law));
+        let both = Directional::both(3.5);
+        // Without Stribeck's fall a bristle is another curve.
+        match law {
+            Friction::Lugre(law) => all.push((
+                "lugre, Fs = Fd",
+                Friction::Lugre(Lugre {
+                    static_force: both,
+                    stribeck_velocity: 0.0,
+                    ..law
+                }),
+            )),
+            Friction::ElastoPlastic(law) => all.push((
+                "elasto-plastic, Fs = Fd",
+                Friction::ElastoPlastic(ElastoPlastic {
+                    static_force: both,
+                    stribeck_velocity: 0.0,
+                    ..law
+                }),
+            )),
+            _ => {}
+        }
+    }
+    all
+}
+
+/// Whether a law is a curve, and is not made of straight lines.
+#[must_use]
+pub fn is_curved(law: &Friction) -> bool {
+    match law {
+        Friction::Karnopp(law) => law.stribeck_velocity > 0.0,
+        Friction::Dahl(law) => law.exponent > 0.0,
+        Friction::HaywardArmstrong(_) | Friction::Lugre(_) | Friction::ElastoPlastic(_) => true,
+        _ => false,
+    }
+}
+
+/// The paper's scene with a law behind a block of a mass.
+#[must_use]
+pub fn behind_block(friction: Friction, mass: f64) -> Scene {
+    Scene {
+        block: Some(Block { mass }),
+        friction,
+        ..Scene::paper()
+    }
+}
+
+/// A law on the device itself.
+#[must_use]
+pub fn on_device(friction: Friction) -> Scene {
+    Scene {
+        block: None,
+        coupling: None,
+        friction,
+        ..Scene::paper()
+    }
+}
+
+/// One tick of a scene.
+#[derive(Clone, Debug)]
+pub struct SingleTick {
+    /// The scene.
+    pub scene: Scene,
+    /// Its two samples.
+    pub motion: [DeviceSample; 2],
+    /// Where the block begins, which moves.
+    pub start: Start,
+}
+
+/// Numbers for scenes: Knuth's linear congruential generator, the same everywhere.
+struct Random(u64);
+
+impl Random {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        #[expect(clippy::cast_precision_loss, reason = "53 bits of it")]
+        let share = (self.0 >> 11) as f64 / (1_u64 << 53) as f64;
+        low + (high - low) * share
+    }
+
+    fn decades(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.between(0.0, 1.0))
+    }
+}
+
+/// Ticks drawn at random: scenes of a law with a block of 1 g to 1 kg, in motion, under a hand in
+/// motion. The same in every run.
+pub fn single_ticks(law: Friction) -> impl Iterator<Item = SingleTick> {
+    let mut random = Random(law.law().len() as u64 * 7919);
+    std::iter::from_fn(move || Some(single_tick(&law, &mut random)))
+}
+
+fn single_tick(law: &Friction, random: &mut Random) -> SingleTick {
+    let mut between = |low, high| random.between(low, high);
+    let dynamic_force = Directional::both(between(1.0, 5.0));
+    let held = Directional::both(dynamic_force.positive * between(1.0, 2.0));
+    let (fraction, viscous) = (between(0.5, 0.9), Directional::both(between(0.0, 20.0)));
+    let (stribeck, stiffness) = (random.decades(0.003, 0.1), random.decades(1e4, 3e5));
+    // Beyond sigma1 T/M of 300 the adviser says no.
+    let mass = random.decades(1e-3, 1.0);
+    let damping = random.between(0.0, 200.0_f64.min(250.0 * mass / PERIOD_S));
+    let friction = match *law {
+        Friction::Karnopp(law) => Friction::Karnopp(Karnopp {
+            static_force: held,
+            dynamic_force,
+            viscous,
+            stribeck_velocity: if law.stribeck_velocity > 0.0 { stribeck } else { 0.0 },
+            ..law
+        }),
+        Friction::Dahl(law) => Friction::Dahl(Dahl {
+            dynamic_force: if law.dynamic_force.is_symmetric() {
+                dynamic_force
+            } else {
+                Directional {
+                    negative: 0.5 * dynamic_force.negative,
+                    ..dynamic_force
+                }
+            },
+            contact_stiffness: stiffness,
+            viscous,
+            ..law
+        }),
+        Friction::HaywardArmstrong(_) => Friction::HaywardArmstrong(HaywardArmstrong {
+            dynamic_force,
+            contact_stiffness: stiffness,
+            elastic_fraction: fraction,
+            viscous,
+        }),
+        Friction::Lugre(law) => Friction::Lugre(Lugre {
+            static_force: if law.stribeck_velocity > 0.0 {
+                held
+            } else {
+                dynamic_force
+            },
+            dynamic_force,
+            stribeck_velocity: law.stribeck_velocity.min(1.0) * stribeck / 0.01,
+            contact_stiffness: stiffness,
+            contact_damping: damping,
+            viscous,
+        }),
+        Friction::ElastoPlastic(law) => Friction::ElastoPlastic(ElastoPlastic {
+            static_force: if law.stribeck_velocity > 0.0 {
+                held
+            } else {
+                dynamic_force
+            },
+            dynamic_force,
+            stribeck_velocity: law.stribeck_velocity.min(1.0) * stribeck / 0.01,
+            contact_stiffness: stiffness,
+            contact_damping: damping,
+            elastic_fraction: fraction,
+            viscous,
+        }),
+        law => law,
+    };
+    let coupling = Coupling {
+        stiffness: random.decades(5e3, 5e4),
+        damping: random.decades(1.0, 50.0),
+    };
+    let velocity_mps = random.between(-0.5, 0.5);
+    let next_mps = velocity_mps + random.between(-0.2, 0.2);
+    let at = |t_s: f64, position_m: f64, velocity_mps: f64| DeviceSample {
+        t_s,
+        position_m,
+        velocity_mps,
+    };
+    SingleTick {
+        scene: Scene {
+            block: Some(Block { mass }),
+            coupling: Some(coupling),
+            friction,
+            ..Scene::paper()
+        },
+        motion: [
+            at(0.0, 0.0, velocity_mps),
+            at(PERIOD_S, 0.5 * (velocity_mps + next_mps) * PERIOD_S, next_mps),
+        ],
+        start: Start {
+            position_m: Some(random.between(-5e-4, 5e-4)),
+            velocity_mps: random.between(-0.5, 0.5),
+        },
+    }
+}

@@ -1,0 +1,143 @@
+//! The true motion of a block under any law, between samples on a straight line of `K p + B v`.
+
+use super::course::{Course, Driver};
+use super::equations::{Law, Mode};
+use super::has_stuck_state;
+use crate::motion::DeviceSample;
+use crate::simulate::{ContactChange, Row, Simulation, Start};
+use haptic_core::Direction;
+use haptic_core::friction::Friction;
+use haptic_core::scene::Coupling;
+use twofloat::TwoFloat;
+
+/// A rest, s, after which no limit rises any more.
+const LONG_REST_S: f64 = 1e9;
+
+fn exact(value: f64) -> TwoFloat {
+    TwoFloat::from(value)
+}
+
+/// The coupling's pull on a block.
+struct Pull {
+    mass: f64,
+    stiffness: f64,
+    damping: f64,
+    /// Newtons for a meter a second, of which a force is made at most.
+    per_speed: f64,
+    /// `K p + B v` at the start of the tick, N, and its slope, N/s.
+    at_start: TwoFloat,
+    slope: TwoFloat,
+    /// Block position, m.
+    x: TwoFloat,
+    /// The load at rest at the start of the piece, N, and when that is, s.
+    load: f64,
+    since: f64,
+}
+
+impl Pull {
+    fn set_out(&mut self, t: f64) {
+        let load = self.at_start + self.slope * exact(t) - exact(self.stiffness) * self.x;
+        (self.load, self.since) = (f64::from(load), t);
+    }
+}
+
+impl Driver for Pull {
+    fn acceleration(&self, t: f64, displacement: f64, velocity: f64, friction: f64) -> f64 {
+        let load = self.load + f64::from(self.slope) * (t - self.since) - self.stiffness * displacement;
+        (load - self.damping * velocity - friction) / self.mass
+    }
+
+    fn load(&self, t: f64) -> Option<(f64, f64)> {
+        let load = self.at_start + self.slope * exact(t) - exact(self.stiffness) * self.x;
+        Some((f64::from(load), f64::from(self.slope)))
+    }
+
+    fn sizes(&self) -> [f64; 2] {
+        [self.stiffness, self.per_speed]
+    }
+
+    fn moved(&mut self, t: f64, displacement: f64) {
+        self.x += exact(displacement);
+        self.set_out(t);
+    }
+}
+
+/// Solves with a tolerance, N: see [`TOLERANCE_N`](super::course::TOLERANCE_N).
+pub(super) fn solve(
+    mass: f64,
+    coupling: &Coupling,
+    law: &Friction,
+    motion: &[DeviceSample],
+    start: Start,
+    tolerance_n: f64,
+) -> Simulation {
+    let (mut rows, mut events) = (Vec::with_capacity(motion.len()), Vec::new());
+    let first = motion.first().copied().unwrap_or(DeviceSample {
+        t_s: 0.0,
+        position_m: 0.0,
+        velocity_mps: 0.0,
+    });
+    let (stiffness, damping) = (coupling.stiffness, coupling.damping);
+    let equations = Law(law);
+    let way = Direction::of(if start.velocity_mps == 0.0 {
+        first.velocity_mps
+    } else {
+        start.velocity_mps
+    });
+    let (mode, z) = match law {
+        Friction::Karnopp(_) if start.velocity_mps == 0.0 => (Mode::Rigid, 0.0),
+        Friction::ResetIntegrator(_) | Friction::SalcudeanVlaar(_) if start.velocity_mps == 0.0 => (Mode::Spring, 0.0),
+        _ => equations.moving(way, equations.limit(way, LONG_REST_S), start.velocity_mps, 0.0),
+    };
+    let mut course = Course::new(law, tolerance_n, start.velocity_mps, mode, z);
+    let mut pull = Pull {
+        mass,
+        stiffness,
+        damping,
+        per_speed: damping + ((stiffness + law.contact_stiffness(false)) * mass).sqrt(),
+        at_start: exact(0.0),
+        slope: exact(0.0),
+        x: exact(start.position_m.unwrap_or(first.position_m)),
+        load: 0.0,
+        since: 0.0,
+    };
+    let mut last = first;
+    for sample in motion {
+        let elapsed_s = sample.t_s - last.t_s;
+        if elapsed_s > 0.0 {
+            let drive = |sample: &DeviceSample| {
+                exact(stiffness) * exact(sample.position_m) + exact(damping) * exact(sample.velocity_mps)
+            };
+            pull.at_start = drive(&last);
+            pull.slope = (drive(sample) - drive(&last)) / exact(elapsed_s);
+            pull.set_out(0.0);
+            course.follow(&mut pull, 0.0, elapsed_s, |at, from, to| {
+                let (from, to) = (equations.contact(0.0, 0.0, from), equations.contact(0.0, 0.0, to));
+                if from != to && has_stuck_state(law) {
+                    events.push(ContactChange {
+                        t_s: last.t_s + at,
+                        from,
+                        to,
+                    });
+                }
+            });
+        }
+        let force = exact(stiffness) * (exact(sample.position_m) - pull.x)
+            + exact(damping) * (exact(sample.velocity_mps) - course.w);
+        rows.push(Row {
+            device: *sample,
+            block_position_m: f64::from(pull.x),
+            block_velocity_mps: f64::from(course.w),
+            coupling_force_n: f64::from(force),
+            contact: course.contact(),
+            at_bound: false,
+        });
+        last = *sample;
+    }
+    Simulation {
+        rows,
+        events,
+        energy_created_j: 0.0,
+        exhausted_ticks: 0,
+    }
+}

@@ -1,0 +1,379 @@
+//! The measurements as the tables of the document, and their places in it.
+
+use super::by_law::{ForceErrors, LawMeasurement, SINGLE_TICKS, schemes_by_law, worst_of};
+use super::cases;
+use super::hands::{HANDS, laws_under_hands};
+use super::report::{Measurement, schemes};
+use super::targets::Target;
+use crate::cost::SceneCost;
+use haptic_core::Scheme;
+use std::fmt::Write;
+
+/// All that was measured.
+#[derive(Clone, Copy, Debug)]
+pub struct Tables<'a> {
+    /// The cases by scheme.
+    pub cases: &'a [Measurement],
+    /// The laws under hands.
+    pub laws: &'a [LawMeasurement],
+    /// The scenes' costs.
+    pub scenes: &'a [SceneCost],
+    /// The targets.
+    pub targets: &'a [Target],
+}
+
+/// A table in Markdown.
+struct Table(String);
+
+impl Table {
+    fn new(header: &[&str]) -> Self {
+        let mut table = Self(String::new());
+        table.row(header);
+        table.row(&vec!["---"; header.len()]);
+        table
+    }
+
+    fn row<S: AsRef<str>>(&mut self, cells: &[S]) {
+        let cells: Vec<String> = cells.iter().map(|cell| cell.as_ref().replace('|', "\\|")).collect();
+        // A string takes whatever is written to it.
+        writeln!(self.0, "| {} |", cells.join(" | ")).unwrap_or(());
+    }
+}
+
+fn force(newtons: f64) -> String {
+    if newtons == 0.0 {
+        "0".to_owned()
+    } else if newtons > 1e9 {
+        "beyond all numbers".to_owned()
+    } else {
+        format!("{newtons:.0e}")
+    }
+}
+
+fn time(ns: f64) -> String {
+    if ns < 1e3 {
+        format!("{ns:.0} ns")
+    } else {
+        format!("{:.1} us", ns * 1e-3)
+    }
+}
+
+fn count(instructions: Option<f64>) -> String {
+    instructions.map_or_else(|| "-".to_owned(), |count| format!("{count:.0}"))
+}
+
+fn at_bound(errors: &ForceErrors) -> String {
+    if errors.at_bound == 0 {
+        "none".to_owned()
+    } else {
+        format!("{}, {} N", errors.at_bound, force(errors.at_bound_worst_n))
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+impl Tables<'_> {
+    /// Every table by its name.
+    #[must_use]
+    pub fn all(&self) -> Vec<(&'static str, String)> {
+        vec![
+            ("errors behind a block", self.errors_behind_block()),
+            ("errors by hand", self.errors_by_hand()),
+            ("costs behind a block", self.costs_behind_block()),
+            ("on the device", self.on_device()),
+            ("schemes", self.schemes()),
+            ("rough hand", self.rough_hand()),
+            ("scenes", self.scenes()),
+            ("targets", self.targets()),
+        ]
+    }
+
+    fn of(&self, law: &str, scheme: Scheme, on_device: bool) -> impl Iterator<Item = &LawMeasurement> {
+        self.laws
+            .iter()
+            .filter(move |one| one.law == law && one.scheme == scheme && one.is_on_device() == on_device)
+    }
+
+    fn errors_behind_block(&self) -> String {
+        let mut table = Table::new(&[
+            "law, behind a block",
+            "median, N",
+            "breakaway tick, N",
+            "reversal tick, N",
+            "worst tick, N",
+            "stops and breakaways",
+            "ticks at their bound, worst",
+            "literal, worst, N",
+            "implicit, worst, N",
+        ]);
+        let [exact, literal, implicit] = schemes_by_law();
+        for (law, _) in laws_under_hands() {
+            let errors = worst_of(self.of(law, exact, false));
+            let others = |scheme| force(worst_of(self.of(law, scheme, false)).worst_n);
+            table.row(&[
+                law.to_owned(),
+                force(errors.median_n),
+                force(errors.breakaway_n),
+                force(errors.reversal_n),
+                force(errors.worst_n),
+                match errors.same_changes {
+                    None => "no stuck state",
+                    Some(true) => "as the truth",
+                    Some(false) => "**others**",
+                }
+                .to_owned(),
+                at_bound(&errors),
+                others(literal),
+                others(implicit),
+            ]);
+        }
+        table.0
+    }
+
+    fn errors_by_hand(&self) -> String {
+        let hands: Vec<&str> = HANDS.iter().map(|hand| hand.name).chain([SINGLE_TICKS]).collect();
+        let mut header = vec!["worst force error, N, by hand"];
+        header.extend(&hands);
+        let mut table = Table::new(&header);
+        for (law, _) in laws_under_hands() {
+            let mut row = vec![law.to_owned()];
+            for hand in &hands {
+                let errors = worst_of(self.of(law, Scheme::Exact, false).filter(|one| one.hand == *hand));
+                row.push(force(errors.worst_n));
+            }
+            table.row(&row);
+        }
+        table.0
+    }
+
+    fn costs_behind_block(&self) -> String {
+        let mut table = Table::new(&[
+            "law, behind a block",
+            "60 Hz, 0.5 kg: median",
+            "dearest",
+            "instructions",
+            "437 Hz, 10 g: median",
+            "dearest",
+            "instructions",
+            "literal, 60 Hz: median",
+            "implicit, 60 Hz: median",
+        ]);
+        let [exact, literal, implicit] = schemes_by_law();
+        for (law, _) in laws_under_hands() {
+            let mut row = vec![law.to_owned()];
+            let find = |scheme, hand, mass| {
+                self.of(law, scheme, false)
+                    .find(|one| one.hand == hand && one.mass_kg == Some(mass))
+            };
+            for (hand, mass) in [("60 Hz", 0.5), ("437 Hz", 0.01)] {
+                row.extend(Self::costs(find(exact, hand, mass)));
+            }
+            for scheme in [literal, implicit] {
+                let cost = find(scheme, "60 Hz", 0.5).and_then(|one| one.cost);
+                row.push(cost.map_or_else(|| "-".to_owned(), |cost| time(cost.median_ns)));
+            }
+            table.row(&row);
+        }
+        table.0
+    }
+
+    fn costs(one: Option<&LawMeasurement>) -> [String; 3] {
+        let cost = one.and_then(|one| one.cost);
+        [
+            cost.map_or_else(|| "-".to_owned(), |cost| time(cost.median_ns)),
+            cost.map_or_else(|| "-".to_owned(), |cost| time(cost.dearest_ns)),
+            count(one.and_then(|one| one.instructions)),
+        ]
+    }
+
+    fn on_device(&self) -> String {
+        let mut table = Table::new(&[
+            "law, on the device",
+            "median, N",
+            "breakaway tick, N",
+            "reversal tick, N",
+            "worst tick, N",
+            "ticks at their bound, worst",
+            "60 Hz: median",
+            "dearest",
+            "instructions",
+        ]);
+        for (law, _) in laws_under_hands() {
+            let errors = worst_of(self.of(law, Scheme::Exact, true));
+            let mut row = vec![
+                law.to_owned(),
+                force(errors.median_n),
+                force(errors.breakaway_n),
+                force(errors.reversal_n),
+                force(errors.worst_n),
+                at_bound(&errors),
+            ];
+            row.extend(Self::costs(
+                self.of(law, Scheme::Exact, true).find(|one| one.hand == "60 Hz"),
+            ));
+            table.row(&row);
+        }
+        table.0
+    }
+
+    fn schemes(&self) -> String {
+        let names: Vec<String> = cases::of_karnopp().into_iter().map(|case| case.name).collect();
+        let mut table = Table::new(&[
+            "scheme",
+            "ns a tick, median",
+            "instructions",
+            "force error, median, N",
+            "force error, worst, N",
+            "same list of contact changes",
+            "energy created by friction, worst",
+            "blew up",
+        ]);
+        for scheme in schemes() {
+            let of_scheme: Vec<&Measurement> = self
+                .cases
+                .iter()
+                .filter(|one| one.scheme == scheme && names.contains(&one.case))
+                .collect();
+            let of =
+                |value: &dyn Fn(&Measurement) -> f64| -> Vec<f64> { of_scheme.iter().map(|one| value(one)).collect() };
+            let worst = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
+            let times: Vec<f64> = of_scheme.iter().filter_map(|one| one.error.event_time_s).collect();
+            let counts: Vec<f64> = of_scheme.iter().filter_map(|one| one.instructions).collect();
+            let blown_up = of_scheme.iter().filter(|one| one.blew_up).count();
+            table.row(&[
+                scheme.to_string(),
+                format!("{:.0}", median(of(&|one| one.cost.median_ns))),
+                count((!counts.is_empty()).then(|| median(counts))),
+                force(median(of(&|one| one.error.force_n))),
+                force(worst(of(&|one| one.error.force_n))),
+                format!(
+                    "{} of {}, to {:.0e} s",
+                    times.len(),
+                    of_scheme.len(),
+                    worst(times.clone())
+                ),
+                match worst(of(&|one| one.energy_created_j)) {
+                    0.0 => "0".to_owned(),
+                    energy if energy > 1e9 => "beyond all numbers".to_owned(),
+                    energy => format!("{energy:.0e} J"),
+                },
+                if blown_up == 0 {
+                    "none".to_owned()
+                } else {
+                    blown_up.to_string()
+                },
+            ]);
+        }
+        table.0
+    }
+
+    fn rough_hand(&self) -> String {
+        let mut table = Table::new(&[
+            "law, behind a block",
+            "ns a tick",
+            "force error, N",
+            "100 literal steps",
+            "their force error, N",
+        ]);
+        let many: Option<Scheme> = "literal:100".parse().ok();
+        for (law, _) in cases::laws() {
+            let name = format!("{law}, rough hand");
+            let of = |scheme: Option<Scheme>| {
+                self.cases
+                    .iter()
+                    .find(|one| one.case == name && Some(one.scheme) == scheme)
+                    .map_or(["-".to_owned(), "-".to_owned()], |one| {
+                        [time(one.cost.median_ns), force(one.error.force_n)]
+                    })
+            };
+            let ([cost, error], [other_cost, other_error]) = (of(Some(Scheme::Exact)), of(many));
+            table.row(&[law.to_owned(), cost, error, other_cost, other_error]);
+        }
+        table.0
+    }
+
+    fn scenes(&self) -> String {
+        let mut table = Table::new(&["scene", "bytes of state", "instructions a tick", "ns a tick"]);
+        for scene in self.scenes {
+            table.row(&[
+                scene.scene.to_owned(),
+                scene.state_bytes.to_string(),
+                count(scene.instructions),
+                format!("{:.1}", scene.median_ns),
+            ]);
+        }
+        table.0
+    }
+
+    fn targets(&self) -> String {
+        let mut table = Table::new(&["target of the exact scheme", "to be", "measured", ""]);
+        for target in self.targets {
+            table.row(&[
+                target.what,
+                target.target,
+                &target.measured,
+                if target.met { "" } else { "**missed**" },
+            ]);
+        }
+        table.0
+    }
+}
+
+/// A document with its tables made anew. A table `NAME` stands between the lines `<!-- table: NAME
+/// -->` and `<!-- end of table -->`.
+///
+/// # Errors
+/// The document has no place for one of the tables, or has one that does not end.
+pub fn refresh(document: &str, tables: &[(&str, String)]) -> Result<String, String> {
+    const END: &str = "<!-- end of table -->";
+    let mut document = document.to_owned();
+    for (name, table) in tables {
+        let begin = format!("<!-- table: {name} -->\n");
+        let at = document
+            .find(&begin)
+            .ok_or_else(|| format!("the document has no line `{}`", begin.trim_end()))?
+            + begin.len();
+        let length = document[at..]
+            .find(END)
+            .ok_or_else(|| format!("the table `{name}` has no line `{END}`"))?;
+        document.replace_range(at..at + length, &format!("\n{table}\n"));
+    }
+    Ok(document)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_document_keeps_all_but_its_tables() {
+        let document = "# Head\n<!-- table: a -->\nold\n<!-- end of table -->\nmiddle\n<!-- table: b -->\n<!-- end of table -->\nend\n";
+        let tables = [("a", "| 1 |\n".to_owned()), ("b", "| 2 |\n".to_owned())];
+        let fresh = refresh(document, &tables).expect("both have a place");
+        assert_eq!(
+            fresh,
+            "# Head\n<!-- table: a -->\n\n| 1 |\n\n<!-- end of table -->\nmiddle\n<!-- table: b -->\n\n| 2 |\n\n<!-- end of table -->\nend\n"
+        );
+        assert_eq!(refresh(&fresh, &tables).expect("again"), fresh);
+        assert!(refresh(document, &[("c", String::new())]).is_err());
+        assert!(refresh("<!-- table: a -->\n", &tables[..1]).is_err());
+    }
+
+    #[test]
+    fn the_document_has_a_place_for_every_table() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/speed-vs-error.md");
+        let document = std::fs::read_to_string(path).expect("the document");
+        let nothing = Tables {
+            cases: &[],
+            laws: &[],
+            scenes: &[],
+            targets: &[],
+        };
+        let tables = nothing.all();
+        refresh(&document, &tables).expect("a place for each");
+        assert_eq!(document.matches("<!-- table: ").count(), tables.len());
+    }
+}

@@ -1,0 +1,141 @@
+//! Every law with the exact scheme under the hands that people have, held to the table of limits in
+//! `haptic_lab::accuracy::LIMITS`.
+
+use haptic_lab::accuracy::{
+    LIMITS, LawLimit, LawMeasurement, hands, law_cases, measure_law, measure_single_ticks, worst_of,
+};
+
+/// Samples of each motion, and single ticks of each law: beginnings of what the report takes.
+fn extents() -> (usize, usize) {
+    test_run::extent((30, 40), (150, 300))
+}
+
+fn exact(all: Vec<LawMeasurement>) -> LawMeasurement {
+    all.into_iter().next().expect("the exact scheme comes first")
+}
+
+fn measured(law: &'static str) -> Vec<LawMeasurement> {
+    let (samples, single_ticks) = extents();
+    let mut all: Vec<LawMeasurement> = law_cases(samples)
+        .iter()
+        .filter(|case| case.law == law)
+        .map(|case| exact(measure_law(case, false, None).expect("a valid scene")))
+        .collect();
+    let (name, friction) = hands::laws_under_hands()
+        .into_iter()
+        .find(|(name, _)| *name == law)
+        .expect("a law of the table");
+    all.push(exact(
+        measure_single_ticks(name, friction, single_ticks).expect("valid scenes"),
+    ));
+    all
+}
+
+/// The limits that a law's measurements break.
+fn broken(limit: &LawLimit, all: &[LawMeasurement]) -> Vec<String> {
+    let (device, behind): (Vec<&LawMeasurement>, Vec<&LawMeasurement>) = all.iter().partition(|one| one.is_on_device());
+    let other_lists = behind
+        .iter()
+        .filter(|one| one.errors.same_changes == Some(false))
+        .count();
+    let (behind, device) = (worst_of(behind), worst_of(device));
+    println!(
+        "{:32} behind a block {behind:?}\n{:32} on the device {device:?}",
+        limit.law, ""
+    );
+    let mut broken = Vec::new();
+    let mut hold = |what: &str, value: f64, most: f64| {
+        // NaN is no good value either.
+        if !(value <= most) {
+            broken.push(format!(
+                "{}: {what} is {value:e}, and {most:e} was agreed on",
+                limit.law
+            ));
+        }
+    };
+    hold("the reference's own error, N", worst_of(all).uncertainty_n, 1e-12);
+    hold(
+        "the force error behind a block, N",
+        behind.worst_n,
+        limit.behind_block_n.held(),
+    );
+    hold("its median, N", behind.median_n, limit.median_n.held());
+    hold(
+        "the force error on the device, N",
+        device.worst_n,
+        limit.on_device_n.held(),
+    );
+    hold(
+        "the ticks at their bound",
+        behind.at_bound as f64,
+        limit.at_bound.held(),
+    );
+    hold(
+        "the runs with other stops or breakaways",
+        other_lists as f64,
+        limit.other_lists.held(),
+    );
+    broken
+}
+
+/// Holds every fourth law: tests run side by side.
+fn hold_every_fourth(first: usize) {
+    let broken: Vec<String> = LIMITS
+        .iter()
+        .skip(first)
+        .step_by(4)
+        .flat_map(|limit| broken(limit, &measured(limit.law)))
+        .collect();
+    assert!(broken.is_empty(), "{}", broken.join("\n"));
+}
+
+#[test]
+fn laws_are_held_to_their_limits_under_every_hand_1_of_4() {
+    hold_every_fourth(0);
+}
+
+#[test]
+fn laws_are_held_to_their_limits_under_every_hand_2_of_4() {
+    hold_every_fourth(1);
+}
+
+#[test]
+fn laws_are_held_to_their_limits_under_every_hand_3_of_4() {
+    hold_every_fourth(2);
+}
+
+#[test]
+fn laws_are_held_to_their_limits_under_every_hand_4_of_4() {
+    hold_every_fourth(3);
+}
+
+#[test]
+fn every_law_has_limits() {
+    let laws: Vec<&str> = hands::laws_under_hands().into_iter().map(|(name, _)| name).collect();
+    let limited: Vec<&str> = LIMITS.iter().map(|limit| limit.law).collect();
+    assert_eq!(laws, limited);
+    for limit in &LIMITS {
+        for each in [
+            limit.behind_block_n,
+            limit.median_n,
+            limit.on_device_n,
+            limit.at_bound,
+            limit.other_lists,
+        ] {
+            assert!(each.target <= each.today || each.held() == each.target, "{limit:?}");
+        }
+    }
+}
+
+#[test]
+fn a_law_that_is_off_breaks_its_limits() {
+    let law = "viscous";
+    let mut all = measured(law);
+    let limit = LIMITS.iter().find(|limit| limit.law == law).expect("a row");
+    assert_eq!(broken(limit, &all), [""; 0]);
+    let on_device = all.iter().position(LawMeasurement::is_on_device).expect("one");
+    all[0].errors.worst_n = 1e-3;
+    all[0].errors.median_n = f64::NAN;
+    all[on_device].errors.worst_n = f64::INFINITY;
+    assert!(broken(limit, &all).len() >= 2);
+}
