@@ -13,6 +13,8 @@ pub use spring::Reseat;
 pub use state::Contact;
 
 pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
+#[cfg(test)]
+pub(crate) use device::cells_and_error;
 pub(crate) use device::{
     DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle,
     Series, series_product,
