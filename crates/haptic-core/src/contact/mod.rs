@@ -18,6 +18,8 @@ pub(crate) use bristle::{Bristle, FullPlasticity, Plasticity, flow_in_pieces};
 pub(crate) use bristle_series::{
     BristleForce, FEWEST_ON_CURVE, LOOK_BACK_ON_CURVE, RatioSeries, SETTLED_N, TowardsLimit, UnderCurve,
 };
+#[cfg(test)]
+pub(crate) use device::cells_and_error;
 pub(crate) use device::{
     DeviceContact, DeviceElastoPlastic, DeviceLugre, EnergyMeter, FlowLevel, Leg, MasterLaw, ORDER, PathBristle,
     PathSeries, series_product,

@@ -423,3 +423,19 @@ impl MasterLaw for DelayedPlasticity {
         Some(self.fraction)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::cells_and_error;
+    use std::println;
+
+    #[test]
+    fn the_master_path_is_the_law_wherever_its_elastic_part_ends() {
+        for fraction in [0.0, 1e-3, 0.3, 0.7, 0.9, 0.99] {
+            let (cells, error) = cells_and_error(&DelayedPlasticity { fraction }, fraction);
+            println!("{fraction}: {cells} cells, {error:.1e}");
+            assert!(cells < 500 && error < 1e-13, "{fraction}: {cells} cells, {error:e}");
+        }
+    }
+}

@@ -6,7 +6,6 @@ use crate::block::{BlockState, EventSink, Moving, Rendered};
 use crate::contact::{Contact, DeviceContact, EnergyMeter};
 use crate::direction::Direction;
 use crate::directional::Directional;
-use crate::flush::flush;
 
 /// Drag: one multiplication.
 #[derive(Clone, Copy, Debug)]
@@ -140,7 +139,7 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
             } else {
                 work_exhausted = self.follow(&motion, &mut ());
             }
-            self.came_by = flush(motion.by);
+            self.came_by = motion.by;
             let direction = Direction::of(if motion.by == 0.0 { velocity } else { motion.by });
             let contact = self.law.contact(direction.sign() * velocity.abs());
             if contact != self.contact {

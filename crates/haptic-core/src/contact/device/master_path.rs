@@ -28,6 +28,12 @@ pub(crate) trait MasterLaw: Clone + Copy + Debug + Send + Sync + 'static {
     /// Up to this `u` there is no plastic flow at all; `None` where there always is.
     fn elastic_up_to(&self) -> Option<f64>;
 
+    /// Most that a cell may be wide which begins at `u`: where a narrow part lies ahead of which a
+    /// series before it shows nothing.
+    fn widest(&self, _u: f64) -> f64 {
+        f64::INFINITY
+    }
+
     /// Farther than [`FARTHEST`] against the motion, `rate = -slope (u - root)`: slope and root.
     fn far(&self) -> (f64, f64) {
         (1.0, 1.0)
@@ -227,6 +233,7 @@ fn width(law: &impl MasterLaw, series: &PathSeries) -> f64 {
     } else {
         WIDEST
     };
+    width = width.min(law.widest(series[0]));
     let defect = |t: f64| (slope(series, t) - law.rate(value(series, t).min(1.0))).abs() / (DEFECT * size);
     for _ in 0..MOST_TRIALS {
         let worst = defect(width).max(defect(0.6 * width));
@@ -236,4 +243,28 @@ fn width(law: &impl MasterLaw, series: &PathSeries) -> f64 {
         width *= (0.9 * powf(worst, -1.0 / 15.0)).max(0.2);
     }
     width
+}
+
+/// Follows each cell by the classical Runge-Kutta method. Returns the number of cells and the worst
+/// difference at the end of one, over the size of `u` there.
+#[cfg(test)]
+pub(crate) fn cells_and_error(law: &impl MasterLaw, start: f64) -> (usize, f64) {
+    let path = MasterPath::new(law, start);
+    let mut worst: f64 = 0.0;
+    for (k, cell) in path.cells.iter().enumerate() {
+        let (width, mut u) = (path.edges[k + 1] - path.edges[k], cell.series[0]);
+        let step = width / 1000.0;
+        for _ in 0..1000 {
+            let first = law.rate(u);
+            let second = law.rate(u + 0.5 * step * first);
+            let third = law.rate(u + 0.5 * step * second);
+            u += step / 6.0 * (first + 2.0 * second + 2.0 * third + law.rate(u + step * third));
+        }
+        let (mut place, mut found) = (path.edges[k + 1], k);
+        let end = path.at(&mut place, &mut found);
+        worst = worst.max((u - end).abs() / u.abs().max(1.0));
+        let (again, _) = path.find(cell.series[0]);
+        worst = worst.max((again - path.edges[k]).abs() * law.rate(cell.series[0]));
+    }
+    (path.cells.len(), worst)
 }

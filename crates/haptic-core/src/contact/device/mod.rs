@@ -14,6 +14,8 @@ mod stribeck_flow;
 pub(crate) use elasto_plastic::DeviceElastoPlastic;
 pub(crate) use leg::Leg;
 pub(crate) use lugre::{DeviceLugre, FlowLevel};
+#[cfg(test)]
+pub(crate) use master_path::cells_and_error;
 pub(crate) use master_path::{MasterLaw, ORDER, PathSeries, series_product};
 pub(crate) use path_bristle::PathBristle;
 

@@ -211,6 +211,10 @@ impl<L: Level, R: StaticLimit> DeviceContact for SpringContact<L, R> {
             self.end_slide(direction, 0.0, meter);
         }
         let threshold = self.velocity_threshold;
+        if threshold == 0.0 {
+            self.advance_fast(leg, meter);
+            return false;
+        }
         let Some(distance) = leg.passes(threshold) else {
             return if leg.to_speed < threshold {
                 self.advance_slowly(leg, meter)
