@@ -367,6 +367,7 @@ mod tests {
         for fraction in [0.0, 1e-9, 1e-3, 0.05, 0.3, 0.7, 0.99] {
             for start in [-1.0, -10.0, -128.0] {
                 let law = AdhesionPlasticity {
+                    fraction,
                     onset: eighth_power(fraction),
                 };
                 let (cells, error) = cells_and_error(&law, start);

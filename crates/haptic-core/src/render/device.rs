@@ -74,8 +74,6 @@ pub(crate) struct DeviceSurface<C> {
     law: C,
     position: f64,
     velocity: f64,
-    /// Displacement of the last tick, m.
-    came_by: f64,
     contact: Contact,
 }
 
@@ -86,7 +84,6 @@ impl<C: DeviceContact> DeviceSurface<C> {
             law,
             position: 0.0,
             velocity: 0.0,
-            came_by: 0.0,
             contact,
         }
     }
@@ -127,7 +124,6 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
         if elapsed_s > 0.0 {
             let motion = Motion {
                 by: position - self.position,
-                came_by: self.came_by,
                 from_velocity: self.velocity,
                 to_velocity: velocity,
                 elapsed_s,
@@ -139,7 +135,6 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
             } else {
                 work_exhausted = self.follow(&motion, &mut ());
             }
-            self.came_by = motion.by;
             let direction = Direction::of(if motion.by == 0.0 { velocity } else { motion.by });
             let contact = self.law.contact(direction.sign() * velocity.abs());
             if contact != self.contact {
@@ -164,7 +159,6 @@ impl<C: DeviceContact> Moving for DeviceSurface<C> {
 
     fn set_state(&mut self, state: BlockState) {
         (self.position, self.velocity) = (state.device_position, state.device_velocity);
-        self.came_by = 0.0;
         self.law.seat(0.0);
         self.contact = self.law.contact(self.velocity);
     }

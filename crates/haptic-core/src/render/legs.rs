@@ -2,23 +2,21 @@
 //!
 //! The positions say how far it went and which way: a velocity is an estimate, and late. The speed
 //! goes evenly from one sample's to the next one's. A turn between two samples is taken only where
-//! all agree on it: the velocities differ in sign, the parabola through both positions with the
-//! acceleration of the velocities turns as well, and the positions came from there in the tick
-//! before. A hand at rest under a noisy velocity then moves nothing.
+//! the velocities differ in sign and the samples are, to rounding, those of a constant
+//! acceleration, which leaves no doubt where it lies: a computed motion has such samples, a
+//! measured one never. So the noise of a velocity moves nothing.
 
 use crate::contact::Leg;
 use crate::direction::Direction;
 
-/// How far beyond the samples a turn may lie, over the way of the tick before.
-const FARTHEST_TURN: f64 = 2.0;
+/// Difference of two mean velocities, over the speeds, up to which they agree: rounding.
+const AGREEMENT: f64 = 1e-9;
 
 /// A tick's motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motion {
     /// Displacement, m.
     pub(crate) by: f64,
-    /// Displacement of the tick before, m.
-    pub(crate) came_by: f64,
     /// Velocities of both samples, m/s.
     pub(crate) from_velocity: f64,
     pub(crate) to_velocity: f64,
@@ -90,15 +88,13 @@ impl Motion {
 
     /// How far beyond both samples the turn is, m.
     fn beyond(&self) -> f64 {
-        let gained = 0.5 * (self.to_velocity - self.from_velocity);
+        let (from, to) = (self.from_velocity, self.to_velocity);
         let mean = self.by / self.elapsed_s;
-        let (from, to) = (mean - gained, mean + gained);
-        let agree = from * self.from_velocity > 0.0 && to * self.to_velocity > 0.0;
-        if !agree || self.came_by * from <= 0.0 {
+        let speeds = from.abs() + to.abs();
+        if (mean - 0.5 * (from + to)).abs() > AGREEMENT * speeds {
             return 0.0;
         }
         let least = from.abs().min(to.abs());
-        let parabola = 0.25 * least * least / gained.abs() * self.elapsed_s;
-        parabola.min(FARTHEST_TURN * self.came_by.abs())
+        0.5 * least * least / speeds * self.elapsed_s
     }
 }

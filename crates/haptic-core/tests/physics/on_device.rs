@@ -163,19 +163,8 @@ impl Tick {
     }
 }
 
-/// A hand that swings, slowly and fast, with turns anywhere between samples, but not in two ticks
-/// in a row: those are no motion that samples can tell.
+/// A hand that swings, slowly and fast, with turns anywhere between samples.
 fn hand(random: &mut Random) -> Vec<Tick> {
-    loop {
-        let ticks = any_hand(random);
-        let turns = |tick: &Tick| tick.from * tick.to < 0.0;
-        if !ticks.windows(2).any(|pair| turns(&pair[0]) && turns(&pair[1])) {
-            return ticks;
-        }
-    }
-}
-
-fn any_hand(random: &mut Random) -> Vec<Tick> {
     let speed = random.decades(2e-3, 1.0);
     let (slow, fast) = (random.between(0.3, 5.0), random.between(5.0, 60.0));
     let share = random.share();
@@ -307,36 +296,29 @@ fn a_scene_that_replaces_itself_in_every_tick_gives_the_same_force() {
     }
 }
 
-/// A hand that shakes by 4 mm at 60 Hz turns up to 71 um beyond its samples, which are 0.7 N here.
+/// A velocity that does not agree with the positions says nothing of where the hand turned.
 #[test]
-fn a_turn_between_two_samples_is_felt() {
+fn an_estimated_velocity_takes_no_turn() {
     let mut random = Random(977_846_395_462_115_233);
-    for law in ["dahl", "hayward-armstrong", "elasto-plastic", "reset-integrator"] {
+    for law in ["dahl", "hayward-armstrong", "elasto-plastic"] {
         let omega = TAU * 60.0;
-        let place = |t: f64| (4e-3 * (1.0 - (omega * t).cos()), 4e-3 * omega * (omega * t).sin());
         let scene = on_device(friction(law, &mut random));
         let scene = ["b", "sigma1"].iter().fold(scene, |scene, name| {
             let key = name.parse().expect("a parameter");
             scene.with(&[(key, 0.0)]).unwrap_or(scene)
         });
-        let scene = scene.with(&[("sigma".parse().expect("sigma"), 1e4)]).expect("a scene");
-        let (mut fine, mut coarse) = (renderer(&scene), renderer(&scene));
-        let mut worst: f64 = 0.0;
+        let (mut estimated, mut without) = (renderer(&scene), renderer(&scene));
         for tick in 0..500 {
-            let start = 1.3e-4 + f64::from(tick) * 1e-3;
-            let mut truth = 0.0;
-            for k in 1..=100 {
-                let (position, velocity) = place(start + f64::from(k) * 1e-5);
-                truth = fine.tick(1e-5, position, velocity).coupling_force;
-            }
-            let (position, velocity) = place(start + 1e-3);
-            let force = coarse.tick(1e-3, position, velocity).coupling_force;
-            if tick > 20 {
-                worst = worst.max((force - truth).abs());
-            }
+            let t = 1.3e-4 + f64::from(tick) * 1e-3;
+            let position = 4e-3 * (1.0 - (omega * t).cos());
+            let velocity = 4e-3 * omega * (omega * t).sin();
+            let force = estimated.tick(1e-3, position, 1.001 * velocity).coupling_force;
+            let expected = without.tick(1e-3, position, 0.0).coupling_force;
+            assert!(
+                (force - expected).abs() < 1e-10,
+                "{law}: {force} N, without a velocity {expected} N"
+            );
         }
-        println!("{law:26} {worst:8.1e} N");
-        assert!(worst < 0.02, "{law}: {worst} N off, {scene:?}");
     }
 }
 
