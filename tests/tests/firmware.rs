@@ -381,13 +381,15 @@ fn rendered_in_real_time(encoder: Encoder, time_s: f64) -> bool {
     });
     // Held up on a busy machine, hapticd is no silent host.
     rig.order("patience 2");
-    if client.request::<StateReply>(Request::Engage {}).is_err() {
+    if let Err(error) = client.request::<StateReply>(Request::Engage {}) {
+        println!("{error}");
         return false;
     }
     let engaged = wait_for(&mut client, "an engaged rig", |status| {
         status.state == RigState::Engaged || !status.state.is_live()
     });
     if engaged.state != RigState::Engaged {
+        println!("{engaged:?}");
         return false;
     }
     // The hand takes a second and a half to come up to its stroke.
