@@ -45,8 +45,7 @@ fn broken(limit: &LawLimit, all: &[LawMeasurement]) -> Vec<String> {
     );
     let mut broken = Vec::new();
     let mut hold = |what: &str, value: f64, most: f64| {
-        // NaN is no good value either.
-        if !(value <= most) {
+        if value > most || value.is_nan() {
             broken.push(format!(
                 "{}: {what} is {value:e}, and {most:e} was agreed on",
                 limit.law
@@ -75,6 +74,9 @@ fn broken(limit: &LawLimit, all: &[LawMeasurement]) -> Vec<String> {
         other_lists as f64,
         limit.other_lists.held(),
     );
+    for one in all {
+        println!("    {:14} {:?} kg: {:.1e} N", one.hand, one.mass_kg, one.errors.worst_n);
+    }
     broken
 }
 

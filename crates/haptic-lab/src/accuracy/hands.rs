@@ -54,10 +54,14 @@ impl Hand {
     /// The motion, over so many samples.
     #[must_use]
     pub fn motion(&self, samples: usize) -> Vec<DeviceSample> {
+        self.sampled(PERIOD_S, samples)
+    }
+
+    fn sampled(&self, period_s: f64, samples: usize) -> Vec<DeviceSample> {
         ToAndFro {
             amplitude_m: AMPLITUDE_M,
             frequency_hz: self.frequency_hz,
-            period_s: PERIOD_S,
+            period_s,
             samples,
             ..ToAndFro::PLAIN
         }
@@ -65,10 +69,17 @@ impl Hand {
     }
 
     /// The motion with constant acceleration between two samples, so that on the device itself the
-    /// way of the hand is known everywhere: the velocities are those of [`motion`](Self::motion).
+    /// way of the hand is known everywhere: the velocities are those of a swing. A hand that turns
+    /// in nearly every millisecond is sampled at 10 kHz: two samples would not say where it went.
     #[must_use]
     pub fn motion_on_device(&self, samples: usize) -> Vec<DeviceSample> {
-        let mut motion = self.motion(samples);
+        let turns_in_a_tick = 2.0 * self.frequency_hz * PERIOD_S;
+        let period_s = if turns_in_a_tick > 0.5 {
+            0.1 * PERIOD_S
+        } else {
+            PERIOD_S
+        };
+        let mut motion = self.sampled(period_s, samples);
         for k in 1..motion.len() {
             let (before, here) = (motion[k - 1], motion[k]);
             motion[k].position_m =

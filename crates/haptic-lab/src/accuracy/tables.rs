@@ -203,6 +203,9 @@ impl Tables<'_> {
         ]);
         for (law, _) in laws_under_hands() {
             let errors = worst_of(self.of(law, Scheme::Exact, true));
+            if errors.ticks + errors.at_bound == 0 {
+                continue;
+            }
             let mut row = vec![
                 law.to_owned(),
                 force(errors.median_n),
