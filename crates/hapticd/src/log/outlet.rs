@@ -1,7 +1,7 @@
 //! A queue that never blocks, in front of a descriptor that may.
 
 use super::block_signals;
-use crossbeam_queue::ArrayQueue;
+use crossbeam::queue::ArrayQueue;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::fd::AsFd;
 use rustix::io::{Errno, write};

@@ -15,7 +15,7 @@ use crate::rt::lateness::{LatePolicy, Lateness};
 use crate::rt::outbox;
 use crate::rt::tick::{Tick, tests::servo};
 use crate::self_test::NoLink;
-use crossbeam_queue::ArrayQueue;
+use crossbeam::queue::ArrayQueue;
 use device_io::Device;
 use device_io::fake::{FakeRig, Hand, Motion, RigProperties};
 use haptic_core::servo::{Command, CompiledScene};
