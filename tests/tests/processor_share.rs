@@ -19,7 +19,7 @@ fn is_told(status: &Status) -> bool {
         .real_time
         .problems
         .iter()
-        .any(|problem| problem.what.contains("as well: each can delay the other's ticks"))
+        .any(|problem| problem.what.contains("too: each can delay the other's ticks"))
 }
 
 fn pinned(client: &mut Client, cpu: &str) -> bool {
@@ -47,7 +47,7 @@ fn two_daemons_on_one_processor_say_so_while_both_are_there() {
     for daemon in [&first, &second] {
         let doctor = daemon.ctl(&["doctor"]);
         let found = String::from_utf8_lossy(&doctor.stdout).into_owned();
-        assert!(found.contains(&format!("on processor {cpu} as well")), "{found}");
+        assert!(found.contains(&format!("on processor {cpu} too")), "{found}");
         assert!(found.contains("with --cpu"), "it says what helps: {found}");
     }
     let ticks = |client: &mut Client| -> Timing { client.request(Request::Timing {}).expect("timing") };
@@ -61,7 +61,7 @@ fn two_daemons_on_one_processor_say_so_while_both_are_there() {
     let (ended, said) = second.end(Signal::KILL);
     assert!(!ended.success());
     assert!(
-        said.contains(&format!("on processor {cpu} as well")),
+        said.contains(&format!("on processor {cpu} too")),
         "it says so as it starts: {said}"
     );
     wait_for(&mut client, "a processor of its own again", |status| !is_told(status));

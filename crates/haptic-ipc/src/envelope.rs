@@ -151,7 +151,7 @@ mod tests {
                 r#"{"id":1,"op":"set","params":{"colour":"red"}}"#,
                 Some(1),
                 UnknownParameter,
-                "no parameter `colour`",
+                "unknown parameter `colour`",
             ),
             (
                 r#"{"id":1,"op":"subscribe","topics":["weather"]}"#,
