@@ -56,23 +56,15 @@ fn broken(limit: &LawLimit, all: &[LawMeasurement]) -> Vec<String> {
     hold(
         "the force error behind a block, N",
         behind.worst_n,
-        limit.behind_block_n.held(),
+        limit.behind_block_n,
     );
-    hold("its median, N", behind.median_n, limit.median_n.held());
-    hold(
-        "the force error on the device, N",
-        device.worst_n,
-        limit.on_device_n.held(),
-    );
-    hold(
-        "the ticks at their bound",
-        behind.at_bound as f64,
-        limit.at_bound.held(),
-    );
+    hold("its median, N", behind.median_n, limit.median_n);
+    hold("the force error on the device, N", device.worst_n, limit.on_device_n);
+    hold("the ticks at their bound", behind.at_bound as f64, limit.at_bound);
     hold(
         "the runs with other stops or breakaways",
         other_lists as f64,
-        limit.other_lists.held(),
+        limit.other_lists,
     );
     for one in all {
         println!("    {:14} {:?} kg: {:.1e} N", one.hand, one.mass_kg, one.errors.worst_n);
@@ -116,17 +108,6 @@ fn every_law_has_limits() {
     let laws: Vec<&str> = hands::laws_under_hands().into_iter().map(|(name, _)| name).collect();
     let limited: Vec<&str> = LIMITS.iter().map(|limit| limit.law).collect();
     assert_eq!(laws, limited);
-    for limit in &LIMITS {
-        for each in [
-            limit.behind_block_n,
-            limit.median_n,
-            limit.on_device_n,
-            limit.at_bound,
-            limit.other_lists,
-        ] {
-            assert!(each.target <= each.today || each.held() == each.target, "{limit:?}");
-        }
-    }
 }
 
 #[test]

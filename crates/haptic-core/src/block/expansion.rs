@@ -17,9 +17,6 @@ use crate::math::{exp, sqrt};
 use crate::series::{Newest, ORDER, Path, RECIPROCAL, Recurrence, Series, first_root};
 use core::f64::consts::LN_2;
 
-/// What a series leaves out, N in the coupling or in the contact. It bounds the error of a piece;
-/// that of a tick is about as much, since what is left out falls off fast.
-const TOLERANCE_N: f64 = 3e-11;
 /// Share of the series' own time that a piece takes at most where the series does not reach its end.
 const LONGEST: f64 = 0.95;
 /// Share taken of the length that the last coefficients promise.
@@ -140,7 +137,8 @@ impl Start {
                 };
             }
             add_orders!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
-            let reach = law.caution() * self.reach(&growing.sizes[ORDER + 1 - R::LOOK_BACK..]);
+            let last_sizes = &growing.sizes[ORDER + 1 - R::LOOK_BACK..];
+            let reach = law.caution() * self.reach(last_sizes, R::TOLERANCE_N);
             expansion.end = reach.min(LONGEST);
         }
         let Newest { distance, speed } = growing.newest;
@@ -170,11 +168,12 @@ impl Start {
             speed: (share * inverse_mass) * force,
         };
         growing.sizes[N + 1] = self.held.impedance * growing.newest.speed.abs() + law.next_size();
-        N + 1 >= R::FEWEST_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < 0.25 * TOLERANCE_N
+        N + 1 >= R::FEWEST_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < 0.25 * R::TOLERANCE_N
     }
 
-    /// How far a series reaches whose last coefficients have these sizes, N.
-    fn reach(&self, sizes: &[f64]) -> f64 {
+    /// How far a series reaches whose last coefficients have these sizes, N, until what it leaves
+    /// out is the tolerance, N.
+    fn reach(&self, sizes: &[f64], tolerance_n: f64) -> f64 {
         let scale = self.held.holds;
         let growth = sizes
             .iter()
@@ -182,7 +181,7 @@ impl Start {
             .enumerate()
             .map(|(back, size)| log2(size / scale) * RECIPROCAL[ORDER - back])
             .fold(f64::MIN, f64::max);
-        let allowed = log2(TOLERANCE_N / scale) * RECIPROCAL[ORDER];
+        let allowed = log2(tolerance_n / scale) * RECIPROCAL[ORDER];
         SHARE * exp(LN_2 * (allowed - growth))
     }
 }

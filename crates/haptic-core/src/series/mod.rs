@@ -149,6 +149,9 @@ pub(crate) trait Recurrence {
     const LOOK_BACK: usize;
     /// Orders that a series has at least before small coefficients are believed to be the last.
     const FEWEST_ORDERS: usize;
+    /// What a series leaves out, N in the coupling or in the contact. It bounds the error of a
+    /// piece; that of a tick is about as much, since what is left out falls off fast.
+    const TOLERANCE_N: f64 = 3e-11;
 
     /// Share taken of the length that the last coefficients promise.
     fn caution(&self) -> f64 {

@@ -19,7 +19,7 @@ pub use by_law::{
 };
 pub use curve_targets::curve_targets;
 pub use error::{RunError, compare};
-pub use limits::{INSTRUCTIONS_ON, LIMITS, LawLimit, Limit};
+pub use limits::{INSTRUCTIONS_ON, LIMITS, LawLimit};
 pub use page::page;
 pub use plot::plot;
 pub use report::{Measurement, measure, schemes, write_csv, write_law_csv};
