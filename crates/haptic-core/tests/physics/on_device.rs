@@ -322,6 +322,32 @@ fn an_estimated_velocity_takes_no_turn() {
     }
 }
 
+/// Where nothing is left of the limit at speed, the force is a number all the same.
+#[test]
+fn a_limit_that_falls_to_nothing_gives_numbers() {
+    let mut random = Random(271_828_182_845_904_523);
+    for law in ["lugre", "elasto-plastic"] {
+        for _ in 0..test_run::extent(300, 3000) {
+            let scene = on_device(friction(law, &mut random));
+            let falls = |name: &str, value: f64| (name.parse().expect("a parameter"), value);
+            let ws = random.decades(1e-3, 0.1);
+            let scene = scene
+                .with(&[
+                    falls("Fs", random.decades(1e-3, 10.0)),
+                    falls("Fd", 0.0),
+                    falls("ws", ws),
+                ])
+                .expect("a scene");
+            let mut surface = renderer(&scene);
+            for tick in hand(&mut random) {
+                let at = surface.state().device_position + tick.at(1.0).1;
+                let force = surface.tick(tick.elapsed_s, at, tick.to).coupling_force;
+                assert!(force.is_finite(), "{scene:?}: {force}");
+            }
+        }
+    }
+}
+
 /// Velocities are estimates: without a change of position none of them moves a contact.
 #[test]
 fn a_hand_at_rest_moves_no_contact_whatever_its_velocity_seems_to_be() {

@@ -174,7 +174,13 @@ impl<M: MasterLaw> DeviceElastoPlastic<M> {
                     pieces += 1;
                     let piece = self.piece(force, curve, &part);
                     let (share, next) = self.piece_end(&piece, curve, &part);
-                    force = horner(&piece.force, share);
+                    let after = horner(&piece.force, share);
+                    if !after.is_finite() {
+                        // Of a limit that has fallen to next to nothing the series is beyond all
+                        // numbers; the force is near the limit.
+                        return (follow(force, curve, self.stiffness, &part).0, true);
+                    }
+                    force = after;
                     (share, next)
                 }
                 Region::Yielding => return (follow(force, curve, self.stiffness, &part).0, true),

@@ -40,7 +40,8 @@ impl Curve {
 
     /// The part of it that falls, N; its slope over `y` is the negative.
     pub(super) fn falling(&self, y: f64) -> f64 {
-        if y > FALLEN { 0.0 } else { self.fall * exp(-y) }
+        // A little beyond, so that no rounding of a border makes a level of zero.
+        if y > 2.0 * FALLEN { 0.0 } else { self.fall * exp(-y) }
     }
 
     /// `y` at a speed, m/s.
