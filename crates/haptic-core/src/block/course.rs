@@ -145,30 +145,41 @@ pub(super) fn advance<B: PiecewiseBlock>(
         if block.steady(elapsed_s, &load, sink) {
             return Rendered::default();
         }
-        let mut course = Course::new(block.coupled(), elapsed_s, load, block.budget(elapsed_s));
-        let start = block.coupled().state.position;
-        while course.time < elapsed_s {
-            let then = if course.is_exhausted() {
-                Outcome::Exhausted
-            } else {
-                block.piece(&mut course, sink)
-            };
-            match then {
-                Outcome::NextPiece => {}
-                Outcome::TickEnds => break,
-                Outcome::Exhausted => {
-                    let step_s = course.remaining() / f64::from(FALLBACK_STEPS);
-                    for _ in 0..FALLBACK_STEPS {
-                        block.implicit_step(&mut course, step_s, sink);
-                    }
-                    course.rendered.work_exhausted = true;
-                    break;
+        in_pieces(block, elapsed_s, load, sink)
+    })
+}
+
+/// The pieces of a tick. Apart from a steady tick, which then saves no registers for it.
+#[inline(never)]
+fn in_pieces<B: PiecewiseBlock>(
+    block: &mut B,
+    elapsed_s: f64,
+    load: Load,
+    sink: &mut (impl EventSink + ?Sized),
+) -> Rendered {
+    let mut course = Course::new(block.coupled(), elapsed_s, load, block.budget(elapsed_s));
+    let start = block.coupled().state.position;
+    while course.time < elapsed_s {
+        let then = if course.is_exhausted() {
+            Outcome::Exhausted
+        } else {
+            block.piece(&mut course, sink)
+        };
+        match then {
+            Outcome::NextPiece => {}
+            Outcome::TickEnds => break,
+            Outcome::Exhausted => {
+                let step_s = course.remaining() / f64::from(FALLBACK_STEPS);
+                for _ in 0..FALLBACK_STEPS {
+                    block.implicit_step(&mut course, step_s, sink);
                 }
+                course.rendered.work_exhausted = true;
+                break;
             }
         }
-        block.coupled_mut().state.position = start + course.moved;
-        course.rendered
-    })
+    }
+    block.coupled_mut().state.position = start + course.moved;
+    course.rendered
 }
 
 /// The same in one backward-Euler step.
