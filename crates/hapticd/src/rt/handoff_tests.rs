@@ -28,20 +28,20 @@ fn the_newest_scene_arrives_and_none_is_lost_or_freed_twice() {
     };
     let mut current = Box::new(compiled(0));
     let mut seen = 0;
-    loop {
-        // Before it is taken: the last one is there by then.
-        let is_last = poster.is_finished();
+    let mut take = || {
         if let Some(new) = shared.scenes.take_new(&mut seen) {
             assert!(new.revision > current.revision, "never an older scene");
             current = new;
         }
-        if is_last {
-            break;
-        }
+        current.revision
+    };
+    while !poster.is_finished() {
+        take();
         std::thread::yield_now();
     }
+    // That it is finished orders nothing; that it has joined does: the last one is there now.
     poster.join().expect("it ends");
-    assert_eq!(current.revision, last);
+    assert_eq!(take(), last);
     assert!(shared.scenes.take().is_none());
 }
 
