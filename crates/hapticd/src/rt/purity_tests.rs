@@ -310,8 +310,8 @@ impl UnpluggedNowAndThen {
         let mut firmware = Firmware::new(RigProperties::default(), hand(), FirmwareProperties::default());
         let (mut terminal, mut decoder) = (None, Decoder::default());
         while !over.load(SeqCst) {
-            // Two seconds plugged in, and a tenth of one unplugged.
-            if began.elapsed().as_millis() % 2100 < 2000 {
+            // Unplugged for a tenth of each second: more than once in the shortest run.
+            if began.elapsed().as_millis() % 1000 < 900 {
                 terminal.get_or_insert_with(|| Terminal::plug_in(link).expect("a terminal"));
             } else {
                 terminal = None;
@@ -434,7 +434,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
                 revision += 1;
                 shared.scenes.post(compiled(&scenes[0], revision));
             }
-            if revision % 101 == 0 {
+            if revision % 41 == 0 {
                 shared.stop();
             }
         }
