@@ -293,8 +293,6 @@ struct StretchSeries {
 impl Recurrence for StretchSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
     const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
-    // A slide that sets off against falling friction runs away, and an error with it.
-    const TOLERANCE_N: f64 = 1e-11;
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
@@ -367,7 +365,6 @@ impl DelayedSeries {
 impl Recurrence for DelayedSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
     const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
-    const TOLERANCE_N: f64 = 1e-11;
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {

@@ -91,7 +91,7 @@ const PINNED: &[(&str, u64)] = &[
     ("lugre, exact", 0xa3d6_645b_61b5_e7d8),
     ("lugre, implicit", 0xa5d2_fa6e_3a09_b5cd),
     ("lugre, literal", 0x6f2e_7718_aa9d_e60a),
-    ("elasto-plastic, exact", 0xdb4c_cd27_c01b_275e),
+    ("elasto-plastic, exact", 0xbf73_098a_9573_270a),
     ("elasto-plastic, implicit", 0x0d39_fdf5_07f7_62e4),
     ("elasto-plastic, literal", 0x5d67_535e_8d09_1040),
     ("salcudean-vlaar, exact", 0x41b8_5470_2c6d_0643),
