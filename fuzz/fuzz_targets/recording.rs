@@ -17,6 +17,7 @@ fuzz_target!(|bytes: &[u8]| {
         started_unix_s: 0.0,
         revision: 1,
         scene: haptic_core::Scene::paper(),
+        servo: None,
     };
     let mut file = Vec::new();
     drop(Writer::new(&mut file, &about));

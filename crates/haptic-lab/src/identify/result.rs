@@ -1,0 +1,78 @@
+//! What an identification found, and what it refused.
+
+use haptic_core::Directional;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The law to identify.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ModelKind {
+    /// Static, dynamic and viscous friction (Karnopp 1985).
+    Karnopp,
+    /// Dahl's presliding law (Dahl 1976).
+    Dahl,
+    /// LuGre (Canudas de Wit et al. 1995).
+    Lugre,
+    /// The one that predicts best, by cross-validation.
+    Auto,
+}
+
+/// 95 % interval of a parameter: lower and upper end, in the parameter's unit.
+pub type Interval = [f64; 2];
+
+/// A parameter that the record cannot determine.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refusal {
+    /// The parameter, by its name in [`Identified`].
+    pub parameter: String,
+    /// Why the record cannot determine it, with the figures.
+    pub reason: String,
+    /// What to record instead.
+    pub instead: String,
+}
+
+/// What was found. A parameter that was refused, or that the model has not, is absent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identified {
+    /// The model that was fitted; never `auto`.
+    pub model: ModelKind,
+    /// Mass, kg.
+    pub mass_kg: Option<f64>,
+    /// Dynamic (Coulomb) friction by direction of motion, N (> 0).
+    #[serde(rename = "dynamic_force_N")]
+    pub dynamic_force_n: Option<Directional>,
+    /// Viscous friction by direction of motion, N s/m.
+    #[serde(rename = "viscous_Ns_per_m")]
+    pub viscous_ns_per_m: Option<Directional>,
+    /// Static friction by direction of motion, N (> 0).
+    #[serde(rename = "static_force_N")]
+    pub static_force_n: Option<Directional>,
+    /// Constant force, N: what the sensor's zero or an incline adds.
+    #[serde(rename = "offset_N")]
+    pub offset_n: Option<f64>,
+    /// Presliding stiffness at zero deflection, N/m.
+    #[serde(rename = "stiffness_N_per_m")]
+    pub stiffness_n_per_m: Option<f64>,
+    /// Exponent of Dahl's law.
+    pub exponent: Option<f64>,
+    /// Stribeck velocity, m/s (LuGre).
+    pub stribeck_velocity_mps: Option<f64>,
+    /// Bristle damping, N s/m (LuGre).
+    #[serde(rename = "bristle_damping_Ns_per_m")]
+    pub bristle_damping_ns_per_m: Option<f64>,
+    /// Root mean square of the force that the fit leaves, N.
+    #[serde(rename = "residual_rms_N")]
+    pub residual_rms_n: f64,
+    /// 95 % intervals, by the parameter's name in this object; of a parameter with two directions, `NAME.positive`
+    /// and `NAME.negative`.
+    pub intervals: BTreeMap<String, Interval>,
+    /// What the record cannot determine.
+    pub refused: Vec<Refusal>,
+    /// How much the position's clock was found to be behind the force's, s.
+    pub shift_s: f64,
+    /// Why this model, where it was chosen.
+    pub chosen_because: Option<String>,
+    /// Remarks for people.
+    pub notes: Vec<String>,
+}
