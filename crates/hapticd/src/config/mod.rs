@@ -319,6 +319,7 @@ mod tests {
     fn a_bad_option_is_refused_by_its_name_value_limit_and_unit() {
         for (arguments, parts) in [
             (vec!["--rate", "50"], vec!["rate", "50", "100", "20000", "Hz"]),
+            (vec!["--rate", "-2e-5"], vec!["rate", "-0.00002", "100", "20000", "Hz"]),
             (vec!["--rate", "NaN"], vec!["rate", "NaN"]),
             (vec!["--force-limit-n", "0"], vec!["force-limit-n", "0", "0.1", "N"]),
             (vec!["--rig-mass-kg", "-1"], vec!["rig-mass-kg", "-1", "kg"]),
@@ -332,12 +333,10 @@ mod tests {
             (vec!["--hand", "file:/nowhere.csv"], vec!["/nowhere.csv"]),
             (vec!["--scene", "/nowhere.toml"], vec!["/nowhere.toml"]),
         ] {
-            let arguments = [vec!["--device", "fake"], arguments].concat();
-            // A negative value needs its `=`.
-            let joined: Vec<String> = arguments.chunks(2).map(|pair| pair.join("=")).collect();
-            let parsed =
-                Options::try_parse_from(std::iter::once("hapticd".to_owned()).chain(joined)).expect("it parses");
-            let message = parsed.resolve().expect_err("it is refused").to_string();
+            let message = options(&[vec!["--device", "fake"], arguments].concat())
+                .resolve()
+                .expect_err("it is refused")
+                .to_string();
             for part in parts {
                 assert!(message.contains(part), "{message} lacks {part}");
             }

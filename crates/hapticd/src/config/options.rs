@@ -66,11 +66,11 @@ pub(crate) struct Options {
     pub(super) watch_socket: Option<PathBuf>,
 
     /// Rate of the loop, Hz, from 100 to 20000 [default: 1000]
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
     pub(super) rate: Option<f64>,
 
     /// Processor for the real-time thread [default: the last one, where there are several]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub(super) cpu: Option<usize>,
 
     /// Scheduling of the real-time thread: `fifo`, or `deadline`, which guarantees it half of every
@@ -79,13 +79,13 @@ pub(crate) struct Options {
     pub(super) policy: Option<PolicyName>,
 
     /// SCHED_FIFO priority of the real-time thread, from 1 to 99 [default: 80]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub(super) priority: Option<i64>,
 
     /// Wake up this long before each tick and spin until it is due, us, from 0 to 1000; at most
     /// half a period [default: 100 where the thread has a priority and a processor of its own, else
     /// 0]
-    #[arg(long, value_name = "US", allow_negative_numbers = true)]
+    #[arg(long, value_name = "US", allow_hyphen_values = true)]
     pub(super) spin_us: Option<f64>,
 
     /// Keep the processors out of deep sleep, from which they wake up late; costs power [default:
@@ -133,40 +133,40 @@ pub(crate) struct Options {
     pub(super) velocity: Option<Named<Method>>,
 
     /// Largest force on the hand, N, from 0.1 to 1000; a larger force is clamped [default: 20]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub(super) force_limit_n: Option<f64>,
 
     /// Fastest change of the force on the hand, N/s, from 10 to 1000000000; a fall to zero is not
     /// limited [default: 5000]
-    #[arg(long, value_name = "N/S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N/S", allow_hyphen_values = true)]
     pub(super) slew_limit_n_per_s: Option<f64>,
 
     /// Speed of the device at which the force is taken away, m/s, from 0.01 to 100 [default: 5]
-    #[arg(long, value_name = "M/S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M/S", allow_hyphen_values = true)]
     pub(super) speed_limit_mps: Option<f64>,
 
     /// Acceleration of the device that counts as a jump of its encoder and takes the force away,
     /// m/s^2, from 10 to 1000000 [default: 2000]
-    #[arg(long, value_name = "M/S^2", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M/S^2", allow_hyphen_values = true)]
     pub(super) acceleration_limit_mps2: Option<f64>,
 
     /// Largest force of passivity control, which takes out the energy that the sampled loop
     /// creates, N, from 0 to 100; 0 only observes [default: 0]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub(super) passivity_control_n: Option<f64>,
 
     /// Duration of engaging and releasing, ms, from 1 to 10000 [default: 200]
-    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MS", allow_hyphen_values = true)]
     pub(super) ramp_ms: Option<f64>,
 
     /// Time without a new sample of the device, or without a tick of the loop, at which the force
     /// is taken away, ms, from 1 to 1000 [default: 20; 500 in the demo]
-    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MS", allow_hyphen_values = true)]
     pub(super) stale_ms: Option<f64>,
 
     /// Time without a beat of the control thread, which hears stops, at which the rig is released,
     /// ms, from 50 to 10000 [default: 250]
-    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    #[arg(long, value_name = "MS", allow_hyphen_values = true)]
     pub(super) control_timeout_ms: Option<f64>,
 
     /// Stop button of the rig, by its number from 1 to 8: zero force until a reset [default: none]
@@ -180,11 +180,11 @@ pub(crate) struct Options {
 
     /// Coulomb friction of the rig itself, N, which helps to keep it stable [default: 0.8 on the
     /// fake rig, else 0]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
     pub(super) rig_friction_n: Option<f64>,
 
     /// Viscous damping of the rig itself, N s/m [default: 0]
-    #[arg(long, value_name = "NS/M", allow_negative_numbers = true)]
+    #[arg(long, value_name = "NS/M", allow_hyphen_values = true)]
     pub(super) rig_damping_ns_per_m: Option<f64>,
 
     /// Hand on the fake rig: `sine` moves the handle to and fro, `arm` pulls it likewise through a
@@ -194,20 +194,15 @@ pub(crate) struct Options {
     pub(super) hand: Option<Named<HandName>>,
 
     /// Amplitude of a sine hand, m [default: 0.03]
-    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_hyphen_values = true)]
     pub(super) hand_amplitude_m: Option<f64>,
 
     /// Frequency of a sine hand, Hz [default: 0.5]
-    #[arg(long, value_name = "HZ", help_heading = "Fake rig", allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", help_heading = "Fake rig", allow_hyphen_values = true)]
     pub(super) hand_frequency_hz: Option<f64>,
 
     /// Factor on the positions of a recorded motion [default: 1]
-    #[arg(
-        long,
-        value_name = "FACTOR",
-        help_heading = "Fake rig",
-        allow_negative_numbers = true
-    )]
+    #[arg(long, value_name = "FACTOR", help_heading = "Fake rig", allow_hyphen_values = true)]
     pub(super) hand_scale: Option<f64>,
 
     /// Behaviour after the end of a recorded motion: `hold` the last position, or `loop` [default:
@@ -216,19 +211,19 @@ pub(crate) struct Options {
     pub(super) hand_after_end: Option<AfterEndName>,
 
     /// Stiffness of the arm, N/m [default: 500]
-    #[arg(long, value_name = "N/M", help_heading = "Fake rig", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N/M", help_heading = "Fake rig", allow_hyphen_values = true)]
     pub(super) arm_stiffness_n_per_m: Option<f64>,
 
     /// Damping of the arm, N s/m [default: 5]
-    #[arg(long, value_name = "NS/M", help_heading = "Fake rig", allow_negative_numbers = true)]
+    #[arg(long, value_name = "NS/M", help_heading = "Fake rig", allow_hyphen_values = true)]
     pub(super) arm_damping_ns_per_m: Option<f64>,
 
     /// Mass of the fake rig's moving part, kg [default: 1.4]
-    #[arg(long, value_name = "KG", help_heading = "Fake rig", allow_negative_numbers = true)]
+    #[arg(long, value_name = "KG", help_heading = "Fake rig", allow_hyphen_values = true)]
     pub(super) rig_mass_kg: Option<f64>,
 
     /// Distance between two counts of the fake encoder, m; 0 for a perfect one [default: 0.00001]
-    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_negative_numbers = true)]
+    #[arg(long, value_name = "M", help_heading = "Fake rig", allow_hyphen_values = true)]
     pub(super) encoder_resolution_m: Option<f64>,
 }
 

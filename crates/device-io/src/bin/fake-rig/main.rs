@@ -46,7 +46,7 @@ struct Options {
     buttons: u8,
 
     /// Drift of the device's clock, parts in a million, positive if it is fast
-    #[arg(long, value_name = "PPM", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "PPM", default_value_t = 0.0, allow_hyphen_values = true)]
     clock_ppm: f64,
 
     /// Name of the firmware, up to 24 letters [default: the fake rig's own, which counts as
