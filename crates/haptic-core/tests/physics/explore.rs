@@ -1,5 +1,6 @@
 //! Scenes of every law, and a hand that explores them.
 
+use crate::random::Random;
 use haptic_core::friction::{Friction, LAWS};
 use haptic_core::scene::{Block, Coupling};
 use haptic_core::{ParameterKey, Renderer, Scene, Scheme};
@@ -37,7 +38,7 @@ pub(crate) fn renderer(scene: &Scene) -> Renderer {
 /// A hand that explores, at irregular times: time passed (s), position (m) and velocity (m/s). Made
 /// of sums and products alone.
 pub(crate) struct Hand {
-    random: u64,
+    random: Random,
     wanted: f64,
     position: f64,
     velocity: f64,
@@ -46,19 +47,11 @@ pub(crate) struct Hand {
 impl Hand {
     pub(crate) fn new() -> Self {
         Self {
-            random: 88_172_645_463_325_252,
+            random: Random(88_172_645_463_325_252),
             wanted: 0.0,
             position: 0.0,
             velocity: 0.0,
         }
-    }
-
-    /// From 0 to 1, by Marsaglia's xorshift.
-    fn share(&mut self) -> f64 {
-        self.random ^= self.random << 13;
-        self.random ^= self.random >> 7;
-        self.random ^= self.random << 17;
-        f64::from(u32::try_from(self.random >> 32).expect("32 bits")) / f64::from(u32::MAX)
     }
 
     /// The next sample: time passed, position and velocity.
@@ -66,11 +59,11 @@ impl Hand {
         let elapsed = match tick % 400 {
             399 => 0.004,
             n if n < 200 => 0.001,
-            _ => 0.001 * (0.7 + 0.6 * self.share()),
+            _ => 0.001 * (0.7 + 0.6 * self.random.share()),
         };
         if tick.is_multiple_of(70) {
             // Slow and fast strokes, and rests.
-            let share = self.share() - 0.5;
+            let share = self.random.share() - 0.5;
             self.wanted = if tick.is_multiple_of(5 * 70) {
                 0.0
             } else {

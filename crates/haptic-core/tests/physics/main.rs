@@ -6,6 +6,8 @@ mod invariants;
 mod laws;
 mod no_subnormals;
 mod on_device;
+mod random;
+mod random_laws;
 mod reference;
 mod same_everywhere;
 mod schemes;

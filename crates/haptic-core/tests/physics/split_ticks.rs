@@ -6,6 +6,7 @@
 //! takes `K p + B v`.
 
 use crate::explore::T;
+use crate::random::Random;
 use haptic_core::block::{BlockState, Contact, EventSink};
 use haptic_core::friction::{
     Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
@@ -19,42 +20,15 @@ const TOLERANCE_N: f64 = 1e-9;
 const TOLERANCE_J: f64 = 1e-11;
 const PARTS: u32 = 10;
 
-/// Numbers at random, by Marsaglia's xorshift.
-struct Random(u64);
-
-impl Random {
-    fn share(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        f64::from(u32::try_from(self.0 >> 32).expect("32 bits")) / f64::from(u32::MAX)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.share()
-    }
-
-    fn decades(&mut self, low: f64, high: f64) -> f64 {
-        low * (high / low).powf(self.share())
-    }
-
-    fn one_of<X: Copy>(&mut self, choices: &[X]) -> X {
-        let count = u32::try_from(choices.len()).expect("a few");
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below the count")]
-        let index = (self.share() * f64::from(count)).floor() as usize;
-        choices[index.min(choices.len() - 1)]
-    }
-
-    /// A limit, mostly the same either way, now and then none one way.
-    fn limit(&mut self) -> Directional {
-        let positive = self.decades(0.3, 10.0);
-        let negative = match self.share() {
-            x if x < 0.6 => positive,
-            x if x < 0.95 => self.decades(0.3, 10.0),
-            _ => 0.0,
-        };
-        Directional { positive, negative }
-    }
+/// A limit, mostly the same either way, now and then none one way.
+fn limit(random: &mut Random) -> Directional {
+    let positive = random.decades(0.3, 10.0);
+    let negative = match random.share() {
+        x if x < 0.6 => positive,
+        x if x < 0.95 => random.decades(0.3, 10.0),
+        _ => 0.0,
+    };
+    Directional { positive, negative }
 }
 
 const LAWS: [&str; 12] = [
@@ -74,7 +48,7 @@ const LAWS: [&str; 12] = [
 
 /// A law with parameters at random.
 fn law(name: &str, random: &mut Random) -> Friction {
-    let dynamic_force = random.limit();
+    let dynamic_force = limit(random);
     let above = random.between(1.0, 2.0);
     let static_force = Directional {
         positive: above * dynamic_force.positive,
