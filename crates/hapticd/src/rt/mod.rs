@@ -14,6 +14,8 @@ pub(crate) mod lateness;
 #[cfg(all(test, feature = "loom", not(miri)))]
 mod model;
 pub(crate) mod outbox;
+#[cfg(all(test, target_os = "linux", not(miri)))]
+mod panic_tests;
 pub(crate) mod privileges;
 #[cfg(all(test, target_os = "linux", not(miri)))]
 mod purity_tests;

@@ -11,7 +11,7 @@ use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
 use crate::rt::lateness::{LatePolicy, Lateness};
 use crate::rt::outbox::{self, TickRecord};
-use crate::rt::thread::{self, End, FinalZero, RunningLoop};
+use crate::rt::thread::{self, RunningLoop};
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::{Tick, tests::servo};
 use device_io::fake::{FakeRig, Firmware, FirmwareProperties, Hand, Motion, RigProperties, Terminal};
@@ -240,7 +240,12 @@ fn scenes() -> Vec<Scene> {
 }
 
 /// Starts the loop as the daemon does, at an ordinary rate.
-fn start(device: Box<dyn Device>, shared: &Arc<Shared>, scene: &Scene, producer: outbox::Producer) -> RunningLoop {
+pub(super) fn start(
+    device: Box<dyn Device>,
+    shared: &Arc<Shared>,
+    scene: &Scene,
+    producer: outbox::Producer,
+) -> RunningLoop {
     let tick = Tick::new(
         device,
         Arc::clone(shared),
@@ -276,7 +281,7 @@ fn the_loop_allocates_nothing_frees_nothing_and_only_sleeps() {
     assert!(connections > 1, "it was never unplugged");
 }
 
-fn hand() -> Hand {
+pub(super) fn hand() -> Hand {
     Hand::Prescribed(Motion::Sine {
         amplitude_m: 0.03,
         frequency_hz: 1.0,
@@ -476,87 +481,4 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     } else {
         test_run::skip("seccomp", "a kernel with it");
     }
-}
-
-/// A rig that panics while force flows.
-struct Panicking {
-    rig: FakeRig,
-    reads: u64,
-    written: Arc<AtomicU64>,
-    panicked_at: Arc<AtomicU64>,
-    /// Commands after the panic that its link has no room for.
-    refusals: u64,
-}
-
-impl Device for Panicking {
-    fn description(&self) -> String {
-        self.rig.description()
-    }
-
-    fn resolution_m(&self) -> f64 {
-        self.rig.resolution_m()
-    }
-
-    fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
-        self.reads += 1;
-        let force_n = f64::from_bits(self.written.load(SeqCst));
-        if self.reads > 50 && force_n != 0.0 {
-            self.panicked_at.store(self.reads, SeqCst);
-            panic!("planted, with {force_n} N on the hand");
-        }
-        self.rig.read(now_ns)
-    }
-
-    fn write(&mut self, force_n: f64, _enabled: bool) -> Result<Written, DeviceError> {
-        if self.panicked_at.load(SeqCst) > 0 && self.refusals > 0 {
-            self.refusals -= 1;
-            return Ok(Written::Later);
-        }
-        self.written.store(force_n.to_bits(), SeqCst);
-        Ok(Written::Taken)
-    }
-}
-
-/// Has the loop panic with force on the hand, on a link that then has no room for so many commands.
-/// How it ended, and what was written last, N.
-fn panic_with_force(refusals: u64) -> (End, f64) {
-    let shared = Arc::new(Shared::new());
-    let (written, panicked_at) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicU64::new(0)));
-    let device: Box<dyn Device> = Box::new(Panicking {
-        rig: FakeRig::new(RigProperties::default(), hand()),
-        reads: 0,
-        written: Arc::clone(&written),
-        panicked_at: Arc::clone(&panicked_at),
-        refusals,
-    });
-    shared.send(1, Command::Engage, 0);
-    thread::keep_panics();
-    let mut running = start(device, &shared, &Scene::paper(), outbox::outbox().0);
-    let began = Instant::now();
-    // What is written after the panic is the last word.
-    while panicked_at.load(SeqCst) == 0 {
-        assert!(began.elapsed().as_secs() < 30, "there was no force");
-        std::thread::yield_now();
-    }
-    let end = running.end().expect("it ends");
-    (end, f64::from_bits(written.load(SeqCst)))
-}
-
-#[test]
-fn the_last_command_of_a_loop_that_panics_is_zero_force() {
-    let (End { panic, final_zero }, written_n) = panic_with_force(3);
-    assert_eq!((final_zero, written_n), (FinalZero::Taken, 0.0));
-    let message = panic.expect("it panicked").to_string();
-    assert!(message.contains("purity_tests.rs:"), "{message}");
-    assert!(
-        message.contains("planted, with ") && message.ends_with(" N on the hand"),
-        "{message}"
-    );
-}
-
-#[test]
-fn a_final_zero_that_the_device_does_not_take_is_told() {
-    let (End { panic, final_zero }, written_n) = panic_with_force(u64::MAX);
-    assert!(panic.is_some() && written_n != 0.0);
-    assert_eq!(final_zero, FinalZero::NotTaken);
 }
