@@ -136,9 +136,9 @@ impl Start {
                     )*
                 };
             }
-            add_orders!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
+            add_orders!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19);
             let last_sizes = &growing.sizes[ORDER + 1 - R::LOOK_BACK..];
-            let reach = law.caution() * self.reach(last_sizes, R::TOLERANCE_N);
+            let reach = law.caution() * self.reach(last_sizes, law.tolerance_n());
             expansion.end = reach.min(LONGEST);
         }
         let Newest { distance, speed } = growing.newest;
@@ -168,7 +168,7 @@ impl Start {
             speed: (share * inverse_mass) * force,
         };
         growing.sizes[N + 1] = self.held.impedance * growing.newest.speed.abs() + law.next_size();
-        N + 1 >= R::FEWEST_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < 0.25 * R::TOLERANCE_N
+        N + 1 >= R::FEWEST_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < 0.25 * law.tolerance_n()
     }
 
     /// How far a series reaches whose last coefficients have these sizes, N, until what it leaves

@@ -33,8 +33,11 @@ struct OnCurve {
 impl Recurrence for OnCurve {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
     const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
-    // A slide that sets off against falling friction runs away: an error grows a hundredfold.
-    const TOLERANCE_N: f64 = 1e-12;
+
+    fn tolerance_n(&self) -> f64 {
+        // A slide that sets off against falling friction runs away: an error grows a hundredfold.
+        1e-12
+    }
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {

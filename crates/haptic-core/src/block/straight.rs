@@ -8,7 +8,7 @@ use super::expansion::{Piece, Start};
 use super::fall::{FallLevel, SlideEnd, first_fall, passes};
 use super::oscillator::{Motion, Oscillator};
 use crate::contact::{Line, StraightContact, Stroke};
-use crate::series::{Newest, Path, RECIPROCAL, Recurrence};
+use crate::series::{FINE_TOLERANCE_N, Newest, Path, RECIPROCAL, Recurrence};
 
 /// Half-turns of the oscillation that a piece may have.
 const HALF_TURNS: f64 = 8.0;
@@ -40,6 +40,10 @@ struct LineSeries {
 impl Recurrence for LineSeries {
     const LOOK_BACK: usize = 2;
     const FEWEST_ORDERS: usize = 4;
+
+    fn tolerance_n(&self) -> f64 {
+        FINE_TOLERANCE_N
+    }
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {

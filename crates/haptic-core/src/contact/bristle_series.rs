@@ -78,16 +78,19 @@ pub(crate) struct TowardsLimit {
     pub(crate) bristle: BristleForce,
     inverse_limit: f64,
     rest: Series,
+    tolerance_n: f64,
 }
 
 impl TowardsLimit {
-    pub(crate) fn new(bristle: BristleForce, limit: f64) -> Self {
+    /// `tolerance_n` is what the series may leave out, N.
+    pub(crate) fn new(bristle: BristleForce, limit: f64, tolerance_n: f64) -> Self {
         let mut rest = Series::ZERO;
         rest.set(0, 1.0 - bristle.get(0) / limit);
         Self {
             bristle,
             inverse_limit: 1.0 / limit,
             rest,
+            tolerance_n,
         }
     }
 }
@@ -95,6 +98,10 @@ impl TowardsLimit {
 impl Recurrence for TowardsLimit {
     const LOOK_BACK: usize = 2;
     const FEWEST_ORDERS: usize = 4;
+
+    fn tolerance_n(&self) -> f64 {
+        self.tolerance_n
+    }
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
@@ -167,11 +174,17 @@ pub(crate) const LOOK_BACK_ON_CURVE: usize = 6;
 pub(crate) struct UnderCurve {
     pub(crate) bristle: BristleForce,
     pub(crate) ratio: RatioSeries,
+    /// What the series may leave out, N.
+    pub(crate) tolerance_n: f64,
 }
 
 impl Recurrence for UnderCurve {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
     const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
+
+    fn tolerance_n(&self) -> f64 {
+        self.tolerance_n
+    }
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {

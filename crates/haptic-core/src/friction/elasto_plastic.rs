@@ -22,7 +22,7 @@ use crate::directional::Directional;
 use crate::math::{cos, sin_cos};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner};
+use crate::series::{FINE_TOLERANCE_N, Newest, Path, RECIPROCAL, Recurrence, Series, inner};
 use alloc::boxed::Box;
 use core::f64::consts::PI;
 
@@ -228,7 +228,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
         let bristle = BristleForce::new(self.stiffness, self.damping, along);
         let viscous = self.viscous.get(direction);
         if along >= kinetic * (1.0 - 0.5 * BAND) {
-            let mut series = TowardsLimit::new(bristle, kinetic);
+            let mut series = TowardsLimit::new(bristle, kinetic, FINE_TOLERANCE_N);
             let mut expansion = start.expand(viscous, &mut series);
             let speed = expansion.falls_to(falls_to).then_some(falls_to);
             return self.bend(start, &expansion, speed, &series.bristle);
@@ -272,7 +272,11 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
             (piece, stops, sticks || slides, series.bristle)
         } else {
             let ratio = RatioSeries::new(kinetic, Some((fall, above)));
-            let mut series = UnderCurve { bristle, ratio };
+            let mut series = UnderCurve {
+                bristle,
+                ratio,
+                tolerance_n: FINE_TOLERANCE_N,
+            };
             let mut piece = start.expand(viscous, &mut series);
             let stops = piece.falls_to(0.0);
             let ratios = &series.ratio.ratio;
@@ -293,6 +297,10 @@ struct StretchSeries {
 impl Recurrence for StretchSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
     const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
+
+    fn tolerance_n(&self) -> f64 {
+        FINE_TOLERANCE_N
+    }
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
@@ -365,6 +373,10 @@ impl DelayedSeries {
 impl Recurrence for DelayedSeries {
     const LOOK_BACK: usize = LOOK_BACK_ON_CURVE;
     const FEWEST_ORDERS: usize = FEWEST_ON_CURVE;
+
+    fn tolerance_n(&self) -> f64 {
+        FINE_TOLERANCE_N
+    }
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {

@@ -21,6 +21,7 @@ use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
+use crate::series::USUAL_TOLERANCE_N;
 use alloc::boxed::Box;
 
 /// LuGre friction.
@@ -167,7 +168,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, FullPlasticity> {
             None if self.is_settled(along, kinetic) => self.slide(start, falls_to),
             None => {
                 let bristle = BristleForce::new(self.stiffness, self.damping, along);
-                let mut series = TowardsLimit::new(bristle, kinetic);
+                let mut series = TowardsLimit::new(bristle, kinetic, USUAL_TOLERANCE_N);
                 let mut expansion = start.expand(self.viscous.get(direction), &mut series);
                 let speed = expansion.falls_to(falls_to).then_some(falls_to);
                 self.bend(start, &expansion, speed, &series.bristle)
@@ -175,7 +176,11 @@ impl<L: Level> PiecewiseContact for Bristle<L, FullPlasticity> {
             Some(fall) => {
                 let bristle = BristleForce::new(self.stiffness, self.damping, along);
                 let ratio = RatioSeries::new(kinetic, Some((&fall, fall.at(start.speed))));
-                let mut series = UnderCurve { bristle, ratio };
+                let mut series = UnderCurve {
+                    bristle,
+                    ratio,
+                    tolerance_n: USUAL_TOLERANCE_N,
+                };
                 let mut expansion = start.expand(self.viscous.get(direction), &mut series);
                 let speed = expansion.falls_to(0.0).then_some(0.0);
                 self.bend(start, &expansion, speed, &series.bristle)

@@ -14,7 +14,7 @@ mod roots;
 pub(crate) use roots::first_root;
 
 /// Order up to which a series is kept.
-pub(crate) const ORDER: usize = 16;
+pub(crate) const ORDER: usize = 20;
 
 /// Coefficients of a series.
 const ROOM: usize = ORDER + 1;
@@ -142,6 +142,11 @@ pub(crate) struct Newest {
     pub(crate) speed: f64,
 }
 
+/// What a series leaves out where its law makes no more of it later, N.
+pub(crate) const USUAL_TOLERANCE_N: f64 = 6e-10;
+/// And where it does: the border of a regime or the speed at which a slide sets off moves with it.
+pub(crate) const FINE_TOLERANCE_N: f64 = 1.5e-11;
+
 /// A law in one of its regimes, for one piece: how its friction follows from the motion, order by
 /// order.
 pub(crate) trait Recurrence {
@@ -149,9 +154,12 @@ pub(crate) trait Recurrence {
     const LOOK_BACK: usize;
     /// Orders that a series has at least before small coefficients are believed to be the last.
     const FEWEST_ORDERS: usize;
+
     /// What a series leaves out, N in the coupling or in the contact. It bounds the error of a
     /// piece; that of a tick is about as much, since what is left out falls off fast.
-    const TOLERANCE_N: f64 = 3e-11;
+    fn tolerance_n(&self) -> f64 {
+        USUAL_TOLERANCE_N
+    }
 
     /// Share taken of the length that the last coefficients promise.
     fn caution(&self) -> f64 {
@@ -191,7 +199,7 @@ mod tests {
     fn a_product_is_its_two_newest_terms_and_the_inner_sum() {
         let number = |k: i32| f64::from(k);
         let (a, b) = (|k| 1.0 + number(k), |k| 2.0 - 0.25 * number(k * k));
-        check_orders!(a, b, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16);
+        check_orders!(a, b, 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20);
     }
 
     #[test]
