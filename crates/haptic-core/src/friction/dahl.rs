@@ -26,8 +26,11 @@ use crate::flush::flush;
 use crate::math::{exp, exp_m1, ln_1p, powf};
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::{USUAL_TOLERANCE_N, integral_of_product};
+use crate::series::integral_of_product;
 use alloc::boxed::Box;
+
+/// What a series may leave out, N: under a slow hand the pieces of a light block add up.
+const TOLERANCE_N: f64 = 6e-11;
 
 /// Dahl friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -254,7 +257,7 @@ impl DahlContact {
     fn yield_exponentially(&mut self, start: &Start) -> Piece {
         let (limit, sign) = (self.law.dynamic_force.get(start.direction), start.direction.sign());
         let bristle = BristleForce::new(self.law.contact_stiffness, 0.0, sign * self.force);
-        let mut series = TowardsLimit::new(bristle, limit, USUAL_TOLERANCE_N);
+        let mut series = TowardsLimit::new(bristle, limit, TOLERANCE_N);
         let mut expansion = start.expand(self.law.viscous.get(start.direction), &mut series);
         let speed = expansion.falls_to(0.0).then_some(0.0);
         let bristle = &series.bristle;

@@ -145,7 +145,7 @@ pub(crate) struct Newest {
 /// What a series leaves out where its law makes no more of it later, N.
 pub(crate) const USUAL_TOLERANCE_N: f64 = 6e-10;
 /// And where it does: the border of a regime or the speed at which a slide sets off moves with it.
-pub(crate) const FINE_TOLERANCE_N: f64 = 1.5e-11;
+pub(crate) const FINE_TOLERANCE_N: f64 = 2e-11;
 
 /// A law in one of its regimes, for one piece: how its friction follows from the motion, order by
 /// order.
