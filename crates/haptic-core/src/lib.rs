@@ -24,6 +24,7 @@
 //!   is identified.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before
 //!   the motor, and [`passivity`] watches the energy that sampling makes.
+//! * [`rig_friction`] is what the rig itself takes from every motion.
 //!
 //! # Units and signs
 //! SI units throughout. Positive position, velocity and force point the same way along the device
@@ -58,6 +59,7 @@ pub mod position_guard;
 pub mod pulse;
 mod render;
 mod renderer;
+pub mod rig_friction;
 pub mod sample;
 pub mod sample_clock;
 pub mod scene;

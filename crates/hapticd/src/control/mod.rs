@@ -23,6 +23,8 @@ mod peer;
 mod presence;
 mod requester;
 mod rig;
+mod rig_files;
+pub(crate) mod rig_friction;
 pub(crate) mod server;
 mod session;
 pub(crate) mod socket;

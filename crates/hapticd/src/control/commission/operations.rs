@@ -10,11 +10,11 @@ use crate::control::admission::{self, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
+use crate::control::rig_files::Origin;
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
 use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, LONGEST_COMMISSION_LEASE_MS, RigState, WireError};
 use std::rc::Rc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Default duration of a pulse, ms.
 const USUAL_PULSE_MS: f64 = 200.0;
@@ -206,17 +206,11 @@ pub(in crate::control) async fn store(
             return Err(WireError::new(ErrorCode::WrongState, message).about("force_N"));
         }
     }
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let record = Record {
-        rig: device.rig.key,
-        firmware: device.firmware,
-        reversed: device.rig.reversed,
-        resolution_m: device.resolution_m,
+        origin: Origin::now(&device, by.peer),
         step_m: found.step_m,
         range_m,
         friction_n,
-        time_unix_s: now.as_secs_f64(),
-        by: by.peer.to_string(),
     };
     let path = rig.records().store(&rig.facts.state_dir, record).await?;
     let path = path.display().to_string();

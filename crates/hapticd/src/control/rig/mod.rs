@@ -17,6 +17,7 @@ use crate::control::journal::Journal;
 use crate::control::leases::Leases;
 use crate::control::presence::Presence;
 use crate::control::rig::observed_state::ObservedState;
+use crate::control::rig_friction::RigFrictions;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
@@ -57,6 +58,7 @@ pub(crate) struct RigHandle {
     leases: Leases,
     commissioning: RefCell<Option<Commissioning>>,
     records: Records,
+    frictions: RigFrictions,
     /// The newest record that the journal has seen.
     observed: Cell<ObservedState>,
     presence: RefCell<Presence>,
@@ -83,6 +85,7 @@ impl RigHandle {
             leases: Leases::default(),
             commissioning: RefCell::new(None),
             records: Records::default(),
+            frictions: RigFrictions::default(),
             observed: Cell::new(ObservedState::default()),
             presence: RefCell::default(),
             library: WorkerPool::new("library", MOST_WORKERS),
@@ -148,6 +151,11 @@ impl RigHandle {
 
     pub(super) fn records(&self) -> &Records {
         &self.records
+    }
+
+    /// What was identified of rigs.
+    pub(super) fn frictions(&self) -> &RigFrictions {
+        &self.frictions
     }
 
     /// The state of the rig with no command under way, and a guard that keeps commands waiting.
