@@ -80,6 +80,12 @@ impl Excitation {
         self.course.duration_s() + FADE_S
     }
 
+    /// Work of the force on the handle from which on it is sure which way the motor moves it, J.
+    #[must_use]
+    pub fn sure_work_j(&self) -> f64 {
+        self.force_limit_n * self.wrong_way_limit_m
+    }
+
     /// Whether it is bounded as every excitation is. How large a force the rig may have, and how
     /// far its handle goes, is for the caller to check.
     ///
@@ -181,7 +187,7 @@ impl Follower {
             return false;
         };
         let work_j = before_j + self.force * moved;
-        let sure_j = self.excitation.force_limit_n * self.excitation.wrong_way_limit_m;
+        let sure_j = self.excitation.sure_work_j();
         self.sign = if work_j >= sure_j {
             Sign::Right
         } else {
