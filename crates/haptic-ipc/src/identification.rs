@@ -36,6 +36,9 @@ pub struct IdentificationReply {
     /// Friction that the commissioning found, N.
     #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
     pub friction_n: Option<f64>,
+    /// What is stored of the rig itself (`identify.store`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<RigFriction>,
     /// Resolution that the device reports, m.
     pub resolution_m: f64,
     /// Duration of engaging and of releasing, ms.

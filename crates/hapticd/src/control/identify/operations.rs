@@ -45,6 +45,8 @@ pub(in crate::control) async fn begin(
                        commission` find it";
         return Err(WireError::new(ErrorCode::WrongState, message).about("range_m"));
     };
+    // Read by now, so that the client is told of it.
+    rig.frictions().of(&rig.facts.state_dir, &device).await;
     let work = Work::Identification(Identification {
         range_m,
         middle_m: rig.feed().newest().map_or(0.0, |record| record.device_position),
@@ -86,6 +88,10 @@ pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<I
         middle_m: work.middle_m,
         travel_limit_m: travel_limit_m(work, position_m),
         friction_n: work.friction_n,
+        friction: rig
+            .frictions()
+            .known(current.device.connection)
+            .and_then(|known| known.identified()),
         resolution_m: current.device.resolution_m,
         ramp_ms: rig.facts.ramp.as_secs_f64() * 1e3,
         position_m,
