@@ -8,6 +8,7 @@
 //! law of `haptic_core::friction`. What a record cannot determine is refused by name, with the reason
 //! and what to record instead.
 
+pub mod cogging;
 mod grid;
 mod karnopp;
 pub mod record_file;
