@@ -13,7 +13,9 @@ mod grid;
 mod karnopp;
 pub mod record_file;
 mod result;
+mod sensor;
 mod smoothing;
+pub mod study;
 
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
