@@ -18,7 +18,7 @@ pub(super) async fn run(
     arguments: &excite::Arguments,
     options: &Options,
     whole: bool,
-) -> Result<Identified, Failure> {
+) -> Result<(Record, Identified), Failure> {
     let console = Console::new("identify --run", !arguments.asks())?;
     let mut session = Session::begin(daemon, console, arguments.range_m()).await?;
     let excited = arguments.excite(&mut session, false).await?;
@@ -30,12 +30,13 @@ pub(super) async fn run(
         offset_n: options.offset_n.or(Some(KNOWN_OFFSET_N)),
         ..options.clone()
     };
-    let identified = session
+    let (record, identified) = session
         .compute(move || {
             if let Some(rig) = &stored {
                 without_cogging(&mut record, rig);
             }
-            identify::identify(&record, &options)
+            let identified = identify::identify(&record, &options);
+            (record, identified)
         })
         .await?;
     session.end().await?;
@@ -48,7 +49,7 @@ pub(super) async fn run(
                 .to_owned(),
         ),
     }
-    Ok(found)
+    Ok((record, found))
 }
 
 /// Takes the cogging of the rig out of a record.
@@ -78,7 +79,13 @@ fn subtract(found: &mut Identified, rig: &RigFriction) {
         *value = value.map(|value| both(value, own));
     }
     for (name, interval) in &mut found.intervals {
-        let pair = |own: Directional| if name.ends_with("negative") { own.negative } else { own.positive };
+        let pair = |own: Directional| {
+            if name.ends_with("negative") {
+                own.negative
+            } else {
+                own.positive
+            }
+        };
         let own = match name.split('.').next().unwrap_or(name) {
             "mass_kg" => rig.mass,
             "dynamic_force_N" | "static_force_N" => pair(dynamic),
@@ -100,7 +107,8 @@ fn refuse_what_is_nothing(found: &mut Identified) {
     let refusal = |parameter: &str, value: f64, unit: &str| Refusal {
         parameter: parameter.to_owned(),
         reason: format!("no more than the rig's own is left: {value:.4} {unit}"),
-        instead: "a sample that is heavier or has more friction, or --whole for the rig and all that is on it".to_owned(),
+        instead: "a sample that is heavier or has more friction, or --whole for the rig and all that is on it"
+            .to_owned(),
     };
     if let Some(mass_kg) = found.mass_kg.filter(|mass_kg| *mass_kg <= 0.0) {
         found.refused.push(refusal("mass_kg", mass_kg, "kg"));
