@@ -2,6 +2,7 @@
 
 extern crate std;
 
+mod compensation;
 mod forces;
 mod script;
 mod states;
@@ -35,6 +36,7 @@ const SETTINGS: Settings = Settings {
     stale_ns: 50 * MS,
     stop_button: None,
     enable_button: None,
+    compensation: None,
 };
 
 /// Numbers that depend on nothing but where they begin.
