@@ -8,6 +8,12 @@
 //! directions over the same places tell them apart. The sweep is so slow that the mass takes nothing
 //! worth mentioning. Forces are averaged in bins of the position, by direction; the period is the one
 //! whose harmonics leave the least.
+#![expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "some hundred bins and steps"
+)]
 
 use super::Interval;
 use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
@@ -104,7 +110,8 @@ pub fn cogging(samples: &[SweepSample]) -> Result<FoundCogging, String> {
         .max_by(|a, b| amplitude(*a).total_cmp(&amplitude(*b)))
         .unwrap_or(0);
     let amplitude_n = amplitude(strongest);
-    let error_n = (variance * fitted.spread[LEVELS + 2 * strongest].max(fitted.spread[LEVELS + 2 * strongest + 1])).sqrt();
+    let error_n =
+        (variance * fitted.spread[LEVELS + 2 * strongest].max(fitted.spread[LEVELS + 2 * strongest + 1])).sqrt();
     let explained = 1.0 - fitted.left / scatter;
     if amplitude_n < SURE * error_n || explained < LEAST_EXPLAINED {
         return Err(format!(
@@ -269,7 +276,9 @@ mod tests {
     fn sweep(cogging: impl Fn(f64) -> f64) -> Vec<SweepSample> {
         let mut seed = 1_u64;
         let mut noise = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             ((seed >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 0.1
         };
         (0..8000)
