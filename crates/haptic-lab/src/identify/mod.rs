@@ -11,8 +11,11 @@
 pub mod cogging;
 mod grid;
 mod karnopp;
+pub mod record_file;
 mod result;
+mod sensor;
 mod smoothing;
+pub mod study;
 
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
@@ -45,6 +48,8 @@ pub struct Options {
     pub offset_n: Option<f64>,
     /// Whether friction may differ by direction.
     pub directions: Directions,
+    /// Largest shift between the clocks of position and force that is looked for, s.
+    pub longest_shift_s: f64,
     /// Seed of the bootstrap.
     pub seed: u64,
 }
@@ -58,6 +63,7 @@ impl Options {
             mass_kg: None,
             offset_n: None,
             directions: Directions::Auto,
+            longest_shift_s: 0.06,
             seed: 1,
         }
     }
@@ -72,7 +78,8 @@ pub enum Directions {
     /// Alike, unless the record shows otherwise.
     #[default]
     Auto,
-    /// Friction is the same in both directions; the offset takes up the difference.
+    /// Friction is the same in both directions; the offset takes up the difference. Without effect where
+    /// the offset is known.
     Alike,
     /// Friction has its own values in each direction; an unknown offset is refused.
     Separate,
