@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     whole: bool,
 
     #[command(flatten)]
-    excite: excite::Arguments,
+    excite: excite::MotionArguments,
 }
 
 impl Arguments {

@@ -34,7 +34,7 @@ struct CoggingFinding {
     amplitude_interval_n: identify::Interval,
 }
 
-pub(super) async fn run(daemon: &mut Daemon, arguments: &excite::Arguments, json: bool) -> Result<(), Failure> {
+pub(super) async fn run(daemon: &mut Daemon, arguments: &excite::MotionArguments, json: bool) -> Result<(), Failure> {
     let console = Console::new("identify --rig", !arguments.asks())?;
     let mut session = Session::begin(daemon, console, arguments.range_m()).await?;
     session.say("This measures the rig itself: nothing but the handle may be fixed to it.");

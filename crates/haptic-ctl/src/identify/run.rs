@@ -15,7 +15,7 @@ const KNOWN_OFFSET_N: f64 = 0.0;
 /// Moves the rig and identifies what is on it; `whole` keeps the rig's own part in the result.
 pub(super) async fn run(
     daemon: &mut Daemon,
-    arguments: &excite::Arguments,
+    arguments: &excite::MotionArguments,
     options: &Options,
     whole: bool,
 ) -> Result<Identified, Failure> {
