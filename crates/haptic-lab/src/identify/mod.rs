@@ -13,12 +13,15 @@ mod grid;
 mod karnopp;
 pub mod record_file;
 mod result;
+mod scene;
 mod sensor;
 mod smoothing;
 pub mod study;
 
+pub use karnopp::fitted;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
+pub use scene::IdentifiedScene;
 use thiserror::Error;
 
 /// A record to identify from: samples of one clock, with the force that drives the moving mass.

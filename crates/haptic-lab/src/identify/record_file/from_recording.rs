@@ -3,6 +3,7 @@
 use super::{Loaded, MovingMass, RecordFileError, Source};
 use crate::identify::Record;
 use crate::recording;
+use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
 use std::fs::File;
 use std::io::Read;
@@ -21,6 +22,14 @@ pub(super) fn is_recording(path: &Path) -> Result<bool, RecordFileError> {
             source,
         })?;
     Ok(BEGINNINGS.iter().any(|each| beginning.starts_with(each)))
+}
+
+fn is_excited(row: &Sample) -> bool {
+    InputWord {
+        flags: row.input_flags,
+        ..InputWord::default()
+    }
+    .is_motion()
 }
 
 /// Reads the longest stretch under one scene.
