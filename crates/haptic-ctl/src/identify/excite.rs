@@ -1,9 +1,9 @@
 //! The motions of an identification, one after another, and what the person agrees to before.
 
-use super::plan::Bounds;
 use super::session::Session;
 use crate::failure::Failure;
 use haptic_ipc::{ExcitationEnd, ExcitationReport};
+use haptic_lab::identify::plan::Bounds;
 use std::path::PathBuf;
 
 /// Share of its amplitude with which a chirp is repeated that the handle could not follow, and how

@@ -1,7 +1,6 @@
 //! `identify`: finds mass and friction of what the rig's own motor moves.
 
 mod excite;
-mod plan;
 mod rig;
 mod run;
 mod session;
@@ -27,6 +26,11 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "run")]
     whole: bool,
 
+    /// The device reports the same position at the same place after every start: cogging that --rig
+    /// finds can then be compensated
+    #[arg(long, requires = "rig")]
+    absolute_position: bool,
+
     #[command(flatten)]
     excite: excite::MotionArguments,
 }
@@ -39,7 +43,7 @@ impl Arguments {
 
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
     if arguments.rig {
-        return rig::run(daemon, &arguments.excite, json).await;
+        return rig::run(daemon, &arguments.excite, arguments.absolute_position, json).await;
     }
     let options = Options::new(ModelKind::Karnopp);
     let found = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;

@@ -7,7 +7,8 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_core::Directional;
 use haptic_core::rig_friction::RigFriction;
-use haptic_lab::identify::{self, Identified, Options, Record, Refusal};
+use haptic_lab::identify::rig_itself::without_cogging;
+use haptic_lab::identify::{self, Identified, Options, Refusal};
 
 /// What is known of a force that is the motor's command: it has no zero to be off.
 const KNOWN_OFFSET_N: f64 = 0.0;
@@ -32,8 +33,8 @@ pub(super) async fn run(
     };
     let identified = session
         .compute(move || {
-            if let Some(rig) = &stored {
-                without_cogging(&mut record, rig);
+            if let Some(cogging) = stored.and_then(|rig| rig.cogging) {
+                without_cogging(&mut record, &cogging);
             }
             identify::identify(&record, &options)
         })
@@ -49,14 +50,6 @@ pub(super) async fn run(
         ),
     }
     Ok(found)
-}
-
-/// Takes the cogging of the rig out of a record.
-pub(super) fn without_cogging(record: &mut Record, rig: &RigFriction) {
-    let Some(cogging) = &rig.cogging else { return };
-    for (force_n, position_m) in record.force_n.iter_mut().zip(&record.position_m) {
-        *force_n -= cogging.force(*position_m);
-    }
 }
 
 /// Takes the rig's own mass and friction out of what was identified. The static limits lose the rig's
@@ -133,7 +126,6 @@ fn refuse_what_is_nothing(found: &mut Identified) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
     use haptic_lab::identify::ModelKind;
 
     const RIG: RigFriction = RigFriction {
@@ -184,27 +176,5 @@ mod tests {
         subtract(&mut nothing, &RIG);
         assert_eq!((nothing.mass_kg, nothing.intervals.get("mass_kg")), (None, None));
         assert_eq!(nothing.refused[0].parameter, "mass_kg");
-    }
-
-    #[test]
-    fn cogging_is_taken_out_by_the_position() {
-        let mut harmonics = [Harmonic::default(); COGGING_HARMONICS];
-        harmonics[0].cosine = 0.3;
-        let rig = RigFriction {
-            cogging: Some(Cogging {
-                period_m: 0.01,
-                absolute_position: false,
-                harmonics,
-            }),
-            ..RIG
-        };
-        let mut record = Record {
-            t_s: vec![0.0, 1.0],
-            position_m: vec![0.0, 0.005],
-            force_n: vec![1.0, 1.0],
-            ..Record::default()
-        };
-        without_cogging(&mut record, &rig);
-        assert!((record.force_n[0] - 0.7).abs() < 1e-12 && (record.force_n[1] - 1.3).abs() < 1e-12);
     }
 }
