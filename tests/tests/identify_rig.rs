@@ -109,7 +109,12 @@ fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
         if is_by_the_stop {
             let last = reply.last.expect("it had begun");
             assert_eq!(last.end, ExcitationEnd::Interrupted);
-            let error = refused(&mut identifier, Request::IdentifyExcite { excitation: excitation() });
+            let error = refused(
+                &mut identifier,
+                Request::IdentifyExcite {
+                    excitation: excitation(),
+                },
+            );
             assert_eq!(error.code, ErrorCode::Stopped, "{error}");
         }
         assert_eq!(status(&mut client).commissioning, None);
@@ -227,7 +232,12 @@ fn a_rig_that_is_unplugged_in_an_excitation_ends_it_and_comes_back_without_force
         matches!(status.state, RigState::Idle | RigState::Faulted)
     });
     wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
-    let error = refused(&mut identifier, Request::IdentifyExcite { excitation: excitation() });
+    let error = refused(
+        &mut identifier,
+        Request::IdentifyExcite {
+            excitation: excitation(),
+        },
+    );
     assert!(error.message.contains("has ended"), "{error}");
     let_go(&mut client);
     assert_eq!(rig.force().now_n, 0.0);
@@ -267,18 +277,52 @@ fn nobody_else_moves_the_rig_meanwhile_and_bounds_are_refused_by_name() {
         let _: LeaseReply = other.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
         let error = refused(&mut other, request);
         assert_eq!(error.code, ErrorCode::Commissioning, "{error}");
-        assert!(error.message.contains(&by) && error.message.contains("identifying"), "{error}");
+        assert!(
+            error.message.contains(&by) && error.message.contains("identifying"),
+            "{error}"
+        );
     }
     for (excitation, field, unit) in [
-        (Excitation { force_limit_n: 10.1, ..excitation() }, "force_limit_N", "N"),
-        (Excitation { travel_limit_m: 0.051, ..excitation() }, "travel_limit_m", "m"),
-        (Excitation { speed_limit_mps: 0.6, ..excitation() }, "speed_limit_mps", "m/s"),
-        (Excitation { slew_limit_n_per_s: 1e5, ..excitation() }, "slew_limit_N_per_s", "N/s"),
+        (
+            Excitation {
+                force_limit_n: 10.1,
+                ..excitation()
+            },
+            "force_limit_N",
+            "N",
+        ),
+        (
+            Excitation {
+                travel_limit_m: 0.051,
+                ..excitation()
+            },
+            "travel_limit_m",
+            "m",
+        ),
+        (
+            Excitation {
+                speed_limit_mps: 0.6,
+                ..excitation()
+            },
+            "speed_limit_mps",
+            "m/s",
+        ),
+        (
+            Excitation {
+                slew_limit_n_per_s: 1e5,
+                ..excitation()
+            },
+            "slew_limit_N_per_s",
+            "N/s",
+        ),
     ] {
         let error = refused(&mut identifier, Request::IdentifyExcite { excitation });
         let facts = (error.code, error.param.as_deref(), error.unit.as_deref());
         assert_eq!(facts, (ErrorCode::OutOfRange, Some(field), Some(unit)), "{error}");
-        assert!(error.value.is_some() && error.min.is_some() && error.max.is_some(), "{error}");
+        assert!(
+            error.value.is_some() && error.min.is_some() && error.max.is_some(),
+            "{error}"
+        );
     }
     let ended: IdentificationReply = identifier.request(Request::IdentifyEnd {}).expect("it is ours");
     assert_eq!(ended.ended.as_deref(), Some("its client has ended it"));
@@ -289,7 +333,14 @@ fn nobody_else_moves_the_rig_meanwhile_and_bounds_are_refused_by_name() {
 
 /// Runs `haptic-ctl identify` to its end; again where a busy machine faulted the rig on the way. What it printed.
 fn identified(daemon: &Daemon, arguments: &[&str]) -> Value {
-    let usual = ["--json", "identify", "--yes", "--range-mm=100", "--chirp-s=6", "--ramps=1"];
+    let usual = [
+        "--json",
+        "identify",
+        "--yes",
+        "--range-mm=100",
+        "--chirp-s=6",
+        "--ramps=1",
+    ];
     let began = Instant::now();
     loop {
         let output = daemon.ctl(&[&usual[..], arguments].concat());
@@ -298,7 +349,9 @@ fn identified(daemon: &Daemon, arguments: &[&str]) -> Value {
             println!("{said}");
             return serde_json::from_slice(&output.stdout).expect("findings");
         }
-        let busy = ["faulted", "disconnected", "loses records"].iter().any(|why| said.contains(why));
+        let busy = ["faulted", "disconnected", "loses records"]
+            .iter()
+            .any(|why| said.contains(why));
         assert!(busy && began.elapsed() < 8 * PATIENCE, "{said}");
         println!("once more, the machine is busy: {said}");
         let_go(&mut daemon.client());
@@ -319,7 +372,10 @@ fn haptic_ctl_measures_the_rig_itself_and_then_what_is_on_it() {
     };
     let near = |found: &Value, pointer: &str, truth: f64, tolerance: f64| {
         let value = number(found, pointer);
-        assert!((value - truth).abs() <= tolerance * truth, "{pointer} = {value}, truly {truth}");
+        assert!(
+            (value - truth).abs() <= tolerance * truth,
+            "{pointer} = {value}, truly {truth}"
+        );
     };
     let rig = identified(&daemon, &["--rig"]);
     println!("{rig}");
@@ -335,11 +391,18 @@ fn haptic_ctl_measures_the_rig_itself_and_then_what_is_on_it() {
     // Nothing is on it: of the rig nothing is left, and with it all is there again.
     let directory = tempfile::tempdir().expect("a directory");
     let file = directory.path().join("run.csv");
-    let whole = identified(&daemon, &["--run", "--whole", "--record", file.to_str().expect("a path")]);
+    let whole = identified(
+        &daemon,
+        &["--run", "--whole", "--record", file.to_str().expect("a path")],
+    );
     println!("{whole}");
     near(&whole, "/mass_kg", 1.2, 0.03);
     let recording = haptic_lab::recording::read(&file).expect("it is whole");
-    let excited = recording.rows.iter().filter(|row| row.input_flags >> 22 & 1 == 1).count();
+    let excited = recording
+        .rows
+        .iter()
+        .filter(|row| row.input_flags >> 22 & 1 == 1)
+        .count();
     assert!(excited > 10_000, "{excited} of {} rows", recording.rows.len());
     assert!(recording.metadata.notes.expect("notes").contains("drives the handle"));
     let daemon_state = status(&mut daemon.client()).state;

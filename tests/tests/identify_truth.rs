@@ -90,7 +90,10 @@ fn measured(properties: RigProperties) -> RigItself {
     let sweep = rig.excite(bounds.sweep());
     let least_s = chirp.duration_s() + bounds.ramps(1).duration_s() + bounds.sweep().duration_s();
     let record_s = rig.record.t_s.len() as f64 * 1e-3;
-    assert!(record_s > least_s, "no motion has ended early: {record_s} s of {least_s} s");
+    assert!(
+        record_s > least_s,
+        "no motion has ended early: {record_s} s of {least_s} s"
+    );
     rig_itself::measure(rig.record, &sweep).expect("a usable record")
 }
 
@@ -121,7 +124,10 @@ fn of_rig(resolution_m: f64) -> IdentificationReply {
 #[track_caller]
 fn is_within(name: &str, value: f64, truth: f64, tolerance: f64) {
     println!("{name}: {value:.4}, truly {truth}");
-    assert!((value - truth).abs() <= tolerance * truth, "{name}: {value}, truly {truth}");
+    assert!(
+        (value - truth).abs() <= tolerance * truth,
+        "{name}: {value}, truly {truth}"
+    );
 }
 
 #[test]
@@ -160,7 +166,13 @@ fn a_rig_that_breaks_away_above_its_friction_has_its_static_limits_and_no_coggin
     let found = measured(truth);
     println!("{found:#?}");
     assert_eq!(found.cogging, None);
-    assert!(found.identified.refused.iter().any(|refusal| refusal.parameter == "cogging"));
+    assert!(
+        found
+            .identified
+            .refused
+            .iter()
+            .any(|refusal| refusal.parameter == "cogging")
+    );
     is_within("mass, kg", found.identified.mass_kg.expect("found"), 1.4, 0.02);
     let dynamic = found.identified.dynamic_force_n.expect("found");
     is_within("friction, N", dynamic.positive, 0.8, 0.02);

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use haptic_core::Directional;
 use haptic_core::rig_friction::RigFriction;
 use haptic_lab::identify::rig_itself::without_cogging;
-use haptic_lab::identify::{self, Identified, Options, Refusal};
+use haptic_lab::identify::{self, Identified, Options, Record, Refusal};
 
 /// What is known of a force that is the motor's command: it has no zero to be off.
 const KNOWN_OFFSET_N: f64 = 0.0;
@@ -19,7 +19,7 @@ pub(super) async fn run(
     arguments: &excite::MotionArguments,
     options: &Options,
     whole: bool,
-) -> Result<Identified, Failure> {
+) -> Result<(Record, Identified), Failure> {
     let console = Console::new("identify --run", !arguments.asks())?;
     let mut session = Session::begin(daemon, console, arguments.range_m()).await?;
     let excited = arguments.excite(&mut session, false).await?;
@@ -31,12 +31,13 @@ pub(super) async fn run(
         offset_n: options.offset_n.or(Some(KNOWN_OFFSET_N)),
         ..options.clone()
     };
-    let identified = session
+    let (record, identified) = session
         .compute(move || {
             if let Some(cogging) = stored.and_then(|rig| rig.cogging) {
                 without_cogging(&mut record, &cogging);
             }
-            identify::identify(&record, &options)
+            let identified = identify::identify(&record, &options);
+            (record, identified)
         })
         .await?;
     session.end().await?;
@@ -49,7 +50,7 @@ pub(super) async fn run(
                 .to_owned(),
         ),
     }
-    Ok(found)
+    Ok((record, found))
 }
 
 /// Takes the rig's own mass and friction out of what was identified. The static limits lose the rig's
