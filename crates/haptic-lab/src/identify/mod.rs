@@ -11,8 +11,10 @@
 pub mod cogging;
 mod grid;
 mod karnopp;
+pub mod plan;
 pub mod record_file;
 mod result;
+pub mod rig_itself;
 mod scene;
 mod sensor;
 mod smoothing;
