@@ -4,6 +4,7 @@
 
 pub mod accuracy;
 pub mod cost;
+pub mod drawing;
 pub mod identify;
 pub mod motion;
 pub mod recording;
