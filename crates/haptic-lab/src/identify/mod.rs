@@ -9,6 +9,8 @@
 //! and what to record instead.
 
 mod result;
+mod sensor;
+pub mod study;
 
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
