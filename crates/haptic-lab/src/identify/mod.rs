@@ -8,10 +8,12 @@
 //! law of `haptic_core::friction`. What a record cannot determine is refused by name, with the reason
 //! and what to record instead.
 
+mod plot;
 mod result;
 mod sensor;
 pub mod study;
 
+pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
 /// A record to identify from: samples of one clock, with the force that drives the moving mass.
