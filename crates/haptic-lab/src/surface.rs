@@ -43,12 +43,21 @@ pub fn experiment(mass_kg: f64, friction: Friction, sensors: Sensors) -> Experim
     ])
 }
 
+/// What a lab has recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recorded {
+    /// The mass and the force that drives it, as their sensors see them.
+    pub mass: Record,
+    /// Motion of the hand, which holds the mass by the grip.
+    pub hand: Vec<DeviceSample>,
+}
+
 /// The record of an experiment: the true motion, as its sensors see it.
 ///
 /// # Panics
 /// The truth is not valid as a scene.
 #[must_use]
-pub fn record(experiment: &Experiment, seed: u64) -> Record {
+pub fn record(experiment: &Experiment, seed: u64) -> Recorded {
     let scene = Scene {
         name: String::new(),
         block: Some(Block {
@@ -57,7 +66,8 @@ pub fn record(experiment: &Experiment, seed: u64) -> Record {
         coupling: Some(experiment.grip),
         friction: experiment.truth.friction,
     };
-    let truth = reference::solve(&scene, &hand(experiment), Start::default());
+    let hand = hand(experiment);
+    let truth = reference::solve(&scene, &hand, Start::default());
     let motion = Record {
         t_s: truth.rows.iter().map(|row| row.device.t_s).collect(),
         position_m: truth.rows.iter().map(|row| row.block_position_m).collect(),
@@ -68,7 +78,10 @@ pub fn record(experiment: &Experiment, seed: u64) -> Record {
             .collect(),
         ..Record::default()
     };
-    experiment.sensors.watch(&motion, seed)
+    Recorded {
+        mass: experiment.sensors.watch(&motion, seed),
+        hand,
+    }
 }
 
 /// The hand's motion, each movement from where the one before ended.
@@ -107,7 +120,7 @@ mod tests {
         // The ramps alone, and no noise.
         experiment.movements.drain(..2);
         experiment.sensors.force_noise_n = 0.0;
-        let record = record(&experiment, 1);
+        let record = record(&experiment, 1).mass;
         assert_eq!(record.t_s.len(), 13_001);
         let greatest = record.force_n.iter().copied().fold(0.0, f64::max);
         let least = record.force_n.iter().copied().fold(0.0, f64::min);

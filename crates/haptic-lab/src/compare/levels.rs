@@ -148,7 +148,7 @@ pub(super) fn by_velocity(real: &Signal, rendered: &Signal, limits: &SlidingLimi
     }
     let means = |signal: &Signal, direction: f64| {
         let mut sums = [(0.0, 0_usize); BINS];
-        for (velocity, force) in signal.velocity_mps.iter().zip(&signal.force_n) {
+        for (velocity, force) in signal.velocity_mps.iter().zip(&signal.friction_n) {
             let place = (velocity * direction - slowest) / width;
             if place >= 0.0 && place < count_of(BINS) {
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is a bin")]

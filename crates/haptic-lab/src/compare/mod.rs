@@ -9,9 +9,10 @@ mod align;
 mod levels;
 mod plot;
 mod signal;
+pub mod source;
 
 pub use levels::{Level, Levels};
-pub use plot::page;
+pub use plot::{page, summary, table};
 
 use crate::derivatives::usual_period_s;
 use crate::identify::Record;
@@ -33,7 +34,8 @@ pub enum AlignedBy {
 /// What is asked for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Moving mass, kg, whose inertia is taken out of both forces.
+    /// Moving mass, kg, whose inertia is taken out of what the plots show, and of the forces that are
+    /// compared at the same velocity.
     pub mass_kg: Option<f64>,
     /// How they are aligned; by time where the motions are the same, else by velocity, where absent.
     pub align: Option<AlignedBy>,
@@ -128,7 +130,7 @@ pub struct Comparison {
     pub position_correlation: f64,
     /// Time that was compared, s; by velocity, that of the shorter record.
     pub overlap_s: f64,
-    /// Mass whose inertia was taken out of both forces, kg.
+    /// Mass whose inertia was taken out of what the plots show, and by velocity of the forces, kg.
     pub mass_kg: Option<f64>,
     /// Root mean square of the difference of the forces, N.
     #[serde(rename = "force_rms_difference_N")]
@@ -139,7 +141,7 @@ pub struct Comparison {
     /// Root mean square of the real force, N.
     #[serde(rename = "force_rms_N")]
     pub force_rms_n: f64,
-    /// Force while sliding, less inertia, at the speeds that both have.
+    /// Force while sliding, without inertia.
     #[serde(rename = "sliding_force_N")]
     pub sliding_force_n: Levels,
     /// Force at which a slow pull sets off.
@@ -155,7 +157,7 @@ pub struct Comparison {
 /// What the plots show of a comparison.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curves {
-    /// Velocity (m/s), position (m) and force (N) of the real record, by sample.
+    /// Velocity (m/s), position (m) and force less inertia (N) of the real record, by sample.
     pub real: Vec<[f64; 3]>,
     /// The same of the rendered record.
     pub rendered: Vec<[f64; 3]>,
@@ -169,14 +171,10 @@ pub struct Curves {
 /// A record is too short or holds no motion, or they have none in common.
 pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Comparison, CompareError> {
     let period_s = usual_period_s(&real.t_s).max(usual_period_s(&rendered.t_s));
-    let (mut own, mut other) = (
-        Signal::new(real, period_s, Side::Real)?,
-        Signal::new(rendered, period_s, Side::Rendered)?,
+    let (own, other) = (
+        Signal::new(real, period_s, options.mass_kg, Side::Real)?,
+        Signal::new(rendered, period_s, options.mass_kg, Side::Rendered)?,
     );
-    if let Some(mass_kg) = options.mass_kg {
-        own.take_out_inertia(mass_kg);
-        other.take_out_inertia(mass_kg);
-    }
     let alignment = align::find(&own, &other);
     let is_same = alignment.correlation >= LEAST_CORRELATION;
     let aligned_by = options

@@ -53,7 +53,8 @@ pub fn page(comparison: &Comparison, names: [&str; 2]) -> Page {
 }
 
 /// What is compared, and how far the forces are apart, in a sentence.
-fn summary(comparison: &Comparison) -> String {
+#[must_use]
+pub fn summary(comparison: &Comparison) -> String {
     let Comparison {
         overlap_s,
         force_rms_difference_n: rms,
@@ -72,7 +73,7 @@ fn summary(comparison: &Comparison) -> String {
 
 /// The levels of both, and their differences.
 #[must_use]
-pub(super) fn table(comparison: &Comparison) -> Table {
+pub fn table(comparison: &Comparison) -> Table {
     let head = [
         "level",
         "direction",

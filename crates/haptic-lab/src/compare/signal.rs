@@ -1,8 +1,9 @@
 //! A record at even times, with the velocity and acceleration of its positions.
 
 use super::{CompareError, LEAST_S, Side};
-use crate::derivatives::derivatives;
+use crate::derivatives::{less_inertia, velocity};
 use crate::identify::Record;
+use crate::identify::smoothing::encoder_step;
 
 /// Least extent of the positions of a motion, in steps of the encoder.
 const LEAST_STEPS: f64 = 10.0;
@@ -12,20 +13,21 @@ const LEAST_STEPS: f64 = 10.0;
 pub(super) struct Signal {
     pub(super) start_s: f64,
     pub(super) period_s: f64,
-    /// Step of the encoder, m.
+    /// Step of the encoder, m; 0 without one.
     pub(super) step_m: f64,
     pub(super) position_m: Vec<f64>,
     pub(super) velocity_mps: Vec<f64>,
-    pub(super) acceleration_mps2: Vec<f64>,
     pub(super) force_n: Vec<f64>,
+    /// Force, less inertia where the mass is known, N.
+    pub(super) friction_n: Vec<f64>,
 }
 
 impl Signal {
-    /// The record at times `period_s` apart.
+    /// The record at times `period_s` apart, for a mass, kg, if it is known.
     ///
     /// # Errors
     /// It is too short, or holds no motion.
-    pub(super) fn new(record: &Record, period_s: f64, side: Side) -> Result<Self, CompareError> {
+    pub(super) fn new(record: &Record, period_s: f64, mass_kg: Option<f64>, side: Side) -> Result<Self, CompareError> {
         let (start_s, end_s) = match (record.t_s.first(), record.t_s.last()) {
             (Some(first), Some(last)) => (*first, *last),
             _ => (0.0, 0.0),
@@ -46,7 +48,10 @@ impl Signal {
         let times = |index| start_s + period_s * count_of(index);
         let position_m = resampled(&record.t_s, &record.position_m, (0..count).map(times));
         let force_n = resampled(&record.t_s, &record.force_n, (0..count).map(times));
-        let step_m = record.resolution_m.unwrap_or_else(|| smallest_step(&record.position_m));
+        let step_m = record
+            .resolution_m
+            .or_else(|| encoder_step(&record.position_m))
+            .unwrap_or(0.0);
         let (low, high) = extent(&position_m);
         if high - low < LEAST_STEPS * step_m || high == low {
             return Err(CompareError::NoMotion {
@@ -55,23 +60,18 @@ impl Signal {
                 step_um: step_m * 1e6,
             });
         }
-        let (velocity_mps, acceleration_mps2) = derivatives(&position_m, period_s);
         Ok(Self {
             start_s,
             period_s,
             step_m,
+            velocity_mps: velocity(&position_m, period_s),
+            friction_n: mass_kg.map_or_else(
+                || force_n.clone(),
+                |mass_kg| less_inertia(&force_n, &position_m, mass_kg, period_s),
+            ),
             position_m,
-            velocity_mps,
-            acceleration_mps2,
             force_n,
         })
-    }
-
-    /// Takes `mass a` out of the force.
-    pub(super) fn take_out_inertia(&mut self, mass_kg: f64) {
-        for (force, acceleration) in self.force_n.iter_mut().zip(&self.acceleration_mps2) {
-            *force -= mass_kg * acceleration;
-        }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -112,8 +112,8 @@ impl Signal {
             start_s: from_s,
             position_m: cut(&self.position_m),
             velocity_mps: cut(&self.velocity_mps),
-            acceleration_mps2: cut(&self.acceleration_mps2),
             force_n: cut(&self.force_n),
+            friction_n: cut(&self.friction_n),
             ..*self
         }
     }
@@ -141,10 +141,10 @@ impl Signal {
             .collect()
     }
 
-    /// Velocity, position and force by sample.
+    /// Velocity, position and friction by sample.
     pub(super) fn course(&self) -> Vec<[f64; 3]> {
         (0..self.len())
-            .map(|index| [self.velocity_mps[index], self.position_m[index], self.force_n[index]])
+            .map(|index| [self.velocity_mps[index], self.position_m[index], self.friction_n[index]])
             .collect()
     }
 }
@@ -169,17 +169,6 @@ fn resampled(t_s: &[f64], values: &[f64], times: impl Iterator<Item = f64>) -> V
         .collect()
 }
 
-/// The smallest difference of two positions that follow one another, m: an encoder's step, if the
-/// positions are counts.
-fn smallest_step(position_m: &[f64]) -> f64 {
-    position_m
-        .windows(2)
-        .map(|pair| (pair[1] - pair[0]).abs())
-        .filter(|step| *step > 1e-9)
-        .fold(f64::INFINITY, f64::min)
-        .min(1e-3)
-}
-
 pub(super) fn extent(values: &[f64]) -> (f64, f64) {
     values
         .iter()
@@ -202,7 +191,11 @@ mod tests {
             force_n: vec![0.0; count as usize],
             ..Record::default()
         };
-        let refused = |record: &Record| Signal::new(record, 1e-3, Side::Real).expect_err("refused").to_string();
+        let refused = |record: &Record| {
+            Signal::new(record, 1e-3, None, Side::Real)
+                .expect_err("refused")
+                .to_string()
+        };
         assert!(refused(&record(0, |t| t)).contains("0.00 s"));
         assert!(refused(&record(900, |t| t)).contains("0.90 s; at least 1 s"));
         assert!(refused(&record(2000, |_| 0.3)).contains("no motion"));

@@ -85,7 +85,7 @@ fn two_clocks_rates_and_origins_are_aligned_and_levels_differ_as_the_laws_do() {
     let shift = found.shift_s.expect("a shift");
     assert!((shift - 371.2345).abs() < 2e-4, "{shift}");
     let offset = found.position_offset_m.expect("an offset");
-    assert!((offset - 0.25).abs() < 1e-5, "{offset}");
+    assert!((offset - 0.25).abs() < 5e-5, "{offset}");
     assert!((found.overlap_s - 13.3).abs() < 0.01, "{}", found.overlap_s);
     let [positive, negative] = levels(found.sliding_force_n);
     for (level, real, rendered) in [(positive, 2.0, 3.0), (negative, 2.0, 2.0)] {

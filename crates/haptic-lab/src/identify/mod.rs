@@ -13,7 +13,7 @@ mod karnopp;
 mod plot;
 mod result;
 mod sensor;
-mod smoothing;
+pub(crate) mod smoothing;
 pub mod study;
 
 pub use plot::plots;
