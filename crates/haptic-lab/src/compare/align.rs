@@ -17,8 +17,8 @@ pub(super) struct Alignment {
     pub(super) shift_s: f64,
     /// Position of the second less that of the first, m.
     pub(super) position_offset_m: f64,
-    /// Correlation of the positions.
-    pub(super) correlation: f64,
+    /// Agreement of the positions: 1 for the same motion, less for another way or another size.
+    pub(super) agreement: f64,
     /// Time that both hold, s.
     pub(super) overlap_s: f64,
 }
@@ -43,11 +43,11 @@ pub(super) fn find(first: &Signal, second: &Signal) -> Alignment {
     #[expect(clippy::cast_precision_loss, reason = "samples of a record")]
     let coarse_shift_s = second.start_s - first.start_s + lag as f64 * step_s;
     let shift_s = refined(first, second, coarse_shift_s, step_s);
-    let (correlation, position_offset_m, overlap_s) = fit(first, second, shift_s);
+    let (agreement, position_offset_m, overlap_s) = fit(first, second, shift_s);
     Alignment {
         shift_s,
         position_offset_m,
-        correlation,
+        agreement,
         overlap_s,
     }
 }
@@ -102,7 +102,7 @@ fn best_lag(part: &[f64], longer: &[f64]) -> i64 {
         let from = usize::try_from(lag).unwrap_or(0);
         let count = (part.len() - skipped).min(longer.len() - from);
         // A longer overlap counts for more: a short one fits by chance.
-        correlation(&part[skipped..skipped + count], &longer[from..from + count]).0
+        agreement(&part[skipped..skipped + count], &longer[from..from + count]).0
             * (count_of(count) / count_of(part.len())).powf(0.1)
     };
     (earliest..=latest)
@@ -111,8 +111,9 @@ fn best_lag(part: &[f64], longer: &[f64]) -> i64 {
         .map_or(0, |(lag, _)| lag)
 }
 
-/// Correlation of two columns, and the mean of the second less that of the first.
-fn correlation(first: &[f64], second: &[f64]) -> (f64, f64) {
+/// Agreement of two columns that have their own origins (the concordance of Lin 1989 without its shift),
+/// and the mean of the second less that of the first.
+fn agreement(first: &[f64], second: &[f64]) -> (f64, f64) {
     let count = count_of(first.len().max(1));
     let mean = |values: &[f64]| values.iter().sum::<f64>() / count;
     let (own, other) = (mean(first), mean(second));
@@ -122,7 +123,7 @@ fn correlation(first: &[f64], second: &[f64]) -> (f64, f64) {
         squares += (a - own) * (a - own);
         other_squares += (b - other) * (b - other);
     }
-    let size = (squares * other_squares).sqrt();
+    let size = 0.5 * (squares + other_squares);
     (if size > 0.0 { both / size } else { 0.0 }, other - own)
 }
 
@@ -139,7 +140,7 @@ fn overlap(first: &Signal, second: &Signal, shift_s: f64) -> (f64, usize) {
     (from_s, count)
 }
 
-/// Correlation, offset of the positions and common time at a shift.
+/// Agreement, offset of the positions and common time at a shift.
 fn fit(first: &Signal, second: &Signal, shift_s: f64) -> (f64, f64, f64) {
     let (from_s, count) = overlap(first, second, shift_s);
     let at = |signal: &Signal, from_s: f64| -> Vec<f64> {
@@ -147,8 +148,8 @@ fn fit(first: &Signal, second: &Signal, shift_s: f64) -> (f64, f64, f64) {
             .map(|index| signal.value_at(&signal.position_m, from_s + signal.period_s * count_of(index)))
             .collect()
     };
-    let (correlation, offset) = correlation(&at(first, from_s), &at(second, from_s + shift_s));
-    (correlation, offset, first.period_s * count_of(count.saturating_sub(1)))
+    let (agreement, offset) = agreement(&at(first, from_s), &at(second, from_s + shift_s));
+    (agreement, offset, first.period_s * count_of(count.saturating_sub(1)))
 }
 
 /// The best shift around a coarse one, by golden sections.

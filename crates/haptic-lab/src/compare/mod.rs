@@ -88,15 +88,15 @@ pub enum CompareError {
     /// They were to be aligned by time, and their motions differ.
     #[error(
         "the motions are not the same: at the best shift, {shift_s:.3} s, they overlap for {overlap_s:.1} s and their positions \
-         correlate by {correlation:.3}, less than {LEAST_CORRELATION}; --align velocity compares force at the same velocity"
+         agree by {agreement:.3}, less than {LEAST_AGREEMENT}; --align velocity compares force at the same velocity"
     )]
     OtherMotion {
         /// The best shift, s.
         shift_s: f64,
         /// Time that both hold then, s.
         overlap_s: f64,
-        /// Correlation of the positions.
-        correlation: f64,
+        /// Agreement of the positions.
+        agreement: f64,
     },
     /// There is no velocity at which both slide.
     #[error(
@@ -113,9 +113,9 @@ pub enum CompareError {
 
 /// Shortest record, s.
 const LEAST_S: f64 = 1.0;
-/// Least correlation of the positions of one motion. A hand that repeats a motion reaches 0.95; a rig
-/// that replays it, 0.999.
-const LEAST_CORRELATION: f64 = 0.98;
+/// Least agreement of the positions of one motion: their difference is a fifth of their extent. A rig
+/// that replays a motion reaches 0.999.
+const LEAST_AGREEMENT: f64 = 0.98;
 
 /// How far the forces are apart. Differences are those of rendered less real.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -126,8 +126,8 @@ pub struct Comparison {
     pub shift_s: Option<f64>,
     /// Position of the rendered record less that of the real one, m.
     pub position_offset_m: Option<f64>,
-    /// Correlation of the positions at that shift.
-    pub position_correlation: f64,
+    /// Agreement of the positions at the best shift: 1 for the same motion.
+    pub position_agreement: f64,
     /// Time that was compared, s; by velocity, that of the shorter record.
     pub overlap_s: f64,
     /// Mass whose inertia was taken out of what the plots show, and by velocity of the forces, kg.
@@ -176,7 +176,7 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
         Signal::new(rendered, period_s, options.mass_kg, Side::Rendered)?,
     );
     let alignment = align::find(&own, &other);
-    let is_same = alignment.correlation >= LEAST_CORRELATION;
+    let is_same = alignment.agreement >= LEAST_AGREEMENT;
     let aligned_by = options
         .align
         .unwrap_or(if is_same { AlignedBy::Time } else { AlignedBy::Velocity });
@@ -185,7 +185,7 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
             return Err(CompareError::OtherMotion {
                 shift_s: alignment.shift_s,
                 overlap_s: alignment.overlap_s,
-                correlation: alignment.correlation,
+                agreement: alignment.agreement,
             });
         }
         AlignedBy::Time => by_time(&own, &other, &alignment),
@@ -194,8 +194,8 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
     comparison.mass_kg = options.mass_kg;
     if options.align.is_none() && !is_same {
         comparison.notes.push(format!(
-            "the motions differ (their positions correlate by {:.3} at best), so force is compared at the same velocity",
-            alignment.correlation
+            "the motions differ (their positions agree by {:.3} at best), so force is compared at the same velocity",
+            alignment.agreement
         ));
     }
     for (name, levels) in [
@@ -226,7 +226,7 @@ fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Compariso
         aligned_by: AlignedBy::Time,
         shift_s: Some(alignment.shift_s),
         position_offset_m: Some(alignment.position_offset_m),
-        position_correlation: alignment.correlation,
+        position_agreement: alignment.agreement,
         overlap_s: real.length_s(),
         mass_kg: None,
         force_rms_difference_n: rms(&differences),
@@ -265,7 +265,7 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
         aligned_by: AlignedBy::Velocity,
         shift_s: None,
         position_offset_m: None,
-        position_correlation: alignment.correlation,
+        position_agreement: alignment.agreement,
         overlap_s: real.length_s().min(rendered.length_s()),
         mass_kg: None,
         force_rms_difference_n: rms(&differences),

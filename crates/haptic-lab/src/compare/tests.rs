@@ -167,6 +167,11 @@ fn other_motions_are_compared_at_the_same_velocity() {
         "{:?}",
         found.notes
     );
+    // The same course at half the size is another motion.
+    let half: Course = |t| (0.5 * usual(t).0, 0.5 * usual(t).1);
+    let smaller = record(Karnopp::new(2.0, 2.0), half, (0.0, 6.0), 1000.0, 0.0);
+    let found_smaller = compare(&real, &smaller, &Options::default()).expect("velocities in common");
+    assert_eq!(found_smaller.aligned_by, AlignedBy::Velocity);
     let by_time = Options {
         align: Some(AlignedBy::Time),
         ..Options::default()
