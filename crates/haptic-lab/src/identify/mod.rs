@@ -8,17 +8,22 @@
 //! law of `haptic_core::friction`. What a record cannot determine is refused by name, with the reason
 //! and what to record instead.
 
+pub mod cogging;
 mod grid;
 mod karnopp;
 mod plot;
+pub mod record_file;
 mod result;
+mod scene;
 mod sensor;
 pub(crate) mod smoothing;
 pub mod study;
 
+pub use karnopp::fitted;
 pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
+pub use scene::IdentifiedScene;
 use thiserror::Error;
 
 /// A record to identify from: samples of one clock, with the force that drives the moving mass.
@@ -48,6 +53,8 @@ pub struct Options {
     pub offset_n: Option<f64>,
     /// Whether friction may differ by direction.
     pub directions: Directions,
+    /// Largest shift between the clocks of position and force that is looked for, s.
+    pub longest_shift_s: f64,
     /// Seed of the bootstrap.
     pub seed: u64,
 }
@@ -61,6 +68,7 @@ impl Options {
             mass_kg: None,
             offset_n: None,
             directions: Directions::Auto,
+            longest_shift_s: 0.06,
             seed: 1,
         }
     }
@@ -75,7 +83,8 @@ pub enum Directions {
     /// Alike, unless the record shows otherwise.
     #[default]
     Auto,
-    /// Friction is the same in both directions; the offset takes up the difference.
+    /// Friction is the same in both directions; the offset takes up the difference. Without effect where
+    /// the offset is known.
     Alike,
     /// Friction has its own values in each direction; an unknown offset is refused.
     Separate,
