@@ -3,9 +3,10 @@
 use crate::failure::Failure;
 use crate::output;
 use clap::{Args, ValueEnum};
-use haptic_lab::compare::source::{self, Source};
 use haptic_lab::compare::{self, AlignedBy, Options};
 use haptic_lab::drawing::PlotFormat;
+use haptic_lab::identify::record_file::{self, Loaded, Source};
+use haptic_lab::recording;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -53,7 +54,10 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     }
     let (real, rendered) = (read(&arguments.real)?, read(&arguments.rendered)?);
     let options = Options {
-        mass_kg: arguments.mass.or(rendered.mass_kg).filter(|mass| *mass > 0.0),
+        mass_kg: arguments
+            .mass
+            .or_else(|| rendered_mass_kg(&arguments.rendered))
+            .filter(|mass| *mass > 0.0),
         align: arguments.align.map(|align| match align {
             Align::Time => AlignedBy::Time,
             Align::Velocity => AlignedBy::Velocity,
@@ -61,9 +65,9 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     };
     let mut comparison = compare::compare(&real.record, &rendered.record, &options)
         .map_err(|error| Failure::NotComparable(error.to_string()))?;
-    for (path, source) in [(&arguments.real, &real), (&arguments.rendered, &rendered)] {
-        let named = source.notes.iter().map(|note| format!("{}: {note}", path.display()));
-        comparison.notes.extend(named);
+    for (side, loaded) in [("real", &real), ("rendered", &rendered)] {
+        let of_side = loaded.notes.iter().map(|note| format!("{side}: {note}"));
+        comparison.notes.extend(of_side);
     }
     if let (Some(path), Some(format)) = (plot, format) {
         let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -83,9 +87,12 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-fn read(path: &Path) -> Result<Source, Failure> {
-    source::of_csv(path).map_or_else(
-        || source::of_recording(path).map_err(|error| Failure::Usage(format!("{}: {error}", path.display()))),
-        Ok,
-    )
+fn read(path: &Path) -> Result<Loaded, Failure> {
+    record_file::read(&Source::new(path)).map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// The mass of the block that was rendered, kg, where the record is a recording.
+fn rendered_mass_kg(path: &Path) -> Option<f64> {
+    let reader = recording::open(path).ok()?;
+    Some(reader.metadata().scene.block?.mass)
 }

@@ -41,7 +41,9 @@ pub(super) async fn run(daemon: &mut Daemon, arguments: &excite::Arguments, json
     let excited = arguments.excite(&mut session, true).await?;
     let ticks = std::mem::take(&mut session.ticks);
     let resolution_m = session.begun.resolution_m;
-    let (identified, found_cogging) = session.compute(move || measure(&ticks, excited, resolution_m)).await??;
+    let (identified, found_cogging) = session
+        .compute(move || measure(&ticks, excited, resolution_m))
+        .await??;
     let mut findings = Findings {
         rig: session.begun.rig.clone(),
         cogging: found_cogging.map(|found| CoggingFinding {
@@ -65,17 +67,14 @@ pub(super) async fn run(daemon: &mut Daemon, arguments: &excite::Arguments, json
     match friction {
         Some(_) => Ok(()),
         None => Err(Failure::BadRig(
-            "mass, dynamic and viscous friction are needed to store what was found of the rig; nothing is stored".to_owned(),
+            "mass, dynamic and viscous friction are needed to store what was found of the rig; nothing is stored"
+                .to_owned(),
         )),
     }
 }
 
 /// Cogging from the sweep, and the rest from all of the record without it.
-fn measure(
-    ticks: &Ticks,
-    excited: Excited,
-    resolution_m: f64,
-) -> Result<(Identified, Option<FoundCogging>), Failure> {
+fn measure(ticks: &Ticks, excited: Excited, resolution_m: f64) -> Result<(Identified, Option<FoundCogging>), Failure> {
     let mut record = ticks.record(excited.first_tick, excited.last_tick, resolution_m);
     let found = match excited.sweep {
         Some((from, to)) => cogging(&ticks.sweep(from, to)),
@@ -96,8 +95,7 @@ fn measure(
         };
         without_cogging(&mut record, &only_cogging);
     }
-    let mut identified =
-        identify::identify(&record, &options).map_err(|error| Failure::BadRig(error.to_string()))?;
+    let mut identified = identify::identify(&record, &options).map_err(|error| Failure::BadRig(error.to_string()))?;
     if let Err(why) = &found {
         identified.refused.push(Refusal {
             parameter: "cogging".to_owned(),
@@ -132,7 +130,11 @@ impl Findings {
                 .get(name)
                 .map_or_else(String::new, |[least, most]| format!("{least:.4} to {most:.4}"))
         };
-        let mut rows = vec![["  quantity", "value", "unit", "95 % interval"].map(str::to_owned).to_vec()];
+        let mut rows = vec![
+            ["  quantity", "value", "unit", "95 % interval"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
         let mut add = |name: &str, key: &str, unit: &str, value: Option<f64>| {
             if let Some(value) = value {
                 rows.push(vec![
@@ -150,8 +152,18 @@ impl Findings {
             ("viscous friction", "viscous_Ns_per_m", "N s/m", found.viscous_ns_per_m),
         ] {
             let key_of = |direction: &str| format!("{key}.{direction}");
-            add(&format!("{name} +"), &key_of("positive"), unit, value.map(|value| value.positive));
-            add(&format!("{name} -"), &key_of("negative"), unit, value.map(|value| value.negative));
+            add(
+                &format!("{name} +"),
+                &key_of("positive"),
+                unit,
+                value.map(|value| value.positive),
+            );
+            add(
+                &format!("{name} -"),
+                &key_of("negative"),
+                unit,
+                value.map(|value| value.negative),
+            );
         }
         if let Some(cogging) = &self.cogging {
             let [least, most] = cogging.amplitude_interval_n;

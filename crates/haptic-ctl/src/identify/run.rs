@@ -78,7 +78,13 @@ fn subtract(found: &mut Identified, rig: &RigFriction) {
         *value = value.map(|value| both(value, own));
     }
     for (name, interval) in &mut found.intervals {
-        let pair = |own: Directional| if name.ends_with("negative") { own.negative } else { own.positive };
+        let pair = |own: Directional| {
+            if name.ends_with("negative") {
+                own.negative
+            } else {
+                own.positive
+            }
+        };
         let own = match name.split('.').next().unwrap_or(name) {
             "mass_kg" => rig.mass,
             "dynamic_force_N" | "static_force_N" => pair(dynamic),
@@ -100,7 +106,8 @@ fn refuse_what_is_nothing(found: &mut Identified) {
     let refusal = |parameter: &str, value: f64, unit: &str| Refusal {
         parameter: parameter.to_owned(),
         reason: format!("no more than the rig's own is left: {value:.4} {unit}"),
-        instead: "a sample that is heavier or has more friction, or --whole for the rig and all that is on it".to_owned(),
+        instead: "a sample that is heavier or has more friction, or --whole for the rig and all that is on it"
+            .to_owned(),
     };
     if let Some(mass_kg) = found.mass_kg.filter(|mass_kg| *mass_kg <= 0.0) {
         found.refused.push(refusal("mass_kg", mass_kg, "kg"));

@@ -92,7 +92,8 @@ impl<'a> Session<'a> {
             notes: Some(notes.to_owned()),
             configuration: serde_json::to_value(&status).ok(),
         };
-        let recorder = recording::create(file, &metadata, replace).map_err(|error| Failure::Usage(error.to_string()))?;
+        let recorder =
+            recording::create(file, &metadata, replace).map_err(|error| Failure::Usage(error.to_string()))?;
         self.recorder = Some(recorder);
         Ok(())
     }

@@ -67,9 +67,8 @@ fn record(rows: &[Sample], resolution_m: f64) -> Record {
             .sample(row.device_sequence, row.device_time_ns, row.sample_position_m)
             .is_ok();
         // A sample that a tick has repeated is one sample.
-        let is_new = last.is_none_or(|last| {
-            last.device_sequence != row.device_sequence && last.device_time_ns < row.device_time_ns
-        });
+        let is_new = last
+            .is_none_or(|last| last.device_sequence != row.device_sequence && last.device_time_ns < row.device_time_ns);
         if !is_sample || !is_new {
             continue;
         }
@@ -103,7 +102,13 @@ mod tests {
         ticks.take(&SamplesEvent {
             seq: 0,
             dropped: 3,
-            rows: vec![row(7, 1, 0.0), row(8, 2, 1.0), row(9, 2, 2.0), row(10, 3, 3.0), row(11, 4, 3.0)],
+            rows: vec![
+                row(7, 1, 0.0),
+                row(8, 2, 1.0),
+                row(9, 2, 2.0),
+                row(10, 3, 3.0),
+                row(11, 4, 3.0),
+            ],
         });
         let record = ticks.record(7, 10, 1e-5);
         assert_eq!(record.t_s, [0.001, 0.002, 0.003]);

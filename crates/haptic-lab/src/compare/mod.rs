@@ -9,7 +9,6 @@ mod align;
 mod levels;
 mod plot;
 mod signal;
-pub mod source;
 
 pub use levels::{Level, Levels};
 pub use plot::{page, summary, table};
@@ -192,6 +191,19 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
         AlignedBy::Velocity => by_velocity(&own, &other, &alignment)?,
     };
     comparison.mass_kg = options.mass_kg;
+    for (side, record) in [(Side::Real, real), (Side::Rendered, rendered)] {
+        let longest_s = 1.5 * usual_period_s(&record.t_s);
+        let gaps = record
+            .t_s
+            .windows(2)
+            .filter(|pair| pair[1] - pair[0] > longest_s)
+            .count();
+        if gaps > 0 {
+            comparison.notes.push(format!(
+                "{gaps} gaps in the {side} record are bridged by straight lines"
+            ));
+        }
+    }
     if options.align.is_none() && !is_same {
         comparison.notes.push(format!(
             "the motions differ (their positions agree by {:.3} at best), so force is compared at the same velocity",

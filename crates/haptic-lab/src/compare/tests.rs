@@ -107,6 +107,15 @@ fn two_clocks_rates_and_origins_are_aligned_and_levels_differ_as_the_laws_do() {
         found.force_rms_difference_n
     );
     assert_eq!(found.notes, Vec::<String>::new());
+    let mut torn = rendered;
+    for values in [&mut torn.t_s, &mut torn.position_m, &mut torn.force_n] {
+        values.drain(5000..5003);
+    }
+    let found = compare(&real, &torn, &Options::default()).expect("one motion");
+    assert_eq!(
+        found.notes,
+        ["gaps in the rendered record, bridged by straight lines: 1"]
+    );
 }
 
 #[test]

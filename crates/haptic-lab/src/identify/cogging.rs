@@ -104,7 +104,8 @@ pub fn cogging(samples: &[SweepSample]) -> Result<FoundCogging, String> {
         .max_by(|a, b| amplitude(*a).total_cmp(&amplitude(*b)))
         .unwrap_or(0);
     let amplitude_n = amplitude(strongest);
-    let error_n = (variance * fitted.spread[LEVELS + 2 * strongest].max(fitted.spread[LEVELS + 2 * strongest + 1])).sqrt();
+    let error_n =
+        (variance * fitted.spread[LEVELS + 2 * strongest].max(fitted.spread[LEVELS + 2 * strongest + 1])).sqrt();
     let explained = 1.0 - fitted.left / scatter;
     if amplitude_n < SURE * error_n || explained < LEAST_EXPLAINED {
         return Err(format!(
@@ -269,7 +270,9 @@ mod tests {
     fn sweep(cogging: impl Fn(f64) -> f64) -> Vec<SweepSample> {
         let mut seed = 1_u64;
         let mut noise = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             ((seed >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 0.1
         };
         (0..8000)
