@@ -88,7 +88,12 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
 }
 
 fn read(path: &Path) -> Result<Loaded, Failure> {
-    record_file::read(&Source::new(path)).map_err(|error| Failure::Usage(error.to_string()))
+    let loaded = record_file::read(&Source::new(path)).map_err(|error| Failure::Usage(error.to_string()))?;
+    loaded
+        .record
+        .check()
+        .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    Ok(loaded)
 }
 
 /// The mass of the block that was rendered, kg, where the record is a recording.
