@@ -114,7 +114,7 @@ enum Command {
     /// pulses, and store them. A rig engages only after that
     #[command(after_help = commission::HELP)]
     Commission(commission::Arguments),
-    /// Identify mass and friction of what the rig moves, or of the rig itself
+    /// Identify mass and friction from a record of motion and force, of what the rig moves, or of the rig itself
     Identify(identify::Arguments),
     /// Wait until a condition holds, as in --until state=engaged
     #[command(after_help = wait::help())]
@@ -282,6 +282,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Raw(raw) => return raw::run(socket, raw).await,
         Command::Simulate(simulate) => return simulate::run(simulate, json),
         Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
+        Command::Identify(arguments) if arguments.is_offline() => return identify::run_offline(arguments, json),
         Command::Cost => return cost::run(json),
         Command::Compare(compare) => return compare::run(compare, json),
         Command::Surface(surface) => return surface::run(surface, json),

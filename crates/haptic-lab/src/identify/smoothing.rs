@@ -11,6 +11,8 @@
 //! depend on the window, where a Savitzky-Golay filter's second derivative and its smoothed force have
 //! different bandwidths.
 
+use super::grid::whole;
+
 /// Exponent of the window `(1 - u^2)^n`: its fourth derivative is still continuous, so that few samples
 /// already integrate it well.
 const EXPONENT: i32 = 5;
@@ -30,7 +32,7 @@ impl Window {
     /// A window of `half_s` on either side, of at least `LEAST_REACH` samples.
     pub(crate) fn new(half_s: f64, period_s: f64) -> Self {
         let half = half_s / period_s;
-        let reach = half.ceil() as usize;
+        let reach = whole(half.ceil());
         let places: Vec<f64> = (0..=2 * reach).map(|index| index as f64 - reach as f64).collect();
         let bump = |u: f64, power: i32| (1.0 - u * u).max(0.0).powi(power);
         let mut mean: Vec<f64> = places.iter().map(|k| bump(k / half, EXPONENT)).collect();
