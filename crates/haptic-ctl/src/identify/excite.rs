@@ -16,7 +16,7 @@ const LEAST_SHARE: f64 = 0.2;
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Options of --run and --rig")]
-#[group(id = "excitation")]
+#[group(id = "of_excitation")]
 pub(crate) struct Arguments {
     /// Do not ask for confirmation before the rig moves
     #[arg(long, short)]

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// Where the results go.
 #[derive(Debug, clap::Args)]
-#[group(id = "results")]
+#[group(id = "of_results")]
 pub(super) struct Arguments {
     /// Output: the scene that feels like it
     #[arg(long, value_name = "SCENE.toml")]
