@@ -23,6 +23,8 @@ mod examples;
 mod firmware;
 mod forbidden_locks;
 mod hazard_log;
+mod identify_rig;
+mod identify_truth;
 mod laws;
 mod layout;
 mod lease;

@@ -8,6 +8,12 @@
 //! directions over the same places tell them apart. The sweep is so slow that the mass takes nothing
 //! worth mentioning. Forces are averaged in bins of the position, by direction; the period is the one
 //! whose harmonics leave the least.
+#![expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "some hundred bins and steps"
+)]
 
 use super::Interval;
 use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
