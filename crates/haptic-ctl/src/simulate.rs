@@ -18,9 +18,9 @@ pub(crate) struct Arguments {
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
 
-    /// Motion of the device: CSV with the columns t_s, device_position_m and, where measured,
-    /// device_velocity_mps
-    #[arg(long, value_name = "MOTION.csv")]
+    /// Motion of the device: a recording, or another table with the columns t_s, position_m or
+    /// device_position_m and, where measured, velocity_mps or device_velocity_mps; CSV, MCAP or Parquet
+    #[arg(long, value_name = "MOTION")]
     motion: PathBuf,
 
     /// Output: motion of the block and force, one row a sample
