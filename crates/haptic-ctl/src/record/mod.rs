@@ -242,10 +242,14 @@ impl Session<'_> {
         };
         let length = self.arguments.length;
         let is_full = length.is_some_and(|length| cut(&mut event, self.recorder.first_s(), length));
-        if let Event::Samples(samples) = &event
-            && let Some(last) = samples.rows.last()
-        {
-            self.next_tick = last.tick + 1;
+        match &event {
+            Event::Samples(samples) => {
+                let newest = samples.rows.last().map_or(0, |row| row.tick + 1);
+                self.next_tick = self.next_tick.max(newest);
+            }
+            // Changes overtake the rows on their way. A marker that is set after a change comes after it.
+            Event::State(state) => self.next_tick = self.next_tick.max(state.tick),
+            _ => {}
         }
         for mark in self.link.marks(&event, self.next_tick) {
             self.recorder.mark(mark);
