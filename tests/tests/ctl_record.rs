@@ -43,7 +43,7 @@ fn end(child: Child, signal: Signal) -> Output {
 }
 
 /// The endings of the formats.
-const ENDINGS: [&str; 1] = ["csv"];
+const ENDINGS: [&str; 2] = ["mcap", "csv"];
 
 fn somewhere(ending: &str) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().expect("a directory");

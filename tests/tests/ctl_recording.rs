@@ -10,7 +10,7 @@ use std::time::Instant;
 use system_tests::{Daemon, PATIENCE, binary};
 
 /// The endings of the formats.
-const ENDINGS: [&str; 1] = ["csv"];
+const ENDINGS: [&str; 2] = ["mcap", "csv"];
 
 fn read(file: &Path) -> Recording {
     recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
