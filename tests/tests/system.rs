@@ -15,6 +15,7 @@ mod ctl_change;
 mod ctl_doctor;
 mod ctl_lease;
 mod ctl_record;
+mod ctl_recording;
 mod ctl_requests;
 mod ctl_stop;
 mod ctl_top;
