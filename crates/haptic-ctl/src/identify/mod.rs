@@ -1,0 +1,77 @@
+//! `identify`: finds mass and friction of what moves, from a file or by the rig's own motor.
+
+mod excite;
+mod file;
+mod report;
+mod rig;
+mod run;
+mod session;
+mod ticks;
+
+use crate::daemon::Daemon;
+use crate::failure::Failure;
+use haptic_ipc::Request;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Move the rig by its own motor, and identify what is on it
+    #[arg(long)]
+    run: bool,
+
+    /// Measure the rig itself with its own motor, and store it
+    #[arg(long, conflicts_with = "run")]
+    rig: bool,
+
+    /// Keep the rig's own mass and friction in what --run finds
+    #[arg(long, requires = "run")]
+    whole: bool,
+
+    /// The device reports the same position at the same place after every start: cogging that --rig
+    /// finds can then be compensated
+    #[arg(long, requires = "rig")]
+    absolute_position: bool,
+
+    #[command(flatten)]
+    wanted: file::Wanted,
+
+    #[command(flatten)]
+    output: report::Arguments,
+
+    #[command(flatten)]
+    file: file::Arguments,
+
+    #[command(flatten)]
+    excite: excite::Arguments,
+}
+
+impl Arguments {
+    /// Whether no daemon is needed.
+    pub(crate) fn is_offline(&self) -> bool {
+        self.file.path().is_some()
+    }
+
+    pub(crate) fn requests(&self) -> Vec<Request> {
+        if self.is_offline() {
+            return Vec::new();
+        }
+        session::Session::requests(self.excite.range_m())
+    }
+}
+
+pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    if arguments.rig {
+        return rig::run(daemon, &arguments.excite, arguments.absolute_position, json).await;
+    }
+    let options = arguments.wanted.options();
+    let (record, found) = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;
+    arguments.output.write("the rig", &record, &found)?;
+    report::show(&found, json)
+}
+
+/// Identifies a file.
+pub(crate) fn run_offline(arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    match arguments.file.path() {
+        Some(path) => file::run(path, &arguments.file, &arguments.wanted, &arguments.output, json),
+        None => Ok(()),
+    }
+}
