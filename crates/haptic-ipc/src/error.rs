@@ -81,7 +81,7 @@ pub enum ErrorCode {
     NoWatchdog,
     /// The rig was never commissioned, or has changed since.
     NotCommissioned,
-    /// A client is commissioning the rig; the message says who.
+    /// A client is commissioning or identifying the rig; the message says who.
     Commissioning,
     /// The real-time thread did not answer in time.
     NotResponding,

@@ -114,6 +114,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
             () = server.serve(Rc::clone(&rig)) => {}
             () = pump(&rig) => {}
             () = control::lease::watch(&rig) => {}
+            () = control::rig_friction::watch(&rig) => {}
             () = manager.watch(&rig) => {}
             () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}

@@ -10,16 +10,21 @@
 
 mod bootstrap;
 mod choose;
+pub mod cogging;
 mod grid;
 mod karnopp;
 mod presliding;
+pub mod record_file;
 mod result;
+mod scene;
 mod sensor;
 mod smoothing;
 pub mod study;
 
+pub use karnopp::fitted;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
+pub use scene::IdentifiedScene;
 use thiserror::Error;
 
 /// A record to identify from: samples of one clock, with the force that drives the moving mass.
@@ -49,6 +54,8 @@ pub struct Options {
     pub offset_n: Option<f64>,
     /// Whether friction may differ by direction.
     pub directions: Directions,
+    /// Largest shift between the clocks of position and force that is looked for, s.
+    pub longest_shift_s: f64,
     /// Seed of the bootstrap.
     pub seed: u64,
 }
@@ -62,6 +69,7 @@ impl Options {
             mass_kg: None,
             offset_n: None,
             directions: Directions::Auto,
+            longest_shift_s: 0.06,
             seed: 1,
         }
     }
@@ -76,7 +84,8 @@ pub enum Directions {
     /// Alike, unless the record shows otherwise.
     #[default]
     Auto,
-    /// Friction is the same in both directions; the offset takes up the difference.
+    /// Friction is the same in both directions; the offset takes up the difference. Without effect where
+    /// the offset is known.
     Alike,
     /// Friction has its own values in each direction; an unknown offset is refused.
     Separate,

@@ -1,0 +1,270 @@
+//! The rig's own friction: what its guide, motor and transmission take from every motion, as it was
+//! identified with its own motor.
+//!
+//! ```text
+//! mass a = motor + hand - dynamic sgn(v) - viscous v - cogging(x)
+//! ```
+
+use crate::directional::Directional;
+use crate::passivity::RigLosses;
+use core::f64::consts::TAU;
+use thiserror::Error;
+
+/// Harmonics of a rig's cogging.
+pub const COGGING_HARMONICS: usize = 4;
+
+/// What was identified of a rig without a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct RigFriction {
+    /// Mass of the moving part, kg.
+    #[cfg_attr(feature = "serde", serde(rename = "mass_kg"))]
+    pub mass: f64,
+    /// Dynamic friction by the direction of motion, N.
+    #[cfg_attr(feature = "serde", serde(rename = "dynamic_force_N"))]
+    pub dynamic_force: Directional,
+    /// Viscous damping by the direction of motion, N s/m.
+    #[cfg_attr(feature = "serde", serde(rename = "viscous_Ns_per_m"))]
+    pub viscous: Directional,
+    /// Force that depends on the position, where it was identified.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub cogging: Option<Cogging>,
+}
+
+/// A force against the positive axis that repeats itself along the way: the sum of
+/// `cosine cos(k p) + sine sin(k p)` over the harmonics `k = 1, 2, ...`, with
+/// `p = 2 pi position / period`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Cogging {
+    /// Way after which it repeats itself, m.
+    pub period_m: f64,
+    /// Whether the device reports the same position at the same place after every start. Otherwise
+    /// the phase is lost with the device's power, and cogging is not compensated.
+    pub absolute_position: bool,
+    /// The harmonics, from the first on.
+    pub harmonics: [Harmonic; COGGING_HARMONICS],
+}
+
+/// One harmonic of the cogging.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Harmonic {
+    /// Amplitude of the cosine, N.
+    #[cfg_attr(feature = "serde", serde(rename = "cosine_N"))]
+    pub cosine: f64,
+    /// Amplitude of the sine, N.
+    #[cfg_attr(feature = "serde", serde(rename = "sine_N"))]
+    pub sine: f64,
+}
+
+/// A value of a rig's friction that no rig has.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[error("{field} = {value} {unit} is out of range: it must be from {min} to {max} {unit}")]
+pub struct RigFrictionError {
+    /// The field.
+    pub field: &'static str,
+    /// The value.
+    pub value: f64,
+    /// The smallest value accepted.
+    pub min: f64,
+    /// The largest value accepted.
+    pub max: f64,
+    /// The unit of all three.
+    pub unit: &'static str,
+}
+
+impl RigFriction {
+    /// Whether every value is one that a rig can have.
+    ///
+    /// # Errors
+    /// The first field that is out of range, or no number.
+    pub fn validate(&self) -> Result<(), RigFrictionError> {
+        let (dynamic, viscous) = (self.dynamic_force, self.viscous);
+        within("mass_kg", self.mass, 1e-3, 1000.0, "kg")?;
+        within("dynamic_force_N.positive", dynamic.positive, 0.0, 1000.0, "N")?;
+        within("dynamic_force_N.negative", dynamic.negative, 0.0, 1000.0, "N")?;
+        within("viscous_Ns_per_m.positive", viscous.positive, 0.0, 1e4, "N s/m")?;
+        within("viscous_Ns_per_m.negative", viscous.negative, 0.0, 1e4, "N s/m")?;
+        let Some(cogging) = self.cogging else { return Ok(()) };
+        within("cogging.period_m", cogging.period_m, 1e-5, 10.0, "m")?;
+        for harmonic in cogging.harmonics {
+            within("cogging.harmonics.cosine_N", harmonic.cosine, -1000.0, 1000.0, "N")?;
+            within("cogging.harmonics.sine_N", harmonic.sine, -1000.0, 1000.0, "N")?;
+        }
+        Ok(())
+    }
+
+    /// What the rig takes up whichever way it moves: the smaller value of both directions. Cogging
+    /// takes nothing up; it gives back what it takes.
+    #[must_use]
+    pub fn losses(&self) -> RigLosses {
+        RigLosses {
+            damping: self.viscous.least(),
+            friction: self.dynamic_force.least(),
+        }
+    }
+}
+
+impl Cogging {
+    /// The force against the positive axis at a position (m), N.
+    #[must_use]
+    pub fn force(&self, position: f64) -> f64 {
+        let turns = position / self.period_m;
+        // The whole turns go first: far from zero the phase would lose its digits.
+        let (sine, cosine) = libm::sincos(TAU * (turns - libm::floor(turns)));
+        let (mut sine_k, mut cosine_k, mut force) = (0.0, 1.0, 0.0);
+        for harmonic in self.harmonics {
+            (sine_k, cosine_k) = (sine_k * cosine + cosine_k * sine, cosine_k * cosine - sine_k * sine);
+            force += harmonic.cosine * cosine_k + harmonic.sine * sine_k;
+        }
+        force
+    }
+}
+
+/// NaN is in no range.
+fn within(field: &'static str, value: f64, min: f64, max: f64, unit: &'static str) -> Result<(), RigFrictionError> {
+    if (min..=max).contains(&value) {
+        return Ok(());
+    }
+    Err(RigFrictionError {
+        field,
+        value,
+        min,
+        max,
+        unit,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+
+    const RIG: RigFriction = RigFriction {
+        mass: 1.4,
+        dynamic_force: Directional {
+            positive: 0.8,
+            negative: 0.7,
+        },
+        viscous: Directional {
+            positive: 1.5,
+            negative: 2.0,
+        },
+        cogging: None,
+    };
+
+    const COGGING: Cogging = Cogging {
+        period_m: 0.02,
+        absolute_position: true,
+        harmonics: [
+            Harmonic {
+                cosine: 0.1,
+                sine: -0.2,
+            },
+            Harmonic {
+                cosine: 0.0,
+                sine: 0.05,
+            },
+            Harmonic {
+                cosine: 0.01,
+                sine: 0.0,
+            },
+            Harmonic {
+                cosine: 0.0,
+                sine: -0.02,
+            },
+        ],
+    };
+
+    #[test]
+    fn what_the_rig_takes_up_is_the_less_of_both_directions() {
+        let RigLosses { damping, friction } = RIG.losses();
+        assert_eq!((damping, friction), (1.5, 0.7));
+    }
+
+    #[test]
+    fn a_value_that_no_rig_has_is_refused_by_field_value_limits_and_unit() {
+        let cogging = |change: fn(&mut Cogging)| {
+            let mut cogging = COGGING;
+            change(&mut cogging);
+            Some(cogging)
+        };
+        assert_eq!(RIG.validate(), Ok(()));
+        let mut both = Directional::both(0.5);
+        both.negative = -0.1;
+        for (wrong, parts) in [
+            (
+                RigFriction { mass: 0.0, ..RIG },
+                ["mass_kg = 0 kg", "from 0.001 to 1000 kg"],
+            ),
+            (
+                RigFriction {
+                    dynamic_force: both,
+                    ..RIG
+                },
+                ["dynamic_force_N.negative = -0.1 N", "from 0 to 1000 N"],
+            ),
+            (
+                RigFriction {
+                    viscous: Directional::both(f64::NAN),
+                    ..RIG
+                },
+                ["viscous_Ns_per_m.positive = NaN N s/m", "from 0 to 10000 N s/m"],
+            ),
+            (
+                RigFriction {
+                    cogging: cogging(|cogging| cogging.period_m = 0.0),
+                    ..RIG
+                },
+                ["cogging.period_m = 0 m", "from 0.00001 to 10 m"],
+            ),
+            (
+                RigFriction {
+                    cogging: cogging(|cogging| cogging.harmonics[3].sine = f64::INFINITY),
+                    ..RIG
+                },
+                ["cogging.harmonics.sine_N = inf N", "from -1000 to 1000 N"],
+            ),
+        ] {
+            let message = wrong.validate().expect_err("no rig has it").to_string();
+            for part in parts {
+                assert!(message.contains(part), "{message} lacks {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn cogging_is_the_sum_of_its_harmonics_and_repeats_itself() {
+        for position in [-0.013, 0.0, 0.0042, 0.0199] {
+            let phase = TAU * position / COGGING.period_m;
+            let mut sum = 0.0;
+            for (k, harmonic) in (1_u32..).zip(COGGING.harmonics) {
+                let (sine, cosine) = libm::sincos(f64::from(k) * phase);
+                sum += harmonic.cosine * cosine + harmonic.sine * sine;
+            }
+            for periods in [0.0, 5.0, -300.0] {
+                let force = COGGING.force(position + periods * COGGING.period_m);
+                assert!((force - sum).abs() < 1e-12, "{force} N, {sum} N at {position} m");
+            }
+        }
+    }
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn it_is_written_and_read_without_loss() {
+        for cogging in [None, Some(COGGING)] {
+            let rig = RigFriction { cogging, ..RIG };
+            let text = toml::to_string(&rig).expect("it can be written");
+            assert_eq!(toml::from_str(&text), Ok(rig), "{text}");
+        }
+        let unknown = "mass_kg = 1\ndynamic_force_N = 1\nviscous_Ns_per_m = 0\nfriction = 3";
+        assert!(toml::from_str::<RigFriction>(unknown).is_err());
+    }
+}

@@ -1,0 +1,301 @@
+//! Files in the state directory that hold what was found of a rig: one file a rig, by its serial
+//! number, written whole or not at all.
+//!
+//! A disk may be slow and a mount may hang, so files are read and written on a [`WorkerPool`] of
+//! one thread, which nothing waits for longer than [`DISK_TIMEOUT`].
+
+use crate::control::connected_device::ConnectedDevice;
+use crate::control::whole_file;
+use crate::control::worker_pool::WorkerPool;
+use haptic_ipc::{ErrorCode, Peer, WireError, regular_file};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// Timeout of a disk.
+const DISK_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Largest file that is read, bytes.
+const LARGEST_FILE: u64 = 64 * 1024;
+
+/// Most letters of a rig's key in the name of its file.
+const LONGEST_NAME: usize = 150;
+
+/// Relative tolerance of a resolution: it travels as a number of 32 bits.
+const SAME_RESOLUTION: f64 = 1e-6;
+
+/// The rig that something was found of, when, and who asked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Origin {
+    /// The rig's key.
+    pub(super) rig: String,
+    pub(super) firmware: String,
+    /// Whether the address reversed force and position.
+    pub(super) reversed: bool,
+    /// The resolution that the device reported, m.
+    pub(super) resolution_m: f64,
+    /// Time of the finding, seconds since 1970 (UTC).
+    pub(super) time_unix_s: f64,
+    /// The client that asked for it.
+    pub(super) by: String,
+}
+
+impl Origin {
+    /// Something found of a device now, for a client.
+    pub(super) fn now(device: &ConnectedDevice, by: &Peer) -> Self {
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        Self {
+            rig: device.rig.key.clone(),
+            firmware: device.firmware.clone(),
+            reversed: device.rig.reversed,
+            resolution_m: device.resolution_m,
+            time_unix_s: now.as_secs_f64(),
+            by: by.to_string(),
+        }
+    }
+
+    /// How a device differs from the one that something was found of.
+    pub(super) fn difference(&self, device: &ConnectedDevice) -> Option<String> {
+        if self.rig != device.rig.key {
+            return Some(format!("its record is of another rig, {}", self.rig));
+        }
+        if self.reversed != device.rig.reversed {
+            return Some("`direction` in its address has changed since then".to_owned());
+        }
+        let (now_um, then_um) = (device.resolution_m * 1e6, self.resolution_m * 1e6);
+        if (now_um - then_um).abs() > SAME_RESOLUTION * then_um.abs() {
+            return Some(format!(
+                "its resolution is {now_um:.4} um a count, and was {then_um:.4} um then"
+            ));
+        }
+        // Without a serial number another device may have the same address.
+        if !device.rig.has_serial_number && self.firmware != device.firmware {
+            return Some(format!(
+                "its firmware is `{}`, and was `{}` then; without a serial number it may be another rig",
+                device.firmware, self.firmware
+            ));
+        }
+        None
+    }
+}
+
+/// A folder of the state directory, with a thread of its own: a disk that hangs holds up nothing
+/// else.
+#[derive(Debug)]
+pub(super) struct RigFolder {
+    name: &'static str,
+    /// The first line of each file.
+    heading: &'static str,
+    disk: WorkerPool,
+}
+
+impl RigFolder {
+    pub(super) fn new(name: &'static str, heading: &'static str) -> Self {
+        Self {
+            name,
+            heading,
+            disk: WorkerPool::new("rig-file", 1),
+        }
+    }
+
+    /// The file of a rig.
+    pub(super) fn path_of(&self, state_dir: &Path, key: &str) -> PathBuf {
+        state_dir.join(self.name).join(file_name(key))
+    }
+
+    /// Reads the file of a rig, if there is one.
+    ///
+    /// # Errors
+    /// The file cannot be read, or not in time; the message names it.
+    pub(super) async fn read<T: DeserializeOwned + Send + 'static>(
+        &self,
+        state_dir: &Path,
+        key: &str,
+    ) -> Result<Option<T>, String> {
+        let path = self.path_of(state_dir, key);
+        let asked = path.clone();
+        let found = self.run(move || read(&asked)).await;
+        found.map_err(|why| format!("{}: {why}", path.display()))
+    }
+
+    /// Writes the file of a rig; returns its path.
+    ///
+    /// # Errors
+    /// The file cannot be written, or not in time.
+    pub(super) async fn write<T: Serialize + Send + 'static>(
+        &self,
+        state_dir: &Path,
+        key: &str,
+        found: T,
+    ) -> Result<PathBuf, WireError> {
+        let path = self.path_of(state_dir, key);
+        let (to, heading) = (path.clone(), self.heading);
+        match self.run(move || write(&to, heading, &found)).await {
+            Ok(()) => Ok(path),
+            Err(why) => Err(WireError::new(
+                ErrorCode::StateFile,
+                format!("{}: {why}; --state-dir names another directory", path.display()),
+            )),
+        }
+    }
+
+    async fn run<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> Result<T, String> + Send + 'static,
+    ) -> Result<T, String> {
+        if self.disk.is_busy() {
+            return Err("the disk is still busy with the previous access".to_owned());
+        }
+        self.disk
+            .run(DISK_TIMEOUT, work)
+            .await
+            .map_err(|error| error.to_string())?
+    }
+}
+
+fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String> {
+    let text = match regular_file::read_text_of(path, LARGEST_FILE) {
+        Ok(text) => text,
+        Err(error) => {
+            return match error.kind() {
+                ErrorKind::NotFound => Ok(None),
+                ErrorKind::InvalidInput | ErrorKind::FileTooLarge => {
+                    Err(format!("it is not a file of at most {LARGEST_FILE} bytes: {error}"))
+                }
+                _ => Err(error.to_string()),
+            };
+        }
+    };
+    toml::from_str(&text).map(Some).map_err(|error| error.to_string())
+}
+
+fn write(path: &Path, heading: &str, found: &impl Serialize) -> Result<(), String> {
+    let text = toml::to_string(found).map_err(|error| error.to_string())?;
+    let text = format!("# {heading}\n{text}");
+    std::fs::create_dir_all(path.parent().unwrap_or(Path::new(".")))
+        .and_then(|()| whole_file::write(path, &text, true))
+        .map_err(|error| error.to_string())
+}
+
+/// The name of a rig's file. Its key may hold any text that a device reports: a byte that is not a
+/// letter, digit, `-` or `_` is escaped.
+fn file_name(key: &str) -> String {
+    let mut name = String::new();
+    for byte in key.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' => name.push(char::from(byte)),
+            _ => name.push_str(&format!("%{byte:02x}")),
+        }
+    }
+    if name.len() > LONGEST_NAME {
+        // FNV-1a of the whole key. The file itself names its rig, too.
+        let hash = key.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
+        });
+        name.truncate(LONGEST_NAME);
+        name.push_str(&format!("-{hash:016x}"));
+    }
+    name.push_str(".toml");
+    name
+}
+
+#[cfg(test)]
+pub(in crate::control) mod tests {
+    use super::*;
+    use device_io::link::RigIdentity;
+
+    pub(in crate::control) fn device() -> ConnectedDevice {
+        ConnectedDevice {
+            firmware: "mine 1.0".to_owned(),
+            force_limit_n: 20.0,
+            resolution_m: 1e-5,
+            watchdog_ms: Some(50),
+            rig: RigIdentity {
+                key: "serial-/dev/ttyACM0".to_owned(),
+                has_serial_number: false,
+                reversed: false,
+            },
+            connection: 1,
+        }
+    }
+
+    pub(in crate::control) fn origin() -> Origin {
+        Origin {
+            rig: device().rig.key,
+            firmware: device().firmware,
+            reversed: false,
+            resolution_m: 1e-5,
+            time_unix_s: 1.0,
+            by: "ada".to_owned(),
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_and_what_is_none_of_it_is_told() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let folder = RigFolder::new("commissioned", "What was found.");
+        let path = folder.path_of(directory.path(), "usb-1209:0001-../../etc/x");
+        assert_eq!(path.parent(), Some(directory.path().join("commissioned").as_path()));
+        assert_eq!(read::<Origin>(&path), Ok(None));
+        write(&path, "What was found.", &origin()).expect("it can be written");
+        assert_eq!(read(&path), Ok(Some(origin())));
+        std::fs::write(&path, "rig = 3").expect("written");
+        assert!(read::<Origin>(&path).is_err());
+        let endless = Path::new("/dev/zero");
+        assert!(read::<Origin>(endless).expect_err("no file").contains("not a file"));
+        let fifo = directory.path().join("fifo");
+        rustix::fs::mknodat(
+            rustix::fs::CWD,
+            &fifo,
+            rustix::fs::FileType::Fifo,
+            rustix::fs::Mode::from_raw_mode(0o600),
+            0,
+        )
+        .expect("a fifo");
+        assert!(
+            read::<Origin>(&fifo)
+                .expect_err("nobody writes it")
+                .contains("not a file")
+        );
+    }
+
+    #[test]
+    fn names_of_files_are_short_and_differ() {
+        let name = file_name(&"/".repeat(4000)).len();
+        assert!(name <= 200, "{name}");
+        assert_ne!(
+            file_name(&format!("{}a", "x".repeat(200))),
+            file_name(&format!("{}b", "x".repeat(200)))
+        );
+    }
+
+    #[test]
+    fn a_rig_that_is_another_now_is_told_by_what_has_changed() {
+        let difference = |device: &ConnectedDevice| origin().difference(device);
+        assert_eq!(difference(&device()), None);
+        let nearly = ConnectedDevice {
+            resolution_m: f64::from(1.0 / (1e5_f32)),
+            ..device()
+        };
+        assert_eq!(difference(&nearly), None, "rounded on the wire");
+        let finer = ConnectedDevice {
+            resolution_m: 0.5e-5,
+            ..device()
+        };
+        assert!(difference(&finer).expect("another").contains("5.0000 um"));
+        let mut turned = device();
+        turned.rig.reversed = true;
+        assert!(difference(&turned).expect("another").contains("direction"));
+        let mut other = ConnectedDevice {
+            firmware: "theirs 2".to_owned(),
+            ..device()
+        };
+        assert!(difference(&other).expect("another").contains("theirs 2"));
+        other.rig.has_serial_number = true;
+        assert_eq!(difference(&other), None, "an update");
+        other.rig.key = "usb-2".to_owned();
+        assert!(difference(&other).expect("another").contains("another rig"));
+    }
+}

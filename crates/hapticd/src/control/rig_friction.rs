@@ -1,0 +1,228 @@
+//! The friction of the connected rig itself, as far as it was identified: read when the rig is
+//! plugged in, and kept until another one is.
+
+use crate::control::RigHandle;
+use crate::control::connected_device::ConnectedDevice;
+use crate::control::rig_files::{Origin, RigFolder};
+use haptic_core::rig_friction::{RigFriction, RigFrictionError};
+use haptic_ipc::{ErrorCode, Peer, WireError};
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Time between two looks for another rig.
+const WATCH_PERIOD: Duration = Duration::from_millis(50);
+
+/// What was identified of a rig.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct FrictionRecord {
+    #[serde(flatten)]
+    origin: Origin,
+    friction: RigFriction,
+}
+
+/// What is known of a rig's friction.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(in crate::control) enum KnownFriction {
+    /// It was never identified, or no rig is connected.
+    #[default]
+    Never,
+    Identified(RigFriction),
+    /// There is a record that does not hold, and why.
+    Unusable(String),
+}
+
+impl KnownFriction {
+    pub(in crate::control) fn identified(&self) -> Option<RigFriction> {
+        match self {
+            Self::Identified(friction) => Some(*friction),
+            Self::Never | Self::Unusable(_) => None,
+        }
+    }
+}
+
+/// Reads and writes what was identified of rigs.
+#[derive(Debug)]
+pub(in crate::control) struct RigFrictions {
+    /// The connection that was looked at last.
+    newest: RefCell<Option<(u64, KnownFriction)>>,
+    folder: RigFolder,
+}
+
+impl Default for RigFrictions {
+    fn default() -> Self {
+        let heading = "What `haptic-ctl identify --rig` found of the rig's own friction.";
+        Self {
+            newest: RefCell::default(),
+            folder: RigFolder::new("friction", heading),
+        }
+    }
+}
+
+impl RigFrictions {
+    /// What is known of the friction of the rig on a connection, if its file was read already.
+    pub(in crate::control) fn known(&self, connection: u64) -> Option<KnownFriction> {
+        let newest = self.newest.borrow();
+        let (of, known) = newest.as_ref()?;
+        (*of == connection).then(|| known.clone())
+    }
+
+    /// What is known of the friction of a rig; its file is read once for a connection.
+    pub(in crate::control) async fn of(&self, state_dir: &Path, device: &ConnectedDevice) -> KnownFriction {
+        if let Some(known) = self.known(device.connection) {
+            return known;
+        }
+        let known = match self.folder.read::<FrictionRecord>(state_dir, &device.rig.key).await {
+            Ok(None) => KnownFriction::Never,
+            Ok(Some(record)) => match usable(record, device) {
+                Ok(friction) => KnownFriction::Identified(friction),
+                Err(why) => {
+                    let path = self.folder.path_of(state_dir, &device.rig.key);
+                    KnownFriction::Unusable(format!("{}: {why}", path.display()))
+                }
+            },
+            Err(why) => KnownFriction::Unusable(why),
+        };
+        *self.newest.borrow_mut() = Some((device.connection, known.clone()));
+        known
+    }
+
+    /// Writes what was identified of a rig, which holds from now on; returns its file.
+    ///
+    /// # Errors
+    /// A value is out of range, or the file cannot be written in time.
+    pub(in crate::control) async fn store(
+        &self,
+        state_dir: &Path,
+        device: &ConnectedDevice,
+        friction: RigFriction,
+        by: &Peer,
+    ) -> Result<PathBuf, WireError> {
+        friction.validate().map_err(|error| refusal(&error))?;
+        let record = FrictionRecord {
+            origin: Origin::now(device, by),
+            friction,
+        };
+        let path = self.folder.write(state_dir, &device.rig.key, record).await?;
+        *self.newest.borrow_mut() = Some((device.connection, KnownFriction::Identified(friction)));
+        Ok(path)
+    }
+}
+
+fn usable(record: FrictionRecord, device: &ConnectedDevice) -> Result<RigFriction, String> {
+    record.friction.validate().map_err(|error| error.to_string())?;
+    match record.origin.difference(device) {
+        None => Ok(record.friction),
+        Some(why) => Err(format!("the rig has changed since it was identified: {why}")),
+    }
+}
+
+fn refusal(error: &RigFrictionError) -> WireError {
+    WireError::new(ErrorCode::OutOfRange, error.to_string())
+        .about(error.field)
+        .within(error.value, error.min, error.max, error.unit)
+}
+
+/// Reads what is known of each rig that is plugged in.
+pub(crate) async fn watch(rig: &RigHandle) {
+    let mut pause = tokio::time::interval(WATCH_PERIOD);
+    loop {
+        pause.tick().await;
+        let Some(device) = ConnectedDevice::find(&rig.facts) else {
+            continue;
+        };
+        if rig.frictions().known(device.connection).is_some() {
+            continue;
+        }
+        if let KnownFriction::Unusable(why) = rig.frictions().of(&rig.facts.state_dir, &device).await {
+            crate::say(&format!("the rig's own friction is not used: {why}"));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::rig_files::tests::{device, origin};
+    use haptic_core::Directional;
+
+    const FRICTION: RigFriction = RigFriction {
+        mass: 1.4,
+        dynamic_force: Directional {
+            positive: 0.8,
+            negative: 0.7,
+        },
+        viscous: Directional {
+            positive: 0.5,
+            negative: 0.5,
+        },
+        cogging: None,
+    };
+
+    fn record() -> FrictionRecord {
+        FrictionRecord {
+            origin: origin(),
+            friction: FRICTION,
+        }
+    }
+
+    #[test]
+    fn what_was_identified_is_read_again() {
+        let text = toml::to_string(&record()).expect("it can be written");
+        assert_eq!(toml::from_str(&text), Ok(record()), "{text}");
+        assert_eq!(usable(record(), &device()), Ok(FRICTION));
+    }
+
+    #[test]
+    fn a_record_that_does_not_hold_is_not_used_and_says_why() {
+        let mut turned = device();
+        turned.rig.reversed = true;
+        let why = usable(record(), &turned).expect_err("its direction has changed");
+        assert!(why.contains("direction"), "{why}");
+        let mut wrong = record();
+        wrong.friction.mass = -1.0;
+        let why = usable(wrong, &device()).expect_err("no rig has it");
+        assert!(why.contains("mass_kg = -1 kg"), "{why}");
+    }
+
+    #[tokio::test]
+    async fn the_file_of_a_rig_is_read_once_for_a_connection() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let frictions = RigFrictions::default();
+        assert_eq!(frictions.known(1), None);
+        assert_eq!(frictions.of(directory.path(), &device()).await, KnownFriction::Never);
+        assert_eq!(frictions.known(1), Some(KnownFriction::Never));
+        let by = Peer::default();
+        let path = frictions
+            .store(directory.path(), &device(), FRICTION, &by)
+            .await
+            .expect("stored");
+        assert_eq!(frictions.known(1), Some(KnownFriction::Identified(FRICTION)));
+        let mut again = device();
+        again.connection = 2;
+        assert_eq!(frictions.known(2), None, "another may be plugged in");
+        assert_eq!(
+            frictions.of(directory.path(), &again).await,
+            KnownFriction::Identified(FRICTION)
+        );
+        std::fs::write(&path, "friction = 3").expect("written");
+        again.connection = 3;
+        let KnownFriction::Unusable(why) = frictions.of(directory.path(), &again).await else {
+            panic!("it is no record");
+        };
+        assert!(why.contains(&path.display().to_string()), "{why}");
+        let wrong = RigFriction {
+            mass: f64::NAN,
+            ..FRICTION
+        };
+        let refused = frictions
+            .store(directory.path(), &device(), wrong, &by)
+            .await
+            .expect_err("NaN");
+        assert_eq!(
+            (refused.code, refused.unit.as_deref()),
+            (ErrorCode::OutOfRange, Some("kg"))
+        );
+    }
+}
