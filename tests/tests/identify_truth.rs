@@ -8,7 +8,7 @@ use haptic_core::velocity::{Estimator, Method};
 use haptic_core::{Excitation, PulseShape, Renderer};
 use haptic_ipc::{IdentificationReply, Peer};
 use haptic_lab::identify::Record;
-use haptic_lab::identify::cogging::SweepSample;
+use haptic_lab::identify::cogging::{SweepSample, at_speed};
 use haptic_lab::identify::plan::Bounds;
 use haptic_lab::identify::rig_itself::{self, RigItself};
 
@@ -63,20 +63,15 @@ impl Loop {
         }
         let mut renderer = Renderer::excitation(excitation, 1e-3).expect("bounded");
         renderer.take_over(&rest);
-        let mut samples = Vec::new();
+        let mut ticks = Vec::new();
         loop {
             let (position_m, force_n) = self.tick(&mut renderer);
             let reference = renderer.state();
             if reference.contact == Contact::Stuck {
-                break;
+                return at_speed(&ticks, 1e-3);
             }
-            if reference.velocity.abs() > 0.99 * excitation.course.fastest_mps() {
-                samples.push((position_m, reference.velocity.signum(), force_n));
-            }
+            ticks.push((position_m, reference.velocity, force_n));
         }
-        let seconds = samples.len() as f64 * 1e-3;
-        assert!(self.record.t_s.len() as f64 * 1e-3 >= seconds);
-        samples
     }
 }
 
@@ -94,7 +89,7 @@ fn measured(properties: RigProperties) -> RigItself {
         record_s > least_s,
         "no motion has ended early: {record_s} s of {least_s} s"
     );
-    rig_itself::measure(rig.record, &sweep).expect("a usable record")
+    rig_itself::measure(&rig.record, &sweep).expect("a usable record")
 }
 
 /// A rig of 20 N with 100 mm of range.

@@ -13,6 +13,7 @@ mod cost;
 mod ctl;
 mod ctl_change;
 mod ctl_doctor;
+mod ctl_identify;
 mod ctl_lease;
 mod ctl_record;
 mod ctl_recording;

@@ -7,6 +7,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
 use haptic_core::rig_friction::Cogging;
+use haptic_lab::identify::cogging::at_speed;
 use haptic_lab::identify::{Identified, Interval, Refusal, rig_itself};
 use serde::Serialize;
 
@@ -42,12 +43,14 @@ pub(super) async fn run(
     session.say("This measures the rig itself: nothing but the handle may be fixed to it.");
     let excited = arguments.excite(&mut session, true).await?;
     let ticks = std::mem::take(&mut session.ticks);
-    let resolution_m = session.begun.resolution_m;
+    let (resolution_m, period_s) = (session.begun.resolution_m, session.period_s);
     let measured = session
         .compute(move || {
             let record = ticks.record(excited.first_tick, excited.last_tick, resolution_m);
-            let sweep = excited.sweep.map(|(from, to)| ticks.sweep(from, to));
-            rig_itself::measure(record, &sweep.unwrap_or_default())
+            let sweep = excited
+                .sweep
+                .map(|(from, to)| at_speed(&ticks.sweep(from, to), period_s));
+            rig_itself::measure(&record, &sweep.unwrap_or_default())
         })
         .await?;
     let mut measured = measured.map_err(|error| Failure::BadRig(error.to_string()))?;

@@ -19,8 +19,18 @@ pub struct RigItself {
 ///
 /// # Errors
 /// The record is unusable.
-pub fn measure(mut record: Record, sweep: &[SweepSample]) -> Result<RigItself, IdentifyError> {
-    let found = cogging(sweep);
+pub fn measure(record: &Record, sweep: &[SweepSample]) -> Result<RigItself, IdentifyError> {
+    let roughly = identified_beside(record, cogging(sweep, 0.0))?;
+    // What the mass takes of the sweep is known only now.
+    match roughly.identified.mass_kg {
+        Some(mass_kg) if roughly.cogging.is_some() => identified_beside(record, cogging(sweep, mass_kg)),
+        _ => Ok(roughly),
+    }
+}
+
+/// Mass and friction beside cogging, or beside the reason why there is none.
+fn identified_beside(record: &Record, found: Result<FoundCogging, String>) -> Result<RigItself, IdentifyError> {
+    let mut record = record.clone();
     if let Ok(found) = &found {
         without_cogging(&mut record, &found.cogging);
     }
