@@ -11,16 +11,18 @@
 pub mod cogging;
 mod grid;
 mod karnopp;
+mod plot;
 pub mod plan;
 pub mod record_file;
 mod result;
 pub mod rig_itself;
 mod scene;
 mod sensor;
-mod smoothing;
+pub(crate) mod smoothing;
 pub mod study;
 
 pub use karnopp::fitted;
+pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
 pub use scene::IdentifiedScene;
