@@ -4,7 +4,7 @@
 #     examples/aluminium-on-teflon.sh [DIRECTORY]
 #
 # The real surface is simulated, by a solver that hapticd does not render with; with records of your own, leave out
-# the first step. Everything goes into DIRECTORY: real.csv and hand.csv, identified.json, scene.toml, rendered.csv,
+# the first step. Everything goes into DIRECTORY: real.csv and hand.csv, identified.json, scene.toml, rendered.mcap,
 # compare.json, and the plots identified.html, compare.html and compare.svg. It takes half a minute.
 #
 # HAPTICD_BIN is the directory of the programs [default: built here, optimised]; HAPTICD_OPTIONS are further options
@@ -41,8 +41,8 @@ done
 # The lab's hand held the mass by a sensor of 20 N/mm; the motion begins with a rest of 2 s.
 ctl set K=20N/mm B=60Ns/m >/dev/null
 ctl engage --wait >/dev/null
-ctl record "$out/rendered.csv" --force --for 25s
+ctl record "$out/rendered.mcap" --force --for 25s
 
 echo "4. The rendered surface is compared with the real one"
-ctl compare "$out/real.csv" "$out/rendered.csv" --plot "$out/compare.html"
-ctl compare "$out/real.csv" "$out/rendered.csv" --plot "$out/compare.svg" --json >"$out/compare.json"
+ctl compare "$out/real.csv" "$out/rendered.mcap" --plot "$out/compare.html"
+ctl compare "$out/real.csv" "$out/rendered.mcap" --plot "$out/compare.svg" --json >"$out/compare.json"
