@@ -166,6 +166,7 @@ mod refusal;
 pub mod regular_file;
 mod replay;
 mod request;
+mod rig_friction;
 mod sample;
 mod scene;
 #[cfg(feature = "schema")]
@@ -192,6 +193,7 @@ pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatu
 pub use problem::Problem;
 pub use replay::{SceneArrival, SceneRamp, ServoSetup};
 pub use request::{ChangeOptions, Request};
+pub use rig_friction::{LossSource, RigFrictionStatus};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,

@@ -1,4 +1,5 @@
 use super::*;
+use crate::Directional;
 use crate::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
 use proptest::prelude::*;
 use std::vec::Vec;
@@ -95,7 +96,7 @@ fn what_is_left_of_the_losses_is_the_least_that_the_rig_takes_up() {
         share: 0.5,
         friction: RIG,
     }
-    .losses_left();
+    .left_of(RIG.losses());
     assert!(near(left.friction, 0.6 - 0.4) && left.damping == 0.0, "{left:?}");
 }
 
@@ -143,6 +144,8 @@ fn any_step() -> impl Strategy<Value = Step> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     /// Noise, jumps, steps at rest, swings, a velocity that has nothing to do with the motion, and
     /// any force of the surface.
     // hazard: F20
