@@ -215,20 +215,20 @@ fn the_rig_is_set_only_while_no_force_flows_and_its_energy_is_observed() {
         damping: 0.0,
         friction: 0.1,
     };
-    let before = script.next().force_n;
+    let added = |outputs: Outputs| outputs.force_n + outputs.coupling_force_n;
     script.servo.set_rig(losses, Some(compensation(0.8)));
     script.go_on(50);
-    assert!((script.next().force_n - before).abs() < 1e-6, "not now");
+    assert_eq!(added(script.next()), 0.0, "not now");
     script.command(Command::Release);
     script.until_released();
     script.servo.set_rig(losses, Some(compensation(0.8)));
     assert_eq!(script.servo.settings().losses, losses);
     script.command(Command::Engage);
     script.go_on(200);
-    assert!((script.next().force_n - before - 0.8 * IDENTIFIED_N).abs() < 1e-6);
+    assert!((added(script.next()) - 0.8 * IDENTIFIED_N).abs() < 1e-9);
     // It gives more than this rig is said to take up: 0.64 N against 0.1 N, over a tenth of a millimetre a step.
     let before_j = script.next().energy_excess_j;
     script.go_on(99);
     let grown_j = script.next().energy_excess_j - before_j;
-    assert!((grown_j - 0.54 * 1e-4 * 100.0).abs() < 1e-9, "{grown_j} J");
+    assert!((grown_j - 0.54 * 1e-4 * 100.0).abs() < 5e-5, "{grown_j} J");
 }
