@@ -20,7 +20,8 @@
 //!   [exact](block::exact) scheme or the paper's [literal](block::literal) one.
 //! * [`sample_clock`] holds a device's clock against ours, and [`position_guard`] its positions
 //!   against what a hand can do, before anything is made of them.
-//! * [`pulse`] takes the place of a scene while a rig is commissioned.
+//! * [`pulse`] takes the place of a scene while a rig is commissioned, and [`excitation`] while it
+//!   is identified.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before
 //!   the motor, and [`passivity`] watches the energy that sampling makes.
 //! * [`rig_friction`] is what the rig itself takes from every motion, and [`compensation`] gives a
@@ -43,10 +44,12 @@ extern crate std;
 
 pub mod adviser;
 pub mod block;
+mod bound_error;
 pub mod compensation;
 mod contact;
 mod direction;
 mod directional;
+pub mod excitation;
 mod flush;
 pub mod friction;
 pub mod limiter;
@@ -67,10 +70,12 @@ mod series;
 pub mod servo;
 pub mod velocity;
 
+pub use bound_error::BoundError;
 pub use direction::Direction;
 pub use directional::Directional;
+pub use excitation::{Course, Excitation};
 pub use parameters::{Parameter, ParameterKey};
-pub use pulse::{PulseError, PulseShape};
+pub use pulse::PulseShape;
 pub use renderer::{FARTHEST_RESEAT_M, Renderer};
 pub use scene::{Scene, SceneError};
 pub use scheme::{Scheme, UnknownScheme};

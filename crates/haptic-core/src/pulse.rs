@@ -5,8 +5,8 @@
 //! gone the wrong way. The limits of the rig hold behind it as behind every scene.
 
 use crate::block::{BlockState, Contact, EventSink, Moving, Rendered};
+use crate::bound_error::BoundError;
 use crate::direction::Direction;
-use core::fmt;
 
 /// Longest pulse with its edges, s.
 pub const LONGEST_PULSE_S: f64 = 0.3;
@@ -34,39 +34,6 @@ pub struct PulseShape {
     pub wrong_way_limit_m: f64,
 }
 
-/// Why a pulse cannot be rendered.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PulseError {
-    /// The quantity.
-    pub field: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// The smallest that is allowed.
-    pub min: f64,
-    /// The largest that is allowed.
-    pub max: f64,
-    /// The unit of all three.
-    pub unit: &'static str,
-}
-
-impl fmt::Display for PulseError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            field,
-            value,
-            min,
-            max,
-            unit,
-        } = self;
-        write!(
-            f,
-            "{field} = {value} {unit} is out of range: it must be from {min} to {max} {unit}"
-        )
-    }
-}
-
-impl core::error::Error for PulseError {}
-
 impl PulseShape {
     /// No force at all, for ever.
     pub const REST: Self = Self {
@@ -90,20 +57,8 @@ impl PulseShape {
     ///
     /// # Errors
     /// The first quantity that is out of range, or no number.
-    pub fn check(&self) -> Result<(), PulseError> {
-        let within = |field, value: f64, max: f64, unit| {
-            // NaN is within nothing.
-            if (0.0..=max).contains(&value) {
-                return Ok(());
-            }
-            Err(PulseError {
-                field,
-                value,
-                min: 0.0,
-                max,
-                unit,
-            })
-        };
+    pub fn check(&self) -> Result<(), BoundError> {
+        let within = |field, value, max, unit| BoundError::check(field, value, 0.0, max, unit);
         within("rise", self.rise_s, LONGEST_PULSE_S, "s")?;
         within("hold", self.hold_s, LONGEST_PULSE_S, "s")?;
         within("fall", self.fall_s, LONGEST_PULSE_S, "s")?;

@@ -1,10 +1,12 @@
 //! The compiled form of a scene: its own parts and no others, behind one interface.
 
 use crate::block::{BlockState, Coupling, EventSink, Rendered};
+use crate::bound_error::BoundError;
 use crate::contact::Contact;
+use crate::excitation::{Excitation, Follower};
 use crate::math::sqrt;
 use crate::parameters::SceneError;
-use crate::pulse::{Pulse, PulseError, PulseShape};
+use crate::pulse::{Pulse, PulseShape};
 use crate::render::{BlockSetup, Surface};
 use crate::scene::Scene;
 use crate::scheme::Scheme;
@@ -20,6 +22,7 @@ pub struct Renderer {
     surface: Box<dyn Surface>,
     /// The block's mass and its coupling, where there is one.
     held: Option<(f64, Coupling)>,
+    is_motion: bool,
 }
 
 impl Clone for Renderer {
@@ -27,6 +30,7 @@ impl Clone for Renderer {
         Self {
             surface: self.surface.boxed(),
             held: self.held,
+            is_motion: self.is_motion,
         }
     }
 }
@@ -51,7 +55,11 @@ impl Renderer {
                 .as_law()
                 .behind_block(&BlockSetup { mass, coupling, scheme }),
         };
-        Ok(Self { surface, held })
+        Ok(Self {
+            surface,
+            held,
+            is_motion: false,
+        })
     }
 
     /// A single pulse of force instead of a scene, for ticks of about `period_s` seconds. It begins
@@ -60,12 +68,33 @@ impl Renderer {
     ///
     /// # Errors
     /// The pulse is not bounded as it must be.
-    pub fn pulse(shape: PulseShape, period_s: f64) -> Result<Self, PulseError> {
+    pub fn pulse(shape: PulseShape, period_s: f64) -> Result<Self, BoundError> {
         shape.check()?;
-        Ok(Self {
-            surface: Box::new(Pulse::new(shape, period_s)),
+        Ok(Self::motion(Box::new(Pulse::new(shape, period_s))))
+    }
+
+    /// An excitation instead of a scene, for ticks of about `period_s` seconds. It begins and ends
+    /// as a [pulse](Self::pulse) does. Its block is the reference, which is stuck once it has ended.
+    ///
+    /// # Errors
+    /// The excitation is not bounded as it must be.
+    pub fn excitation(excitation: Excitation, period_s: f64) -> Result<Self, BoundError> {
+        excitation.check()?;
+        Ok(Self::motion(Box::new(Follower::new(excitation, period_s))))
+    }
+
+    fn motion(surface: Box<dyn Surface>) -> Self {
+        Self {
+            surface,
             held: None,
-        })
+            is_motion: true,
+        }
+    }
+
+    /// Whether it is a pulse or an excitation instead of a scene.
+    #[must_use]
+    pub fn is_motion(&self) -> bool {
+        self.is_motion
     }
 
     /// The block and the last device sample. Without a block it is the contact at the device.

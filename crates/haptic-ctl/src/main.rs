@@ -8,6 +8,7 @@ mod commission;
 mod complete;
 mod completions;
 mod condition;
+mod console;
 mod cost;
 mod daemon;
 mod describe;
@@ -17,6 +18,7 @@ mod drive;
 mod duration;
 mod failure;
 mod get;
+mod identify;
 mod lease;
 mod log;
 mod man;
@@ -110,6 +112,8 @@ enum Command {
     /// pulses, and store them. A rig engages only after that
     #[command(after_help = commission::HELP)]
     Commission(commission::Arguments),
+    /// Identify mass and friction of what the rig moves, or of the rig itself
+    Identify(identify::Arguments),
     /// Wait until a condition holds, as in --until state=engaged
     #[command(after_help = wait::help())]
     Wait(wait::Arguments),
@@ -167,6 +171,7 @@ impl Command {
             Self::Stop => Request::Stop {},
             Self::Reset => Request::Reset {},
             Self::Commission(_) => return Ok(commission::Arguments::requests()),
+            Self::Identify(identify) => return Ok(identify.requests()),
             Self::Wait(wait) => return Ok(wait.requests()),
             Self::Lease(lease) => lease.request()?,
             Self::Watch(watch) => watch.request(),
@@ -292,6 +297,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Engage(waiting) => drive::run_to(daemon, request, RigState::Engaged, waiting, json).await,
         Command::Release(waiting) => drive::run_to(daemon, request, RigState::Idle, waiting, json).await,
         Command::Commission(arguments) => commission::run(daemon, arguments, json).await,
+        Command::Identify(arguments) => identify::run(daemon, arguments, json).await,
         Command::Wait(wait) => wait::run(daemon, wait, json).await,
         Command::Lease(lease) => lease::run(daemon, lease).await,
         Command::Watch(watch) => watch::run(daemon, watch, request, json).await,

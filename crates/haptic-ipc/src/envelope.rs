@@ -85,6 +85,12 @@ mod tests {
     use super::*;
     use haptic_core::Scene;
 
+    const EXCITATION: &str = concat!(
+        r#","excitation":{"course":{"kind":"sweep","travel_m":0.01,"speed_mps":0.001,"rounds":1},"#,
+        r#""force_limit_N":2,"slew_limit_N_per_s":200,"stiffness_N_per_m":1000,"damping_Ns_per_m":20,"#,
+        r#""travel_limit_m":0.02,"speed_limit_mps":0.3,"lag_limit_m":0.01,"wrong_way_limit_m":0.0001}"#
+    );
+
     #[test]
     fn requests_read_as_the_specification_shows_them() {
         let envelope = Envelope::parse(r#"{"id":7,"op":"set","params":{"mass":1.5,"Fs":{"positive":5,"negative":3}}}"#);
@@ -105,6 +111,8 @@ mod tests {
                 "scene.diff" => r#","from":{"friction":{"law":"viscous","viscous":2}}"#,
                 "lease" => r#","timeout_ms":500"#,
                 "commission.pulse" => r#","force_N":-1.5,"duration_ms":100"#,
+                "identify.excite" => EXCITATION,
+                "identify.store" => r#","friction":{"mass_kg":1.4,"dynamic_force_N":0.8,"viscous_Ns_per_m":0}"#,
                 _ => "",
             };
             let line = format!(r#"{{"op":"{op}","id":1{more}}}"#);

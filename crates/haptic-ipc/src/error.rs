@@ -83,7 +83,7 @@ pub enum ErrorCode {
     NotCommissioned,
     /// The rig's own friction is to be compensated, and was never identified or has changed since.
     NotIdentified,
-    /// A client is commissioning the rig; the message says who.
+    /// A client is commissioning or identifying the rig; the message says who.
     Commissioning,
     /// The real-time thread did not answer in time.
     NotResponding,

@@ -56,6 +56,11 @@
 //! | `commission.status` | | [`CommissionReply`] | |
 //! | `commission.store` | `range_m`, `friction_N` | [`CommissionReply`] | the file is written |
 //! | `commission.end` | | [`CommissionReply`] | |
+//! | `identify.begin` | `range_m` | [`IdentificationReply`] | |
+//! | `identify.excite` | `excitation` | [`IdentificationReply`] | it has begun; `identify.status` has its report |
+//! | `identify.status` | | [`IdentificationReply`] | |
+//! | `identify.store` | `friction` | [`IdentificationReply`] | the file is written |
+//! | `identify.end` | | [`IdentificationReply`] | |
 //!
 //! In `params` a parameter goes by its name or its symbol; `Fs+` and `Fs-` (and likewise for every
 //! parameter that is `directional`) set one direction. A `scene` is a number (an earlier revision),
@@ -107,6 +112,22 @@
 //! a negative pulse have each moved the handle in their direction. `range_m` and `friction_N` are
 //! kept as given.
 //!
+//! ## Identification
+//! `identify.begin` takes a commissioned rig alone as `commission.begin` does, under the same lease,
+//! and ends for the same reasons; `commissioning` in `status` names the client. The handle must be
+//! in the middle of its range, which the commissioning has found or `range_m` says.
+//!
+//! `identify.excite` engages the rig without a scene and draws the handle along a course by a
+//! virtual spring and damper ([`Excitation`](haptic_core::Excitation)): at most half of the force
+//! limit, inside the range, at most 120 s. It is answered when it has begun; ask `identify.status`
+//! until `moving` is false: `last` then has the [`ExcitationReport`]. Its force ends at once when
+//! the handle goes beyond the bounds; when it goes against the force from the beginning on, the
+//! identification is over. A client that subscribes to `samples` has every tick of it: there
+//! `command_force_N` drives the handle, the block is the reference, and bit 22 of `input_flags` is
+//! set.
+//!
+//! `identify.store` keeps what was identified of the rig itself, by its serial number.
+//!
 //! # Events
 //! After `subscribe` the server sends lines without `id`, each with the name of its topic in
 //! `event`:
@@ -155,6 +176,7 @@ mod describe;
 mod envelope;
 mod error;
 mod event;
+mod identification;
 mod journal;
 mod line;
 mod link;
@@ -187,6 +209,7 @@ pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};
 pub use error::{ErrorCode, WireError};
 pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply, Topic};
+pub use identification::{ExcitationEnd, ExcitationReport, IdentificationReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};

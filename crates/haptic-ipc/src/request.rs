@@ -263,6 +263,25 @@ operations! {
     } -> crate::CommissionReply;
     /// Give the rig back, as it was before.
     CommissionEnd "commission.end" {} -> crate::CommissionReply;
+    /// Take the rig alone, to identify it.
+    IdentifyBegin "identify.begin" {} optional {
+        /// Travel of the handle between its ends, m; as its commissioning found it when absent.
+        range_m: Option<f64> where FOUND,
+    } -> crate::IdentificationReply;
+    /// Move the handle along a course.
+    IdentifyExcite "identify.excite" {
+        /// The course, and the bounds within which the handle is drawn along it.
+        excitation: haptic_core::Excitation,
+    } -> crate::IdentificationReply;
+    /// The state of the identification.
+    IdentifyStatus "identify.status" {} -> crate::IdentificationReply;
+    /// Store what was identified of the rig itself.
+    IdentifyStore "identify.store" {
+        /// Mass, friction and cogging of the rig.
+        friction: haptic_core::rig_friction::RigFriction,
+    } -> crate::IdentificationReply;
+    /// Give the rig back, as it was before.
+    IdentifyEnd "identify.end" {} -> crate::IdentificationReply;
 }
 
 /// Whether a field that may be left out is left out.

@@ -51,7 +51,7 @@ pub struct Status {
     /// Number of clients that hold a lease.
     #[serde(default)]
     pub leases: usize,
-    /// The client that commissions the rig.
+    /// The client that commissions or identifies the rig.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub commissioning: Option<Peer>,
     /// The rig.

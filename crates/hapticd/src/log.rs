@@ -123,7 +123,8 @@ pub(crate) fn show(line: String) {
 pub(crate) fn journal(entry: &JournalEntry) {
     let level = match entry.op.as_str() {
         "set" | "undo" | "redo" | "scene.load" | "scene.save" => return,
-        "engage" | "release" | "reset" | "connected" | "commission.begin" | "commission.store" => Level::Info,
+        "engage" | "release" | "reset" | "connected" | "commission.begin" | "commission.store" | "identify.begin"
+        | "identify.store" => Level::Info,
         "stop" | "lease_lapsed" | "disconnected" => Level::Warning,
         // A fault, and everything unknown.
         _ => Level::Error,

@@ -1,4 +1,4 @@
-//! The carriage of the fake rig: mass, Coulomb and viscous friction, a motor and a hand.
+//! The carriage of the fake rig: mass, friction, cogging, a motor and a hand.
 //!
 //! Between two reads the motor's force is constant, as a real amplifier holds it, and the motion is
 //! integrated by the implicit midpoint rule in steps of at most [`SUB_STEP_S`]: exact for a
@@ -19,8 +19,22 @@ const MAX_SUB_STEPS: f64 = 1000.0;
 pub struct RigProperties {
     /// Mass of the moving part, kg.
     pub mass_kg: f64,
-    /// Coulomb friction of the guide, N.
+    /// Coulomb friction of the guide, N: of a motion in the positive direction, and in the negative
+    /// one unless that has its own.
     pub friction_n: f64,
+    /// Coulomb friction of a motion in the negative direction, N, where it differs.
+    pub negative_friction_n: Option<f64>,
+    /// Force that sets the carriage in motion, as a multiple of its Coulomb friction (>= 1). Without
+    /// effect where it has a presliding stiffness.
+    pub breakaway_ratio: f64,
+    /// Stiffness of the guide before it slides, N/m (Dahl's law with an exponent of 1); `None` for a
+    /// guide that is rigid.
+    pub presliding_n_per_m: Option<f64>,
+    /// Amplitude of the motor's cogging, N: the force of rest positions in the middle and every
+    /// pitch from there.
+    pub cogging_n: f64,
+    /// Distance between two of these rest positions, m (> 0).
+    pub cogging_pitch_m: f64,
     /// Viscous damping of the guide, N s/m.
     pub damping_ns_per_m: f64,
     /// Distance between two counts of the encoder, m; 0 for a perfect one.
@@ -36,6 +50,11 @@ impl Default for RigProperties {
         Self {
             mass_kg: 1.4,
             friction_n: 0.8,
+            negative_friction_n: None,
+            breakaway_ratio: 1.0,
+            presliding_n_per_m: None,
+            cogging_n: 0.0,
+            cogging_pitch_m: 0.01,
             damping_ns_per_m: 0.0,
             resolution_m: 10e-6,
             end_stop_m: f64::INFINITY,
@@ -46,13 +65,12 @@ impl Default for RigProperties {
 /// The carriage.
 #[derive(Clone, Debug)]
 pub struct Plant {
-    mass_kg: f64,
-    friction_n: f64,
-    damping_ns_per_m: f64,
-    end_stop_m: f64,
+    properties: RigProperties,
     hand: Hand,
     position_m: f64,
     velocity_mps: f64,
+    /// Deflection of a guide that gives way before it slides, m.
+    deflection_m: f64,
 }
 
 impl Plant {
@@ -64,13 +82,11 @@ impl Plant {
             Hand::Prescribed(motion) | Hand::Arm { motion, .. } => motion.at(0.0).0,
         };
         Self {
-            mass_kg: properties.mass_kg,
-            friction_n: properties.friction_n,
-            damping_ns_per_m: properties.damping_ns_per_m,
-            end_stop_m: properties.end_stop_m,
+            properties: *properties,
             hand,
             position_m,
             velocity_mps: 0.0,
+            deflection_m: 0.0,
         }
     }
 
@@ -132,21 +148,65 @@ impl Plant {
                 )
             }
         };
-        let inertia = 2.0 * self.mass_kg / h;
-        let drive = inertia * self.velocity_mps + force_n + pull;
-        if drive.abs() <= self.friction_n {
+        let inertia = 2.0 * self.properties.mass_kg / h;
+        let drive = inertia * self.velocity_mps + force_n + pull + self.cogging_n();
+        let resistance = inertia + drag + self.properties.damping_ns_per_m;
+        match self.properties.presliding_n_per_m {
+            None => self.slide(h, drive, resistance),
+            Some(stiffness) => self.deflect(h, drive, resistance, stiffness),
+        }
+        if self.position_m.abs() > self.properties.end_stop_m {
+            self.position_m = self.properties.end_stop_m.copysign(self.position_m);
+            self.velocity_mps = 0.0;
+        }
+    }
+
+    /// The force that draws the carriage to the nearest rest position of the motor, N.
+    fn cogging_n(&self) -> f64 {
+        if self.properties.cogging_n == 0.0 {
+            return 0.0;
+        }
+        -self.properties.cogging_n * (TAU * self.position_m / self.properties.cogging_pitch_m).sin()
+    }
+
+    /// Coulomb friction of a motion the way of `direction`, N.
+    fn friction_n(&self, direction: f64) -> f64 {
+        match self.properties.negative_friction_n {
+            Some(negative_n) if direction < 0.0 => negative_n,
+            _ => self.properties.friction_n,
+        }
+    }
+
+    /// A step on a rigid guide.
+    fn slide(&mut self, h: f64, drive: f64, resistance: f64) {
+        let friction_n = self.friction_n(drive);
+        let holds_n = if self.velocity_mps == 0.0 {
+            self.properties.breakaway_ratio * friction_n
+        } else {
+            friction_n
+        };
+        if drive.abs() <= holds_n {
             self.velocity_mps = 0.0;
             return;
         }
-        let middle = (drive - self.friction_n.copysign(drive)) / (inertia + drag + self.damping_ns_per_m);
+        let middle = (drive - friction_n.copysign(drive)) / resistance;
         let end = 2.0 * middle - self.velocity_mps;
         self.position_m += h * middle;
         // Friction stops a motion, it does not turn it round: the next step decides whether it
         // starts again.
         self.velocity_mps = if end * middle < 0.0 { 0.0 } else { end };
-        if self.position_m.abs() > self.end_stop_m {
-            self.position_m = self.end_stop_m.copysign(self.position_m);
-            self.velocity_mps = 0.0;
+    }
+
+    /// A step on a guide that gives way: Dahl's law, whose deflection is exact for an even motion.
+    fn deflect(&mut self, h: f64, drive: f64, resistance: f64, stiffness: f64) {
+        let middle = (drive - stiffness * self.deflection_m) / resistance;
+        self.velocity_mps = 2.0 * middle - self.velocity_mps;
+        self.position_m += h * middle;
+        // With the speed at the end, so that the spring makes no energy.
+        let way_m = h * self.velocity_mps;
+        let steady_m = (self.friction_n(way_m) / stiffness).copysign(way_m);
+        if steady_m != 0.0 {
+            self.deflection_m = steady_m + (self.deflection_m - steady_m) * (-way_m / steady_m).exp();
         }
     }
 }
@@ -179,6 +239,79 @@ mod tests {
         // step.
         let expected = 0.005 + 0.01 * 1.4 / 1.6;
         assert!((plant.position_m() - expected).abs() < 2e-6, "{plant:?}");
+    }
+
+    /// The carriage after so long under a steady force.
+    fn pushed(properties: RigProperties, force_n: f64, seconds: f64) -> Plant {
+        let mut plant = Plant::new(&properties, Hand::Free);
+        plant.advance(seconds, seconds, force_n);
+        plant
+    }
+
+    #[test]
+    fn friction_differs_by_direction_and_breaks_away_above_its_sliding_level() {
+        let properties = RigProperties {
+            mass_kg: 1.0,
+            friction_n: 0.5,
+            negative_friction_n: Some(1.5),
+            breakaway_ratio: 1.2,
+            ..RigProperties::default()
+        };
+        for (force_n, speed_mps) in [(0.59, 0.0), (0.61, 0.11), (-1.79, 0.0), (-1.81, -0.31)] {
+            let speed = pushed(properties, force_n, 1.0).velocity_mps();
+            assert!((speed - speed_mps).abs() < 1e-9, "{force_n} N: {speed} m/s");
+        }
+    }
+
+    #[test]
+    fn cogging_holds_at_its_rest_positions_and_takes_no_energy_over_a_pitch() {
+        let properties = RigProperties {
+            mass_kg: 1.0,
+            friction_n: 0.0,
+            cogging_n: 0.3,
+            cogging_pitch_m: 0.01,
+            ..RigProperties::default()
+        };
+        let mut plant = Plant::new(&properties, Hand::Free);
+        // 0.3 N a rad of 2 pi in 10 mm: a push of half the amplitude is held at a twelfth of the pitch,
+        // and swings to twice that.
+        let mut farthest: f64 = 0.0;
+        for tick in 1..=2000 {
+            plant.advance(1e-3, f64::from(tick) * 1e-3, 0.15);
+            farthest = farthest.max(plant.position_m());
+        }
+        assert!(farthest > 1.6e-3 && farthest < 2.1e-3, "{farthest} m");
+        let mut fast = Plant::new(&properties, Hand::Free);
+        fast.velocity_mps = 0.1;
+        while fast.position_m() < 0.01 {
+            fast.advance(1e-4, 1.0, 0.0);
+        }
+        assert!((fast.velocity_mps() - 0.1).abs() < 1e-4, "{fast:?}");
+    }
+
+    #[test]
+    fn a_guide_gives_way_by_its_stiffness_and_then_slides_at_its_friction() {
+        let properties = RigProperties {
+            mass_kg: 1.0,
+            friction_n: 0.8,
+            negative_friction_n: Some(0.4),
+            presliding_n_per_m: Some(2e4),
+            damping_ns_per_m: 20.0,
+            ..RigProperties::default()
+        };
+        // Dahl: F = Fc (1 - exp(-sigma x / Fc)), so 0.4 of 0.8 N at ln 2 of 40 um.
+        let held = pushed(properties, 0.4, 1.0);
+        let expected_m = 4e-5 * std::f64::consts::LN_2;
+        assert!((held.position_m() - expected_m).abs() < 0.2e-5, "{held:?}");
+        for (force_n, speed_mps) in [(1.8, 0.05), (-1.4, -0.05)] {
+            let speed = pushed(properties, force_n, 1.0).velocity_mps();
+            assert!((speed - speed_mps).abs() < 1e-6, "{force_n} N: {speed} m/s");
+        }
+        // Let go, it springs back and rests.
+        let mut plant = pushed(properties, 0.4, 1.0);
+        plant.advance(1.0, 2.0, 0.0);
+        assert!(plant.velocity_mps().abs() < 1e-6, "{plant:?}");
+        assert!(plant.position_m().abs() < expected_m, "{plant:?}");
     }
 
     #[test]

@@ -43,18 +43,34 @@ impl Servo {
             return (coupling_force, 0.0);
         }
         let on_hand = -(coupling_force + self.offset.fade(elapsed_s));
-        let compensation = if self.compensator.is_some() {
-            self.compensate(elapsed_s, resolution)
+        let limited = if self.scene.renderer.is_motion() {
+            self.limit_motion(on_hand, gain, our_elapsed_s)
         } else {
-            0.0
+            let compensation = if self.compensator.is_some() {
+                self.compensate(elapsed_s, resolution)
+            } else {
+                0.0
+            };
+            self.apply_limits(on_hand, compensation, gain, elapsed_s, our_elapsed_s)
         };
-        match self.apply_limits(on_hand, compensation, gain, elapsed_s, our_elapsed_s) {
+        match limited {
             Ok(force) => (coupling_force, force),
             Err(_) => {
                 self.rig.fail(Fault::NonFiniteForce);
                 (0.0, 0.0)
             }
         }
+    }
+
+    /// The force of a pulse or an excitation, N. It is bounded by itself and gives energy on purpose:
+    /// nothing is added to it.
+    #[inline(never)]
+    fn limit_motion(&mut self, on_hand: f64, gain: f64, our_elapsed_s: f64) -> Result<f64, NonFiniteForce> {
+        self.passivity.rest();
+        if let Some(compensator) = &mut self.compensator {
+            compensator.rest();
+        }
+        self.limiter.limit(on_hand, gain, our_elapsed_s)
     }
 
     /// The force that compensates the rig's own friction, N.

@@ -79,6 +79,7 @@ impl From<Event> for Events {
 /// | 18 and 19 | command: 0 none, 1 engage, 2 release, 3 reset |
 /// | 20 | the force of this step could not be written |
 /// | 21 | a scene arrived |
+/// | 22 | a pulse or an excitation is rendered instead of the scene |
 /// | 24 to 31 | code of the error report |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InputWord {
@@ -94,6 +95,7 @@ const EVENTS: u32 = 13;
 const COMMAND: u32 = 18;
 const WRITE_FAILED: u32 = 20;
 const NEW_SCENE: u32 = 21;
+const MOTION: u32 = 22;
 const ERROR_CODE: u32 = 24;
 
 /// The bits of [`Events`].
@@ -132,6 +134,20 @@ impl InputWord {
     #[must_use]
     pub fn new_scene(self) -> bool {
         self.bit(NEW_SCENE)
+    }
+
+    /// The same, of a step that rendered a pulse or an excitation instead of the scene.
+    #[must_use]
+    pub fn with_motion(mut self, is_motion: bool) -> Self {
+        self.flags |= u32::from(is_motion) << MOTION;
+        self
+    }
+
+    /// Whether the step rendered a pulse or an excitation instead of the scene: its force drives the
+    /// handle, and the recording does not hold what it was computed from.
+    #[must_use]
+    pub fn is_motion(self) -> bool {
+        self.bit(MOTION)
     }
 
     /// What happened.
@@ -224,9 +240,9 @@ mod tests {
         /// A record holds exactly the inputs of its step.
         #[test]
         fn a_word_and_the_numbers_beside_it_are_the_inputs(
-            sample in sample(), flags in prop::array::uniform7(any::<bool>()), command in 0..4_usize,
+            sample in sample(), flags in prop::array::uniform8(any::<bool>()), command in 0..4_usize,
         ) {
-            let [stop, slept, too_late, lease_lapsed, control_lost, new_scene, write_failed] = flags;
+            let [stop, slept, too_late, lease_lapsed, control_lost, new_scene, write_failed, is_motion] = flags;
             let events = Events::default()
                 .and(Event::Stop, stop)
                 .and(Event::Slept, slept)
@@ -241,7 +257,7 @@ mod tests {
                 events,
                 command: [None, Some(Command::Engage), Some(Command::Release), Some(Command::Reset)][command],
             };
-            let mut word = InputWord::new(&inputs, new_scene);
+            let mut word = InputWord::new(&inputs, new_scene).with_motion(is_motion);
             if write_failed {
                 // However often it is said.
                 word = word.with_write_failed().with_write_failed();
@@ -256,6 +272,7 @@ mod tests {
             prop_assert_eq!(events.has(Event::Stop), stop);
             prop_assert_eq!(events.is_empty(), !(stop || slept || too_late || lease_lapsed || control_lost));
             prop_assert_eq!((word.new_scene(), word.write_failed()), (new_scene, write_failed));
+            prop_assert_eq!((word.is_motion(), word.flags >> 22 & 1), (is_motion, u32::from(is_motion)));
         }
     }
 }

@@ -4,6 +4,7 @@ extern crate std;
 
 mod compensation;
 mod forces;
+mod motion;
 mod script;
 mod states;
 

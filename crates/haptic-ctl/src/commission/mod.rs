@@ -1,12 +1,11 @@
 //! `commission`: finds the direction of a rig's motor, the range of its handle and its friction by
 //! small pulses, and has the daemon store them.
 
-mod console;
 mod findings;
 
+use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use console::Console;
 use findings::{Findings, mm};
 use haptic_ipc::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, PulseEnd, PulseReport, Request};
 use std::time::{Duration, Instant};
@@ -98,7 +97,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
             "--range by-hand needs a person to say when the handle has been moved: leave --yes out".to_owned(),
         ));
     }
-    let console = Console::new(arguments.yes)?;
+    let console = Console::new("commission", arguments.yes)?;
     let _: LeaseReply = daemon
         .ask(Request::Lease {
             timeout_ms: LONGEST_COMMISSION_LEASE_MS,

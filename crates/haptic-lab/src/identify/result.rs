@@ -1,7 +1,8 @@
 //! What an identification found, and what it refused.
 
 use haptic_core::Directional;
-use serde::{Deserialize, Serialize};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Serialize, Serializer};
 use std::collections::BTreeMap;
 
 /// The law to identify.
@@ -40,26 +41,28 @@ pub struct Identified {
     /// Mass, kg.
     pub mass_kg: Option<f64>,
     /// Dynamic (Coulomb) friction by direction of motion, N (> 0).
-    #[serde(rename = "dynamic_force_N")]
+    #[serde(rename = "dynamic_force_N", serialize_with = "as_pair")]
     pub dynamic_force_n: Option<Directional>,
     /// Viscous friction by direction of motion, N s/m.
-    #[serde(rename = "viscous_Ns_per_m")]
+    #[serde(rename = "viscous_Ns_per_m", serialize_with = "as_pair")]
     pub viscous_ns_per_m: Option<Directional>,
     /// Static friction by direction of motion, N (> 0).
-    #[serde(rename = "static_force_N")]
+    #[serde(rename = "static_force_N", serialize_with = "as_pair")]
     pub static_force_n: Option<Directional>,
     /// Constant force, N: what the sensor's zero or an incline adds.
     #[serde(rename = "offset_N")]
     pub offset_n: Option<f64>,
     /// Presliding stiffness at zero deflection, N/m.
-    #[serde(rename = "stiffness_N_per_m")]
+    #[serde(rename = "stiffness_N_per_m", skip_serializing_if = "Option::is_none")]
     pub stiffness_n_per_m: Option<f64>,
     /// Exponent of Dahl's law.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub exponent: Option<f64>,
     /// Stribeck velocity, m/s (LuGre).
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub stribeck_velocity_mps: Option<f64>,
     /// Bristle damping, N s/m (LuGre).
-    #[serde(rename = "bristle_damping_Ns_per_m")]
+    #[serde(rename = "bristle_damping_Ns_per_m", skip_serializing_if = "Option::is_none")]
     pub bristle_damping_ns_per_m: Option<f64>,
     /// Root mean square of the force that the fit leaves, N.
     #[serde(rename = "residual_rms_N")]
@@ -75,4 +78,60 @@ pub struct Identified {
     pub chosen_because: Option<String>,
     /// Remarks for people.
     pub notes: Vec<String>,
+}
+
+impl Identified {
+    /// Nothing found yet.
+    #[must_use]
+    pub const fn empty(model: ModelKind) -> Self {
+        Self {
+            model,
+            mass_kg: None,
+            dynamic_force_n: None,
+            viscous_ns_per_m: None,
+            static_force_n: None,
+            offset_n: None,
+            stiffness_n_per_m: None,
+            exponent: None,
+            stribeck_velocity_mps: None,
+            bristle_damping_ns_per_m: None,
+            residual_rms_n: 0.0,
+            intervals: BTreeMap::new(),
+            refused: Vec::new(),
+            shift_s: 0.0,
+            chosen_because: None,
+            notes: Vec::new(),
+        }
+    }
+}
+
+/// Writes a pair even where both directions are alike, so that a script needs to know one form only.
+fn as_pair<S: Serializer>(value: &Option<Directional>, serializer: S) -> Result<S::Ok, S::Error> {
+    let Some(value) = value else {
+        return serializer.serialize_none();
+    };
+    let mut pair = serializer.serialize_struct("Directional", 2)?;
+    pair.serialize_field("positive", &value.positive)?;
+    pair.serialize_field("negative", &value.negative)?;
+    pair.end()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_a_pair_in_json_even_where_they_are_alike() {
+        let found = Identified {
+            dynamic_force_n: Some(Directional::both(3.5)),
+            ..Identified::empty(ModelKind::Karnopp)
+        };
+        let value = serde_json::to_value(&found).expect("it writes");
+        assert_eq!(
+            value["dynamic_force_N"],
+            serde_json::json!({ "positive": 3.5, "negative": 3.5 })
+        );
+        assert!(value["static_force_N"].is_null() && value.get("exponent").is_none());
+        assert_eq!(serde_json::from_value::<Identified>(value).expect("it reads"), found);
+    }
 }

@@ -24,6 +24,8 @@ pub(super) enum Purpose {
     Scene,
     /// A pulse by which the rig is commissioned.
     Commissioning,
+    /// A course from which the rig is identified.
+    Identification,
 }
 
 /// A permission to engage.

@@ -4,7 +4,7 @@
 use crate::control::history::{Drag, Move};
 use crate::control::journal::bytes_of_changes;
 use crate::control::requester::Requester;
-use crate::control::{RigHandle, advise, commission, library};
+use crate::control::{RigHandle, advise, library, sole_use};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::{
     ChangeOptions, ChangeReply, Changes, Difference, ErrorCode, JournalEntry, SceneRef, Value, WireError, differences,
@@ -148,7 +148,7 @@ fn begin(
             ramp_ticks: None,
         });
     }
-    commission::keep_out(rig, "change the scene")?;
+    sole_use::keep_out(rig, "change the scene")?;
     let entry = JournalEntry {
         by: Some(by.peer.clone()),
         changes: reply.changes.clone(),

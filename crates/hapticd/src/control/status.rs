@@ -1,6 +1,6 @@
 //! `status`: the state of the rig and of the daemon.
 
-use crate::control::{RigHandle, admission, commission, rig_friction};
+use crate::control::{RigHandle, admission, rig_friction, sole_use};
 use haptic_ipc::{DeviceStatus, Status};
 
 pub(super) async fn status(rig: &RigHandle) -> Status {
@@ -30,7 +30,7 @@ pub(super) async fn status(rig: &RigHandle) -> Status {
         redo_depth,
         clients: rig.clients().get(),
         leases: rig.leases().count(),
-        commissioning: commission::by(rig),
+        commissioning: sole_use::by(rig),
         device: DeviceStatus {
             engage_refused,
             description: facts.device.clone(),

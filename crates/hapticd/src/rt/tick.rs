@@ -110,7 +110,8 @@ impl<D: Device + ?Sized> Tick<D> {
         let outputs = self.servo.step(&inputs, scene);
         let computed_ns = link_time_ns();
         let written = self.device.write(outputs.force_n, outputs.enabled);
-        let mut input_word = InputWord::new(&inputs, new_scene);
+        let is_motion = self.servo.scene().renderer.is_motion();
+        let mut input_word = InputWord::new(&inputs, new_scene).with_motion(is_motion);
         if written.is_err() {
             self.servo.disconnect();
             input_word = input_word.with_write_failed();

@@ -2,6 +2,7 @@
 
 use crate::rt::handoff::Answers;
 use crate::rt::outbox::{Consumer, TickRecord};
+use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::link;
 use crate::telemetry::motion::Motion;
 use crate::telemetry::stop_times::StopTimes;
@@ -86,8 +87,10 @@ struct Subscriber {
 #[derive(Debug)]
 pub(crate) struct Feed {
     consumer: Consumer,
-    /// The motion of the handle, while a client commissions the rig.
+    /// The motion of the handle, while a client has the rig to itself.
     pub(crate) motion: Option<Motion>,
+    /// The excitation that is under way.
+    pub(crate) excitation: Option<ObservedExcitation>,
     /// The link to the rig, unless the rig is simulated in this process.
     link: Option<LinkMonitor>,
     timing: TimingRecorder,
@@ -109,6 +112,7 @@ impl Feed {
         Self {
             consumer,
             motion: None,
+            excitation: None,
             link,
             timing: TimingRecorder::new(period_ns),
             stops: StopTimes::default(),
@@ -224,6 +228,9 @@ impl Feed {
         self.timing.record(record);
         if let Some(motion) = &mut self.motion {
             motion.take(record);
+        }
+        if let Some(excitation) = &mut self.excitation {
+            excitation.take(record);
         }
         self.newest = Some(*record);
         let state = Some((record.state, record.revision));

@@ -1,15 +1,16 @@
 //! The fake rig behind a link: the plant of the daemon's own fake rig, a firmware that speaks the
 //! link protocol, and a link that fails on request.
 
+mod plant;
 mod port;
 
 use clap::Parser;
 use device_io::clock::now_ns;
 use device_io::fake::{
-    self, Fault, FaultyLine, Firmware, FirmwareProperties, Misbehaviour, Order, ProgramOptions, RigProperties,
-    TimedFault,
+    self, Fault, FaultyLine, Firmware, FirmwareProperties, Misbehaviour, Order, ProgramOptions, TimedFault,
 };
 use device_io::protocol::message::{DeviceHello, FromDevice};
+use plant::PlantOptions;
 use port::{Place, Port, PortClosed};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{self, Write};
@@ -58,17 +59,8 @@ struct Options {
     #[arg(long)]
     reversed: bool,
 
-    /// Distance between two counts of the encoder, mm
-    #[arg(long, value_name = "MM", default_value_t = 0.01)]
-    resolution_mm: f64,
-
-    /// Distance from the middle to the stop at either end, mm [default: no stops]
-    #[arg(long, value_name = "MM")]
-    stops_mm: Option<f64>,
-
-    /// Coulomb friction of the guide, N
-    #[arg(long, value_name = "N", default_value_t = 0.8)]
-    friction_n: f64,
+    #[command(flatten)]
+    plant: PlantOptions,
 
     /// A fault, now or `at` a time in seconds; may be given again
     #[arg(long, value_name = "FAULT", long_help = format!(
@@ -151,12 +143,6 @@ impl Rig {
             },
             reversed: options.reversed,
         };
-        let rig = RigProperties {
-            friction_n: options.friction_n,
-            resolution_m: options.resolution_mm * 1e-3,
-            end_stop_m: options.stops_mm.map_or(f64::INFINITY, |stop_mm| stop_mm * 1e-3),
-            ..RigProperties::default()
-        };
         let began_ns = now_ns();
         let place = options.place.place();
         Ok(Self {
@@ -167,7 +153,7 @@ impl Rig {
             },
             place,
             look_at_ns: 0,
-            firmware: Firmware::new(rig, options.program.hand(), properties),
+            firmware: Firmware::new(options.plant.properties(), options.program.hand(), properties),
             version: None,
             line,
             period_ns: 1_000_000_000 / u64::from(options.sample_rate_hz),

@@ -3,17 +3,17 @@
 
 use super::pulse as one_pulse;
 use super::record::Record;
-use super::state::Commissioning;
-use super::watch::{keep_out, look};
 use crate::control::RigHandle;
 use crate::control::admission::{self, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
 use crate::control::rig_files::Origin;
+use crate::control::sole_use::state::{Commissioning, Work};
+use crate::control::sole_use::{self, largest_force_n, look, resting_device};
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
-use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, LONGEST_COMMISSION_LEASE_MS, RigState, WireError};
+use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, WireError};
 use std::rc::Rc;
 
 /// Default duration of a pulse, ms.
@@ -22,62 +22,17 @@ const USUAL_PULSE_MS: f64 = 200.0;
 /// Smallest force of a pulse, N.
 const LEAST_FORCE_N: f64 = 0.001;
 
-/// Largest share of the rig's force that a pulse may have.
-const LARGEST_SHARE: f64 = 0.5;
-
 /// Begins a commissioning.
 ///
 /// # Errors
 /// Another client is commissioning the rig, the rig is not idle, or the client has no lease that is
 /// short enough.
 pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
-    let stops = rig.stops();
-    let (_turn, state) = rig.quiet_state().await;
-    keep_out(rig, "commission the rig")?;
-    let wrong = |message: &str| Err(WireError::new(ErrorCode::WrongState, message).about("state"));
-    match state {
-        RigState::Idle => {}
-        RigState::Disconnected => return wrong("cannot commission: no device is connected"),
-        RigState::Stopped => {
-            let message = "cannot commission while the rig is stopped: reset it first";
-            return Err(WireError::new(ErrorCode::Stopped, message).about("state"));
-        }
-        RigState::Faulted => {
-            let message = "cannot commission while the rig is faulted: see `status`, and reset it first";
-            return Err(WireError::new(ErrorCode::Faulted, message).about("state"));
-        }
-        state => return wrong(&format!("cannot commission while the rig is {state}: release it first")),
-    }
     let Some(device) = ConnectedDevice::find(&rig.facts) else {
-        return wrong("cannot commission: no device is connected");
+        let message = "cannot commission: no device is connected";
+        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     };
-    if !rig.leases().is_held_by(by.session) || rig.leases().timeout_ms(by.session) > LONGEST_COMMISSION_LEASE_MS {
-        return wrong(&format!(
-            "cannot commission without a lease: take one of at most {LONGEST_COMMISSION_LEASE_MS} ms first (`lease`), \
-             so \
-             that the commissioning ends if this client dies"
-        ));
-    }
-    rig.feed().motion = Some(Motion::new(device.resolution_m));
-    let entry = JournalEntry {
-        by: Some(by.peer.clone()),
-        message: Some(device.rig.key.clone()),
-        ..JournalEntry::of("commission.begin")
-    };
-    rig.enter(Completion::Done, entry);
-    *rig.commissioning().borrow_mut() = Some(Commissioning {
-        session: by.session,
-        by: by.peer.clone(),
-        device,
-        stops,
-        pulsing: false,
-        ended: None,
-        pulses: 0,
-        last: None,
-        positive_confirmed: false,
-        negative_confirmed: false,
-        path: None,
-    });
+    sole_use::begin(rig, by, Work::Commissioning(Commissioning::default()), &device).await?;
     status(rig, by)
 }
 
@@ -88,58 +43,38 @@ pub(in crate::control) async fn begin(rig: &RigHandle, by: Requester<'_>) -> Res
 pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     look(rig);
     let feed = rig.feed();
-    let commissioning = rig.commissioning().borrow();
-    let Some(current) = commissioning.as_ref().filter(|current| current.session == by.session) else {
+    let sole_use = rig.sole_use().borrow();
+    let found = sole_use.as_ref().and_then(|current| {
+        let found = current.commissioning_of(by.session)?;
+        Some((current, found))
+    });
+    let Some((current, found)) = found else {
         let message = "this client is not commissioning the rig: `commission.begin` comes first";
         return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     };
     let motion = feed.motion.as_ref();
     let (least_m, greatest_m) = motion.map_or((0.0, 0.0), Motion::range_m);
+    let (rig_force_limit_n, force_limit_n) = largest_force_n(rig, &current.device);
     Ok(CommissionReply {
         by: current.by.clone(),
         rig: current.device.rig.key.clone(),
         firmware: current.device.firmware.clone(),
-        pulsing: current.pulsing,
+        pulsing: current.moving,
         ended: current.ended.clone(),
-        force_limit_n: LARGEST_SHARE * largest_force_n(rig, &current.device),
-        rig_force_limit_n: largest_force_n(rig, &current.device),
+        force_limit_n,
+        rig_force_limit_n,
         resolution_m: current.device.resolution_m,
         ramp_ms: rig.facts.ramp.as_secs_f64() * 1e3,
-        pulses: current.pulses,
-        last: current.last.clone(),
-        positive_confirmed: current.positive_confirmed,
-        negative_confirmed: current.negative_confirmed,
+        pulses: found.pulses,
+        last: found.last.clone(),
+        positive_confirmed: found.positive_confirmed,
+        negative_confirmed: found.negative_confirmed,
         position_m: motion.map_or(0.0, Motion::position_m),
         least_m,
         greatest_m,
         step_m: motion.and_then(Motion::step_m),
-        path: current.path.clone(),
+        path: found.path.clone(),
     })
-}
-
-/// The force limit of the rig, N: the smaller of the daemon's and the device's.
-fn largest_force_n(rig: &RigHandle, device: &ConnectedDevice) -> f64 {
-    rig.facts.servo.limits.force_n.min(device.force_limit_n)
-}
-
-/// The device under commission, if the commissioning is active and has no pulse under way.
-fn at_rest(rig: &RigHandle, by: Requester<'_>) -> Result<ConnectedDevice, WireError> {
-    let status = status(rig, by)?;
-    if let Some(why) = status.ended {
-        let code = match rig.state() {
-            RigState::Stopped => ErrorCode::Stopped,
-            RigState::Faulted => ErrorCode::Faulted,
-            _ => ErrorCode::WrongState,
-        };
-        return Err(WireError::new(code, format!("the commissioning has ended: {why}")).about("state"));
-    }
-    if status.pulsing {
-        let message = "a pulse is still under way: ask `commission.status` until `pulsing` is false";
-        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
-    }
-    let commissioning = rig.commissioning().borrow();
-    let device = commissioning.as_ref().map(|current| current.device.clone());
-    device.ok_or_else(|| WireError::new(ErrorCode::WrongState, "nobody is commissioning the rig"))
 }
 
 /// Begins a pulse.
@@ -152,9 +87,10 @@ pub(in crate::control) async fn pulse(
     force_n: f64,
     duration_ms: Option<f64>,
 ) -> Result<CommissionReply, WireError> {
-    let device = at_rest(rig, by)?;
+    status(rig, by)?;
+    let device = resting_device(rig)?;
     let duration_ms = duration_ms.unwrap_or(USUAL_PULSE_MS);
-    let largest_n = LARGEST_SHARE * largest_force_n(rig, &device);
+    let (_, largest_n) = largest_force_n(rig, &device);
     if !(LEAST_FORCE_N..=largest_n).contains(&force_n.abs()) {
         let message = format!(
             "force_N = {} N is out of range: it must be from {} to {} N",
@@ -170,11 +106,11 @@ pub(in crate::control) async fn pulse(
     // Now, while the client waits for the answer.
     let admission = admission::admit(rig, Purpose::Commissioning).await?;
     let stops = {
-        let mut commissioning = rig.commissioning().borrow_mut();
-        let Some(current) = commissioning.as_mut().filter(|current| !current.pulsing) else {
+        let mut sole_use = rig.sole_use().borrow_mut();
+        let Some(current) = sole_use.as_mut().filter(|current| !current.moving) else {
             return Err(WireError::new(ErrorCode::WrongState, "a pulse is under way"));
         };
-        current.pulsing = true;
+        current.moving = true;
         current.stops
     };
     let (task_rig, peer) = (Rc::clone(rig), by.peer.clone());
@@ -192,8 +128,8 @@ pub(in crate::control) async fn store(
     range_m: Option<f64>,
     friction_n: Option<f64>,
 ) -> Result<CommissionReply, WireError> {
-    let device = at_rest(rig, by)?;
     let found = status(rig, by)?;
+    let device = resting_device(rig)?;
     for (direction, confirmed) in [
         ("positive", found.positive_confirmed),
         ("negative", found.negative_confirmed),
@@ -220,8 +156,10 @@ pub(in crate::control) async fn store(
         ..JournalEntry::of("commission.store")
     };
     rig.enter(Completion::Done, entry);
-    if let Some(current) = rig.commissioning().borrow_mut().as_mut() {
-        current.path = Some(path);
+    if let Some(current) = rig.sole_use().borrow_mut().as_mut()
+        && let Work::Commissioning(found) = &mut current.work
+    {
+        found.path = Some(path);
     }
     status(rig, by)
 }
@@ -232,26 +170,6 @@ pub(in crate::control) async fn store(
 /// This client is not commissioning the rig.
 pub(in crate::control) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<CommissionReply, WireError> {
     status(rig, by)?;
-    end_of(rig, by.session, "its client has ended it");
+    sole_use::end(rig, by.session, "its client has ended it");
     status(rig, by)
-}
-
-/// Ends the commissioning of a client that has closed its connection. A pulse ends at once, instead
-/// of along the ramp of the expired lease.
-pub(in crate::control) fn closed(rig: &RigHandle, session: u64) {
-    end_of(rig, session, "its client has closed the connection");
-}
-
-fn end_of(rig: &RigHandle, session: u64, why: &str) {
-    let pulsing = {
-        let mut commissioning = rig.commissioning().borrow_mut();
-        let Some(current) = commissioning.as_mut().filter(|current| current.session == session) else {
-            return;
-        };
-        current.end(why);
-        current.pulsing
-    };
-    if pulsing {
-        one_pulse::rest(rig);
-    }
 }

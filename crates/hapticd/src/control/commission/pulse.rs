@@ -1,25 +1,19 @@
-//! One pulse, from the engagement to the release, and the return of the scene.
+//! One pulse, and what is made of its report.
 
-use super::watch;
 use crate::control::RigHandle;
 use crate::control::admission::Admission;
+use crate::control::sole_use::lent_loop::{self, Loan};
+use crate::control::sole_use::state::Work;
 use haptic_core::pulse::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
-use haptic_core::servo::Command;
 use haptic_core::{PulseShape, Renderer};
-use haptic_ipc::{Peer, RigState};
-use std::time::{Duration, Instant};
+use haptic_ipc::{Peer, PulseEnd, PulseReport};
+use std::time::Duration;
 
 /// Share of a pulse that each of its edges takes.
 const EDGE: f64 = 0.25;
 
 /// How far the handle may move against the force: in encoder counts, and m. A count is noise.
 const WRONG_WAY: (f64, f64) = (5.0, 1e-4);
-
-/// Time between two looks at the rig.
-const POLL_PERIOD: Duration = Duration::from_millis(1);
-
-/// Time that a ramp may take beyond its duration.
-const RAMP_GRACE: Duration = Duration::from_secs(1);
 
 /// Time that a pulse may take, until the handle rests again.
 const LONGEST: Duration = Duration::from_secs(4);
@@ -40,104 +34,66 @@ pub(super) fn shape(force_n: f64, duration_ms: f64, resolution_m: f64) -> PulseS
     }
 }
 
-/// Ends the force of a pulse within one tick.
-pub(super) fn rest(rig: &RigHandle) {
-    if let Ok(rest) = Renderer::pulse(PulseShape::REST, rig.facts.period_s()) {
-        rig.lend_loop(rest);
-    }
-}
-
-/// Engages without a scene, gives the pulse, releases, and restores the scene.
+/// Gives a pulse.
 pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission, stops: u64, by: &Peer) {
-    let given = give(rig, shape, admission, stops, by).await;
+    let given = match Renderer::pulse(shape, rig.facts.period_s()) {
+        Err(error) => Err(error.to_string()),
+        Ok(motion) => {
+            let loan = Loan {
+                motion,
+                longest: LONGEST,
+                admission,
+                stops,
+                by,
+            };
+            lent_loop::lend(
+                rig,
+                loan,
+                |feed| {
+                    if let Some(motion) = feed.motion.as_mut() {
+                        motion.begin_pulse(shape);
+                    }
+                },
+                |feed| feed.motion.as_ref().is_some_and(|motion| motion.pulse_is_over()),
+            )
+            .await
+        }
+    };
     let was_interrupted = given.is_err();
-    take_back(rig, by).await;
     let report = rig
         .feed()
         .motion
         .as_mut()
         .and_then(|motion| motion.end_pulse(was_interrupted));
-    watch::pulse_ended(rig, report, given.err());
+    ended(rig, report, given.err());
 }
 
-/// Gives the pulse, and waits until the handle rests again.
-///
-/// # Errors
-/// The reason of an interruption.
-async fn give(rig: &RigHandle, shape: PulseShape, admission: Admission, stops: u64, by: &Peer) -> Result<(), String> {
-    let pulse = Renderer::pulse(shape, rig.facts.period_s()).map_err(|error| error.to_string())?;
-    rest(rig);
-    rig.carry_out(Command::Engage, admission, stops, Some(by))
-        .await
-        .map_err(|error| error.message)?;
-    until(rig, rig.facts.ramp + RAMP_GRACE, |state| {
-        (state == RigState::Engaged).then_some(())
-    })
-    .await?;
-    if let Some(motion) = rig.feed().motion.as_mut() {
-        motion.begin_pulse(shape);
-    }
-    rig.lend_loop(pulse);
-    until(rig, LONGEST, |_| {
-        let feed = rig.feed();
-        let motion = feed.motion.as_ref()?;
-        motion.pulse_is_over().then_some(())
-    })
-    .await
-}
-
-/// Waits for a condition while the commissioning is active and the rig is engaging or engaged.
-///
-/// # Errors
-/// The commissioning or the engagement has ended, or the condition does not hold after `timeout`.
-async fn until<T>(
-    rig: &RigHandle,
-    timeout: Duration,
-    mut condition: impl FnMut(RigState) -> Option<T>,
-) -> Result<T, String> {
-    let began = Instant::now();
-    loop {
-        let state = rig.state();
-        watch::look(rig);
-        let ended = rig
-            .commissioning()
-            .borrow()
+/// Processes the report of a pulse, after the scene is restored.
+fn ended(rig: &RigHandle, report: Option<PulseReport>, interrupted: Option<String>) {
+    let feed = rig.feed();
+    let confirmed = report.as_ref().is_some_and(|report| {
+        feed.motion
             .as_ref()
-            .and_then(|current| current.ended.clone());
-        if let Some(why) = ended {
-            return Err(why);
+            .is_some_and(|motion| motion.is_confirmed_by(report))
+    });
+    let mut sole_use = rig.sole_use().borrow_mut();
+    let Some(current) = sole_use.as_mut() else { return };
+    current.moving = false;
+    if let Work::Commissioning(found) = &mut current.work {
+        found.pulses += 1;
+        if let Some(report) = &report {
+            found.positive_confirmed |= confirmed && report.force_n > 0.0;
+            found.negative_confirmed |= confirmed && report.force_n < 0.0;
+            found.last = Some(report.clone());
         }
-        if !matches!(state, RigState::Engaging | RigState::Engaged) {
-            let fault = rig.feed().newest().and_then(|record| record.fault);
-            let why = fault.map_or_else(String::new, |fault| format!(": {fault}"));
-            return Err(format!("the rig is {state}{why}"));
-        }
-        if let Some(found) = condition(state) {
-            return Ok(found);
-        }
-        if began.elapsed() > timeout {
-            return Err(format!("it took longer than {:.1} s", timeout.as_secs_f64()));
-        }
-        tokio::time::sleep(POLL_PERIOD).await;
     }
-}
-
-/// Takes the force away, and restores the scene.
-async fn take_back(rig: &RigHandle, by: &Peer) {
-    rest(rig);
-    // A rig that is stopped, faulted or disconnected refuses a release, and has no force.
-    rig.carry_out(Command::Release, Admission::NONE, rig.stops(), Some(by))
-        .await
-        .map_or_else(drop, drop);
-    let began = Instant::now();
-    while rig.state().is_live() {
-        if began.elapsed() > rig.facts.ramp + RAMP_GRACE {
-            // The scene may only return without force.
-            let stop = rig.raise_stop(by);
-            rig.stopped(stop).await.map_or_else(drop, drop);
-            break;
-        }
-        tokio::time::sleep(POLL_PERIOD).await;
+    if report.is_some_and(|report| report.end == PulseEnd::WrongWay) {
+        current.end(
+            "the handle moved against the force: the motor or the encoder is wired the other way (or somebody held the \
+             handle); nothing is stored",
+        );
     }
-    rig.give_loop_back();
+    if let Some(why) = interrupted {
+        current.end(&why);
+    }
 }

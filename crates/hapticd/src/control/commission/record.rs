@@ -29,7 +29,12 @@ pub(super) struct Record {
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::control) enum CommissionState {
     /// It was commissioned, and has not changed since.
-    Commissioned,
+    Commissioned {
+        /// Travel of its handle between its ends, m.
+        range_m: Option<f64>,
+        /// Its friction, N.
+        friction_n: Option<f64>,
+    },
     /// Why it does not count as commissioned.
     Not(String),
 }
@@ -73,7 +78,10 @@ impl Records {
         let known = match self.folder.read::<Record>(state_dir, &device.rig.key).await {
             Ok(None) => CommissionState::Not("it was never commissioned".to_owned()),
             Ok(Some(record)) => match record.origin.difference(device) {
-                None => CommissionState::Commissioned,
+                None => CommissionState::Commissioned {
+                    range_m: record.range_m,
+                    friction_n: record.friction_n,
+                },
                 Some(why) => CommissionState::Not(format!("it has changed since it was commissioned: {why}")),
             },
             Err(why) => CommissionState::Not(format!("its commissioning record cannot be read: {why}")),

@@ -3,10 +3,10 @@
 
 use super::RigHandle;
 use crate::control::admission::{self, Admission, Purpose};
-use crate::control::commission;
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::rig_friction;
+use crate::control::sole_use;
 use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
 use haptic_ipc::{ErrorCode, JournalEntry, Peer, RigState, StateChange, WireError};
@@ -74,8 +74,8 @@ impl RigHandle {
     ) -> Result<Outcome, WireError> {
         let _turn = self.commanding.lock().await;
         if command == Command::Engage && admission.purpose == Purpose::Scene {
-            // A client may have begun to commission the rig since the admission.
-            commission::keep_out(self, "engage")?;
+            // A client may have taken the rig to itself since the admission.
+            sole_use::keep_out(self, "engage")?;
         }
         if self.closing.get() && command == Command::Engage {
             return Err(WireError::new(ErrorCode::WrongState, "cannot engage: the daemon is ending").about("state"));

@@ -9,7 +9,6 @@ mod stops;
 
 use crate::control::answer_timer::AnswerTimer;
 use crate::control::commission::record::Records;
-use crate::control::commission::state::Commissioning;
 use crate::control::compile::RampPath;
 use crate::control::facts::Facts;
 use crate::control::history::History;
@@ -18,6 +17,7 @@ use crate::control::leases::Leases;
 use crate::control::presence::Presence;
 use crate::control::rig::observed_state::ObservedState;
 use crate::control::rig_friction::record::RigFrictions;
+use crate::control::sole_use::state::SoleUse;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
@@ -58,7 +58,7 @@ pub(crate) struct RigHandle {
     /// The ramp of the newest change, if it has one.
     ramp: RefCell<Option<Ramp>>,
     leases: Leases,
-    commissioning: RefCell<Option<Commissioning>>,
+    sole_use: RefCell<Option<SoleUse>>,
     records: Records,
     frictions: RigFrictions,
     /// The newest record that the journal has seen.
@@ -93,7 +93,7 @@ impl RigHandle {
             journal: RefCell::new(Journal::default()),
             ramp: RefCell::new(None),
             leases: Leases::default(),
-            commissioning: RefCell::new(None),
+            sole_use: RefCell::new(None),
             records: Records::default(),
             frictions: RigFrictions::default(),
             observed: Cell::new(ObservedState::default()),
@@ -155,8 +155,8 @@ impl RigHandle {
         &self.leases
     }
 
-    pub(super) fn commissioning(&self) -> &RefCell<Option<Commissioning>> {
-        &self.commissioning
+    pub(super) fn sole_use(&self) -> &RefCell<Option<SoleUse>> {
+        &self.sole_use
     }
 
     pub(super) fn records(&self) -> &Records {

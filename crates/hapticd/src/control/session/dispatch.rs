@@ -5,7 +5,7 @@ use crate::control::change::{self, PendingChange};
 use crate::control::requester::Requester;
 use crate::control::session::reply::answer;
 use crate::control::{
-    advise, commission, describe, devices, diff, drive, get, lease, library, log, status, subscribe, timing,
+    advise, commission, describe, devices, diff, drive, get, identify, lease, library, log, status, subscribe, timing,
 };
 use haptic_core::servo::Command;
 use haptic_ipc::{Envelope, ErrorCode, Request, Rights, WireError};
@@ -69,6 +69,11 @@ impl Client {
                 answer(id, commission::store(rig, by, range_m, friction_n).await)
             }
             Request::CommissionEnd {} => answer(id, commission::end(rig, by)),
+            Request::IdentifyBegin { range_m } => answer(id, identify::begin(rig, by, range_m).await),
+            Request::IdentifyExcite { excitation } => answer(id, identify::excite(&self.rig, by, excitation).await),
+            Request::IdentifyStatus {} => answer(id, identify::status(rig, by)),
+            Request::IdentifyStore { friction } => answer(id, identify::store(rig, by, friction).await),
+            Request::IdentifyEnd {} => answer(id, identify::end(rig, by)),
         })
     }
 

@@ -7,7 +7,7 @@ mod reply;
 use crate::control::change::PendingChange;
 use crate::control::session::lines::{Lines, unreadable};
 use crate::control::session::reply::{answer, line};
-use crate::control::{RigHandle, commission, lease};
+use crate::control::{RigHandle, lease, sole_use};
 use crate::telemetry::feed::{BACKLOG_BYTES, BACKLOG_LINES, Line};
 use haptic_ipc::{BadLine, Envelope, Hello, PROTOCOL_VERSION, Peer, Request, Rights, WireError};
 use serde::Serialize;
@@ -69,7 +69,7 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     }
     client.raise_last_stops(&mut incoming).await;
     client.rig.feed().unsubscribe(session);
-    commission::closed(&client.rig, session);
+    sole_use::closed(&client.rig, session);
     lease::closed(&client.rig, session).await;
     drop(client);
     // Queued lines are written, or given up after the timeout of every line.

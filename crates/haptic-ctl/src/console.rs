@@ -5,7 +5,7 @@ use std::io::{BufRead, IsTerminal, Write};
 use tokio::sync::mpsc;
 
 /// Questions go to standard error, so that standard output has only the findings.
-pub(super) struct Console {
+pub(crate) struct Console {
     /// Lines as they are typed; `None` without a terminal.
     lines: Option<mpsc::UnboundedReceiver<String>>,
 }
@@ -13,15 +13,14 @@ pub(super) struct Console {
 impl Console {
     /// # Errors
     /// There is no terminal.
-    pub(super) fn new(yes: bool) -> Result<Self, Failure> {
+    pub(crate) fn new(command: &str, yes: bool) -> Result<Self, Failure> {
         if yes {
             return Ok(Self { lines: None });
         }
         if !std::io::stdin().is_terminal() {
-            return Err(Failure::Usage(
-                "commission asks before each step, and standard input is not a terminal: --yes answers every question"
-                    .to_owned(),
-            ));
+            return Err(Failure::Usage(format!(
+                "{command} asks before each step, and standard input is not a terminal: --yes answers every question"
+            )));
         }
         let (typed, lines) = mpsc::unbounded_channel();
         // The thread may wait for a key for ever; the program ends without it.
@@ -36,16 +35,16 @@ impl Console {
     }
 
     /// Whether a person is asked.
-    pub(super) fn asks(&self) -> bool {
+    pub(crate) fn asks(&self) -> bool {
         self.lines.is_some()
     }
 
     /// Prints a line; a closed output is ignored.
-    pub(super) fn say(&self, text: &str) {
+    pub(crate) fn say(&self, text: &str) {
         drop(writeln!(std::io::stderr().lock(), "{text}"));
     }
 
-    pub(super) fn prompt(&self, question: &str, choices: &str) {
+    pub(crate) fn prompt(&self, question: &str, choices: &str) {
         let mut out = std::io::stderr().lock();
         let asked = if choices.is_empty() {
             write!(out, "{question} ")
@@ -56,7 +55,7 @@ impl Console {
     }
 
     /// The next line; nothing at the end of the input. Safe to drop half-way.
-    pub(super) async fn line(&mut self) -> Option<String> {
+    pub(crate) async fn line(&mut self) -> Option<String> {
         match &mut self.lines {
             Some(lines) => lines.recv().await,
             None => None,

@@ -1,0 +1,332 @@
+use super::*;
+use crate::{PulseShape, Renderer, Scene, Scheme};
+use alloc::vec::Vec;
+use proptest::prelude::*;
+
+const PERIOD_S: f64 = 1e-3;
+
+fn chirp() -> Excitation {
+    Excitation {
+        course: Course::Chirp {
+            amplitude_m: 5e-3,
+            from_hz: 0.5,
+            to_hz: 3.0,
+            duration_s: 4.0,
+        },
+        force_limit_n: 4.0,
+        slew_limit_n_per_s: 200.0,
+        stiffness_n_per_m: 1000.0,
+        damping_ns_per_m: 20.0,
+        travel_limit_m: 8e-3,
+        speed_limit_mps: 0.3,
+        lag_limit_m: 6e-3,
+        wrong_way_limit_m: 1e-4,
+    }
+}
+
+fn sweep() -> Excitation {
+    Excitation {
+        course: Course::Sweep {
+            travel_m: 4e-3,
+            speed_mps: 8e-3,
+            rounds: 1,
+        },
+        ..chirp()
+    }
+}
+
+/// An excitation as the loop takes it, in the place of a pulse without force, at a position.
+fn armed(excitation: Excitation, position: f64) -> Renderer {
+    let mut rest = Renderer::pulse(PulseShape::REST, PERIOD_S).expect("bounded");
+    rest.start_at(position, 0.0);
+    let mut renderer = Renderer::excitation(excitation, PERIOD_S).expect("bounded");
+    assert_eq!(renderer.take_over(&rest), 0.0);
+    renderer
+}
+
+fn on_hand(renderer: &mut Renderer, position: f64, velocity: f64) -> f64 {
+    -renderer.tick(PERIOD_S, position, velocity).coupling_force
+}
+
+fn has_ended(renderer: &Renderer) -> bool {
+    renderer.state().contact == Contact::Stuck
+}
+
+/// A handle of 1 kg with 0.5 N of friction, whose motor has a sign: where it was after each tick,
+/// and the force.
+fn driven(excitation: Excitation, sign: f64) -> (Vec<(f64, f64)>, Renderer) {
+    let mut renderer = armed(excitation, 0.1);
+    let (mut position, mut velocity): (f64, f64) = (0.1, 0.0);
+    let mut seen = Vec::new();
+    while !has_ended(&renderer) {
+        let force = on_hand(&mut renderer, position, velocity);
+        seen.push((position, force));
+        for _ in 0..10 {
+            let free = velocity + 1e-4 * sign * force;
+            velocity = if free.abs() <= 0.5e-4 {
+                0.0
+            } else {
+                free - 0.5e-4 * free.signum()
+            };
+            position += 1e-4 * velocity;
+        }
+        assert!(seen.len() < 200_000, "it never ends");
+    }
+    (seen, renderer)
+}
+
+#[test]
+fn a_free_handle_follows_the_reference_to_the_end() {
+    for excitation in [chirp(), sweep()] {
+        let (seen, _) = driven(excitation, 1.0);
+        let ticks = excitation.duration_s() / PERIOD_S;
+        assert!((seen.len() as f64 - ticks).abs() < 3.0, "{} of {ticks}", seen.len());
+        let farthest = seen.iter().map(|(at, _)| (at - 0.1).abs()).fold(0.0, f64::max);
+        assert!(farthest > 3e-3 && farthest < 7e-3, "{farthest}");
+        let last = seen.iter().rposition(|(_, force)| *force != 0.0).expect("a force");
+        assert!(seen[last].1.abs() < 0.1, "it fades: {:?}", seen[last]);
+    }
+}
+
+// hazard: H13
+#[test]
+fn a_motor_that_is_wired_the_other_way_ends_it_within_a_millimetre() {
+    for excitation in [chirp(), sweep()] {
+        let (seen, _) = driven(excitation, -1.0);
+        let farthest = seen.iter().map(|(at, _)| (at - 0.1).abs()).fold(0.0, f64::max);
+        assert!(farthest < 1.5e-3, "{farthest} m");
+        assert!(seen.len() < 1500, "{} ticks", seen.len());
+    }
+}
+
+#[test]
+fn a_handle_that_is_held_gets_no_more_than_the_limit_and_ends_it() {
+    let mut renderer = armed(
+        Excitation {
+            lag_limit_m: 4.5e-3,
+            ..chirp()
+        },
+        0.0,
+    );
+    let forces: Vec<f64> = (0..4000).map(|_| on_hand(&mut renderer, 0.0, 0.0)).collect();
+    let largest = forces.iter().fold(0.0, |most: f64, force| most.max(force.abs()));
+    assert_eq!(largest, 4.0, "held at the limit");
+    assert!(has_ended(&renderer));
+    let last = forces.iter().rposition(|force| *force != 0.0).expect("a force");
+    assert!(last < 1500, "held until tick {last}");
+}
+
+#[test]
+fn travel_speed_lag_and_what_is_no_number_end_it_at_once_and_for_ever() {
+    for (position, velocity) in [
+        (0.0081, 0.0),
+        (-0.0081, 0.0),
+        (0.0, 0.31),
+        (0.0, -0.31),
+        (0.0065, 0.0),
+        (f64::NAN, 0.0),
+        (0.0, f64::NEG_INFINITY),
+    ] {
+        let mut renderer = armed(chirp(), 0.0);
+        for _ in 0..100 {
+            on_hand(&mut renderer, 0.0, 0.0);
+        }
+        assert!(on_hand(&mut renderer, 0.0, 0.0) != 0.0);
+        assert_eq!(
+            on_hand(&mut renderer, position, velocity),
+            0.0,
+            "{position} m, {velocity} m/s"
+        );
+        assert!(has_ended(&renderer));
+        assert_eq!(on_hand(&mut renderer, 0.0, 0.0), 0.0, "and stays so");
+    }
+}
+
+#[test]
+fn one_that_was_interrupted_does_not_begin_again_and_leaves_no_force() {
+    let mut renderer = armed(chirp(), 0.0);
+    for _ in 0..100 {
+        on_hand(&mut renderer, 0.0, 0.0);
+    }
+    let mut scene = Renderer::new(&Scene::paper(), Scheme::Exact, PERIOD_S).expect("it is sound");
+    assert_eq!(scene.take_over(&renderer), 0.0);
+    assert_eq!(scene.tick(0.0, 0.0, 0.0).coupling_force, 0.0);
+    // As the loop does it while no force flows.
+    renderer.start_at(0.0, 0.0);
+    assert_eq!(on_hand(&mut renderer, 0.0, 0.0), 0.0);
+    let mut late = armed(chirp(), 0.0);
+    late.start_at(0.0, 0.0);
+    assert!((0..200).all(|_| on_hand(&mut late, 0.0, 0.0) == 0.0));
+}
+
+#[test]
+fn a_device_of_half_the_rate_has_the_same_course() {
+    let place_after = |elapsed: &dyn Fn(u32) -> f64| {
+        let mut renderer = armed(sweep(), 0.0);
+        for tick in 0..=1000 {
+            renderer.tick(elapsed(tick), 0.0, 0.0);
+        }
+        renderer.state().position
+    };
+    let whole = place_after(&|tick| if tick == 0 { 0.0 } else { PERIOD_S });
+    let halves = place_after(&|tick| if tick % 2 == 0 && tick > 0 { 2.0 * PERIOD_S } else { 0.0 });
+    assert!((whole - halves).abs() < 1e-9, "{whole} {halves}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn force_slew_travel_and_time_are_bounded_whatever_the_device_says(
+        is_chirp in any::<bool>(),
+        start in -1.0..1.0f64,
+        wild in prop::collection::vec((any::<f64>(), any::<f64>(), any::<f64>()), 3),
+        samples in prop::collection::vec((0.0..3e-3f64, -0.01..0.01f64, -0.4..0.4f64), 1..400),
+        calm in 0..1000_usize,
+    ) {
+        let excitation = if is_chirp { chirp() } else { sweep() };
+        let mut renderer = armed(excitation, start);
+        let quiet = core::iter::repeat_n((PERIOD_S, 0.0, 0.0), calm);
+        let last = core::iter::repeat_n((0.0, 0.0, 0.0), 9000);
+        let all = quiet.chain(samples).chain(wild).chain(last);
+        let mut before = 0.0;
+        for (elapsed_s, way, velocity) in all {
+            let position = start + way;
+            let force = -renderer.tick(elapsed_s, position, velocity).coupling_force;
+            prop_assert!(force.abs() <= excitation.force_limit_n, "{force} N");
+            let step = f64::abs(force - before);
+            prop_assert!(
+                force == 0.0 || step <= excitation.slew_limit_n_per_s * PERIOD_S * (1.0 + 1e-9),
+                "{before} to {force} N"
+            );
+            // Anything else than "within" has no force: NaN is not within.
+            let is_within = (position - start).abs() <= excitation.travel_limit_m * (1.0 + 1e-9)
+                && velocity.abs() <= excitation.speed_limit_mps;
+            prop_assert!(is_within || force == 0.0, "{force} N at {way} m, {velocity} m/s");
+            before = force;
+        }
+        prop_assert!(has_ended(&renderer));
+        prop_assert_eq!(on_hand(&mut renderer, start, 0.0), 0.0);
+    }
+
+    #[test]
+    fn the_energy_that_a_passive_handle_gets_is_never_taken_for_the_wrong_way(
+        mass in 0.1..5.0f64, friction in 0.0..1.0f64, is_chirp in any::<bool>(),
+    ) {
+        let excitation = Excitation { speed_limit_mps: 0.5, travel_limit_m: 0.2, lag_limit_m: 0.2, ..if is_chirp { chirp() } else { sweep() } };
+        let mut renderer = armed(excitation, 0.0);
+        let (mut position, mut velocity): (f64, f64) = (0.0, 0.0);
+        let mut ticks = 0;
+        while !has_ended(&renderer) {
+            let counted = libm::round(position / 1e-5) * 1e-5;
+            let force = on_hand(&mut renderer, counted, velocity);
+            let free = velocity + 1e-3 * force / mass;
+            let most = 1e-3 * friction / mass;
+            velocity = if free.abs() <= most { 0.0 } else { free - most * free.signum() };
+            position += 1e-3 * velocity;
+            ticks += 1;
+        }
+        prop_assert!(f64::from(ticks) * PERIOD_S > excitation.duration_s() - 0.01, "{ticks} ticks");
+    }
+}
+
+#[test]
+fn what_is_beyond_the_bounds_is_refused_by_its_field() {
+    let with_course = |course| Excitation { course, ..chirp() };
+    let of_chirp = |amplitude_m, to_hz, duration_s| {
+        with_course(Course::Chirp {
+            amplitude_m,
+            from_hz: 0.5,
+            to_hz,
+            duration_s,
+        })
+    };
+    let of_sweep = |travel_m, speed_mps, rounds| {
+        with_course(Course::Sweep {
+            travel_m,
+            speed_mps,
+            rounds,
+        })
+    };
+    for (excitation, field) in [
+        (
+            Excitation {
+                force_limit_n: f64::NAN,
+                ..chirp()
+            },
+            "force_limit_N",
+        ),
+        (
+            Excitation {
+                force_limit_n: 0.0,
+                ..chirp()
+            },
+            "force_limit_N",
+        ),
+        (
+            Excitation {
+                slew_limit_n_per_s: 1e5,
+                ..chirp()
+            },
+            "slew_limit_N_per_s",
+        ),
+        (
+            Excitation {
+                stiffness_n_per_m: 1e6,
+                ..chirp()
+            },
+            "stiffness_N_per_m",
+        ),
+        (
+            Excitation {
+                damping_ns_per_m: -1.0,
+                ..chirp()
+            },
+            "damping_Ns_per_m",
+        ),
+        (
+            Excitation {
+                travel_limit_m: 0.3,
+                ..chirp()
+            },
+            "travel_limit_m",
+        ),
+        (
+            Excitation {
+                speed_limit_mps: 0.6,
+                ..chirp()
+            },
+            "speed_limit_mps",
+        ),
+        (
+            Excitation {
+                lag_limit_m: f64::INFINITY,
+                ..chirp()
+            },
+            "lag_limit_m",
+        ),
+        (
+            Excitation {
+                wrong_way_limit_m: 0.1,
+                ..chirp()
+            },
+            "wrong_way_limit_m",
+        ),
+        (of_chirp(9e-3, 3.0, 4.0), "amplitude_m"),
+        (of_chirp(5e-3, 11.0, 4.0), "to_hz"),
+        (of_chirp(5e-3, 9.9, 4.0), "to_hz"),
+        (of_chirp(f64::NAN, 3.0, 4.0), "amplitude_m"),
+        (of_chirp(5e-3, 3.0, 121.0), "duration_s"),
+        (of_chirp(5e-3, 3.0, f64::NAN), "duration_s"),
+        (of_sweep(9e-3, 1e-3, 1), "travel_m"),
+        (of_sweep(5e-3, 0.4, 1), "speed_mps"),
+        (of_sweep(5e-3, 0.0, 1), "speed_mps"),
+        (of_sweep(5e-3, 1e-3, 0), "rounds"),
+        (of_sweep(5e-3, 1e-3, 7), "duration_s"),
+    ] {
+        let error = Renderer::excitation(excitation, PERIOD_S).expect_err(field);
+        assert_eq!(error.field, field, "{error}");
+    }
+    assert_eq!(chirp().check(), Ok(()));
+    assert_eq!(sweep().check(), Ok(()));
+}

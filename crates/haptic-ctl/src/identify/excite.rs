@@ -1,0 +1,188 @@
+//! The motions of an identification, one after another, and what the person agrees to before.
+
+use super::plan::Bounds;
+use super::session::Session;
+use crate::failure::Failure;
+use haptic_ipc::{ExcitationEnd, ExcitationReport};
+use std::path::PathBuf;
+
+/// Share of its amplitude with which a chirp is repeated that the handle could not follow, and how
+/// often.
+const SMALLER: f64 = 0.5;
+const REPETITIONS: i32 = 3;
+
+/// Least motion of a handle under a chirp, as a share of what it was asked for.
+const LEAST_SHARE: f64 = 0.2;
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Options of --run and --rig")]
+pub(crate) struct Arguments {
+    /// Do not ask for confirmation before the rig moves
+    #[arg(long, short)]
+    yes: bool,
+
+    /// Largest force on the handle, N, at most half of the rig's force limit [default: two fifths of
+    /// that, or four times the friction that the commissioning found]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    max_force_n: Option<f64>,
+
+    /// Travel of the handle to either side, mm [default: 20, or four fifths of what the range
+    /// allows]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    travel_mm: Option<f64>,
+
+    /// Range of the handle between its ends, mm [default: as the commissioning found it]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    range_mm: Option<f64>,
+
+    /// Duration of the chirp, s
+    #[arg(long, value_name = "S", default_value_t = 12.0, allow_hyphen_values = true)]
+    chirp_s: f64,
+
+    /// Slow ramps to and fro, for the static limits
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    ramps: u32,
+
+    /// Keep every tick in this recording
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+
+    /// Replace an existing recording
+    #[arg(long, requires = "record")]
+    replace: bool,
+}
+
+/// The ticks of all motions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Excited {
+    pub(super) first_tick: u64,
+    pub(super) last_tick: u64,
+    /// The sweep for cogging, where one was asked for.
+    pub(super) sweep: Option<(u64, u64)>,
+}
+
+impl Arguments {
+    pub(super) fn asks(&self) -> bool {
+        !self.yes
+    }
+
+    /// Range of the handle, m.
+    pub(super) fn range_m(&self) -> Option<f64> {
+        self.range_mm.map(|range_mm| 1e-3 * range_mm)
+    }
+
+    /// Asks the person, and moves the rig: for what is on it, or for the rig itself with a sweep.
+    pub(super) async fn excite(&self, session: &mut Session<'_>, of_rig: bool) -> Result<Excited, Failure> {
+        let begun = session.begun.clone();
+        let travel_m = self.travel_mm.map(|travel_mm| 1e-3 * travel_mm);
+        let bounds = Bounds::new(&begun, self.max_force_n, travel_m);
+        let (chirp, ramps) = (bounds.chirp(self.chirp_s, 1.0), bounds.ramps(self.ramps));
+        let strokes_or_sweep = if of_rig {
+            bounds.sweep()
+        } else {
+            bounds.strokes(bounds.force_n)
+        };
+        let all = [chirp, ramps, strokes_or_sweep];
+        for excitation in &all {
+            self.check(excitation, begun.force_limit_n, begun.travel_limit_m)?;
+        }
+        let seconds: f64 = all.iter().map(haptic_core::Excitation::duration_s).sum();
+        let travel_m = all
+            .iter()
+            .map(|excitation| excitation.travel_limit_m)
+            .fold(0.0, f64::max);
+        let fastest_mps = all
+            .iter()
+            .map(|excitation| excitation.speed_limit_mps)
+            .fold(0.0, f64::max);
+        let last = if of_rig {
+            "a slow sweep over the travel"
+        } else {
+            "small strokes before sliding"
+        };
+        session.say(&format!(
+            "Identifying {} ({}) by its own motor: a chirp of 0.5 to 3 Hz, slow ramps, and {last}.\nMove the handle to \
+             the middle of its range of {:.0} mm and take your hand off it. `haptic-ctl stop`, Ctrl-C and the end of \
+             this program end it at once.",
+            begun.rig,
+            begun.firmware,
+            1e3 * begun.range_m
+        ));
+        session
+            .agree(&format!(
+                "The motor will move the handle for about {seconds:.0} s, with at most {:.2} N, at most {:.1} mm to \
+                 either side and at most {fastest_mps:.2} m/s. Go on?",
+                bounds.force_n,
+                1e3 * travel_m,
+            ))
+            .await?;
+        let notes = "haptic-ctl identify moved the rig: where bit 22 of input_flags is set, command_force_N drives the \
+                     handle, and the block is the reference";
+        session.listen(self.record.as_deref(), self.replace, notes).await?;
+        let first = self.chirp(session, &bounds).await?;
+        let ramped = session.excite("ramps", ramps).await?;
+        let mut excited = Excited {
+            first_tick: first.first_tick,
+            last_tick: ramped.last_tick,
+            sweep: None,
+        };
+        let report = if of_rig {
+            session.excite("sweep", strokes_or_sweep).await?
+        } else {
+            let strokes = bounds.strokes(ramped.largest_force_n.abs());
+            session.excite("strokes", strokes).await?
+        };
+        excited.last_tick = report.last_tick;
+        excited.sweep = of_rig.then_some((report.first_tick, report.last_tick));
+        Ok(excited)
+    }
+
+    /// A chirp that the handle follows.
+    async fn chirp(&self, session: &mut Session<'_>, bounds: &Bounds) -> Result<ExcitationReport, Failure> {
+        let mut first = None;
+        for repetition in 0..REPETITIONS {
+            let chirp = bounds.chirp(self.chirp_s, SMALLER.powi(repetition));
+            let mut report = session.excite("chirp", chirp).await?;
+            report.first_tick = *first.get_or_insert(report.first_tick);
+            if report.end == ExcitationEnd::Time {
+                let moved_m = report.greatest_m - report.least_m;
+                if moved_m < LEAST_SHARE * chirp.course.farthest_m() {
+                    return Err(Failure::BadRig(format!(
+                        "the handle hardly moved ({:.2} mm) under {:.2} N: is it free, held by nobody and not at its \
+                         end? --max-force-n allows up to {} N",
+                        1e3 * moved_m,
+                        report.largest_force_n.abs(),
+                        session.begun.force_limit_n
+                    )));
+                }
+                return Ok(report);
+            }
+        }
+        Err(Failure::BadRig(
+            "the handle did not follow: is it free, and held by nobody? --max-force-n gives the motor more force"
+                .to_owned(),
+        ))
+    }
+
+    /// What the daemon would refuse, under the name of its option.
+    fn check(&self, excitation: &haptic_core::Excitation, most_n: f64, most_m: f64) -> Result<(), Failure> {
+        // NaN is in no range.
+        if !(haptic_core::excitation::LEAST_FORCE_N..=most_n).contains(&excitation.force_limit_n) {
+            return Err(Failure::Usage(format!(
+                "--max-force-n = {} N is out of range: it must be more than 0 and at most {most_n} N, half of this \
+                 rig's force limit",
+                excitation.force_limit_n
+            )));
+        }
+        let farthest_m = excitation.course.farthest_m();
+        if !(0.0..=most_m).contains(&farthest_m) {
+            return Err(Failure::Usage(format!(
+                "--travel-mm = {} mm is out of range: it must be more than 0 and at most {} mm, half of the handle's \
+                 range",
+                1e3 * farthest_m,
+                1e3 * most_m
+            )));
+        }
+        excitation.check().map_err(|error| Failure::Usage(error.to_string()))
+    }
+}

@@ -1,0 +1,210 @@
+//! `identify --run`: moves the rig by its own motor, and identifies what the motor moved.
+
+use super::excite;
+use super::session::Session;
+use crate::console::Console;
+use crate::daemon::Daemon;
+use crate::failure::Failure;
+use haptic_core::Directional;
+use haptic_core::rig_friction::RigFriction;
+use haptic_lab::identify::{self, Identified, Options, Record, Refusal};
+
+/// What is known of a force that is the motor's command: it has no zero to be off.
+const KNOWN_OFFSET_N: f64 = 0.0;
+
+/// Moves the rig and identifies what is on it; `whole` keeps the rig's own part in the result.
+pub(super) async fn run(
+    daemon: &mut Daemon,
+    arguments: &excite::Arguments,
+    options: &Options,
+    whole: bool,
+) -> Result<Identified, Failure> {
+    let console = Console::new("identify --run", !arguments.asks())?;
+    let mut session = Session::begin(daemon, console, arguments.range_m()).await?;
+    let excited = arguments.excite(&mut session, false).await?;
+    let stored = session.begun.friction.filter(|_| !whole);
+    let mut record = session
+        .ticks
+        .record(excited.first_tick, excited.last_tick, session.begun.resolution_m);
+    let options = Options {
+        offset_n: options.offset_n.or(Some(KNOWN_OFFSET_N)),
+        ..options.clone()
+    };
+    let identified = session
+        .compute(move || {
+            if let Some(rig) = &stored {
+                without_cogging(&mut record, rig);
+            }
+            identify::identify(&record, &options)
+        })
+        .await?;
+    session.end().await?;
+    let mut found = identified.map_err(|error| Failure::BadRig(error.to_string()))?;
+    match stored {
+        Some(rig) => subtract(&mut found, &rig),
+        None => found.notes.push(
+            "the rig itself and whatever is fixed to it: `haptic-ctl identify --rig` measures the rig alone, and is \
+             then subtracted"
+                .to_owned(),
+        ),
+    }
+    Ok(found)
+}
+
+/// Takes the cogging of the rig out of a record.
+pub(super) fn without_cogging(record: &mut Record, rig: &RigFriction) {
+    let Some(cogging) = &rig.cogging else { return };
+    for (force_n, position_m) in record.force_n.iter_mut().zip(&record.position_m) {
+        *force_n -= cogging.force(*position_m);
+    }
+}
+
+/// Takes the rig's own mass and friction out of what was identified. The static limits lose the rig's
+/// dynamic friction, which is what is stored of it.
+fn subtract(found: &mut Identified, rig: &RigFriction) {
+    let both = |found: Directional, own: Directional| Directional {
+        positive: found.positive - own.positive,
+        negative: found.negative - own.negative,
+    };
+    if let Some(mass_kg) = &mut found.mass_kg {
+        *mass_kg -= rig.mass;
+    }
+    let (dynamic, viscous) = (rig.dynamic_force, rig.viscous);
+    for (value, own) in [
+        (&mut found.dynamic_force_n, dynamic),
+        (&mut found.static_force_n, dynamic),
+        (&mut found.viscous_ns_per_m, viscous),
+    ] {
+        *value = value.map(|value| both(value, own));
+    }
+    for (name, interval) in &mut found.intervals {
+        let pair = |own: Directional| {
+            if name.ends_with("negative") {
+                own.negative
+            } else {
+                own.positive
+            }
+        };
+        let own = match name.split('.').next().unwrap_or(name) {
+            "mass_kg" => rig.mass,
+            "dynamic_force_N" | "static_force_N" => pair(dynamic),
+            "viscous_Ns_per_m" => pair(viscous),
+            _ => continue,
+        };
+        *interval = interval.map(|end| end - own);
+    }
+    refuse_what_is_nothing(found);
+    found.notes.push(
+        "the rig's own mass, friction and cogging (`haptic-ctl identify --rig`) are subtracted; --whole leaves them in"
+            .to_owned(),
+    );
+}
+
+/// What is no more than the rig's own is not a property of the sample.
+fn refuse_what_is_nothing(found: &mut Identified) {
+    let least = |value: Option<Directional>| value.map(|value| value.positive.min(value.negative));
+    let refusal = |parameter: &str, value: f64, unit: &str| Refusal {
+        parameter: parameter.to_owned(),
+        reason: format!("no more than the rig's own is left: {value:.4} {unit}"),
+        instead: "a sample that is heavier or has more friction, or --whole for the rig and all that is on it"
+            .to_owned(),
+    };
+    if let Some(mass_kg) = found.mass_kg.filter(|mass_kg| *mass_kg <= 0.0) {
+        found.refused.push(refusal("mass_kg", mass_kg, "kg"));
+        found.mass_kg = None;
+    }
+    if let Some(value) = least(found.dynamic_force_n).filter(|value| *value <= 0.0) {
+        found.refused.push(refusal("dynamic_force_N", value, "N"));
+        found.dynamic_force_n = None;
+    }
+    if let Some(value) = least(found.static_force_n).filter(|value| *value <= 0.0) {
+        found.refused.push(refusal("static_force_N", value, "N"));
+        found.static_force_n = None;
+    }
+    let kept = [
+        ("mass_kg", found.mass_kg.is_some()),
+        ("dynamic_force_N", found.dynamic_force_n.is_some()),
+        ("static_force_N", found.static_force_n.is_some()),
+    ];
+    let is_kept = |name: &str| kept.iter().all(|(of, is_kept)| *is_kept || !name.starts_with(of));
+    found.intervals.retain(|name, _| is_kept(name));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
+    use haptic_lab::identify::ModelKind;
+
+    const RIG: RigFriction = RigFriction {
+        mass: 1.4,
+        dynamic_force: Directional {
+            positive: 0.8,
+            negative: 0.7,
+        },
+        viscous: Directional {
+            positive: 0.5,
+            negative: 0.25,
+        },
+        cogging: None,
+    };
+
+    fn found() -> Identified {
+        Identified {
+            mass_kg: Some(1.9),
+            dynamic_force_n: Some(Directional::both(3.0)),
+            viscous_ns_per_m: Some(Directional::both(1.0)),
+            static_force_n: Some(Directional::both(4.0)),
+            intervals: [
+                ("mass_kg".to_owned(), [1.8, 2.0]),
+                ("dynamic_force_N.negative".to_owned(), [2.9, 3.1]),
+            ]
+            .into(),
+            ..Identified::empty(ModelKind::Karnopp)
+        }
+    }
+
+    #[test]
+    fn the_rigs_own_part_is_taken_out_of_values_and_intervals() {
+        let mut sample = found();
+        subtract(&mut sample, &RIG);
+        assert!((sample.mass_kg.expect("kept") - 0.5).abs() < 1e-12);
+        let dynamic = sample.dynamic_force_n.expect("kept");
+        assert!((dynamic.positive - 2.2).abs() < 1e-12 && (dynamic.negative - 2.3).abs() < 1e-12);
+        let [least, most] = sample.intervals["dynamic_force_N.negative"];
+        assert!((least - 2.2).abs() < 1e-12 && (most - 2.4).abs() < 1e-12);
+        assert!(sample.refused.is_empty(), "{:?}", sample.refused);
+        assert!(sample.notes[0].contains("--whole"));
+    }
+
+    #[test]
+    fn a_sample_that_is_nothing_beside_the_rig_is_refused_by_name() {
+        let mut nothing = found();
+        nothing.mass_kg = Some(1.3);
+        subtract(&mut nothing, &RIG);
+        assert_eq!((nothing.mass_kg, nothing.intervals.get("mass_kg")), (None, None));
+        assert_eq!(nothing.refused[0].parameter, "mass_kg");
+    }
+
+    #[test]
+    fn cogging_is_taken_out_by_the_position() {
+        let mut harmonics = [Harmonic::default(); COGGING_HARMONICS];
+        harmonics[0].cosine = 0.3;
+        let rig = RigFriction {
+            cogging: Some(Cogging {
+                period_m: 0.01,
+                absolute_position: false,
+                harmonics,
+            }),
+            ..RIG
+        };
+        let mut record = Record {
+            t_s: vec![0.0, 1.0],
+            position_m: vec![0.0, 0.005],
+            force_n: vec![1.0, 1.0],
+            ..Record::default()
+        };
+        without_cogging(&mut record, &rig);
+        assert!((record.force_n[0] - 0.7).abs() < 1e-12 && (record.force_n[1] - 1.3).abs() < 1e-12);
+    }
+}

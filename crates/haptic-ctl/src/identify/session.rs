@@ -1,0 +1,253 @@
+//! An identification under way: the rig to oneself, one excitation after another, and every tick.
+
+use super::ticks::Ticks;
+use crate::console::Console;
+use crate::daemon::Daemon;
+use crate::failure::Failure;
+use crate::progress;
+use haptic_core::Excitation;
+use haptic_core::rig_friction::RigFriction;
+use haptic_ipc::{
+    Event, ExcitationEnd, ExcitationReport, IdentificationReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, Request,
+    SceneReply, Status, SubscribeReply, Topic,
+};
+use haptic_lab::recording::{self, Metadata, Recorder};
+use std::path::Path;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// Time between two polls of an excitation.
+const POLL_PERIOD: Duration = Duration::from_millis(50);
+
+/// Timeout of an excitation beyond its course and the two ramps.
+const EXCITATION_TIMEOUT: Duration = Duration::from_secs(15);
+
+/// Time that the ticks of an excitation may take to arrive after its end.
+const TICKS_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// Attempts at an excitation whose ticks are not all recorded: a machine may be held up for seconds.
+const ATTEMPTS: usize = 3;
+
+/// An identification under way.
+pub(super) struct Session<'a> {
+    daemon: &'a mut Daemon,
+    console: Console,
+    recorder: Option<Recorder>,
+    pub(super) begun: IdentificationReply,
+    pub(super) ticks: Ticks,
+}
+
+impl<'a> Session<'a> {
+    /// The requests that begin it.
+    pub(super) fn requests(range_m: Option<f64>) -> Vec<Request> {
+        vec![
+            Request::Lease {
+                timeout_ms: LONGEST_COMMISSION_LEASE_MS,
+            },
+            Request::IdentifyBegin { range_m },
+        ]
+    }
+
+    /// Takes the rig alone; from here on the end of the connection ends it.
+    pub(super) async fn begin(daemon: &'a mut Daemon, console: Console, range_m: Option<f64>) -> Result<Self, Failure> {
+        let _: LeaseReply = daemon
+            .ask(Request::Lease {
+                timeout_ms: LONGEST_COMMISSION_LEASE_MS,
+            })
+            .await?;
+        let begun: IdentificationReply = daemon.ask(Request::IdentifyBegin { range_m }).await?;
+        Ok(Self {
+            daemon,
+            console,
+            recorder: None,
+            begun,
+            ticks: Ticks::default(),
+        })
+    }
+
+    /// Hears every tick from here on, and keeps them in a file where one is given.
+    pub(super) async fn listen(&mut self, file: Option<&Path>, replace: bool, notes: &str) -> Result<(), Failure> {
+        let status: Status = self.daemon.ask(Request::Status {}).await?;
+        let subscribed: SubscribeReply = self
+            .daemon
+            .ask(Request::Subscribe {
+                topics: vec![Topic::State, Topic::Samples],
+                rate_hz: None,
+                batch_ms: Some(20),
+            })
+            .await?;
+        let Some(file) = file else { return Ok(()) };
+        let scene: SceneReply = self.daemon.ask(Request::get()).await?;
+        let metadata = Metadata {
+            server: self.daemon.hello().server.clone(),
+            device: status.device.description.clone(),
+            loop_rate_hz: status.rate_hz,
+            rate_hz: subscribed.rate_hz,
+            started_unix_s: SystemTime::now()
+                .duration_since(UNIX_EPOCH)
+                .unwrap_or_default()
+                .as_secs_f64(),
+            revision: scene.revision,
+            scene: scene.scene,
+            servo: subscribed.servo,
+            notes: Some(notes.to_owned()),
+            configuration: serde_json::to_value(&status).ok(),
+        };
+        let recorder =
+            recording::create(file, &metadata, replace).map_err(|error| Failure::Usage(error.to_string()))?;
+        self.recorder = Some(recorder);
+        Ok(())
+    }
+
+    /// Says something to the person.
+    pub(super) fn say(&self, text: &str) {
+        self.console.say(text);
+    }
+
+    /// Asks whether to go on.
+    pub(super) async fn agree(&mut self, question: &str) -> Result<(), Failure> {
+        if !self.console.asks() {
+            self.console.say(question);
+            return Ok(());
+        }
+        self.console.prompt(question, "y/N");
+        loop {
+            tokio::select! {
+                line = self.console.line() => {
+                    if ["y", "yes"].contains(&line.unwrap_or_default().trim().to_lowercase().as_str()) {
+                        return Ok(());
+                    }
+                    self.console.say("Nothing was moved, nothing is kept.");
+                    return Err(Failure::Interrupted);
+                }
+                () = tokio::time::sleep(POLL_PERIOD) => {}
+            }
+            self.status().await?;
+        }
+    }
+
+    /// The state of the identification; every request renews the lease.
+    pub(super) async fn status(&mut self) -> Result<IdentificationReply, Failure> {
+        let status: IdentificationReply = self.daemon.ask(Request::IdentifyStatus {}).await?;
+        match &status.ended {
+            Some(why) if !status.moving => Err(Failure::BadRig(format!("the identification has ended: {why}"))),
+            _ => Ok(status),
+        }
+    }
+
+    /// Moves the rig along a course, to its end or to the bound that it meets, and shows how far it
+    /// is.
+    pub(super) async fn excite(&mut self, name: &str, excitation: Excitation) -> Result<ExcitationReport, Failure> {
+        for _ in 0..ATTEMPTS {
+            let lost = self.ticks.lost();
+            let report = self.excite_once(name, excitation).await?;
+            if report.end != ExcitationEnd::Unrecorded && self.ticks.lost() == lost {
+                self.console.say(&summary(name, &report));
+                return Ok(report);
+            }
+            self.console.say(&format!("   {name}: ticks are missing, once more"));
+        }
+        Err(Failure::BadRig(
+            "the daemon loses records of its ticks: `haptic-ctl timing` and `haptic-ctl doctor` may say why".to_owned(),
+        ))
+    }
+
+    async fn excite_once(&mut self, name: &str, excitation: Excitation) -> Result<ExcitationReport, Failure> {
+        let length = Duration::from_secs_f64(excitation.duration_s());
+        let bar = progress::bar(Some(length));
+        bar.set_message(name.to_owned());
+        let _: IdentificationReply = self.daemon.ask(Request::IdentifyExcite { excitation }).await?;
+        let began = Instant::now();
+        let ramps = Duration::from_secs_f64(2e-3 * self.begun.ramp_ms.max(0.0));
+        let report = loop {
+            self.hear_for(POLL_PERIOD).await?;
+            let status = self.status().await?;
+            bar.set_position(progress::position(status.gone_s.unwrap_or_default()));
+            if !status.moving {
+                break status.last;
+            }
+            if began.elapsed() > length.mul_f64(1.2) + ramps + EXCITATION_TIMEOUT {
+                return Err(Failure::NoAnswer(began.elapsed()));
+            }
+        };
+        bar.finish_and_clear();
+        let Some(report) = report else {
+            return Err(Failure::BadRig("the excitation never began".to_owned()));
+        };
+        let ended = Instant::now();
+        while self.ticks.newest().is_none_or(|tick| tick < report.last_tick) && ended.elapsed() < TICKS_TIMEOUT {
+            self.hear_for(POLL_PERIOD).await?;
+        }
+        Ok(report)
+    }
+
+    /// Takes what the daemon tells, for so long.
+    async fn hear_for(&mut self, time: Duration) -> Result<(), Failure> {
+        let until = tokio::time::Instant::now() + time;
+        loop {
+            let event = tokio::select! {
+                biased;
+                event = self.daemon.next_event() => event?,
+                () = tokio::time::sleep_until(until) => return Ok(()),
+            };
+            if let Event::Samples(samples) = &event {
+                self.ticks.take(samples);
+            }
+            if let Some(recorder) = &mut self.recorder {
+                recorder.event(&event).map_err(cannot_write)?;
+            }
+        }
+    }
+
+    /// Computes something while the lease is renewed.
+    pub(super) async fn compute<T: Send + 'static>(
+        &mut self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, Failure> {
+        let mut work = tokio::task::spawn_blocking(work);
+        loop {
+            tokio::select! {
+                done = &mut work => return done.map_err(|error| Failure::BadRig(error.to_string())),
+                () = tokio::time::sleep(POLL_PERIOD) => {}
+            }
+            self.hear_for(Duration::ZERO).await?;
+            self.status().await?;
+        }
+    }
+
+    /// Has the daemon store what was found of the rig itself; returns its file.
+    pub(super) async fn store(&mut self, friction: RigFriction) -> Result<Option<String>, Failure> {
+        let stored: IdentificationReply = self.daemon.ask(Request::IdentifyStore { friction }).await?;
+        Ok(stored.path)
+    }
+
+    /// Gives the rig back, and ends the recording.
+    pub(super) async fn end(mut self) -> Result<(), Failure> {
+        let _: IdentificationReply = self.daemon.ask(Request::IdentifyEnd {}).await?;
+        let _: LeaseReply = self.daemon.ask(Request::Lease { timeout_ms: 0 }).await?;
+        if let Some(recorder) = self.recorder.take() {
+            recorder.finish().map_err(cannot_write)?;
+        }
+        Ok(())
+    }
+}
+
+fn cannot_write(error: std::io::Error) -> Failure {
+    Failure::File(format!("the recording: {error}"))
+}
+
+/// The report of an excitation in one line.
+fn summary(name: &str, report: &ExcitationReport) -> String {
+    let end = match report.end {
+        ExcitationEnd::Travel => ", ended at the limit of travel",
+        ExcitationEnd::Speed => ", ended at the limit of speed",
+        ExcitationEnd::Lag => ", ended because the handle did not follow",
+        _ => "",
+    };
+    format!(
+        "   {name}: {:.1} s, over {:.2} mm, at most {:.2} N and {:.0} mm/s{end}",
+        report.duration_s,
+        1e3 * (report.greatest_m - report.least_m),
+        report.largest_force_n.abs(),
+        1e3 * report.largest_speed_mps
+    )
+}

@@ -1,0 +1,152 @@
+//! The state of an identification: one client moves the rig by its own motor, and stores what it
+//! found of the rig's friction.
+
+use crate::error::{ErrorCode, WireError};
+use crate::journal::Peer;
+use crate::object::{Field, FieldValue, Limits, Object};
+use haptic_core::rig_friction::RigFriction;
+use haptic_core::{BoundError, Excitation};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// Answer to the operations `identify.*`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct IdentificationReply {
+    /// The client that identifies the rig.
+    pub by: Peer,
+    /// The rig: its serial number, or else its address.
+    pub rig: String,
+    /// Name and version of its firmware.
+    pub firmware: String,
+    /// Whether an excitation is under way, from its ramp on until the rig is idle again.
+    pub moving: bool,
+    /// Why it has ended, if it has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ended: Option<String>,
+    /// Largest force of an excitation, N: half of the rig's force limit.
+    #[serde(rename = "force_limit_N")]
+    pub force_limit_n: f64,
+    /// Travel of the handle between its ends, m.
+    pub range_m: f64,
+    /// Place of the handle when the identification began, m: the middle of its range.
+    pub middle_m: f64,
+    /// Farthest that an excitation may let the handle go from where it is now, m.
+    pub travel_limit_m: f64,
+    /// Friction that the commissioning found, N.
+    #[serde(default, rename = "friction_N", skip_serializing_if = "Option::is_none")]
+    pub friction_n: Option<f64>,
+    /// What is stored of the rig itself (`identify.store`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<RigFriction>,
+    /// Resolution that the device reports, m.
+    pub resolution_m: f64,
+    /// Duration of engaging and of releasing, ms.
+    pub ramp_ms: f64,
+    /// Position of the handle, m.
+    pub position_m: f64,
+    /// Excitations that have ended.
+    pub excitations: u64,
+    /// Time since the beginning of the excitation that is under way, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gone_s: Option<f64>,
+    /// The newest excitation that has ended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last: Option<ExcitationReport>,
+    /// File of the rig's own friction, after `identify.store`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub path: Option<String>,
+}
+
+/// The report of an excitation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ExcitationReport {
+    /// How it ended.
+    pub end: ExcitationEnd,
+    /// Time from its first tick to its last, s.
+    pub duration_s: f64,
+    /// The first tick that rendered it.
+    pub first_tick: u64,
+    /// The last tick that rendered it.
+    pub last_tick: u64,
+    /// The smallest position, m.
+    pub least_m: f64,
+    /// The largest position, m.
+    pub greatest_m: f64,
+    /// Largest speed of the handle, m/s.
+    pub largest_speed_mps: f64,
+    /// Largest force commanded, N, with its sign.
+    #[serde(rename = "largest_force_N")]
+    pub largest_force_n: f64,
+}
+
+/// How an excitation ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ExcitationEnd {
+    /// After its course.
+    Time,
+    /// The handle had gone as far as it may.
+    Travel,
+    /// The handle was as fast as it may be.
+    Speed,
+    /// The handle was held, or drawn away from the reference.
+    Lag,
+    /// The handle moved against the force from the beginning on.
+    WrongWay,
+    /// The rig was stopped, faulted, released or disconnected.
+    Interrupted,
+    /// Some of its ticks were not recorded, so the report is void.
+    Unrecorded,
+    /// Something that a later server knows.
+    #[serde(other)]
+    #[cfg_attr(feature = "schema", schemars(skip))]
+    Unknown,
+}
+
+impl Field for Excitation {
+    fn expected(_: &str, _: Option<Limits>) -> String {
+        "an object with a `course` and its bounds".to_owned()
+    }
+
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
+        read_object(given, &Self::expected(given.name, None))
+    }
+}
+
+impl Field for RigFriction {
+    fn expected(_: &str, _: Option<Limits>) -> String {
+        "an object of what was identified of the rig".to_owned()
+    }
+
+    fn read(given: &FieldValue<'_>) -> Result<Self, WireError> {
+        read_object(given, &Self::expected(given.name, None))
+    }
+}
+
+fn read_object<T: DeserializeOwned>(given: &FieldValue<'_>, expected: &str) -> Result<T, WireError> {
+    let Some(object) = Object::of(given) else {
+        return Err(given.is_not(expected));
+    };
+    object.no_field_twice()?;
+    serde_json::from_str(given.text).map_err(|error| {
+        let why = error.to_string();
+        let why = why.split(" at line ").next().unwrap_or_default();
+        let code = if why.starts_with("unknown field") {
+            ErrorCode::UnknownField
+        } else {
+            ErrorCode::BadRequest
+        };
+        WireError::new(code, format!("{}: {why}", given.path())).about(given.name)
+    })
+}
+
+impl From<BoundError> for WireError {
+    fn from(error: BoundError) -> Self {
+        Self::new(ErrorCode::OutOfRange, error.to_string())
+            .about(error.field)
+            .within(error.value, error.min, error.max, error.unit)
+    }
+}

@@ -1,0 +1,314 @@
+//! The force of a motor that repeats itself along the way, from slow sweeps to and fro.
+//!
+//! ```text
+//! F = level(direction) + sum of a_k cos(k p) + b_k sin(k p),   p = 2 pi x / period
+//! ```
+//!
+//! What friction takes changes its sign with the direction of motion, and cogging does not: both
+//! directions over the same places tell them apart. The sweep is so slow that the mass takes nothing
+//! worth mentioning. Forces are averaged in bins of the position, by direction; the period is the one
+//! whose harmonics leave the least.
+#![expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "some hundred bins and steps"
+)]
+
+use super::Interval;
+use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
+use std::f64::consts::TAU;
+
+/// Bins over the way of the sweep.
+const BINS: usize = 400;
+
+/// Fewest samples of a bin that counts.
+const LEAST_SAMPLES: usize = 3;
+
+/// Fewest bins with samples.
+const LEAST_BINS: usize = 60;
+
+/// Fewest bins in a period, and fewest periods in the way: what is finer or longer is not seen.
+const BINS_A_PERIOD: f64 = 10.0;
+const LEAST_PERIODS: f64 = 1.5;
+
+/// Steps of the search in one turn over the whole way.
+const STEPS_A_TURN: f64 = 8.0;
+
+/// A period that is a whole fraction of another one is taken if it leaves at most this much more.
+const NEARLY_AS_GOOD: f64 = 1.1;
+
+/// Amplitude of the first harmonic over its standard error, from which on there is cogging.
+const SURE: f64 = 6.0;
+
+/// Share of the scatter of the bins that cogging must explain.
+const LEAST_EXPLAINED: f64 = 0.5;
+
+/// Normal quantile of a 95 % interval.
+const Z: f64 = 1.96;
+
+/// Coefficients beside the harmonics: a level for each direction.
+const LEVELS: usize = 2;
+const COEFFICIENTS: usize = LEVELS + 2 * COGGING_HARMONICS;
+
+/// What was found of cogging.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundCogging {
+    /// Period and harmonics; the phase is that of the positions of the record.
+    pub cogging: Cogging,
+    /// Amplitude of the strongest harmonic, N, and its 95 % interval.
+    pub amplitude_n: f64,
+    /// 95 % interval of the amplitude, N.
+    pub amplitude_interval_n: Interval,
+    /// Root mean square of the force by position that is left, N.
+    pub residual_rms_n: f64,
+}
+
+/// Samples of a sweep: position (m), direction of the reference (1 or -1), and force (N) where it goes
+/// at its speed.
+pub type SweepSample = (f64, f64, f64);
+
+/// The cogging in a sweep to and fro.
+///
+/// # Errors
+/// Why there is none to be seen, with the figures.
+pub fn cogging(samples: &[SweepSample]) -> Result<FoundCogging, String> {
+    let (bins, way_m) = binned(samples);
+    if bins.len() < LEAST_BINS {
+        return Err(format!(
+            "the sweep covers {} places, and {LEAST_BINS} are needed",
+            bins.len()
+        ));
+    }
+    let scatter = fit(&bins, f64::INFINITY)
+        .map(|levels| levels.left)
+        .ok_or("the forces of the sweep are alike everywhere")?;
+    let most_turns = bins.len() as f64 / LEVELS as f64 / BINS_A_PERIOD;
+    let steps = ((most_turns - LEAST_PERIODS) * STEPS_A_TURN).max(0.0) as usize;
+    let turns = |step: usize| LEAST_PERIODS + step as f64 / STEPS_A_TURN;
+    let left = |turns: f64| fit(&bins, way_m / turns).map_or(f64::INFINITY, |fitted| fitted.left);
+    let best = (0..=steps)
+        .map(turns)
+        .min_by(|a, b| left(*a).total_cmp(&left(*b)))
+        .ok_or("the sweep is too short for any period")?;
+    // A fit with harmonics is as good at a multiple of the period.
+    let shortest = (2..=COGGING_HARMONICS)
+        .rev()
+        .map(|divisor| refined(best * divisor as f64, left))
+        .find(|turns| *turns <= most_turns && left(*turns) <= NEARLY_AS_GOOD * left(best));
+    let turns = refined(shortest.unwrap_or(best), left);
+    let period_m = way_m / turns;
+    let fitted = fit(&bins, period_m).ok_or("the places of the sweep do not tell harmonics apart")?;
+    let freedom = (bins.len() - COEFFICIENTS) as f64;
+    let variance = fitted.left / freedom;
+    let harmonics: [Harmonic; COGGING_HARMONICS] = std::array::from_fn(|k| Harmonic {
+        cosine: fitted.coefficients[LEVELS + 2 * k],
+        sine: fitted.coefficients[LEVELS + 2 * k + 1],
+    });
+    let amplitude = |k: usize| f64::hypot(harmonics[k].cosine, harmonics[k].sine);
+    let strongest = (0..COGGING_HARMONICS)
+        .max_by(|a, b| amplitude(*a).total_cmp(&amplitude(*b)))
+        .unwrap_or(0);
+    let amplitude_n = amplitude(strongest);
+    let error_n =
+        (variance * fitted.spread[LEVELS + 2 * strongest].max(fitted.spread[LEVELS + 2 * strongest + 1])).sqrt();
+    let explained = 1.0 - fitted.left / scatter;
+    if amplitude_n < SURE * error_n || explained < LEAST_EXPLAINED {
+        return Err(format!(
+            "no force repeats itself along the way: the best amplitude is {amplitude_n:.3} N and explains {:.0} % of \
+             the scatter by position, {:.3} N",
+            100.0 * explained.max(0.0),
+            (scatter / bins.len() as f64).sqrt()
+        ));
+    }
+    Ok(FoundCogging {
+        cogging: Cogging {
+            period_m,
+            absolute_position: false,
+            harmonics,
+        },
+        amplitude_n,
+        amplitude_interval_n: [(amplitude_n - Z * error_n).max(0.0), amplitude_n + Z * error_n],
+        residual_rms_n: variance.sqrt(),
+    })
+}
+
+/// The mean force at a place, by direction.
+#[derive(Clone, Copy, Debug)]
+struct Bin {
+    position_m: f64,
+    /// 0 for the positive direction, 1 for the negative.
+    direction: usize,
+    force_n: f64,
+}
+
+/// The bins with samples, and the way that they cover, m.
+fn binned(samples: &[SweepSample]) -> (Vec<Bin>, f64) {
+    let least = samples.iter().map(|sample| sample.0).fold(f64::INFINITY, f64::min);
+    let greatest = samples.iter().map(|sample| sample.0).fold(f64::NEG_INFINITY, f64::max);
+    let way_m = greatest - least;
+    if way_m.is_nan() || way_m <= 0.0 {
+        return (Vec::new(), 0.0);
+    }
+    let mut sums = vec![[(0.0, 0.0, 0_usize); 2]; BINS];
+    for (position, direction, force) in samples {
+        let index = (((position - least) / way_m * BINS as f64) as usize).min(BINS - 1);
+        let sum = &mut sums[index][usize::from(*direction < 0.0)];
+        *sum = (sum.0 + position, sum.1 + force, sum.2 + 1);
+    }
+    let mut bins = Vec::new();
+    for both in sums {
+        for (direction, (position, force, count)) in both.into_iter().enumerate() {
+            if count >= LEAST_SAMPLES {
+                bins.push(Bin {
+                    position_m: position / count as f64,
+                    direction,
+                    force_n: force / count as f64,
+                });
+            }
+        }
+    }
+    (bins, way_m)
+}
+
+/// A place near `turns` that leaves the least.
+fn refined(turns: f64, left: impl Fn(f64) -> f64) -> f64 {
+    let (mut from, mut to) = (turns - 1.0 / STEPS_A_TURN, turns + 1.0 / STEPS_A_TURN);
+    for _ in 0..40 {
+        let third = (to - from) / 3.0;
+        if left(from + third) < left(to - third) {
+            to -= third;
+        } else {
+            from += third;
+        }
+    }
+    0.5 * (from + to)
+}
+
+/// A least-squares fit.
+struct Fit {
+    coefficients: [f64; COEFFICIENTS],
+    /// The diagonal of the inverse of the normal matrix.
+    spread: [f64; COEFFICIENTS],
+    /// Sum of the squares that are left.
+    left: f64,
+}
+
+/// Levels and harmonics of a period, m; levels alone of an infinite one.
+fn fit(bins: &[Bin], period_m: f64) -> Option<Fit> {
+    let count = if period_m.is_finite() { COEFFICIENTS } else { LEVELS };
+    let row = |bin: &Bin| {
+        let mut row = [0.0; COEFFICIENTS];
+        row[bin.direction] = 1.0;
+        for (k, pair) in row[LEVELS..count].chunks_mut(2).enumerate() {
+            let (sine, cosine) = (TAU * (k + 1) as f64 * bin.position_m / period_m).sin_cos();
+            pair.copy_from_slice(&[cosine, sine]);
+        }
+        row
+    };
+    let mut normal = [[0.0; 2 * COEFFICIENTS]; COEFFICIENTS];
+    let mut right = [0.0; COEFFICIENTS];
+    for bin in bins {
+        let row = row(bin);
+        for i in 0..count {
+            for j in 0..count {
+                normal[i][j] += row[i] * row[j];
+            }
+            right[i] += row[i] * bin.force_n;
+        }
+    }
+    for i in 0..count {
+        normal[i][COEFFICIENTS + i] = 1.0;
+    }
+    invert(&mut normal, count)?;
+    let inverse = |i: usize, j: usize| normal[i][COEFFICIENTS + j];
+    let mut coefficients = [0.0; COEFFICIENTS];
+    let mut spread = [0.0; COEFFICIENTS];
+    for i in 0..count {
+        coefficients[i] = (0..count).map(|j| inverse(i, j) * right[j]).sum();
+        spread[i] = inverse(i, i);
+    }
+    let left = bins
+        .iter()
+        .map(|bin| {
+            let row = row(bin);
+            let fitted: f64 = (0..count).map(|i| row[i] * coefficients[i]).sum();
+            (bin.force_n - fitted).powi(2)
+        })
+        .sum();
+    Some(Fit {
+        coefficients,
+        spread,
+        left,
+    })
+}
+
+/// Gauss and Jordan with pivots, on a matrix with the unit matrix beside it; nothing where it is singular.
+fn invert(matrix: &mut [[f64; 2 * COEFFICIENTS]; COEFFICIENTS], count: usize) -> Option<()> {
+    for column in 0..count {
+        let pivot = (column..count).max_by(|a, b| matrix[*a][column].abs().total_cmp(&matrix[*b][column].abs()))?;
+        matrix.swap(column, pivot);
+        let scale = matrix[column][column];
+        if scale.abs() < 1e-9 {
+            return None;
+        }
+        for value in &mut matrix[column] {
+            *value /= scale;
+        }
+        let of_pivot = matrix[column];
+        for (index, row) in matrix.iter_mut().enumerate().take(count) {
+            if index != column {
+                let factor = row[column];
+                for (value, pivot) in row.iter_mut().zip(of_pivot) {
+                    *value -= factor * pivot;
+                }
+            }
+        }
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sweep over 40 mm to and fro, with friction of 0.9 and 0.7 N, noise, and some cogging.
+    fn sweep(cogging: impl Fn(f64) -> f64) -> Vec<SweepSample> {
+        let mut seed = 1_u64;
+        let mut noise = || {
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            ((seed >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 0.1
+        };
+        (0..8000)
+            .map(|k| {
+                let direction = if k < 4000 { 1.0 } else { -1.0 };
+                let way = f64::from(k % 4000) * 1e-5 - 0.02;
+                let position = direction * way;
+                let friction = if direction > 0.0 { 0.9 } else { -0.7 };
+                (position, direction, friction + cogging(position) + noise())
+            })
+            .collect()
+    }
+
+    #[test]
+    fn period_and_harmonics_are_found_in_friction_and_noise() {
+        let truth = |x: f64| 0.3 * (TAU * x / 0.0073).sin() + 0.1 * (2.0 * TAU * x / 0.0073).cos();
+        let found = cogging(&sweep(truth)).expect("it is there");
+        assert!((found.cogging.period_m / 0.0073 - 1.0).abs() < 2e-3, "{found:?}");
+        assert!((found.cogging.harmonics[0].sine - 0.3).abs() < 0.005, "{found:?}");
+        assert!((found.cogging.harmonics[1].cosine - 0.1).abs() < 0.005, "{found:?}");
+        let [least, most] = found.amplitude_interval_n;
+        assert!(least < 0.3 && 0.3 < most && most - least < 0.02, "{found:?}");
+    }
+
+    #[test]
+    fn a_rig_without_cogging_has_none_and_says_what_was_seen() {
+        let why = cogging(&sweep(|_| 0.0)).expect_err("there is none");
+        assert!(why.contains("no force repeats itself"), "{why}");
+        let why = cogging(&sweep(|x| 10.0 * x)).expect_err("a slope is none");
+        println!("{why}");
+        assert!(cogging(&[]).is_err());
+    }
+}

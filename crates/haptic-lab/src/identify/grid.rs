@@ -1,0 +1,245 @@
+//! A record on an even grid of times, with the samples marked that hold no information.
+
+use super::Record;
+
+/// A grid point farther than this from a sample of the record, in periods, lies in a gap.
+const GAP_PERIODS: f64 = 2.5;
+
+/// Samples whose times are even to this share of a period are taken as they are.
+const EVEN_SHARE: f64 = 1e-3;
+
+/// Shortest run at the largest force that counts as a saturated sensor or motor, in samples.
+const SATURATED_RUN: usize = 5;
+
+/// An evenly sampled record.
+#[derive(Clone, Debug)]
+pub(super) struct Grid {
+    /// Time between samples, s.
+    pub(super) period_s: f64,
+    /// Time of the first sample, s.
+    pub(super) start_s: f64,
+    /// Position, m.
+    pub(super) position_m: Vec<f64>,
+    /// Driving force, N.
+    pub(super) force_n: Vec<f64>,
+    /// Whether the samples around it are there, and the force is within the sensor's range.
+    pub(super) is_valid: Vec<bool>,
+    /// What is worth a remark: gaps, jitter, saturation.
+    pub(super) notes: Vec<String>,
+    /// Share of the samples whose force is saturated.
+    pub(super) saturated_share: f64,
+}
+
+impl Grid {
+    /// Puts a checked record on the grid of its usual period.
+    pub(super) fn new(record: &Record) -> Self {
+        let t = &record.t_s;
+        let period_s = usual_period_s(t);
+        let start_s = t[0];
+        let is_even = t
+            .iter()
+            .enumerate()
+            .all(|(index, t_s)| (t_s - start_s - index as f64 * period_s).abs() <= EVEN_SHARE * period_s);
+        let mut grid = if is_even {
+            Self {
+                period_s,
+                start_s,
+                position_m: record.position_m.clone(),
+                force_n: record.force_n.clone(),
+                is_valid: vec![true; t.len()],
+                notes: Vec::new(),
+                saturated_share: 0.0,
+            }
+        } else {
+            Self::resampled(record, period_s)
+        };
+        grid.mark_saturated();
+        grid
+    }
+
+    /// Cubic between positions, since their second derivative is wanted; linear between forces.
+    fn resampled(record: &Record, period_s: f64) -> Self {
+        let t = &record.t_s;
+        let start_s = t[0];
+        let last = t.len() - 1;
+        let count = ((t[last] - start_s) / period_s).floor() as usize + 1;
+        let mut grid = Self {
+            period_s,
+            start_s,
+            position_m: Vec::with_capacity(count),
+            force_n: Vec::with_capacity(count),
+            is_valid: Vec::with_capacity(count),
+            notes: Vec::new(),
+            saturated_share: 0.0,
+        };
+        let mut left = 0;
+        for index in 0..count {
+            let at = start_s + index as f64 * period_s;
+            while left + 2 < t.len() && t[left + 1] <= at {
+                left += 1;
+            }
+            let width = t[left + 1] - t[left];
+            let share = ((at - t[left]) / width).clamp(0.0, 1.0);
+            let f = &record.force_n;
+            grid.force_n.push(f[left] + share * (f[left + 1] - f[left]));
+            grid.position_m.push(cubic(t, &record.position_m, left, at));
+            grid.is_valid.push(width <= GAP_PERIODS * period_s);
+        }
+        let gaps: Vec<f64> = t
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .filter(|width| *width > GAP_PERIODS * period_s)
+            .collect();
+        if !gaps.is_empty() {
+            grid.notes.push(format!(
+                "{} gaps, {:.3} s in all; the samples beside them are left out",
+                gaps.len(),
+                gaps.iter().sum::<f64>()
+            ));
+        }
+        let jitter = t
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0] - period_s).abs())
+            .filter(|jitter| *jitter < (GAP_PERIODS - 1.0) * period_s)
+            .fold(0.0, f64::max);
+        grid.notes.push(format!(
+            "uneven times, up to {:.2} ms from the period of {:.3} ms: resampled",
+            jitter * 1e3,
+            period_s * 1e3
+        ));
+        grid
+    }
+
+    /// A force that stays at the record's extreme value tells nothing but that it was larger.
+    fn mark_saturated(&mut self) {
+        let mut saturated = 0;
+        for sign in [1.0, -1.0] {
+            let extreme = self.force_n.iter().map(|force| sign * force).fold(f64::MIN, f64::max);
+            let mut begin = 0;
+            for index in 0..=self.force_n.len() {
+                #[expect(clippy::float_cmp, reason = "a saturated value is repeated to the bit")]
+                let at_extreme = self.force_n.get(index).is_some_and(|force| sign * force == extreme);
+                if at_extreme {
+                    continue;
+                }
+                if index - begin >= SATURATED_RUN {
+                    self.is_valid[begin..index].fill(false);
+                    saturated += index - begin;
+                }
+                begin = index + 1;
+            }
+        }
+        // A force that never changes is not a saturated one.
+        if saturated == self.force_n.len() {
+            self.is_valid.fill(true);
+            return;
+        }
+        self.saturated_share = saturated as f64 / self.force_n.len() as f64;
+        if saturated > 0 {
+            self.notes.push(format!(
+                "the force stays at its extreme value for {saturated} samples ({:.1} %): saturated, and left out",
+                100.0 * self.saturated_share
+            ));
+        }
+    }
+
+    /// Number of samples.
+    pub(super) fn len(&self) -> usize {
+        self.position_m.len()
+    }
+
+    /// The force that was recorded `shift_s` later than each sample, by linear interpolation; the first
+    /// and last one beyond the ends.
+    pub(super) fn force_shifted(&self, shift_s: f64) -> Vec<f64> {
+        let last = self.len() - 1;
+        let shift = shift_s / self.period_s;
+        (0..self.len())
+            .map(|index| {
+                let at = (index as f64 + shift).clamp(0.0, last as f64);
+                let left = (at.floor() as usize).min(last - 1);
+                let share = at - left as f64;
+                self.force_n[left] + share * (self.force_n[left + 1] - self.force_n[left])
+            })
+            .collect()
+    }
+}
+
+/// The mean time between samples without the gaps, s.
+fn usual_period_s(t_s: &[f64]) -> f64 {
+    let mut periods: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    periods.sort_unstable_by(f64::total_cmp);
+    let longest = GAP_PERIODS * periods[periods.len() / 2];
+    periods.retain(|period| *period <= longest);
+    periods.iter().sum::<f64>() / periods.len() as f64
+}
+
+/// Lagrange's cubic through the samples around `left` and `left + 1`.
+fn cubic(t: &[f64], x: &[f64], left: usize, at: f64) -> f64 {
+    let first = left.saturating_sub(1).min(t.len() - 4);
+    // From the value at `left`, so that a large position keeps its digits.
+    let base = x[left];
+    let value: f64 = (first..first + 4)
+        .map(|i| {
+            let weight: f64 = (first..first + 4)
+                .filter(|j| *j != i)
+                .map(|j| (at - t[j]) / (t[i] - t[j]))
+                .product();
+            weight * (x[i] - base)
+        })
+        .sum();
+    base + value
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(t_s: Vec<f64>) -> Record {
+        Record {
+            position_m: t_s.iter().map(|t| (3.0 * t).sin()).collect(),
+            force_n: t_s.iter().map(|t| 2.0 * t).collect(),
+            t_s,
+            ..Record::default()
+        }
+    }
+
+    #[test]
+    fn uneven_times_are_put_on_an_even_grid_and_gaps_are_marked() {
+        let t_s: Vec<f64> = (0..1000)
+            .filter(|k| !(400..450).contains(k))
+            .map(|k| 5.0 + 1e-3 * (f64::from(k) + 0.3 * f64::from(k * 7 % 11 - 5) / 5.0))
+            .collect();
+        let grid = Grid::new(&record(t_s));
+        assert!((grid.period_s - 1e-3).abs() < 2e-6, "{}", grid.period_s);
+        let mut gap = 0;
+        for index in 0..grid.len() {
+            let t = grid.start_s + index as f64 * grid.period_s;
+            if grid.is_valid[index] {
+                assert!((grid.position_m[index] - (3.0 * t).sin()).abs() < 1e-10, "{index}");
+                assert!((grid.force_n[index] - 2.0 * t).abs() < 1e-9, "{index}");
+            } else {
+                gap += 1;
+            }
+        }
+        assert!((48..=52).contains(&gap), "{gap}");
+        assert!(grid.notes[0].contains("1 gaps"), "{:?}", grid.notes);
+    }
+
+    #[test]
+    fn a_force_that_stays_at_its_extreme_is_saturated() {
+        let mut clipped = record((0..1000).map(|k| f64::from(k) * 1e-3).collect());
+        for force in &mut clipped.force_n {
+            *force = force.min(1.9);
+        }
+        let grid = Grid::new(&clipped);
+        assert!(!grid.is_valid[960] && grid.is_valid[900]);
+        assert!((grid.saturated_share - 0.05).abs() < 0.003, "{}", grid.saturated_share);
+    }
+
+    #[test]
+    fn a_shift_takes_the_force_from_later() {
+        let grid = Grid::new(&record((0..100).map(|k| f64::from(k) * 1e-3).collect()));
+        let shifted = grid.force_shifted(2.5e-3);
+        assert!((shifted[10] - 2.0 * 12.5e-3).abs() < 1e-12, "{}", shifted[10]);
+    }
+}

@@ -1,0 +1,308 @@
+//! Mass, dynamic and viscous friction, offset and static friction (Karnopp 1985).
+//!
+//! ```text
+//! M a + s Fd(s) + b(s) v + offset = F        sliding, s = +-1
+//! -Fs- <= F - offset <= Fs+                  at rest
+//! ```
+//!
+//! Slides give all but `Fs`: a linear fit in the weak form (see [`smoothing`](super::smoothing)), with
+//! Huber's weights, under the longest window that costs no information. Its errors are those of leaving
+//! out parts of the record, so that they hold where neighbouring residuals are alike; intervals are
+//! widened by what the windows around it differ. `Fs` is read off breakaways under a slow load.
+
+mod breakaway;
+mod clocks;
+mod motion;
+mod refusal;
+mod regression;
+mod statics;
+mod window;
+
+use super::grid::Grid;
+use super::smoothing::white_noise;
+use super::{Directions, Identified, Interval, ModelKind, Options, Record};
+use haptic_core::Directional;
+use motion::Motion;
+use regression::{Fit, Rows, Shape, Unfit, Unknown, fit, student};
+
+/// A fit with friction alike must leave so many times what the separate one leaves before friction is
+/// said to differ by direction, where the separate one leaves more than noise. A better fit of a law that
+/// misses something says little about the unknowns that it gained.
+const LEAST_GAIN: f64 = 3.0;
+
+/// What a fit leaves is noise up to this correlation between windows that do not touch, and up to so many times
+/// what the noise of the force itself leaves.
+const NOISE_STRUCTURE: f64 = 0.2;
+const NOISE_EXCESS: f64 = 1.4;
+
+/// Friction differs by direction beyond so many standard errors, as a normal quantile.
+const SIGNIFICANT: f64 = 3.9;
+
+/// A record on its way through the fit.
+#[derive(Debug)]
+struct Problem<'a> {
+    grid: &'a Grid,
+    motion: &'a Motion,
+    /// Driving force on the positions' clock, N.
+    force: Vec<f64>,
+    known_mass: f64,
+}
+
+impl Problem<'_> {
+    fn fit(&self, rows: &Rows, shape: Shape) -> Result<Fit, Unfit> {
+        let forces = clocks::without_inertia(rows, rows.forces(&self.force), self.known_mass);
+        fit(rows, &forces, &[], shape)
+    }
+
+    /// What the force's white noise leaves of a row's force, N.
+    fn force_noise(&self, rows: &Rows) -> f64 {
+        let mean_noise = rows
+            .window
+            .mean
+            .iter()
+            .map(|weight| weight * weight)
+            .sum::<f64>()
+            .sqrt();
+        white_noise(&self.force, &self.grid.is_valid) * mean_noise
+    }
+}
+
+/// A fit under its window, and the fits under a shorter and a longer one.
+#[derive(Debug)]
+struct Slides {
+    rows: Rows,
+    fit: Fit,
+    neighbours: Vec<Fit>,
+    /// Standard deviation of the acceleration's noise, m/s^2.
+    acceleration_noise: f64,
+}
+
+impl Slides {
+    fn new(problem: &Problem<'_>, rows: Rows, shape: Shape) -> Result<Self, Unfit> {
+        let neighbours = [1.0 / 1.5, 1.5]
+            .into_iter()
+            .filter_map(|factor| {
+                let rows = Rows::new(problem.grid, problem.motion, factor * rows.half_s);
+                problem.fit(&rows, shape).ok()
+            })
+            .collect();
+        Ok(Self {
+            fit: problem.fit(&rows, shape)?,
+            neighbours,
+            acceleration_noise: problem.motion.noise_m * rows.window.curvature_noise(),
+            rows,
+        })
+    }
+
+    /// A sum of unknowns with factors, and half of its 95 % interval.
+    fn value(&self, sum: &[(Unknown, f64)]) -> Option<(f64, f64)> {
+        let of = |fit: &Fit| {
+            sum.iter()
+                .map(|(unknown, factor)| fit.value(*unknown).map(|value| factor * value))
+                .sum::<Option<f64>>()
+        };
+        let value = of(&self.fit)?;
+        let all = || self.neighbours.iter().filter_map(of).chain([value]);
+        let spread = all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min);
+        let statistical = self.fit.reach_95() * self.fit.combined_error(sum)?;
+        let bias = match sum {
+            [(Unknown::Mass, _)] => value * self.fit.attenuation(Unknown::Mass, self.acceleration_noise)?,
+            _ => 0.0,
+        };
+        Some((value, statistical.hypot(spread / 2.0) + bias.abs()))
+    }
+}
+
+/// Identifies a record that was checked.
+pub(super) fn identify(record: &Record, options: &Options) -> Identified {
+    let grid = Grid::new(record);
+    let motion = Motion::new(&grid, record.resolution_m);
+    let mut found = Identified::empty(ModelKind::Karnopp);
+    found.notes.clone_from(&grid.notes);
+    found.mass_kg = options.mass_kg;
+    let known_mass = options.mass_kg.unwrap_or(0.0);
+    let mut problem = Problem {
+        force: grid.force_shifted(0.0),
+        grid: &grid,
+        motion: &motion,
+        known_mass,
+    };
+    let shape = match refusal::shape(&problem, options) {
+        Ok(shape) => shape,
+        Err(reason) => {
+            refusal::refuse_all(&mut found, options, &reason);
+            return found;
+        }
+    };
+    problem.force = on_one_clock(&problem, options, shape, &mut found);
+    let slides =
+        window::choose(&problem, shape).and_then(|rows| choose_directions(&problem, rows, shape, options, &mut found));
+    let slides = match slides {
+        Ok(slides) => slides,
+        Err(unfit) => {
+            refusal::refuse_all(&mut found, options, &refusal::reason(&unfit, &grid, &motion));
+            return found;
+        }
+    };
+    found.residual_rms_n = slides.fit.rms_n;
+    found.notes.push(format!(
+        "{} windows of {:.0} ms slide; the residual is that of the force smoothed by them",
+        slides.rows.rows.len(),
+        2e3 * slides.rows.half_s
+    ));
+    report(&mut found, &problem, &slides, options);
+    statics::report(&mut found, &problem, &slides, options);
+    refusal::refuse_poor(&mut found, &problem, &slides, options);
+    found
+}
+
+/// Finds the clocks' shift and gives the force on the positions' clock.
+fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &mut Identified) -> Vec<f64> {
+    let unshifted = problem.grid.force_shifted(0.0);
+    let Ok(rows) = window::choose(problem, shape) else {
+        return unshifted;
+    };
+    let shift = clocks::find(problem.grid, &rows, shape, problem.known_mass, options.longest_shift_s);
+    let Some(shift) = shift else {
+        found.notes.push(format!(
+            "no shift between the clocks within {} ms fits best; none is applied",
+            options.longest_shift_s * 1e3
+        ));
+        return unshifted;
+    };
+    let (low, high) = (shift.value_s - shift.reach_95_s, shift.value_s + shift.reach_95_s);
+    found.intervals.insert("shift_s".to_owned(), [low, high]);
+    if !shift.is_significant {
+        found.notes.push(format!(
+            "shift between the clocks: {:.2} ms within [{:.2}, {:.2}] ms, not different from 0 and not applied",
+            shift.value_s * 1e3,
+            low * 1e3,
+            high * 1e3
+        ));
+        return unshifted;
+    }
+    found.shift_s = shift.value_s;
+    found.notes.push(format!(
+        "the force's clock is {:.2} ms ahead of the position's, within [{:.2}, {:.2}] ms: aligned",
+        shift.value_s * 1e3,
+        low * 1e3,
+        high * 1e3
+    ));
+    problem.grid.force_shifted(shift.value_s)
+}
+
+/// Fits with friction alike or by direction, as asked or as the record shows.
+fn choose_directions(
+    problem: &Problem<'_>,
+    rows: Rows,
+    shape: Shape,
+    options: &Options,
+    found: &mut Identified,
+) -> Result<Slides, Unfit> {
+    let separate = Shape {
+        is_separate: true,
+        ..shape
+    };
+    let alike = Shape {
+        is_separate: false,
+        ..shape
+    };
+    if options.offset_n.is_some() || options.directions == Directions::Separate || shape.sides != [true; 2] {
+        return Slides::new(problem, rows, separate);
+    }
+    let apart = Slides::new(problem, rows.clone(), separate);
+    let together = Slides::new(problem, rows, alike)?;
+    let Ok(apart) = apart else { return Ok(together) };
+    if options.directions == Directions::Auto && differs(problem, &apart, &together, found) {
+        return Ok(apart);
+    }
+    found.notes.push(
+        "friction is taken as alike in both directions; a constant force and a difference of Fd look the same. Where \
+         the sensor's zero is known, give the offset"
+            .to_owned(),
+    );
+    Ok(together)
+}
+
+/// Whether the record shows friction that differs by direction, beyond what an offset explains.
+fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut Identified) -> bool {
+    let statics_differ = statics::differ(problem, together);
+    let difference = [(Unknown::Viscous(0), 1.0), (Unknown::Viscous(1), -1.0)];
+    let viscous_differs = apart.value(&difference).is_some_and(|(value, reach)| {
+        value.abs() > reach * student(SIGNIFICANT, apart.fit.freedom) / apart.fit.reach_95()
+    });
+    if !viscous_differs && !statics_differ {
+        return false;
+    }
+    let gain = together.fit.rms_n / apart.fit.rms_n.max(f64::MIN_POSITIVE);
+    let structure = apart.fit.structure(&apart.rows);
+    let is_noise = structure < NOISE_STRUCTURE && apart.fit.rms_n <= NOISE_EXCESS * problem.force_noise(&apart.rows);
+    if statics_differ || gain >= LEAST_GAIN || is_noise {
+        found.notes.push(format!(
+            "friction differs by direction: alike it leaves {:.3} N, by direction {:.3} N. A constant force cannot be \
+             told from it",
+            together.fit.rms_n, apart.fit.rms_n
+        ));
+        return true;
+    }
+    let viscous = |side| apart.fit.value(Unknown::Viscous(side)).unwrap_or(0.0);
+    found.notes.push(format!(
+        "by direction the viscous friction would be {:.4} and {:.4} N s/m, leaving {:.3} N instead of {:.3} N; what is \
+         left is not noise (correlation {structure:.2}), so that this is not certain",
+        viscous(0),
+        viscous(1),
+        apart.fit.rms_n,
+        together.fit.rms_n
+    ));
+    false
+}
+
+/// Puts what the slides tell into the result.
+fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Slides, options: &Options) {
+    let interval = |value: f64, reach: f64| -> Interval { [value - reach, value + reach] };
+    if let Some((mass, reach)) = slides.value(&[(Unknown::Mass, 1.0)]) {
+        found.mass_kg = Some(mass);
+        found.intervals.insert("mass_kg".to_owned(), interval(mass, reach));
+    }
+    let shape = slides.fit.shape;
+    if shape.sides != [true; 2] {
+        refusal::refuse_one_direction(found, slides, problem);
+        return;
+    }
+    let mut both = |name: &str, sums: [(Unknown, f64); 2], add: [f64; 2]| {
+        let mut values = [0.0; 2];
+        for (side, direction) in ["positive", "negative"].into_iter().enumerate() {
+            let (value, reach) = slides.value(&[sums[side]])?;
+            values[side] = value + add[side];
+            found
+                .intervals
+                .insert(format!("{name}.{direction}"), interval(values[side], reach));
+        }
+        let [positive, negative] = values;
+        Some(Directional { positive, negative })
+    };
+    if shape.is_separate {
+        let offset = options.offset_n.unwrap_or(0.0);
+        found.viscous_ns_per_m = both(
+            "viscous_Ns_per_m",
+            [0, 1].map(|side| (Unknown::Viscous(side), 1.0)),
+            [0.0; 2],
+        );
+        let levels = [(Unknown::Level(0), 1.0), (Unknown::Level(1), -1.0)];
+        found.dynamic_force_n = both("dynamic_force_N", levels, [-offset, offset]);
+        found.offset_n = options.offset_n;
+        if found.offset_n.is_none() {
+            refusal::refuse_offset(found);
+        }
+    } else {
+        found.viscous_ns_per_m = both("viscous_Ns_per_m", [(Unknown::Viscous(0), 1.0); 2], [0.0; 2]);
+        found.dynamic_force_n = both("dynamic_force_N", [(Unknown::Level(0), 1.0); 2], [0.0; 2]);
+        if let Some((offset, reach)) = slides.value(&[(Unknown::Level(1), 1.0)]) {
+            found.offset_n = Some(offset);
+            found.intervals.insert("offset_N".to_owned(), interval(offset, reach));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,180 @@
+//! Where the mass slides, which way, and where it rests.
+
+use crate::identify::grid::Grid;
+use crate::identify::smoothing::{encoder_step, slope, slope_noise, white_noise};
+use std::ops::Range;
+
+/// Longest time over which velocity is taken as even, s.
+const LONGEST_SLOPE_S: f64 = 20e-3;
+
+/// The direction of a motion is certain beyond so many standard deviations of its velocity.
+const CERTAIN_DEVIATIONS: f64 = 4.0;
+
+/// Shortest rest, s.
+const SHORTEST_REST_S: f64 = 30e-3;
+
+/// What the positions say about the motion.
+#[derive(Clone, Debug)]
+pub(super) struct Motion {
+    /// Velocity, m/s.
+    pub(super) velocity_mps: Vec<f64>,
+    /// 1 and -1 where it slides for certain, else 0.
+    pub(super) sense: Vec<i8>,
+    /// Where it stays within the noise, samples.
+    pub(super) rests: Vec<Range<usize>>,
+    /// Standard deviation of a position's noise, m; the encoder's rounding included.
+    pub(super) noise_m: f64,
+    /// Step of the encoder, m; 0 where none is seen.
+    pub(super) step_m: f64,
+    /// Slowest certain slide, m/s.
+    pub(super) slowest_mps: f64,
+}
+
+impl Motion {
+    pub(super) fn new(grid: &Grid, resolution_m: Option<f64>) -> Self {
+        let (x, period_s) = (&grid.position_m, grid.period_s);
+        let step_m = resolution_m.or_else(|| encoder_step(x)).unwrap_or(0.0);
+        let longest = ((LONGEST_SLOPE_S / period_s) as usize).max(2);
+        let rough = slope(x, longest, period_s);
+        let fastest = rough.iter().fold(0.0_f64, |fastest, v| fastest.max(v.abs()));
+        let moves: Vec<bool> = rough.iter().map(|v| v.abs() > 0.1 * fastest).collect();
+        let noise_m = white_noise(x, &moves).max(step_m / 12.0_f64.sqrt());
+        let usual = (rough.iter().map(|v| v * v).sum::<f64>() / rough.len() as f64).sqrt();
+        // The shortest slope whose noise is a hundredth of the usual velocity.
+        let reach = (2..longest)
+            .find(|reach| CERTAIN_DEVIATIONS * noise_m * slope_noise(*reach, period_s) <= 0.01 * usual)
+            .unwrap_or(longest);
+        let velocity_mps = slope(x, reach, period_s);
+        let slowest_mps = (CERTAIN_DEVIATIONS * noise_m * slope_noise(reach, period_s)).max(1e-9);
+        let turn_m = CERTAIN_DEVIATIONS * noise_m;
+        let sense = senses(&velocity_mps, slowest_mps, reach, |turn| is_quick(x, turn, turn_m));
+        let rests = rests(x, 8.0 * noise_m + 1.1 * step_m, (SHORTEST_REST_S / period_s) as usize);
+        Self {
+            velocity_mps,
+            sense,
+            rests,
+            noise_m,
+            step_m,
+            slowest_mps,
+        }
+    }
+
+    /// Samples that slide in a direction.
+    pub(super) fn sliding(&self, sense: i8) -> usize {
+        self.sense.iter().filter(|each| **each == sense).count()
+    }
+
+    /// Slides in a direction: runs of at least `shortest` samples.
+    pub(super) fn slides(&self, sense: i8, shortest: usize) -> usize {
+        self.sense
+            .chunk_by(|a, b| a == b)
+            .filter(|run| run[0] == sense && run.len() >= shortest)
+            .count()
+    }
+}
+
+/// Longest time at a turn within the position's noise, in samples: so long a rest may be hidden there.
+const LONGEST_TURN: usize = 2;
+
+/// Whether a turn somewhere in `range` is seen to be one, and not a short rest: hardly a sample is as far as
+/// the farthest.
+fn is_quick(x: &[f64], range: Range<usize>, tolerance: f64) -> bool {
+    let near = |extreme: f64| {
+        x[range.clone()]
+            .iter()
+            .filter(|x| (**x - extreme).abs() <= tolerance)
+            .count()
+    };
+    let (low, high) = x[range.clone()]
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+    let is_high = x[range.start].max(x[range.end - 1]) < f64::midpoint(low, high);
+    near(if is_high { high } else { low }) <= LONGEST_TURN
+}
+
+/// The direction of each sample. A velocity that passes through zero in a quick turn turns in the middle of its
+/// way; one that stays there may be stuck, and so may the samples that its slope reaches into.
+fn senses(velocity: &[f64], slowest: f64, reach: usize, is_quick: impl Fn(Range<usize>) -> bool) -> Vec<i8> {
+    let mut sense: Vec<i8> = velocity
+        .iter()
+        .map(|v| i8::from(*v > slowest) - i8::from(*v < -slowest))
+        .collect();
+    let mut begin = 0;
+    while begin < sense.len() {
+        if sense[begin] != 0 {
+            begin += 1;
+            continue;
+        }
+        let end = sense[begin..]
+            .iter()
+            .position(|each| *each != 0)
+            .map_or(sense.len(), |length| begin + length);
+        let before = begin.checked_sub(1).map_or(0, |index| sense[index]);
+        let after = sense.get(end).copied().unwrap_or(0);
+        let around = begin.saturating_sub(reach)..(end + reach).min(sense.len());
+        if end - begin <= reach && before * after == -1 && is_quick(around) {
+            let middle = usize::midpoint(begin, end);
+            sense[begin..middle].fill(before);
+            sense[middle..end].fill(after);
+        } else {
+            let last = (end + reach).min(sense.len());
+            sense[begin.saturating_sub(reach)..end].fill(0);
+            // What lies behind is looked at again, but no farther than this rest reaches.
+            let next = sense[end..last].iter().position(|each| *each == -after);
+            sense[end..next.map_or(last, |length| end + length)].fill(0);
+            begin = last;
+            continue;
+        }
+        begin = end;
+    }
+    sense
+}
+
+/// Runs of positions within `tolerance` of each other.
+fn rests(x: &[f64], tolerance: f64, shortest: usize) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    let mut begin = 0;
+    while begin < x.len() {
+        let (mut low, mut high) = (x[begin], x[begin]);
+        let mut end = begin + 1;
+        while end < x.len() && high.max(x[end]) - low.min(x[end]) <= tolerance {
+            low = low.min(x[end]);
+            high = high.max(x[end]);
+            end += 1;
+        }
+        if end - begin >= shortest.max(4) {
+            found.push(begin..end);
+            begin = end;
+        } else {
+            begin += 1 + (end - begin) / 8;
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_turn_is_passed_and_a_rest_is_left_out() {
+        let turn: Vec<f64> = (-20..20).map(|k| 0.01 * f64::from(k)).collect();
+        let sense = senses(&turn, 0.015, 3, |_| true);
+        assert_eq!((sense[19], sense[21]), (-1, 1));
+        assert!(sense.iter().all(|each| *each != 0));
+        let mut stop = vec![0.1; 10];
+        stop.extend([0.0; 8]);
+        stop.extend([-0.1; 10]);
+        let sense = senses(&stop, 0.015, 3, |_| true);
+        assert_eq!(&sense[..8], &[1, 1, 1, 1, 1, 1, 1, 0]);
+        assert_eq!(&sense[20..22], &[0, -1]);
+    }
+
+    #[test]
+    fn rests_are_where_the_position_stays() {
+        let x: Vec<f64> = (0..300)
+            .map(|k| 1e-3 * f64::from((k - 100_i32).clamp(0, 100)) + 1e-6 * f64::from(k % 3))
+            .collect();
+        assert_eq!(rests(&x, 5e-6, 30), [0..101, 200..300]);
+    }
+}

@@ -1,0 +1,270 @@
+//! What a record cannot determine, why, and what to record instead. Physics first, figures of the fit after.
+
+use super::motion::Motion;
+use super::regression::{Rows, Shape, Unfit, Unknown};
+use super::{Problem, Slides, window};
+use crate::identify::grid::Grid;
+use crate::identify::{Directions, Identified, Options, Refusal};
+
+/// Fewest windows in a direction.
+const FEWEST_ROWS: usize = 12;
+
+/// The fastest tenth of a slide must be so many times as fast as the slowest tenth before the share of viscous
+/// friction can be told.
+const LEAST_SPEED_RATIO: f64 = 1.5;
+
+/// Share of the acceleration's own variance that may be noise.
+const LARGEST_ATTENUATION: f64 = 0.1;
+
+/// Half of an interval may be this share of the value.
+const LARGEST_UNCERTAINTY: f64 = 0.3;
+
+/// Half of the interval of viscous friction, times the span of speeds, may be this share of the dynamic friction,
+/// however small the viscous friction is itself.
+const HARMLESS_SHARE: f64 = 0.05;
+
+/// Fewest encoder steps, or standard deviations of noise, that the whole stroke must have.
+const LEAST_STROKE_STEPS: f64 = 30.0;
+
+const MOVE_BOTH_WAYS: &str = "push and pull by turns at 0.5 to 3 Hz, with strokes of 10 mm or more, for 10 s";
+
+/// Which unknowns the motion itself allows, or why none.
+pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, String> {
+    let (grid, motion) = (problem.grid, problem.motion);
+    let x = &grid.position_m;
+    let stroke_m = x.iter().copied().fold(f64::MIN, f64::max) - x.iter().copied().fold(f64::MAX, f64::min);
+    let least_m = LEAST_STROKE_STEPS * motion.noise_m.max(motion.step_m);
+    if stroke_m <= least_m {
+        return Err(format!(
+            "the stroke of {:.4} mm is too small: at least {:.4} mm stand out of the position's noise",
+            stroke_m * 1e3,
+            least_m * 1e3
+        ));
+    }
+    let half_s = window::candidates(grid.period_s)[0];
+    let rows = Rows::new(grid, motion, half_s);
+    let positive = rows.rows.iter().filter(|row| row.positive_share > 0.5).count();
+    let sides = [positive, rows.rows.len() - positive].map(|count| count >= FEWEST_ROWS);
+    if sides == [false; 2] {
+        return Err(too_little_sliding(&rows, grid, motion));
+    }
+    Ok(Shape {
+        has_mass: options.mass_kg.is_none() && !is_acceleration_noise(&rows, motion),
+        has_viscous: speed_ratio(motion) >= LEAST_SPEED_RATIO,
+        is_separate: options.directions != Directions::Alike || sides != [true; 2],
+        sides,
+        has_shift: false,
+    })
+}
+
+/// Whether the accelerations are no larger than their noise under the shortest and under long windows.
+fn is_acceleration_noise(rows: &Rows, motion: &Motion) -> bool {
+    let noise = motion.noise_m * rows.window.curvature_noise();
+    acceleration_rms(rows) < noise * 1.5 && noise < 0.05
+}
+
+fn acceleration_rms(rows: &Rows) -> f64 {
+    let square: f64 = rows.rows.iter().map(|row| row.acceleration.powi(2)).sum();
+    (square / rows.rows.len().max(1) as f64).sqrt()
+}
+
+/// Speeds of the slides below which a tenth, and above which a tenth, of their time is spent, m/s.
+fn speeds(motion: &Motion) -> (f64, f64) {
+    let mut speeds: Vec<f64> = motion
+        .velocity_mps
+        .iter()
+        .zip(&motion.sense)
+        .filter(|(_, sense)| **sense != 0)
+        .map(|(v, _)| v.abs())
+        .collect();
+    speeds.sort_unstable_by(f64::total_cmp);
+    let at = |share: usize| speeds.get(speeds.len() * share / 10).copied().unwrap_or(0.0);
+    (at(1), at(9))
+}
+
+fn speed_ratio(motion: &Motion) -> f64 {
+    let (slow, fast) = speeds(motion);
+    fast / slow.max(motion.slowest_mps)
+}
+
+fn too_little_sliding(rows: &Rows, grid: &Grid, motion: &Motion) -> String {
+    let saturated = if grid.saturated_share > 0.0 {
+        format!(
+            "; the force is saturated for {:.0} % of the time",
+            100.0 * grid.saturated_share
+        )
+    } else {
+        String::new()
+    };
+    format!(
+        "it slides for {:.3} s in the positive and {:.3} s in the negative direction, in pieces that hold {} windows of \
+         {:.0} ms{saturated}",
+        motion.sliding(1) as f64 * grid.period_s,
+        motion.sliding(-1) as f64 * grid.period_s,
+        rows.rows.len(),
+        2e3 * rows.half_s,
+    )
+}
+
+/// Why the fit cannot be made.
+pub(super) fn reason(unfit: &Unfit, grid: &Grid, motion: &Motion) -> String {
+    let slides = |sense| motion.slides(sense, 8);
+    match unfit {
+        Unfit::TooFewRows(_) => {
+            let half_s = window::candidates(grid.period_s)[0];
+            too_little_sliding(&Rows::new(grid, motion, half_s), grid, motion)
+        }
+        Unfit::Condition(condition) => format!(
+            "the motion cannot tell inertia, viscous and dynamic friction apart (condition number {condition:.0e})"
+        ),
+        Unfit::OnePart => format!(
+            "it rests on one part of the record alone: {} slides in the positive and {} in the negative direction",
+            slides(1),
+            slides(-1)
+        ),
+    }
+}
+
+/// Refuses all that slides would tell.
+pub(super) fn refuse_all(found: &mut Identified, options: &Options, reason: &str) {
+    let mass = options.mass_kg.is_none().then_some("mass_kg");
+    let names = ["dynamic_force_N", "viscous_Ns_per_m", "static_force_N", "offset_N"];
+    for name in mass.into_iter().chain(names) {
+        refuse(found, name, reason.to_owned(), MOVE_BOTH_WAYS);
+    }
+    found.offset_n = options.offset_n;
+    if found.offset_n.is_some() {
+        found.refused.retain(|refusal| refusal.parameter != "offset_N");
+    }
+}
+
+/// Refuses the offset of friction that differs by direction.
+pub(super) fn refuse_offset(found: &mut Identified) {
+    refuse(
+        found,
+        "offset_N",
+        "a constant force and a difference of the dynamic friction by direction look the same; the forces given hold \
+         for an offset of 0"
+            .to_owned(),
+        "zero the force sensor without contact on a level axis and give --offset 0, or the force that it shows there",
+    );
+}
+
+/// Refuses what sliding in one direction alone cannot tell.
+pub(super) fn refuse_one_direction(found: &mut Identified, slides: &Slides, problem: &Problem<'_>) {
+    let side = usize::from(!slides.fit.shape.sides[0]);
+    let direction = ["positive", "negative"][side];
+    let level = slides.fit.value(Unknown::Level(side)).unwrap_or(0.0);
+    let (slow, fast) = speeds(problem.motion);
+    let viscous = slides.fit.value(Unknown::Viscous(side));
+    let told = viscous.map_or_else(
+        || format!("{level:.4} N at {slow:.4} to {fast:.4} m/s"),
+        |viscous| {
+            format!(
+                "{level:.4} N {} {viscous:.4} N s/m times the velocity",
+                ["+", "-"][usize::from(viscous < 0.0)]
+            )
+        },
+    );
+    let reason = format!("it slides in the {direction} direction only, where friction and offset together are {told}");
+    for name in ["dynamic_force_N", "viscous_Ns_per_m", "offset_N"] {
+        refuse(found, name, reason.clone(), MOVE_BOTH_WAYS);
+    }
+}
+
+/// Takes back what the fit holds too loosely.
+pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides: &Slides, options: &Options) {
+    refuse_poor_mass(found, slides, options);
+    let (slow, fast) = speeds(problem.motion);
+    if slides.fit.shape.sides != [true; 2] {
+        return;
+    }
+    let dynamic = found
+        .dynamic_force_n
+        .map_or(0.0, |dynamic| dynamic.positive.min(dynamic.negative));
+    let reach = |name: &str| {
+        ["positive", "negative"]
+            .iter()
+            .filter_map(|direction| found.intervals.get(&format!("{name}.{direction}")))
+            .map(|[low, high]| (high - low) / 2.0)
+            .fold(0.0, f64::max)
+    };
+    let viscous_reach = reach("viscous_Ns_per_m");
+    let least_viscous = found
+        .viscous_ns_per_m
+        .map_or(0.0, |viscous| viscous.positive.min(viscous.negative));
+    let span = format!("nine tenths of the sliding is between {slow:.4} and {fast:.4} m/s");
+    let instead = "vary the speed: sines of 0.5 to 3 Hz, or ramps at several speeds, at least three times as fast at the \
+                   fastest as at the slowest";
+    let too_loose = viscous_reach > LARGEST_UNCERTAINTY * least_viscous.abs()
+        && viscous_reach * (fast - slow) > HARMLESS_SHARE * dynamic.abs();
+    if !slides.fit.shape.has_viscous || too_loose {
+        let why = if too_loose {
+            format!("its interval is +-{viscous_reach:.4} N s/m; {span}")
+        } else {
+            format!("the span of speeds is too small: {span}")
+        };
+        withdraw(found, "viscous_Ns_per_m", why, instead);
+        // Without the viscous part the dynamic one is the whole friction at these speeds.
+        let level =
+            format!("at {slow:.4} to {fast:.4} m/s the friction is about {dynamic:.4} N; its viscous part is unknown");
+        withdraw(found, "dynamic_force_N", level, instead);
+        return;
+    }
+    let dynamic_reach = reach("dynamic_force_N");
+    if dynamic_reach > LARGEST_UNCERTAINTY * dynamic.abs() && dynamic_reach > 0.1 * slides.fit.rms_n {
+        let why = format!("its interval is +-{dynamic_reach:.4} N around {dynamic:.4} N");
+        withdraw(found, "dynamic_force_N", why, MOVE_BOTH_WAYS);
+    }
+}
+
+fn refuse_poor_mass(found: &mut Identified, slides: &Slides, options: &Options) {
+    if options.mass_kg.is_some() {
+        return;
+    }
+    let instead = "move faster: sines of 1 to 3 Hz with strokes of 20 mm or more; or weigh the mass and give --mass";
+    let acceleration = acceleration_rms(&slides.rows);
+    let noise = slides.acceleration_noise;
+    let Some((mass, reach)) = slides.value(&[(Unknown::Mass, 1.0)]) else {
+        let why =
+            format!("accelerations of {acceleration:.4} m/s^2 rms do not stand out of their noise of {noise:.4} m/s^2");
+        withdraw(found, "mass_kg", why, instead);
+        return;
+    };
+    let attenuation = slides.fit.attenuation(Unknown::Mass, noise).unwrap_or(1.0);
+    if attenuation > LARGEST_ATTENUATION {
+        let why = format!(
+            "{:.0} % of the acceleration's variance ({acceleration:.4} m/s^2 rms) is the position's noise",
+            100.0 * attenuation.min(1.0)
+        );
+        withdraw(found, "mass_kg", why, instead);
+    } else if reach > LARGEST_UNCERTAINTY * mass {
+        let why = format!(
+            "its interval is {mass:.4} +- {reach:.4} kg: accelerations of {acceleration:.4} m/s^2 rms are too small beside \
+             the {:.4} N that the fit leaves",
+            slides.fit.rms_n
+        );
+        withdraw(found, "mass_kg", why, instead);
+    }
+}
+
+/// Takes a parameter out of the result, if it is there, and refuses it.
+fn withdraw(found: &mut Identified, name: &str, reason: String, instead: &str) {
+    match name {
+        "mass_kg" => found.mass_kg = None,
+        "viscous_Ns_per_m" => found.viscous_ns_per_m = None,
+        _ => found.dynamic_force_n = None,
+    }
+    found
+        .intervals
+        .retain(|parameter, _| parameter.split('.').next() != Some(name));
+    refuse(found, name, reason, instead);
+}
+
+fn refuse(found: &mut Identified, parameter: &str, reason: String, instead: &str) {
+    found.refused.push(Refusal {
+        parameter: parameter.to_owned(),
+        reason,
+        instead: instead.to_owned(),
+    });
+}

@@ -1,0 +1,391 @@
+//! The linear fit: rows of the weak form, Huber's weights, and errors by leaving out parts.
+
+use super::motion::Motion;
+use crate::identify::grid::Grid;
+use crate::identify::smoothing::{Window, weighted};
+use nalgebra::{DMatrix, DVector};
+
+/// A residual counts fully up to so many robust standard deviations. Wider than Huber's 1.345: what a law does not
+/// explain is to be seen in the intervals, and only glitches are to be left out.
+const FULL_WEIGHT_DEVIATIONS: f64 = 3.0;
+
+/// Most rows of a fit; of longer records every second, third ... is taken.
+const MOST_ROWS: usize = 20_000;
+
+/// Parts that are left out one after another. So many hold the slow errors of a record of a dozen strokes,
+/// and still tell a variance.
+const PARTS: usize = 24;
+
+/// Largest condition number of the scaled normal equations.
+const LARGEST_CONDITION: f64 = 1e9;
+
+/// One window's worth of Newton's law.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    /// Sample in its middle.
+    pub(super) at: usize,
+    /// Acceleration, m/s^2.
+    pub(super) acceleration: f64,
+    /// Velocity while it is positive, and while it is negative, m/s.
+    pub(super) velocity: [f64; 2],
+    /// Share of the window that slides in the positive direction.
+    pub(super) positive_share: f64,
+}
+
+/// The rows of a record under one window.
+#[derive(Clone, Debug)]
+pub(super) struct Rows {
+    pub(super) window: Window,
+    pub(super) half_s: f64,
+    pub(super) rows: Vec<Row>,
+}
+
+impl Rows {
+    /// The rows whose whole window is valid and slides.
+    pub(super) fn new(grid: &Grid, motion: &Motion, half_s: f64) -> Self {
+        let window = Window::new(half_s, grid.period_s);
+        let reach = window.reach;
+        let mut rows = Vec::new();
+        if grid.len() > 2 * reach {
+            let step = (reach / 4).max(1).max(grid.len() / MOST_ROWS);
+            let is_bad: Vec<bool> = motion
+                .sense
+                .iter()
+                .zip(&grid.is_valid)
+                .map(|(sense, valid)| *sense == 0 || !valid)
+                .collect();
+            let mut bad_before = Vec::with_capacity(is_bad.len() + 1);
+            bad_before.push(0_u32);
+            for bad in &is_bad {
+                bad_before.push(bad_before[bad_before.len() - 1] + u32::from(*bad));
+            }
+            for at in (reach..grid.len() - reach).step_by(step) {
+                if bad_before[at + reach + 1] == bad_before[at - reach] {
+                    rows.push(row(grid, motion, &window, at));
+                }
+            }
+        }
+        Self { window, half_s, rows }
+    }
+
+    /// The force of each row, N.
+    pub(super) fn forces(&self, force: &[f64]) -> Vec<f64> {
+        let smoothed = |row: &Row| weighted(&self.window.mean, force, row.at, 0.0);
+        self.rows.iter().map(smoothed).collect()
+    }
+
+    /// Each row's change of force with time, N/s.
+    pub(super) fn force_rates(&self, force: &[f64], period_s: f64) -> Vec<f64> {
+        // By parts, on the differences of the window.
+        let mean = &self.window.mean;
+        let weight = |index: usize| -> f64 {
+            let before = index.checked_sub(1).map_or(0.0, |before| mean[before]);
+            let after = mean.get(index + 1).copied().unwrap_or(0.0);
+            (before - after) / (2.0 * period_s)
+        };
+        let weights: Vec<f64> = (0..mean.len()).map(weight).collect();
+        self.rows
+            .iter()
+            .map(|row| weighted(&weights, force, row.at, force[row.at]))
+            .collect()
+    }
+}
+
+fn row(grid: &Grid, motion: &Motion, window: &Window, at: usize) -> Row {
+    let reach = window.reach;
+    let (mut velocity, mut positive_share) = ([0.0; 2], 0.0);
+    for (weight, index) in window.mean.iter().zip(at - reach..) {
+        let v = motion.velocity_mps[index];
+        if motion.sense[index] > 0 {
+            velocity[0] += weight * v;
+            positive_share += weight;
+        } else {
+            velocity[1] += weight * v;
+        }
+    }
+    let x = &grid.position_m;
+    Row {
+        at,
+        acceleration: weighted(&window.curvature, x, at, x[at]),
+        velocity,
+        positive_share,
+    }
+}
+
+/// The unknowns of a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Shape {
+    /// The mass; else it is known, or not told.
+    pub(super) has_mass: bool,
+    /// Viscous friction.
+    pub(super) has_viscous: bool,
+    /// Friction has its own values in each direction.
+    pub(super) is_separate: bool,
+    /// Whether it slides in the positive and in the negative direction; with one alone, friction is separate.
+    pub(super) sides: [bool; 2],
+    /// The shift between the clocks.
+    pub(super) has_shift: bool,
+}
+
+/// Place of an unknown in a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unknown {
+    Mass,
+    /// Viscous friction in the positive and in the negative direction.
+    Viscous(usize),
+    /// Alike: the dynamic force, and the offset. Separate: the force of a slow slide in the positive and in
+    /// the negative direction, `Fd+ + offset` and `offset - Fd-`.
+    Level(usize),
+    /// The force's delay, s.
+    Shift,
+}
+
+impl Shape {
+    /// The unknowns, in the order of a fit.
+    pub(super) fn unknowns(self) -> Vec<Unknown> {
+        let mut unknowns = Vec::new();
+        if self.has_mass {
+            unknowns.push(Unknown::Mass);
+        }
+        let sides = if self.is_separate { self.sides } else { [true, false] };
+        if self.has_viscous {
+            unknowns.extend((0..2).filter(|side| sides[*side]).map(Unknown::Viscous));
+        }
+        let levels = if self.is_separate { self.sides } else { [true; 2] };
+        unknowns.extend((0..2).filter(|side| levels[*side]).map(Unknown::Level));
+        if self.has_shift {
+            unknowns.push(Unknown::Shift);
+        }
+        unknowns
+    }
+
+    pub(super) fn coefficient(self, unknown: Unknown, row: &Row, rate: f64) -> f64 {
+        let (p, n) = (row.positive_share, 1.0 - row.positive_share);
+        match (unknown, self.is_separate) {
+            (Unknown::Mass, _) => row.acceleration,
+            (Unknown::Viscous(0), false) => row.velocity[0] + row.velocity[1],
+            (Unknown::Viscous(side), _) => row.velocity[side],
+            (Unknown::Level(0), false) => p - n,
+            (Unknown::Level(_), false) => 1.0,
+            (Unknown::Level(0), true) => p,
+            (Unknown::Level(_), true) => n,
+            (Unknown::Shift, _) => -rate,
+        }
+    }
+}
+
+/// A fit, with the covariance of what it found.
+#[derive(Clone, Debug)]
+pub(super) struct Fit {
+    pub(super) shape: Shape,
+    pub(super) values: DVector<f64>,
+    pub(super) covariance: DMatrix<f64>,
+    /// Root mean square of what it leaves, N.
+    pub(super) rms_n: f64,
+    /// What it leaves of each row, N.
+    pub(super) residuals: Vec<f64>,
+    /// Degrees of freedom of the covariance.
+    pub(super) freedom: f64,
+    /// Each unknown's variance among the rows that the others do not explain, in its coefficient's unit.
+    pub(super) own_variance: Vec<f64>,
+}
+
+impl Fit {
+    fn place(&self, unknown: Unknown) -> Option<usize> {
+        self.shape.unknowns().into_iter().position(|each| each == unknown)
+    }
+
+    /// The value found for an unknown of the fit.
+    pub(super) fn value(&self, unknown: Unknown) -> Option<f64> {
+        self.place(unknown).map(|place| self.values[place])
+    }
+
+    /// Its standard error.
+    pub(super) fn error(&self, unknown: Unknown) -> Option<f64> {
+        self.combined_error(&[(unknown, 1.0)])
+    }
+
+    /// The standard error of a sum of unknowns with factors.
+    pub(super) fn combined_error(&self, sum: &[(Unknown, f64)]) -> Option<f64> {
+        let mut factors = DVector::zeros(self.values.len());
+        for (unknown, factor) in sum {
+            factors[self.place(*unknown)?] = *factor;
+        }
+        Some((factors.transpose() * &self.covariance * &factors)[0].max(0.0).sqrt())
+    }
+
+    /// The share of an unknown's own variance that noise of this standard deviation in its coefficient
+    /// makes: so much is missing from its value.
+    pub(super) fn attenuation(&self, unknown: Unknown, noise: f64) -> Option<f64> {
+        self.place(unknown)
+            .map(|place| noise * noise / self.own_variance[place].max(f64::MIN_POSITIVE))
+    }
+
+    /// How far this factor of standard errors reaches to 95 %.
+    pub(super) fn reach_95(&self) -> f64 {
+        student(1.959_964, self.freedom)
+    }
+
+    /// The correlation of residuals whose windows do not touch: what the law misses, rather than noise.
+    pub(super) fn structure(&self, rows: &Rows) -> f64 {
+        let apart = 2 * rows.window.reach;
+        let (mut product, mut square, mut count) = (0.0, 0.0, 0_u32);
+        let mut behind = 0;
+        for (row, residual) in rows.rows.iter().zip(&self.residuals) {
+            while rows.rows[behind].at + apart < row.at {
+                behind += 1;
+            }
+            let other = rows.rows[behind].at;
+            if other + apart - rows.window.reach / 2 <= row.at && other + apart <= row.at + rows.window.reach / 2 {
+                let before = self.residuals[behind];
+                product += residual * before;
+                square += f64::midpoint(residual * residual, before * before);
+                count += 1;
+            }
+        }
+        if count < 10 { 0.0 } else { product / square }
+    }
+}
+
+/// Why a fit cannot be made.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Unfit {
+    /// Fewer rows than a fit with errors needs.
+    TooFewRows(usize),
+    /// The unknowns cannot be told apart: condition number.
+    Condition(f64),
+    /// Without one part of the record the unknowns cannot be told apart.
+    OnePart,
+}
+
+/// Fits `shape` to the rows' forces; `rates` are their changes with time, for the shift.
+pub(super) fn fit(rows: &Rows, forces: &[f64], rates: &[f64], shape: Shape) -> Result<Fit, Unfit> {
+    let unknowns = shape.unknowns();
+    let (n, k) = (rows.rows.len(), unknowns.len());
+    if n < 2 * PARTS {
+        return Err(Unfit::TooFewRows(n));
+    }
+    let mut design = DMatrix::from_fn(n, k, |i, j| {
+        shape.coefficient(unknowns[j], &rows.rows[i], rates.get(i).copied().unwrap_or(0.0))
+    });
+    let scales: Vec<f64> = (0..k)
+        .map(|j| (design.column(j).norm() / (n as f64).sqrt()).max(f64::MIN_POSITIVE))
+        .collect();
+    for (j, scale) in scales.iter().enumerate() {
+        design.column_mut(j).scale_mut(1.0 / scale);
+    }
+    let force = DVector::from_column_slice(forces);
+    let mut weights = vec![1.0; n];
+    let mut values = DVector::zeros(k);
+    let mut residuals = force.clone();
+    for _ in 0..30 {
+        let (normal, right) = normal_equations(&design, &force, &weights, 0..n);
+        let found = solve(&normal, &right)?;
+        let change = (&found - &values).amax();
+        values = found;
+        residuals = &force - &design * &values;
+        let limit = FULL_WEIGHT_DEVIATIONS * robust_deviation(residuals.as_slice());
+        for (weight, residual) in weights.iter_mut().zip(residuals.iter()) {
+            *weight = (limit / residual.abs().max(f64::MIN_POSITIVE)).min(1.0);
+        }
+        if change <= 1e-9 * values.amax() {
+            break;
+        }
+    }
+    let (normal, right) = normal_equations(&design, &force, &weights, 0..n);
+    let inverse = normal.clone().try_inverse().ok_or(Unfit::OnePart)?;
+    let mut found = Vec::with_capacity(PARTS);
+    for part in 0..PARTS {
+        let (less, less_right) = normal_equations(&design, &force, &weights, part * n / PARTS..(part + 1) * n / PARTS);
+        found.push(solve(&(&normal - less), &(&right - less_right)).map_err(|_| Unfit::OnePart)?);
+    }
+    let mean = found.iter().fold(DVector::zeros(k), |sum, each| sum + each) / PARTS as f64;
+    let mut covariance = DMatrix::zeros(k, k);
+    for each in &found {
+        let apart = each - &mean;
+        covariance += &apart * apart.transpose();
+    }
+    covariance *= (PARTS - 1) as f64 / PARTS as f64;
+    for i in 0..k {
+        values[i] /= scales[i];
+        for j in 0..k {
+            covariance[(i, j)] /= scales[i] * scales[j];
+        }
+    }
+    let own_variance = (0..k)
+        .map(|j| scales[j] * scales[j] / (inverse[(j, j)] * n as f64))
+        .collect();
+    Ok(Fit {
+        shape,
+        values,
+        covariance,
+        rms_n: residuals.norm() / (n as f64).sqrt(),
+        residuals: residuals.as_slice().to_vec(),
+        // Parts differ in what they tell of an unknown: fewer count than there are.
+        freedom: ((PARTS - k) as f64 / 1.5).max(3.0),
+        own_variance,
+    })
+}
+
+fn normal_equations(
+    design: &DMatrix<f64>,
+    force: &DVector<f64>,
+    weights: &[f64],
+    part: std::ops::Range<usize>,
+) -> (DMatrix<f64>, DVector<f64>) {
+    let k = design.ncols();
+    let (mut normal, mut right) = (DMatrix::zeros(k, k), DVector::zeros(k));
+    for i in part {
+        for a in 0..k {
+            let weighted = weights[i] * design[(i, a)];
+            right[a] += weighted * force[i];
+            for b in 0..k {
+                normal[(a, b)] += weighted * design[(i, b)];
+            }
+        }
+    }
+    (normal, right)
+}
+
+fn solve(normal: &DMatrix<f64>, right: &DVector<f64>) -> Result<DVector<f64>, Unfit> {
+    let eigen = normal.clone().symmetric_eigen();
+    let (least, largest) = (eigen.eigenvalues.min(), eigen.eigenvalues.max());
+    let condition = if least > 0.0 { largest / least } else { f64::INFINITY };
+    if condition.is_nan() || condition > LARGEST_CONDITION {
+        return Err(Unfit::Condition(condition));
+    }
+    let parts = eigen.eigenvectors.transpose() * right;
+    Ok(&eigen.eigenvectors * parts.component_div(&eigen.eigenvalues))
+}
+
+/// The standard deviation of normal values, from the median of their sizes.
+fn robust_deviation(values: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
+    let middle = sizes.len() / 2;
+    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+    1.4826 * *median
+}
+
+/// Student's quantile for the normal quantile `z`: Cornish and Fisher's series, within 1 % from 3 degrees
+/// of freedom on at 95 %.
+pub(super) fn student(z: f64, freedom: f64) -> f64 {
+    let (z3, z5, z7) = (z.powi(3), z.powi(5), z.powi(7));
+    z + (z3 + z) / (4.0 * freedom)
+        + (5.0 * z5 + 16.0 * z3 + 3.0 * z) / (96.0 * freedom.powi(2))
+        + (3.0 * z7 + 19.0 * z5 + 17.0 * z3 - 15.0 * z) / (384.0 * freedom.powi(3))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn students_quantiles_are_those_of_the_tables() {
+        for (freedom, quantile) in [(3.0, 3.182), (5.0, 2.571), (12.0, 2.179), (30.0, 2.042)] {
+            assert!(
+                (student(1.959_964, freedom) / quantile - 1.0).abs() < 0.012,
+                "{freedom}"
+            );
+        }
+    }
+}

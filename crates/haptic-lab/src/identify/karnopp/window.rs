@@ -1,0 +1,66 @@
+//! Which window the record is seen through.
+
+use super::Problem;
+use super::regression::{Rows, Shape, Unfit, Unknown};
+
+/// Half-lengths of windows, s: from the slides of a quick stick-slip to those of a slow rig.
+const SHORTEST_HALF_S: f64 = 6e-3;
+const LONGEST_HALF_S: f64 = 0.12;
+
+/// Ratio of neighbouring half-lengths.
+const RATIO: f64 = 1.35;
+
+/// Fewest samples on either side: with fewer the windows for position and force are no longer alike.
+const LEAST_REACH: f64 = 6.0;
+
+/// How much wider the intervals may be than under the best window, on the geometric mean.
+const LARGEST_LOSS: f64 = 1.2;
+
+/// The half-lengths that are tried, s.
+pub(super) fn candidates(period_s: f64) -> Vec<f64> {
+    let shortest = SHORTEST_HALF_S.max(LEAST_REACH * period_s);
+    let longest = LONGEST_HALF_S.max(2.0 * shortest);
+    std::iter::successors(Some(shortest), |half_s| Some(half_s * RATIO))
+        .take_while(|half_s| *half_s <= longest)
+        .collect()
+}
+
+/// The longest window whose intervals are hardly wider than the narrowest. A short one lets in the
+/// encoder's noise and what a rigid mass does not explain; a long one has no place between two rests.
+pub(super) fn choose(problem: &Problem<'_>, shape: Shape) -> Result<Rows, Unfit> {
+    let mut unfit = Unfit::TooFewRows(0);
+    let mut fits = Vec::new();
+    for half_s in candidates(problem.grid.period_s) {
+        let rows = Rows::new(problem.grid, problem.motion, half_s);
+        match problem.fit(&rows, shape) {
+            Ok(fit) => {
+                let unknowns = shape.unknowns();
+                let noise = problem.motion.noise_m * rows.window.curvature_noise();
+                let loss = |unknown: &Unknown| {
+                    let bias = match unknown {
+                        Unknown::Mass => {
+                            fit.attenuation(*unknown, noise).unwrap_or(0.0) * fit.value(*unknown).unwrap_or(0.0)
+                        }
+                        _ => 0.0,
+                    };
+                    fit.error(*unknown)
+                        .unwrap_or(0.0)
+                        .hypot(bias)
+                        .max(f64::MIN_POSITIVE)
+                        .ln()
+                };
+                let score = unknowns.iter().map(loss).sum::<f64>() / unknowns.len() as f64;
+                fits.push((score, rows));
+            }
+            // The first reason is that of the shortest window, under which most rows are left.
+            Err(reason) if unfit == Unfit::TooFewRows(0) => unfit = reason,
+            Err(_) => {}
+        }
+    }
+    let best = fits.iter().map(|(score, _)| *score).fold(f64::INFINITY, f64::min);
+    fits.into_iter()
+        .filter(|(score, _)| *score <= best + LARGEST_LOSS.ln())
+        .map(|(_, rows)| rows)
+        .last()
+        .ok_or(unfit)
+}

@@ -1,0 +1,99 @@
+//! A recording of hapticd as a record to identify from.
+
+use super::{Loaded, MovingMass, RecordFileError, Source};
+use crate::identify::Record;
+use crate::recording;
+use haptic_ipc::{RigState, Sample};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// How a recording of each format begins.
+const BEGINNINGS: [&[u8]; 3] = [b"# hapticd recording", b"\x89MCAP", b"PAR1"];
+
+/// Whether a file begins as a recording does.
+pub(super) fn is_recording(path: &Path) -> Result<bool, RecordFileError> {
+    let mut beginning = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(32).read_to_end(&mut beginning))
+        .map_err(|source| RecordFileError::Open {
+            path: path.to_path_buf(),
+            source,
+        })?;
+    Ok(BEGINNINGS.iter().any(|each| beginning.starts_with(each)))
+}
+
+/// Reads the longest stretch under one scene.
+pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
+    let path = &source.path;
+    let recording = recording::read(path).map_err(|error| RecordFileError::Recording {
+        path: path.clone(),
+        source: error,
+    })?;
+    let has_block = !recording.metadata.scene.is_on_device();
+    let engaged: Vec<&Sample> = recording
+        .rows
+        .iter()
+        .filter(|row| row.state == RigState::Engaged)
+        .collect();
+    let is_block = match source.moving {
+        MovingMass::Block => true,
+        MovingMass::Device => false,
+        MovingMass::Auto => has_block && !engaged.is_empty(),
+    };
+    let rows = if is_block {
+        engaged
+    } else {
+        recording.rows.iter().collect()
+    };
+    let stretch = rows
+        .chunk_by(|a, b| !is_block || a.revision == b.revision)
+        .max_by_key(|stretch| stretch.len())
+        .ok_or_else(|| RecordFileError::Empty {
+            path: path.clone(),
+            reason: if is_block {
+                "the rig was never engaged, so that no block was rendered: --moving device reads the rig's own motion"
+            } else {
+                "the recording has no rows"
+            }
+            .to_owned(),
+        })?;
+    let mut loaded = Loaded {
+        offset_n: is_block.then_some(0.0),
+        ..Loaded::default()
+    };
+    loaded.notes.push(if is_block {
+        "the block: block_position_m, driven by coupling_force_N; its offset is 0, since the force is computed"
+            .to_owned()
+    } else {
+        "the device: device_position_m, driven by command_force_N".to_owned()
+    });
+    if stretch.len() < rows.len() {
+        loaded.notes.push(format!(
+            "the scene changed meanwhile: {} of {} rows are read, those of revision {}",
+            stretch.len(),
+            rows.len(),
+            stretch[0].revision
+        ));
+    }
+    let mut record = Record {
+        velocity_mps: Some(Vec::new()),
+        ..Record::default()
+    };
+    for row in stretch {
+        if record.t_s.last().is_some_and(|last| row.t_s <= *last) {
+            continue;
+        }
+        record.t_s.push(row.t_s);
+        let (position, velocity, force) = if is_block {
+            (row.block_position_m, row.block_velocity_mps, row.coupling_force_n)
+        } else {
+            (row.device_position_m, row.device_velocity_mps, row.command_force_n)
+        };
+        record.position_m.push(position);
+        record.velocity_mps.iter_mut().for_each(|all| all.push(velocity));
+        record.force_n.push(force);
+    }
+    loaded.record = record;
+    Ok(loaded)
+}

@@ -1,0 +1,236 @@
+//! Reads a record of any laboratory: columns by name, units by gains, two recorders by two files.
+//!
+//! A file of text has a heading, then a row of numbers for each sample. Cells are separated by commas,
+//! semicolons, tabs or spaces; lines of `#` are remarks. Columns are found by their usual names, or named.
+//!
+//! A recording of hapticd is read as one, in any of its formats. What moves is then
+//! - the block, in a scene with one, while the rig was engaged: the columns `block_position_m` and
+//!   `coupling_force_N`, the force in the coupling, which drives the block. It is computed, so that its
+//!   offset is 0;
+//! - the rig's own carriage, moved by its own motor, where that is asked for or the scene has no block:
+//!   `device_position_m` and `command_force_N`, the force that the device applies, positive along its axis.
+//!
+//! Of a recording in which the scene changed, the longest stretch under one scene is read.
+
+mod columns;
+mod from_recording;
+mod table;
+
+pub use columns::Columns;
+
+use super::Record;
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Which mass a recording of hapticd is to tell of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MovingMass {
+    /// The block, where the scene has one and the rig was engaged; else the device.
+    #[default]
+    Auto,
+    /// The virtual block, driven by its coupling.
+    Block,
+    /// The device's own carriage, driven by its motor.
+    Device,
+}
+
+/// Where a record is, and how it is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source {
+    /// The file.
+    pub path: PathBuf,
+    /// Another file that holds the forces, on a clock of its own.
+    pub force_path: Option<PathBuf>,
+    /// Names of columns.
+    pub columns: Columns,
+    /// Newtons a unit of the force column; negative where the sensor points the other way.
+    pub force_gain: f64,
+    /// Metres a unit of the position column.
+    pub position_gain: f64,
+    /// What a recording of hapticd is to tell of.
+    pub moving: MovingMass,
+}
+
+impl Source {
+    /// A file whose columns have their usual names, in SI units.
+    #[must_use]
+    pub fn new(path: &Path) -> Self {
+        Self {
+            path: path.to_path_buf(),
+            force_path: None,
+            columns: Columns::default(),
+            force_gain: 1.0,
+            position_gain: 1.0,
+            moving: MovingMass::Auto,
+        }
+    }
+}
+
+/// A record with what was seen while it was read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Loaded {
+    /// The record.
+    pub record: Record,
+    /// The constant force, N, where it is known: that of a computed force is 0.
+    pub offset_n: Option<f64>,
+    /// Which columns were read, and what was left out.
+    pub notes: Vec<String>,
+}
+
+/// Why a record cannot be read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RecordFileError {
+    /// The file cannot be read.
+    #[error("{}: {source}", .path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A recording of hapticd is damaged.
+    #[error("{}: {source}", .path.display())]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: crate::recording::RecordingError,
+    },
+    /// A recording holds nothing of what was asked for.
+    #[error("{}: {reason}", .path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+        /// What is missing.
+        reason: String,
+    },
+    /// A column is missing.
+    #[error("{}: no {what} column among `{header}`: name it with {option} (usual names: {usual})", .path.display())]
+    MissingColumn {
+        /// The file.
+        path: PathBuf,
+        /// What it holds.
+        what: &'static str,
+        /// The option that names it.
+        option: &'static str,
+        /// The heading found.
+        header: String,
+        /// Names that are found by themselves.
+        usual: String,
+    },
+    /// A name is there twice.
+    #[error("{}: {count} columns are named `{column}`", .path.display())]
+    DoubledColumn {
+        /// The file.
+        path: PathBuf,
+        /// The name.
+        column: String,
+        /// How often it is there.
+        count: usize,
+    },
+    /// A cell is not a number.
+    #[error("{}, line {line}: {column} = `{value}` is not a number", .path.display())]
+    NotANumber {
+        /// The file.
+        path: PathBuf,
+        /// Line in the file, from 1.
+        line: usize,
+        /// The column.
+        column: String,
+        /// The cell.
+        value: String,
+    },
+    /// A row ends before a column.
+    #[error("{}, line {line}: the row has {cells} cells, and none for {column}", .path.display())]
+    ShortRow {
+        /// The file.
+        path: PathBuf,
+        /// Line in the file, from 1.
+        line: usize,
+        /// Cells in the row.
+        cells: usize,
+        /// The column.
+        column: String,
+    },
+    /// Time goes back.
+    #[error("{}, line {line}: time goes back from {before_s} s to {t_s} s", .path.display())]
+    TimeGoesBack {
+        /// The file.
+        path: PathBuf,
+        /// Line in the file, from 1.
+        line: usize,
+        /// Time in that line, s.
+        t_s: f64,
+        /// Time in the row before, s.
+        before_s: f64,
+    },
+    /// The two files have no time in common.
+    #[error("{} and {} have less than 1 s in common", .path.display(), .force_path.display())]
+    Apart {
+        /// The file of positions.
+        path: PathBuf,
+        /// The file of forces.
+        force_path: PathBuf,
+    },
+    /// A gain cannot be.
+    #[error("{option} = {value} is not a finite number other than 0")]
+    Gain {
+        /// The option.
+        option: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
+
+/// Reads a record.
+///
+/// # Errors
+/// A file or a cell of it cannot be read, or a column is missing; the error says where.
+pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
+    for (option, value) in [
+        ("--force-gain", source.force_gain),
+        ("--position-gain", source.position_gain),
+    ] {
+        if !value.is_finite() || value == 0.0 {
+            return Err(RecordFileError::Gain { option, value });
+        }
+    }
+    let mut loaded = if from_recording::is_recording(&source.path)? && source.columns == Columns::default() {
+        from_recording::read(source)?
+    } else {
+        table::read(source)?
+    };
+    for position in &mut loaded.record.position_m {
+        *position *= source.position_gain;
+    }
+    for velocity in loaded.record.velocity_mps.iter_mut().flatten() {
+        *velocity *= source.position_gain;
+    }
+    for force in &mut loaded.record.force_n {
+        *force *= source.force_gain;
+    }
+    if let Some(note) = velocity_note(&loaded.record) {
+        loaded.notes.push(note);
+    }
+    Ok(loaded)
+}
+
+/// Says where the velocities are not those of the positions: a unit, a sign or a gain is wrong.
+fn velocity_note(record: &Record) -> Option<String> {
+    let velocity = record.velocity_mps.as_ref()?;
+    let (mut product, mut square) = (0.0, 0.0);
+    for index in 8..record.t_s.len().checked_sub(8)? {
+        let width_s = record.t_s[index + 8] - record.t_s[index - 8];
+        let slope = (record.position_m[index + 8] - record.position_m[index - 8]) / width_s;
+        product += slope * velocity[index];
+        square += slope * slope;
+    }
+    let ratio = product / square;
+    ((ratio - 1.0).abs() > 0.05).then(|| {
+        format!("the velocity column is {ratio:.4} times the slope of the positions: check units, signs and gains; the slope is used")
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,119 @@
+//! Files of other laboratories.
+
+use super::*;
+
+fn write(name: &str, text: &str) -> (tempfile::TempDir, PathBuf) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join(name);
+    std::fs::write(&path, text).expect("written");
+    (directory, path)
+}
+
+fn read_text(text: &str, change: impl Fn(&mut Source)) -> Result<Loaded, RecordFileError> {
+    let (_directory, path) = write("record.csv", text);
+    let mut source = Source::new(&path);
+    change(&mut source);
+    read(&source)
+}
+
+#[test]
+fn columns_are_found_by_their_usual_names_whatever_separates_them() {
+    for text in [
+        "t_s,position_m,force_N,pulse_N\n1.5,0.25,-3,x\n",
+        "# a remark\n\n\"Time (s)\";\"Position [m]\";Force [N]\n1,5;0,25;-3\n",
+        "time\tpos\tF\n1.5\t0.25\t-3\n",
+        "  t   x   f\n 1.5  0.25 -3\n",
+        "\u{feff}Force (N),Time (ms),Position (mm)\r\n-3,1500,250\r\n",
+    ] {
+        let loaded = read_text(text, |_| {}).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let record = &loaded.record;
+        assert_eq!(
+            (record.t_s[0], record.position_m[0], record.force_n[0]),
+            (1.5, 0.25, -3.0),
+            "{text}"
+        );
+        assert!(record.velocity_mps.is_none() && loaded.offset_n.is_none());
+    }
+}
+
+#[test]
+fn gains_and_names_say_what_a_column_is() {
+    let loaded = read_text("clock,encoder,cell,force\n0,4000,2,9\n0.001,4001,2.5,9\n", |source| {
+        source.columns.time = Some("clock".to_owned());
+        source.columns.position = Some("encoder".to_owned());
+        source.columns.force = Some("cell".to_owned());
+        source.position_gain = -1e-5;
+        source.force_gain = 35.15;
+    })
+    .expect("a record");
+    assert!((loaded.record.position_m[0] + 0.04).abs() < 1e-12);
+    assert!((loaded.record.force_n[1] - 87.875).abs() < 1e-9);
+}
+
+#[test]
+fn a_bad_file_is_refused_by_line_and_column() {
+    for (text, parts) in [
+        ("a,b\n1,2\n", vec!["no time column", "`a,b`", "--time-column", "t_s"]),
+        ("t,x\n1,2\n", vec!["no force column", "--force-column"]),
+        ("t,x,f\n0,1,2\n1,one,2\n", vec!["line 3", "x = `one`"]),
+        ("t,x,f\n0,1,2\n1,nan,2\n", vec!["line 3", "x = `nan`"]),
+        ("t,x,f\n0,1,2\n1,2\n", vec!["line 3", "2 cells", "none for f"]),
+        ("t,x,f\n1,1,2\n0,2,3\n", vec!["line 3", "back from 1 s to 0 s"]),
+        ("t,x,f,f\n1,1,2,3\n", vec!["2 columns are named `f`"]),
+        ("t,x,f\n", vec!["no row"]),
+    ] {
+        let message = read_text(text, |_| {}).expect_err(text).to_string();
+        for part in parts {
+            assert!(message.contains(part), "{message} lacks {part}");
+        }
+    }
+    let message = read_text("t,x,f\n0,1,2\n", |source| source.force_gain = 0.0)
+        .expect_err("a gain")
+        .to_string();
+    assert!(message.contains("--force-gain = 0"), "{message}");
+}
+
+#[test]
+fn repeated_times_are_left_out_and_told() {
+    let loaded = read_text("t,x,f\n0,1,2\n0,1,2\n1,2,3\n", |_| {}).expect("a record");
+    assert_eq!(loaded.record.t_s, [0.0, 1.0]);
+    assert!(
+        loaded.notes.iter().any(|note| note.contains("1 rows repeat")),
+        "{:?}",
+        loaded.notes
+    );
+}
+
+#[test]
+fn forces_come_from_another_file_with_its_own_rate_and_clock() {
+    let positions: String = (0..3000).map(|k| format!("{},{}\n", f64::from(k) * 1e-3, k)).collect();
+    let forces: String = (0..300)
+        .map(|k| format!("{},{}\n", 1000.0 + f64::from(k) * 1e-2, k))
+        .collect();
+    let (_one, path) = write("positions.csv", &format!("t,x\n{positions}"));
+    let (_other, force_path) = write("forces.csv", &format!("t,f\n{forces}"));
+    let mut source = Source::new(&path);
+    source.force_path = Some(force_path);
+    let loaded = read(&source).expect("a record");
+    let record = &loaded.record;
+    assert_eq!(record.t_s.len(), record.force_n.len());
+    assert!((record.force_n[1005] - 100.5).abs() < 1e-9, "{}", record.force_n[1005]);
+    assert!(
+        loaded.notes.iter().any(|note| note.contains("no time in common")),
+        "{:?}",
+        loaded.notes
+    );
+}
+
+#[test]
+fn a_velocity_in_other_units_is_told() {
+    let rows: String = (0..100)
+        .map(|k| format!("{},{},{},1\n", f64::from(k) * 1e-3, f64::from(k) * 2e-3, 2000.0))
+        .collect();
+    let loaded = read_text(&format!("t,x,v,f\n{rows}"), |_| {}).expect("a record");
+    assert!(
+        loaded.notes.iter().any(|note| note.contains("1000.0000 times")),
+        "{:?}",
+        loaded.notes
+    );
+}

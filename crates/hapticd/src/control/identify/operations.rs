@@ -1,0 +1,188 @@
+//! `identify.begin`, `identify.excite`, `identify.status`, `identify.store` and `identify.end`.
+
+use super::excitation as one_excitation;
+use crate::control::RigHandle;
+use crate::control::admission::{self, Purpose};
+use crate::control::commission::record::CommissionState;
+use crate::control::connected_device::ConnectedDevice;
+use crate::control::journal::Completion;
+use crate::control::requester::Requester;
+use crate::control::sole_use::state::{Identification, Work};
+use crate::control::sole_use::{self, largest_force_n, look, resting_device};
+use crate::telemetry::excitation::ObservedExcitation;
+use crate::telemetry::motion::Motion;
+use haptic_core::rig_friction::RigFriction;
+use haptic_core::{BoundError, Excitation};
+use haptic_ipc::{ErrorCode, IdentificationReply, JournalEntry, WireError};
+use std::rc::Rc;
+
+/// Share of the range, to either side of its middle, that an excitation may use.
+const SHARE_OF_RANGE: f64 = 0.5;
+
+/// Begins an identification.
+///
+/// # Errors
+/// The rig may not be engaged, its range is not known, another client has it to itself, it is not
+/// idle, or the client has no lease that is short enough.
+pub(in crate::control) async fn begin(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    range_m: Option<f64>,
+) -> Result<IdentificationReply, WireError> {
+    let Some(device) = ConnectedDevice::find(&rig.facts) else {
+        let message = "cannot identify: no device is connected";
+        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+    };
+    // An uncommissioned rig is refused now, and not when it is to move.
+    admission::admit(rig, Purpose::Identification).await?;
+    let known = rig.records().known(&rig.facts.state_dir, &device, false).await;
+    let (known_m, friction_n) = match known {
+        CommissionState::Commissioned { range_m, friction_n } => (range_m, friction_n),
+        CommissionState::Not(_) => (None, None),
+    };
+    let Some(range_m) = range_m.or(known_m) else {
+        let message = "cannot identify: the range of the handle is not known: give `range_m`, or have `haptic-ctl \
+                       commission` find it";
+        return Err(WireError::new(ErrorCode::WrongState, message).about("range_m"));
+    };
+    // Read by now, so that the client is told of it.
+    rig.frictions().of(&rig.facts.state_dir, &device).await;
+    let work = Work::Identification(Identification {
+        range_m,
+        middle_m: rig.feed().newest().map_or(0.0, |record| record.device_position),
+        friction_n,
+        excitations: 0,
+        last: None,
+        path: None,
+    });
+    sole_use::begin(rig, by, work, &device).await?;
+    status(rig, by)
+}
+
+/// The state of the identification, for its client.
+///
+/// # Errors
+/// This client is not identifying the rig.
+pub(in crate::control) fn status(rig: &RigHandle, by: Requester<'_>) -> Result<IdentificationReply, WireError> {
+    look(rig);
+    let feed = rig.feed();
+    let sole_use = rig.sole_use().borrow();
+    let found = sole_use.as_ref().and_then(|current| {
+        let work = current.identification_of(by.session)?;
+        Some((current, work))
+    });
+    let Some((current, work)) = found else {
+        let message = "this client is not identifying the rig: `identify.begin` comes first";
+        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+    };
+    let position_m = feed.motion.as_ref().map_or(work.middle_m, Motion::position_m);
+    let (_, force_limit_n) = largest_force_n(rig, &current.device);
+    Ok(IdentificationReply {
+        by: current.by.clone(),
+        rig: current.device.rig.key.clone(),
+        firmware: current.device.firmware.clone(),
+        moving: current.moving,
+        ended: current.ended.clone(),
+        force_limit_n,
+        range_m: work.range_m,
+        middle_m: work.middle_m,
+        travel_limit_m: travel_limit_m(work, position_m),
+        friction_n: work.friction_n,
+        friction: rig
+            .frictions()
+            .known(current.device.connection)
+            .and_then(|known| known.identified()),
+        resolution_m: current.device.resolution_m,
+        ramp_ms: rig.facts.ramp.as_secs_f64() * 1e3,
+        position_m,
+        excitations: work.excitations,
+        gone_s: feed.excitation.as_ref().map(ObservedExcitation::gone_s),
+        last: work.last.clone(),
+        path: work.path.clone(),
+    })
+}
+
+/// Farthest that an excitation may go from a position, m.
+fn travel_limit_m(work: &Identification, position_m: f64) -> f64 {
+    (SHARE_OF_RANGE * work.range_m - (position_m - work.middle_m).abs()).max(0.0)
+}
+
+/// Begins an excitation.
+///
+/// # Errors
+/// It is out of bounds, another one is under way, or the rig may not be moved.
+pub(in crate::control) async fn excite(
+    rig: &Rc<RigHandle>,
+    by: Requester<'_>,
+    excitation: Excitation,
+) -> Result<IdentificationReply, WireError> {
+    let now = status(rig, by)?;
+    resting_device(rig)?;
+    BoundError::check(
+        "force_limit_N",
+        excitation.force_limit_n,
+        haptic_core::excitation::LEAST_FORCE_N,
+        now.force_limit_n,
+        "N",
+    )?;
+    let travel_m = excitation.travel_limit_m;
+    BoundError::check("travel_limit_m", travel_m, 0.0, now.travel_limit_m, "m")?;
+    excitation.check()?;
+    // Now, while the client waits for the answer.
+    let admission = admission::admit(rig, Purpose::Identification).await?;
+    let stops = {
+        let mut sole_use = rig.sole_use().borrow_mut();
+        let Some(current) = sole_use.as_mut().filter(|current| !current.moving) else {
+            return Err(WireError::new(ErrorCode::WrongState, "an excitation is under way"));
+        };
+        current.moving = true;
+        current.stops
+    };
+    let (task_rig, peer) = (Rc::clone(rig), by.peer.clone());
+    tokio::task::spawn_local(async move { one_excitation::run(&task_rig, excitation, admission, stops, &peer).await });
+    status(rig, by)
+}
+
+/// Stores what was identified of the rig itself.
+///
+/// # Errors
+/// Nothing has moved the handle yet, a value is out of range, or the file cannot be written.
+pub(in crate::control) async fn store(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    friction: RigFriction,
+) -> Result<IdentificationReply, WireError> {
+    let now = status(rig, by)?;
+    let device = resting_device(rig)?;
+    if now.excitations == 0 {
+        let message = "nothing to store: no excitation has moved the handle yet (`identify.excite`)";
+        return Err(WireError::new(ErrorCode::WrongState, message).about("friction"));
+    }
+    let path = rig
+        .frictions()
+        .store(&rig.facts.state_dir, &device, friction, by.peer)
+        .await?;
+    let path = path.display().to_string();
+    let entry = JournalEntry {
+        by: Some(by.peer.clone()),
+        message: Some(path.clone()),
+        ..JournalEntry::of("identify.store")
+    };
+    rig.enter(Completion::Done, entry);
+    if let Some(current) = rig.sole_use().borrow_mut().as_mut()
+        && let Work::Identification(work) = &mut current.work
+    {
+        work.path = Some(path);
+    }
+    status(rig, by)
+}
+
+/// Ends the identification.
+///
+/// # Errors
+/// This client is not identifying the rig.
+pub(in crate::control) fn end(rig: &RigHandle, by: Requester<'_>) -> Result<IdentificationReply, WireError> {
+    status(rig, by)?;
+    sole_use::end(rig, by.session, "its client has ended it");
+    status(rig, by)
+}

@@ -1,0 +1,127 @@
+//! The beginning and the end of a sole use.
+
+use super::lent_loop;
+use super::state::{LARGEST_SHARE, SoleUse, Work};
+use super::watch::{keep_out, look};
+use crate::control::RigHandle;
+use crate::control::connected_device::ConnectedDevice;
+use crate::control::journal::Completion;
+use crate::control::requester::Requester;
+use crate::telemetry::motion::Motion;
+use haptic_ipc::{ErrorCode, JournalEntry, LONGEST_COMMISSION_LEASE_MS, RigState, WireError};
+
+/// Gives a client the rig to itself, for some work with the device that is connected.
+///
+/// # Errors
+/// Another client has the rig to itself, the rig is not idle, the client has no lease that is short
+/// enough, or the device is not one for that work.
+pub(in crate::control) async fn begin(
+    rig: &RigHandle,
+    by: Requester<'_>,
+    work: Work,
+    expected: &ConnectedDevice,
+) -> Result<(), WireError> {
+    let stops = rig.stops();
+    let (verb, name) = (work.verb(), work.name());
+    let (_turn, state) = rig.quiet_state().await;
+    keep_out(rig, &format!("{verb} the rig"))?;
+    let wrong = |message: &str| Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+    match state {
+        RigState::Idle => {}
+        RigState::Disconnected => return wrong(&format!("cannot {verb}: no device is connected")),
+        RigState::Stopped => {
+            let message = format!("cannot {verb} while the rig is stopped: reset it first");
+            return Err(WireError::new(ErrorCode::Stopped, message).about("state"));
+        }
+        RigState::Faulted => {
+            let message = format!("cannot {verb} while the rig is faulted: see `status`, and reset it first");
+            return Err(WireError::new(ErrorCode::Faulted, message).about("state"));
+        }
+        state => return wrong(&format!("cannot {verb} while the rig is {state}: release it first")),
+    }
+    let Some(device) = ConnectedDevice::find(&rig.facts).filter(|device| device.connection == expected.connection)
+    else {
+        return wrong(&format!("cannot {verb}: no device is connected"));
+    };
+    if !rig.leases().is_held_by(by.session) || rig.leases().timeout_ms(by.session) > LONGEST_COMMISSION_LEASE_MS {
+        return wrong(&format!(
+            "cannot {verb} without a lease: take one of at most {LONGEST_COMMISSION_LEASE_MS} ms first (`lease`), so \
+             that the {name} ends if this client dies"
+        ));
+    }
+    rig.feed().motion = Some(Motion::new(device.resolution_m));
+    let entry = JournalEntry {
+        by: Some(by.peer.clone()),
+        message: Some(device.rig.key.clone()),
+        ..JournalEntry::of(match work {
+            Work::Commissioning(_) => "commission.begin",
+            Work::Identification(_) => "identify.begin",
+        })
+    };
+    rig.enter(Completion::Done, entry);
+    *rig.sole_use().borrow_mut() = Some(SoleUse {
+        session: by.session,
+        by: by.peer.clone(),
+        device,
+        stops,
+        moving: false,
+        ended: None,
+        work,
+    });
+    Ok(())
+}
+
+/// The device of the current sole use, if that is active and has no motion under way.
+///
+/// # Errors
+/// It has ended, or a motion is under way.
+pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<ConnectedDevice, WireError> {
+    look(rig);
+    let state = rig.state();
+    let sole_use = rig.sole_use().borrow();
+    let Some(current) = sole_use.as_ref() else {
+        return Err(WireError::new(ErrorCode::WrongState, "nobody has the rig alone").about("state"));
+    };
+    let name = current.work.name();
+    if let Some(why) = &current.ended {
+        let code = match state {
+            RigState::Stopped => ErrorCode::Stopped,
+            RigState::Faulted => ErrorCode::Faulted,
+            _ => ErrorCode::WrongState,
+        };
+        return Err(WireError::new(code, format!("the {name} has ended: {why}")).about("state"));
+    }
+    if current.moving {
+        let message = "a motion is still under way: ask for the status until it is over";
+        return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+    }
+    Ok(current.device.clone())
+}
+
+/// The force limit of the rig, N: the smaller of the daemon's and the device's; and the largest
+/// force of a motion.
+pub(in crate::control) fn largest_force_n(rig: &RigHandle, device: &ConnectedDevice) -> (f64, f64) {
+    let limit_n = rig.facts.servo.limits.force_n.min(device.force_limit_n);
+    (limit_n, LARGEST_SHARE * limit_n)
+}
+
+/// Ends the sole use of a client that has closed its connection. A motion ends at once, instead of
+/// along the ramp of the expired lease.
+pub(in crate::control) fn closed(rig: &RigHandle, session: u64) {
+    end(rig, session, "its client has closed the connection");
+}
+
+/// Ends the sole use of a client, and its motion at once.
+pub(in crate::control) fn end(rig: &RigHandle, session: u64, why: &str) {
+    let moving = {
+        let mut sole_use = rig.sole_use().borrow_mut();
+        let Some(current) = sole_use.as_mut().filter(|current| current.session == session) else {
+            return;
+        };
+        current.end(why);
+        current.moving
+    };
+    if moving {
+        lent_loop::rest(rig);
+    }
+}

@@ -1,0 +1,119 @@
+//! One motion, from the engagement to the release, and the return of the scene.
+
+use super::watch;
+use crate::control::RigHandle;
+use crate::control::admission::Admission;
+use crate::telemetry::feed::Feed;
+use haptic_core::servo::Command;
+use haptic_core::{PulseShape, Renderer};
+use haptic_ipc::{Peer, RigState};
+use std::time::{Duration, Instant};
+
+/// Time between two looks at the rig.
+const POLL_PERIOD: Duration = Duration::from_millis(1);
+
+/// Time that a ramp may take beyond its duration.
+const RAMP_GRACE: Duration = Duration::from_secs(1);
+
+/// A motion to lend the loop to.
+pub(in crate::control) struct Loan<'a> {
+    pub(in crate::control) motion: Renderer,
+    /// Time that it may take, until the handle rests again.
+    pub(in crate::control) longest: Duration,
+    pub(in crate::control) admission: Admission,
+    /// The count of stops when the sole use began.
+    pub(in crate::control) stops: u64,
+    pub(in crate::control) by: &'a Peer,
+}
+
+/// Ends the force of a motion within one tick.
+pub(in crate::control) fn rest(rig: &RigHandle) {
+    if let Ok(rest) = Renderer::pulse(PulseShape::REST, rig.facts.period_s()) {
+        rig.lend_loop(rest);
+    }
+}
+
+/// Engages without a scene, has the motion rendered until it is over, releases, and restores the
+/// scene. `observe` is called right before the motion begins.
+///
+/// # Errors
+/// The reason of an interruption.
+pub(in crate::control) async fn lend(
+    rig: &RigHandle,
+    loan: Loan<'_>,
+    observe: impl FnOnce(&mut Feed),
+    is_over: impl Fn(&Feed) -> bool,
+) -> Result<(), String> {
+    let by = loan.by;
+    let given = give(rig, loan, observe, is_over).await;
+    take_back(rig, by).await;
+    given
+}
+
+async fn give(
+    rig: &RigHandle,
+    loan: Loan<'_>,
+    observe: impl FnOnce(&mut Feed),
+    is_over: impl Fn(&Feed) -> bool,
+) -> Result<(), String> {
+    rest(rig);
+    rig.carry_out(Command::Engage, loan.admission, loan.stops, Some(loan.by))
+        .await
+        .map_err(|error| error.message)?;
+    until(rig, rig.facts.ramp + RAMP_GRACE, |state| state == RigState::Engaged).await?;
+    observe(&mut rig.feed());
+    rig.lend_loop(loan.motion);
+    until(rig, loan.longest, |_| is_over(&rig.feed())).await
+}
+
+/// Waits for a condition while the sole use is active and the rig is engaging or engaged.
+///
+/// # Errors
+/// The sole use or the engagement has ended, or the condition does not hold after `timeout`.
+async fn until(rig: &RigHandle, timeout: Duration, condition: impl Fn(RigState) -> bool) -> Result<(), String> {
+    let began = Instant::now();
+    loop {
+        let state = rig.state();
+        watch::look(rig);
+        let ended = rig
+            .sole_use()
+            .borrow()
+            .as_ref()
+            .and_then(|current| current.ended.clone());
+        if let Some(why) = ended {
+            return Err(why);
+        }
+        if !matches!(state, RigState::Engaging | RigState::Engaged) {
+            let fault = rig.feed().newest().and_then(|record| record.fault);
+            let why = fault.map_or_else(String::new, |fault| format!(": {fault}"));
+            return Err(format!("the rig is {state}{why}"));
+        }
+        if condition(state) {
+            return Ok(());
+        }
+        if began.elapsed() > timeout {
+            return Err(format!("it took longer than {:.1} s", timeout.as_secs_f64()));
+        }
+        tokio::time::sleep(POLL_PERIOD).await;
+    }
+}
+
+/// Takes the force away, and restores the scene.
+async fn take_back(rig: &RigHandle, by: &Peer) {
+    rest(rig);
+    // A rig that is stopped, faulted or disconnected refuses a release, and has no force.
+    rig.carry_out(Command::Release, Admission::NONE, rig.stops(), Some(by))
+        .await
+        .map_or_else(drop, drop);
+    let began = Instant::now();
+    while rig.state().is_live() {
+        if began.elapsed() > rig.facts.ramp + RAMP_GRACE {
+            // The scene may only return without force.
+            let stop = rig.raise_stop(by);
+            rig.stopped(stop).await.map_or_else(drop, drop);
+            break;
+        }
+        tokio::time::sleep(POLL_PERIOD).await;
+    }
+    rig.give_loop_back();
+}

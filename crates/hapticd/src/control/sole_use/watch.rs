@@ -1,0 +1,47 @@
+//! Which client has the rig to itself, and what ends that.
+
+use crate::control::RigHandle;
+use crate::control::connected_device::ConnectedDevice;
+use haptic_ipc::{ErrorCode, Peer, WireError};
+
+/// The client that has the rig to itself.
+pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
+    look(rig);
+    let sole_use = rig.sole_use().borrow();
+    let active = sole_use.as_ref().filter(|sole_use| sole_use.is_active());
+    active.map(|sole_use| sole_use.by.clone())
+}
+
+/// Refuses what would disturb a sole use.
+///
+/// # Errors
+/// A client has the rig to itself; the error says which.
+pub(in crate::control) fn keep_out(rig: &RigHandle, what: &str) -> Result<(), WireError> {
+    look(rig);
+    let sole_use = rig.sole_use().borrow();
+    let Some(active) = sole_use.as_ref().filter(|sole_use| sole_use.is_active()) else {
+        return Ok(());
+    };
+    let message = format!(
+        "cannot {what} while {} is {} the rig: wait for its end, or end it with `stop`",
+        active.by,
+        active.work.participle()
+    );
+    Err(WireError::new(ErrorCode::Commissioning, message).about("state"))
+}
+
+/// Ends the sole use if the rig was stopped, its device has changed, or its lease has expired.
+pub(in crate::control) fn look(rig: &RigHandle) {
+    let mut sole_use = rig.sole_use().borrow_mut();
+    let Some(current) = sole_use.as_mut().filter(|current| current.ended.is_none()) else {
+        return;
+    };
+    let connection = ConnectedDevice::find(&rig.facts).map(|device| device.connection);
+    if rig.stops() != current.stops {
+        current.end("the rig was stopped");
+    } else if connection != Some(current.device.connection) {
+        current.end("the device was disconnected");
+    } else if !rig.leases().is_held_by(current.session) {
+        current.end("the lease of its client has expired");
+    }
+}
