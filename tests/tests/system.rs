@@ -7,6 +7,7 @@ mod changes;
 mod check_rig;
 mod commission;
 mod commission_pulse;
+mod compare;
 mod control;
 mod cost;
 mod ctl;

@@ -5,6 +5,7 @@ mod advise;
 mod change;
 mod colour;
 mod commission;
+mod compare;
 mod complete;
 mod completions;
 mod condition;
@@ -30,6 +31,7 @@ mod scene;
 mod set;
 mod simulate;
 mod status;
+mod surface;
 mod timing;
 mod top;
 mod undo;
@@ -112,7 +114,7 @@ enum Command {
     /// pulses, and store them. A rig engages only after that
     #[command(after_help = commission::HELP)]
     Commission(commission::Arguments),
-    /// Identify mass and friction of what the rig moves, or of the rig itself
+    /// Identify mass and friction from a record of motion and force, of what the rig moves, or of the rig itself
     Identify(identify::Arguments),
     /// Wait until a condition holds, as in --until state=engaged
     #[command(after_help = wait::help())]
@@ -144,6 +146,12 @@ enum Command {
     /// Measure the cost of a tick of each kind of scene, offline: instructions, bytes of state,
     /// nanoseconds
     Cost,
+    /// Compare the recording of a rendered surface with the record of the real one
+    #[command(after_help = compare::HELP)]
+    Compare(compare::Arguments),
+    /// Record a simulated surface as a lab records a real one, offline: strokes at 0.5 to 3 Hz and slow
+    /// ramps, a force sensor's noise, an encoder's steps
+    Surface(surface::Arguments),
     /// Print the completion script of a shell
     Completions { shell: completions::Shell },
     /// Write the manual pages
@@ -184,6 +192,8 @@ impl Command {
             | Self::Simulate(_)
             | Self::Accuracy(_)
             | Self::Cost
+            | Self::Compare(_)
+            | Self::Surface(_)
             | Self::Completions { .. }
             | Self::Man(_)
             | Self::Probe { .. } => return Ok(Vec::new()),
@@ -272,7 +282,10 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Raw(raw) => return raw::run(socket, raw).await,
         Command::Simulate(simulate) => return simulate::run(simulate, json),
         Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
+        Command::Identify(arguments) if arguments.is_offline() => return identify::run_offline(arguments, json),
         Command::Cost => return cost::run(json),
+        Command::Compare(compare) => return compare::run(compare, json),
+        Command::Surface(surface) => return surface::run(surface, json),
         Command::Completions { shell } => return completions::run(*shell),
         Command::Man(man) => return man::run(man, Arguments::command()),
         Command::Probe { probe } => return cost::run_probe(*probe),

@@ -18,7 +18,7 @@ pub(super) async fn run(
     arguments: &excite::Arguments,
     options: &Options,
     whole: bool,
-) -> Result<Identified, Failure> {
+) -> Result<(Record, Identified), Failure> {
     let console = Console::new("identify --run", !arguments.asks())?;
     let mut session = Session::begin(daemon, console, arguments.range_m()).await?;
     let excited = arguments.excite(&mut session, false).await?;
@@ -30,12 +30,13 @@ pub(super) async fn run(
         offset_n: options.offset_n.or(Some(KNOWN_OFFSET_N)),
         ..options.clone()
     };
-    let identified = session
+    let (record, identified) = session
         .compute(move || {
             if let Some(rig) = &stored {
                 without_cogging(&mut record, rig);
             }
-            identify::identify(&record, &options)
+            let identified = identify::identify(&record, &options);
+            (record, identified)
         })
         .await?;
     session.end().await?;
@@ -48,7 +49,7 @@ pub(super) async fn run(
                 .to_owned(),
         ),
     }
-    Ok(found)
+    Ok((record, found))
 }
 
 /// Takes the cogging of the rig out of a record.

@@ -62,7 +62,7 @@ impl Grid {
         let t = &record.t_s;
         let start_s = t[0];
         let last = t.len() - 1;
-        let count = ((t[last] - start_s) / period_s).floor() as usize + 1;
+        let count = whole((t[last] - start_s) / period_s) + 1;
         let mut grid = Self {
             period_s,
             start_s,
@@ -156,12 +156,18 @@ impl Grid {
         (0..self.len())
             .map(|index| {
                 let at = (index as f64 + shift).clamp(0.0, last as f64);
-                let left = (at.floor() as usize).min(last - 1);
+                let left = whole(at).min(last - 1);
                 let share = at - left as f64;
                 self.force_n[left] + share * (self.force_n[left + 1] - self.force_n[left])
             })
             .collect()
     }
+}
+
+/// The whole part of a number of samples; 0 where it is negative.
+#[expect(clippy::cast_sign_loss, reason = "a negative number becomes 0")]
+pub(super) fn whole(samples: f64) -> usize {
+    samples as usize
 }
 
 /// The mean time between samples without the gaps, s.

@@ -11,14 +11,19 @@
 pub mod cogging;
 mod grid;
 mod karnopp;
+mod plot;
 pub mod record_file;
 mod result;
+mod scene;
 mod sensor;
-mod smoothing;
+pub(crate) mod smoothing;
 pub mod study;
 
+pub use karnopp::fitted;
+pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
+pub use scene::IdentifiedScene;
 use thiserror::Error;
 
 /// A record to identify from: samples of one clock, with the force that drives the moving mass.

@@ -11,26 +11,28 @@
 //! depend on the window, where a Savitzky-Golay filter's second derivative and its smoothed force have
 //! different bandwidths.
 
+use super::grid::whole;
+
 /// Exponent of the window `(1 - u^2)^n`: its fourth derivative is still continuous, so that few samples
 /// already integrate it well.
 const EXPONENT: i32 = 5;
 
 /// A window and its derivatives, for samples from `-reach` to `reach` around a place.
 #[derive(Clone, Debug)]
-pub(super) struct Window {
+pub(crate) struct Window {
     /// Samples on either side.
-    pub(super) reach: usize,
+    pub(crate) reach: usize,
     /// Weights whose sum is 1.
-    pub(super) mean: Vec<f64>,
+    pub(crate) mean: Vec<f64>,
     /// Weights that give the second derivative, 1/s^2.
-    pub(super) curvature: Vec<f64>,
+    pub(crate) curvature: Vec<f64>,
 }
 
 impl Window {
     /// A window of `half_s` on either side, of at least `LEAST_REACH` samples.
-    pub(super) fn new(half_s: f64, period_s: f64) -> Self {
+    pub(crate) fn new(half_s: f64, period_s: f64) -> Self {
         let half = half_s / period_s;
-        let reach = half.ceil() as usize;
+        let reach = whole(half.ceil());
         let places: Vec<f64> = (0..=2 * reach).map(|index| index as f64 - reach as f64).collect();
         let bump = |u: f64, power: i32| (1.0 - u * u).max(0.0).powi(power);
         let mut mean: Vec<f64> = places.iter().map(|k| bump(k / half, EXPONENT)).collect();
@@ -62,7 +64,7 @@ impl Window {
 }
 
 /// The weighted sum of `values` around `at`, from the value there, so that large values keep their digits.
-pub(super) fn weighted(weights: &[f64], values: &[f64], at: usize, base: f64) -> f64 {
+pub(crate) fn weighted(weights: &[f64], values: &[f64], at: usize, base: f64) -> f64 {
     let reach = weights.len() / 2;
     weights
         .iter()
@@ -74,7 +76,7 @@ pub(super) fn weighted(weights: &[f64], values: &[f64], at: usize, base: f64) ->
 /// The slope of the straight line through `2 reach + 1` samples around each one, per second: the first
 /// derivative of Savitzky and Golay's filter of first and second order. At the ends it is that of the
 /// first and last full window.
-pub(super) fn slope(values: &[f64], reach: usize, period_s: f64) -> Vec<f64> {
+pub(crate) fn slope(values: &[f64], reach: usize, period_s: f64) -> Vec<f64> {
     let n = values.len();
     let reach = reach.min((n - 1) / 2).max(1);
     let square: f64 = (1..=reach).map(|k| 2.0 * (k * k) as f64).sum();
@@ -120,7 +122,7 @@ pub(super) fn white_noise(values: &[f64], is_used: &[bool]) -> f64 {
 
 /// The step of an encoder: the smallest change between samples, where every change is a multiple of it;
 /// `None` for positions without steps.
-pub(super) fn encoder_step(values: &[f64]) -> Option<f64> {
+pub(crate) fn encoder_step(values: &[f64]) -> Option<f64> {
     /// Largest share of a step by which written positions may miss a multiple.
     const ROUNDING: f64 = 0.02;
     /// Changes looked at.

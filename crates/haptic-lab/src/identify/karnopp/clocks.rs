@@ -4,7 +4,8 @@
 //! then within them, as one more unknown of the fit: the force's change with time is its coefficient.
 
 use super::regression::{Rows, Shape, Unknown, fit, student};
-use crate::identify::grid::Grid;
+use crate::identify::grid::{Grid, whole};
+use crate::identify::smoothing::weighted;
 use nalgebra::{DMatrix, DVector};
 
 /// Rows that the search over whole samples looks at.
@@ -63,7 +64,7 @@ pub(super) fn without_inertia(rows: &Rows, mut forces: Vec<f64>, known_mass: f64
 
 /// The best shift by whole samples, s.
 fn search(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, longest_s: f64) -> Option<f64> {
-    let longest = (longest_s / grid.period_s).ceil() as usize;
+    let longest = whole((longest_s / grid.period_s).ceil());
     let step = (rows.window.reach / 8).max(1);
     let reach = longest + rows.window.reach;
     let thinned: Vec<_> = rows
@@ -87,8 +88,7 @@ fn search(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, longest_s: f6
             thinned.len(),
             thinned.iter().map(|row| {
                 let at = row.at.saturating_add_signed(shift);
-                crate::identify::smoothing::weighted(&rows.window.mean, &grid.force_n, at, 0.0)
-                    - known_mass * row.acceleration
+                weighted(&rows.window.mean, &grid.force_n, at, 0.0) - known_mass * row.acceleration
             }),
         );
         let right = design.tr_mul(&forces);

@@ -12,11 +12,14 @@
 
 mod breakaway;
 mod clocks;
+mod fitted;
 mod motion;
 mod refusal;
 mod regression;
 mod statics;
 mod window;
+
+pub use fitted::fitted;
 
 use super::grid::Grid;
 use super::smoothing::white_noise;

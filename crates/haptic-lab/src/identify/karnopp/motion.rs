@@ -1,6 +1,6 @@
 //! Where the mass slides, which way, and where it rests.
 
-use crate::identify::grid::Grid;
+use crate::identify::grid::{Grid, whole};
 use crate::identify::smoothing::{encoder_step, slope, slope_noise, white_noise};
 use std::ops::Range;
 
@@ -34,7 +34,7 @@ impl Motion {
     pub(super) fn new(grid: &Grid, resolution_m: Option<f64>) -> Self {
         let (x, period_s) = (&grid.position_m, grid.period_s);
         let step_m = resolution_m.or_else(|| encoder_step(x)).unwrap_or(0.0);
-        let longest = ((LONGEST_SLOPE_S / period_s) as usize).max(2);
+        let longest = whole(LONGEST_SLOPE_S / period_s).max(2);
         let rough = slope(x, longest, period_s);
         let fastest = rough.iter().fold(0.0_f64, |fastest, v| fastest.max(v.abs()));
         let moves: Vec<bool> = rough.iter().map(|v| v.abs() > 0.1 * fastest).collect();
@@ -48,7 +48,7 @@ impl Motion {
         let slowest_mps = (CERTAIN_DEVIATIONS * noise_m * slope_noise(reach, period_s)).max(1e-9);
         let turn_m = CERTAIN_DEVIATIONS * noise_m;
         let sense = senses(&velocity_mps, slowest_mps, reach, |turn| is_quick(x, turn, turn_m));
-        let rests = rests(x, 8.0 * noise_m + 1.1 * step_m, (SHORTEST_REST_S / period_s) as usize);
+        let rests = rests(x, 8.0 * noise_m + 1.1 * step_m, whole(SHORTEST_REST_S / period_s));
         Self {
             velocity_mps,
             sense,

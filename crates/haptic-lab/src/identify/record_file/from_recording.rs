@@ -3,6 +3,7 @@
 use super::{Loaded, MovingMass, RecordFileError, Source};
 use crate::identify::Record;
 use crate::recording;
+use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
 use std::fs::File;
 use std::io::Read;
@@ -23,6 +24,14 @@ pub(super) fn is_recording(path: &Path) -> Result<bool, RecordFileError> {
     Ok(BEGINNINGS.iter().any(|each| beginning.starts_with(each)))
 }
 
+fn is_excited(row: &Sample) -> bool {
+    InputWord {
+        flags: row.input_flags,
+        ..InputWord::default()
+    }
+    .is_motion()
+}
+
 /// Reads the longest stretch under one scene.
 pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     let path = &source.path;
@@ -36,15 +45,17 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         .iter()
         .filter(|row| row.state == RigState::Engaged)
         .collect();
+    // What the rig's motor did by itself, where it was moved to be identified.
+    let excited: Vec<&Sample> = recording.rows.iter().filter(|row| is_excited(row)).collect();
     let is_block = match source.moving {
         MovingMass::Block => true,
         MovingMass::Device => false,
-        MovingMass::Auto => has_block && !engaged.is_empty(),
+        MovingMass::Auto => has_block && !engaged.is_empty() && excited.is_empty(),
     };
-    let rows = if is_block {
-        engaged
-    } else {
-        recording.rows.iter().collect()
+    let rows = match (is_block, excited.is_empty()) {
+        (true, _) => engaged,
+        (false, false) => excited,
+        (false, true) => recording.rows.iter().collect(),
     };
     let stretch = rows
         .chunk_by(|a, b| !is_block || a.revision == b.revision)
