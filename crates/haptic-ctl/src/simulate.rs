@@ -185,7 +185,7 @@ fn refuse_overwriting(arguments: &Arguments) -> Result<(), Failure> {
         (arguments.events.as_ref(), [&inputs[..], &[&arguments.out]].concat()),
     ] {
         let Some(output) = output else { continue };
-        if let Some(other) = others.into_iter().find(|other| is_same_file(output, other)) {
+        if let Some(other) = others.into_iter().find(|other| same_file(output, other)) {
             let (output, other) = (output.display(), other.display());
             return Err(Failure::Usage(format!(
                 "{output} would be written over {other}: name another file"
@@ -196,7 +196,7 @@ fn refuse_overwriting(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Whether two paths lead to one file, existing or not.
-pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
+fn same_file(a: &Path, b: &Path) -> bool {
     match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,
         _ => a == b,

@@ -23,6 +23,7 @@
 mod columns;
 mod csv_table;
 mod error;
+mod guard;
 mod mcap_table;
 mod parquet_table;
 mod whole_lines;
@@ -70,17 +71,35 @@ enum Table {
     Parquet(ParquetTable),
 }
 
+/// The file that holds a motion. A recording in Parquet that is being made, or was broken off, is an MCAP file
+/// beside its own.
+#[must_use]
+pub fn file_of(path: &Path) -> PathBuf {
+    let is_parquet = path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("parquet"));
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial.mcap");
+    let partial = PathBuf::from(name);
+    if is_parquet && partial.exists() {
+        partial
+    } else {
+        path.to_path_buf()
+    }
+}
+
 impl Rows {
     /// Opens a file and finds its columns.
     ///
     /// # Errors
     /// The file cannot be read, or is not a motion.
     pub fn open(path: &Path) -> Result<Self, MotionError> {
+        let path = &file_of(path);
         let file = File::open(path).map_err(|source| MotionError::open(path, source))?;
         Self::new(path, file)
     }
 
-    /// The same for a file that the caller has opened; `path` is its name.
+    /// The same for a [file](file_of) that the caller has opened; `path` is its name.
     ///
     /// # Errors
     /// As [`open`](Self::open).

@@ -1,8 +1,9 @@
 //! Motions in Parquet.
 
 use crate::columns::{Column, Columns};
+use crate::guard::{Pages, guarded};
 use crate::{MotionError, Place, Row};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -33,7 +34,7 @@ struct Group {
 
 impl ParquetTable {
     pub(crate) fn new(path: &Path, file: File) -> Result<Self, MotionError> {
-        let reader = SerializedFileReader::new(file).map_err(|error| MotionError::format(path, error))?;
+        let reader = guarded(|| SerializedFileReader::new(file)).map_err(|error| MotionError::format(path, error))?;
         let schema = reader.metadata().file_metadata().schema_descr_ptr();
         let header: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
         let columns = Columns::find(path, &header.iter().map(String::as_str).collect::<Vec<_>>())?;
@@ -69,7 +70,7 @@ impl ParquetTable {
             if self.next_group == self.reader.num_row_groups() {
                 return Ok(None);
             }
-            let opened = Group::open(&self.reader, self.next_group, &self.columns);
+            let opened = guarded(|| Group::open(&self.reader, self.next_group, &self.columns));
             self.group = Some(opened.map_err(|error| MotionError::format(&self.path, error))?);
             self.next_group += 1;
         }
@@ -83,7 +84,14 @@ impl Group {
         let readers = columns
             .into_iter()
             .flatten()
-            .map(|column| Ok((column, group.get_column_reader(column.index)?)))
+            .map(|column| {
+                let chunk = group.metadata().column(column.index);
+                let pages = Pages {
+                    inner: group.get_column_page_reader(column.index)?,
+                    values: chunk.num_values().unsigned_abs(),
+                };
+                Ok((column, get_column_reader(chunk.column_descr_ptr(), Box::new(pages))))
+            })
             .collect::<Result<Vec<_>, ParquetError>>()?;
         Ok(Self {
             cells: vec![Vec::new(); readers.len()],
@@ -101,8 +109,8 @@ impl Group {
         for ((column, reader), cells) in self.readers.iter_mut().zip(&mut self.cells) {
             cells.clear();
             let read = match reader {
-                ColumnReader::DoubleColumnReader(reader) => read(reader, cells, |value| value),
-                ColumnReader::FloatColumnReader(reader) => read(reader, cells, f64::from),
+                ColumnReader::DoubleColumnReader(reader) => guarded(|| read(reader, cells, |value| value)),
+                ColumnReader::FloatColumnReader(reader) => guarded(|| read(reader, cells, f64::from)),
                 other => {
                     return Err(MotionError::ColumnType {
                         path: path.to_path_buf(),

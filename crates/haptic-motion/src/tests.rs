@@ -3,6 +3,7 @@ use parquet::data_type::{DoubleType, FloatType, Int64Type};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
+use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -188,6 +189,16 @@ fn an_mcap_that_was_broken_off_reads_up_to_its_last_whole_row() {
 }
 
 #[test]
+fn a_recording_in_parquet_that_was_broken_off_is_read_from_the_file_beside_it() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("rig.parquet");
+    std::fs::write(&path, "").expect("written");
+    std::fs::write(directory.path().join("rig.parquet.partial.mcap"), mcap(20, SCHEMA, cdr)).expect("written");
+    let rows: Result<Vec<Row>, _> = Rows::open(&path).expect("a motion").collect();
+    assert_rows(&rows.expect("a motion"), 20);
+}
+
+#[test]
 fn a_column_that_could_be_two_is_refused() {
     for (header, parts) in [
         (
@@ -267,4 +278,28 @@ fn nothing_follows_an_error() {
     std::fs::write(&path, "t_s,position_m\n0,0\n1,no\n2,0\n").expect("written");
     let found: Vec<bool> = Rows::open(&path).expect("a motion").map(|row| row.is_ok()).collect();
     assert_eq!(found, [true, false]);
+}
+
+proptest! {
+    #[test]
+    fn no_damage_panics_a_reader(
+        format in 0..3_usize,
+        places in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        end in any::<prop::sample::Index>(),
+        is_cut in any::<bool>(),
+    ) {
+        let mut bytes = match format {
+            0 => mcap(20, SCHEMA, cdr),
+            1 => parquet(20, COLUMNS, false),
+            _ => b"# hapticd recording 1\nt_s,position_m\n0,0\n1,1\n2,4\n".to_vec(),
+        };
+        for (place, byte) in places {
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+        }
+        if is_cut {
+            bytes.truncate(end.index(bytes.len() + 1));
+        }
+        drop(rows_of(&bytes));
+    }
 }

@@ -7,14 +7,13 @@ use crate::condition::{Condition, Observations};
 use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
-use crate::recording::copy::exists;
-use crate::recording::report::{Report, shown};
 use crate::recording::summary::Summary;
-use crate::{complete, progress};
+use crate::recording::{exists, report};
+use crate::{complete, output, progress};
 use clap::ValueHint;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{ClientError, Event, Request, SceneReply, Status, SubscribeReply, Topic, regular_file};
-use haptic_lab::recording::{self, CreateError, Format, Mark, Metadata, Recorder};
+use haptic_lab::recording::{self, CreateError, Format, Mark, Metadata, Recorder, Totals};
 use indicatif::ProgressBar;
 use link_watch::LinkWatch;
 use person::{Input, Person};
@@ -288,40 +287,50 @@ impl Session<'_> {
     }
 
     fn end(self, end: End, json: bool) -> Result<(), Failure> {
-        let file = &self.arguments.file;
-        let (written, failure) = match end {
-            End::NotWritten(error) => (Err(error), None),
-            End::Lost(failure) => (self.recorder.break_off(), Some(failure)),
-            End::Reached => (self.recorder.finish(), None),
+        let (file, markers) = (&self.arguments.file, self.markers);
+        let (written, failure, is_complete) = match end {
+            End::NotWritten(error) => (Err(error), None, false),
+            End::Lost(failure) => (self.recorder.break_off(), Some(failure), false),
+            End::Reached => (self.recorder.finish(), None, true),
             End::Interrupted => {
                 // Without a time or a condition, an interrupt is how a recording ends.
                 let is_early = self.arguments.length.is_some() || self.arguments.until.is_some();
-                (self.recorder.finish(), is_early.then_some(Failure::Interrupted))
+                (self.recorder.finish(), is_early.then_some(Failure::Interrupted), true)
             }
         };
-        match written {
-            Ok(totals) => {
-                let is_complete = !matches!(failure, Some(Failure::Client(_) | Failure::NoAnswer(_)));
-                let report = Report {
-                    file,
-                    totals,
-                    markers: self.markers,
-                    is_complete,
-                };
-                report.show(json)?;
-                failure.map_or(Ok(()), Err)
-            }
-            Err(error) => Err(Failure::File(match Summary::read(file) {
-                Ok(summary) => format!(
-                    "{}: {error}; the recording ends there: {} s, {} rows, which read",
-                    file.display(),
-                    summary.length_s(),
-                    summary.rows
-                ),
-                Err(unreadable) => format!("{}: {error}; nothing of it reads: {unreadable}", file.display()),
-            })),
+        let totals = written.map_err(|error| not_written(file, &error))?;
+        if json {
+            let mut told = report::as_json(file, &totals);
+            told["markers"] = markers.into();
+            told["complete"] = is_complete.into();
+            output::json(&told)?;
+        } else {
+            let ending = if is_complete { "" } else { "; without an end" };
+            output::line(&format!("{}: {}{ending}", file.display(), shown(&totals, markers)))?;
         }
+        failure.map_or(Ok(()), Err)
     }
+}
+
+fn shown(totals: &Totals, markers: u64) -> String {
+    let text = report::as_text(totals);
+    match markers {
+        0 => text,
+        _ => format!("{text}, {markers} markers"),
+    }
+}
+
+/// The failure to write a recording, with how much of it there is.
+fn not_written(file: &Path, error: &io::Error) -> Failure {
+    let name = file.display();
+    Failure::File(match Summary::read(file) {
+        Ok(summary) => format!(
+            "{name}: {error}; the recording ends there: {} s, {} rows, which read",
+            summary.length_s(),
+            summary.rows
+        ),
+        Err(unreadable) => format!("{name}: {error}; nothing of it reads: {unreadable}"),
+    })
 }
 
 fn not_created(file: &Path, error: &CreateError) -> Failure {

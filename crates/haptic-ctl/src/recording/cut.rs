@@ -1,19 +1,18 @@
 //! `recording cut`: a part of a recording, as a recording of its own.
 
-use super::copy::{Copy, Output};
 use super::summary::{Summary, What};
-use super::{damaged, unreadable};
+use super::{Output, not_copied, report, unreadable};
 use crate::duration::duration;
 use crate::failure::Failure;
-use crate::progress;
+use crate::{output, progress};
 use clap::ValueHint;
-use haptic_ipc::Sample;
-use haptic_lab::recording::{self, Ending, Entry, Mark, Metadata};
+use haptic_lab::recording::{self, Span};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 
 /// For the help text.
-pub(crate) const HELP: &str = "\
+pub(super) const HELP: &str = "\
 Times are from the recording's first row; a row at the beginning is in the part, and one at the end is not. The part \
 begins with the scene and the state that its first row had. Where it begins under force, its forces cannot be computed \
 again to the last bit: that needs what came before.";
@@ -48,83 +47,36 @@ pub(crate) struct Arguments {
 const SAME_TIME_S: f64 = 5e-6;
 
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    let Output { out, force } = &arguments.output;
     let bar = progress::busy("cutting");
-    let range = Range::new(arguments)?;
-    let mut reader = recording::open(&arguments.file).map_err(|error| unreadable(&arguments.file, &error))?;
-    let mut part = Part {
-        arguments,
-        metadata: reader.metadata().clone(),
-        state: None,
-        marks: Vec::new(),
-        copy: None,
-    };
-    let (mut first_s, mut last_s, mut is_whole) = (None, 0.0, true);
-    while let Some(entry) = reader
-        .next()
-        .transpose()
-        .map_err(|error| damaged(&arguments.file, &error))?
-    {
-        match entry {
-            Entry::Row(row) => {
-                last_s = row.t_s - *first_s.get_or_insert(row.t_s);
-                if last_s >= range.to_s {
-                    is_whole = false;
-                    break;
-                }
-                part.row(row, last_s >= range.from_s)?;
-            }
-            Entry::Mark(mark) => part.marks.push(mark),
-        }
-    }
-    // Where the end was cut off, the part has an end of its own.
-    let is_complete = !is_whole || reader.ending() == Some(Ending::Complete);
-    let Some(mut copy) = part.copy else {
-        let file = arguments.file.display();
-        let (from_s, to_s) = (range.from_s + SAME_TIME_S, range.to_s + SAME_TIME_S);
-        return Err(Failure::Usage(format!(
-            "{file}: there is no row from {from_s:.3} s to {to_s:.3} s; its last one is at {last_s:.3} s"
-        )));
-    };
-    if is_whole {
-        for mark in &part.marks {
-            copy.mark(mark)?;
-        }
-    }
-    let report = copy.end(is_complete)?;
+    let span = Span::Time(span(arguments)?);
+    let totals = recording::cut(&arguments.file, out, &span, *force).map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
-    report.show(json)
+    if json {
+        return output::json(&report::as_json(out, &totals));
+    }
+    output::line(&format!("{}: {}", out.display(), report::as_text(&totals)))
 }
 
 /// What is kept, s from the first row.
-struct Range {
-    from_s: f64,
-    to_s: f64,
-}
-
-impl Range {
-    fn new(arguments: &Arguments) -> Result<Self, Failure> {
-        let markers = match (&arguments.from_marker, &arguments.to_marker) {
-            (None, None) => Vec::new(),
-            _ => markers(arguments)?,
-        };
-        let time = |time: Option<Duration>, marker: &Option<String>, default: f64| match (time, marker) {
-            (Some(time), _) => Ok(time.as_secs_f64() - SAME_TIME_S),
-            (None, Some(text)) => find(arguments, &markers, text).map(|t_s| t_s - SAME_TIME_S),
-            (None, None) => Ok(default),
-        };
-        let range = Self {
-            from_s: time(arguments.from, &arguments.from_marker, f64::NEG_INFINITY)?,
-            to_s: time(arguments.to, &arguments.to_marker, f64::INFINITY)?,
-        };
-        if range.to_s <= range.from_s {
-            return Err(Failure::Usage(format!(
-                "the part ends at {:.3} s, and begins at {:.3} s: the end must come after the beginning",
-                range.to_s + SAME_TIME_S,
-                range.from_s + SAME_TIME_S
-            )));
-        }
-        Ok(range)
+fn span(arguments: &Arguments) -> Result<Range<f64>, Failure> {
+    let markers = match (&arguments.from_marker, &arguments.to_marker) {
+        (None, None) => Vec::new(),
+        _ => markers(arguments)?,
+    };
+    let time = |time: Option<Duration>, marker: &Option<String>, default: f64| match (time, marker) {
+        (Some(time), _) => Ok(time.as_secs_f64()),
+        (None, Some(text)) => find(arguments, &markers, text),
+        (None, None) => Ok(default),
+    };
+    let from_s = time(arguments.from, &arguments.from_marker, 0.0)?;
+    let to_s = time(arguments.to, &arguments.to_marker, f64::INFINITY)?;
+    if to_s <= from_s {
+        return Err(Failure::Usage(format!(
+            "the part ends at {to_s:.3} s, and begins at {from_s:.3} s: the end must come after the beginning"
+        )));
     }
+    Ok(from_s - SAME_TIME_S..to_s - SAME_TIME_S)
 }
 
 /// Times and texts of the markers.
@@ -154,69 +106,4 @@ fn find(arguments: &Arguments, markers: &[(f64, String)], text: &str) -> Result<
             arguments.file.display()
         ))
     })
-}
-
-/// The part that is written, from its first row on.
-struct Part<'a> {
-    arguments: &'a Arguments,
-    /// With the scene before the next row.
-    metadata: Metadata,
-    /// The state before the next row.
-    state: Option<Mark>,
-    /// Marks that no row has come up to.
-    marks: Vec<Mark>,
-    copy: Option<Copy<'a>>,
-}
-
-impl Part<'_> {
-    fn row(&mut self, row: Sample, is_kept: bool) -> Result<(), Failure> {
-        if !is_kept {
-            self.before();
-            return Ok(());
-        }
-        if self.copy.is_none() {
-            self.begin(row)?;
-        }
-        if let Some(copy) = &mut self.copy {
-            for mark in self.marks.drain(..) {
-                copy.mark(&mark)?;
-            }
-            copy.row(row)?;
-        }
-        Ok(())
-    }
-
-    /// Takes up what the marks before a row changed.
-    fn before(&mut self) {
-        for mark in self.marks.drain(..) {
-            match mark {
-                Mark::Scene {
-                    revision,
-                    arrival: Some(arrival),
-                    ..
-                } => {
-                    self.metadata.revision = revision;
-                    self.metadata.scene = arrival.scene;
-                }
-                state @ Mark::State { .. } => self.state = Some(state),
-                _ => {}
-            }
-        }
-    }
-
-    fn begin(&mut self, row: Sample) -> Result<(), Failure> {
-        let markers: Vec<Mark> = self
-            .marks
-            .extract_if(.., |mark| matches!(mark, Mark::Marker { .. } | Mark::Link { .. }))
-            .collect();
-        self.before();
-        let mut copy = self.arguments.output.create(&self.arguments.file, &self.metadata)?;
-        if let Some(Mark::State { state, fault, .. }) = self.state.take() {
-            let tick = row.tick;
-            copy.mark(&Mark::State { tick, state, fault })?;
-        }
-        self.marks = markers;
-        self.copy = Some(copy);
-        Ok(())
-    }
 }

@@ -1,11 +1,10 @@
 //! `recording export`: the same recording in another format.
 
-use super::copy::Output;
-use super::{damaged, unreadable};
+use super::{Output, not_copied, report};
 use crate::failure::Failure;
-use crate::progress;
+use crate::{output, progress};
 use clap::ValueHint;
-use haptic_lab::recording::{self, Ending, Entry};
+use haptic_lab::recording;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -19,20 +18,12 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    let Output { out, force } = &arguments.output;
     let bar = progress::busy("exporting");
-    let mut reader = recording::open(&arguments.file).map_err(|error| unreadable(&arguments.file, &error))?;
-    let mut copy = arguments.output.create(&arguments.file, reader.metadata())?;
-    while let Some(entry) = reader
-        .next()
-        .transpose()
-        .map_err(|error| damaged(&arguments.file, &error))?
-    {
-        match entry {
-            Entry::Row(row) => copy.row(row)?,
-            Entry::Mark(mark) => copy.mark(&mark)?,
-        }
-    }
-    let report = copy.end(reader.ending() == Some(Ending::Complete))?;
+    let totals = recording::export(&arguments.file, out, *force).map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
-    report.show(json)
+    if json {
+        return output::json(&report::as_json(out, &totals));
+    }
+    output::line(&format!("{}: {}", out.display(), report::as_text(&totals)))
 }

@@ -1,7 +1,6 @@
 //! `recording`: what to do with recordings. Works without a daemon.
 
-pub(crate) mod copy;
-pub(crate) mod cut;
+mod cut;
 mod export;
 mod info;
 mod repair;
@@ -9,8 +8,10 @@ pub(crate) mod report;
 pub(crate) mod summary;
 
 use crate::failure::Failure;
-use haptic_lab::recording::RecordingError;
-use std::path::Path;
+use clap::ValueHint;
+use haptic_lab::recording::{CopyError, CreateError, RecordingError};
+use std::io;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Subcommand)]
 pub(crate) enum Command {
@@ -25,6 +26,18 @@ pub(crate) enum Command {
     Cut(cut::Arguments),
 }
 
+/// The recording that is written.
+#[derive(Debug, clap::Args)]
+struct Output {
+    /// Recording to write; its name ends in .mcap, .csv or .parquet
+    #[arg(value_hint = ValueHint::FilePath)]
+    out: PathBuf,
+
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+}
+
 pub(crate) fn run(command: &Command, json: bool) -> Result<(), Failure> {
     match command {
         Command::Info(arguments) => info::run(arguments, json),
@@ -32,6 +45,11 @@ pub(crate) fn run(command: &Command, json: bool) -> Result<(), Failure> {
         Command::Export(arguments) => export::run(arguments, json),
         Command::Cut(arguments) => cut::run(arguments, json),
     }
+}
+
+/// The refusal to replace a file.
+pub(crate) fn exists(file: &Path) -> Failure {
+    Failure::Usage(format!("{} exists; --force replaces it", file.display()))
 }
 
 /// The failure to read a recording, with its name.
@@ -43,10 +61,24 @@ fn unreadable(path: &Path, error: &RecordingError) -> Failure {
     })
 }
 
-/// The failure to read a recording to its end.
-fn damaged(path: &Path, error: &RecordingError) -> Failure {
-    let path = path.display();
-    Failure::Usage(format!(
-        "{path}: {error}; `haptic-ctl recording repair {path} OUT` keeps what comes before"
-    ))
+/// The failure to make a recording from another one.
+fn not_copied(error: &CopyError) -> Failure {
+    match error {
+        CopyError::Create(CreateError::File { path, source }) if source.kind() == io::ErrorKind::AlreadyExists => {
+            exists(path)
+        }
+        CopyError::Write { .. } => Failure::File(error.to_string()),
+        CopyError::Read { source, .. } if is_damage(source) => {
+            Failure::Usage(format!("{error}; `haptic-ctl recording repair` keeps what can be read"))
+        }
+        _ => Failure::Usage(error.to_string()),
+    }
+}
+
+/// Whether a file is a recording, of which a part cannot be read.
+fn is_damage(error: &RecordingError) -> bool {
+    !matches!(
+        error,
+        RecordingError::Open { .. } | RecordingError::NotARecording { .. } | RecordingError::Version { .. }
+    )
 }

@@ -1,11 +1,10 @@
 //! `recording repair`: what can be read of a recording, as one with an end.
 
-use super::copy::Output;
-use super::unreadable;
+use super::{Output, not_copied, report};
 use crate::failure::Failure;
-use crate::progress;
+use crate::{output, progress};
 use clap::ValueHint;
-use haptic_lab::recording::{self, Ending, Entry, Mark};
+use haptic_lab::recording;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -19,33 +18,21 @@ pub(crate) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    let Output { out, force } = &arguments.output;
     let bar = progress::busy("repairing");
-    let mut reader = recording::open(&arguments.file).map_err(|error| unreadable(&arguments.file, &error))?;
-    let mut copy = arguments.output.create(&arguments.file, reader.metadata())?;
-    let mut next_tick = 0;
-    let damage = loop {
-        match reader.next() {
-            Some(Ok(Entry::Row(row))) => {
-                next_tick = row.tick + 1;
-                copy.row(row)?;
-            }
-            Some(Ok(Entry::Mark(mark))) => copy.mark(&mark)?,
-            Some(Err(error)) => break Some(error.to_string()),
-            None => break None,
-        }
-    };
-    let ending = reader.ending().unwrap_or(Ending::Open);
-    let why = damage.or((ending != Ending::Complete).then(|| ending.to_string()));
-    if let Some(why) = &why {
-        copy.mark(&Mark::Link {
-            tick: next_tick,
-            text: format!("the recording was broken off here: {why}"),
-        })?;
-    }
-    let report = copy.end(true)?;
+    let repaired = recording::repair(&arguments.file, out, *force).map_err(|error| not_copied(&error))?;
     bar.finish_and_clear();
-    if let Some(why) = why {
-        eprintln!("haptic-ctl: {}: {why}", arguments.file.display());
+    let (ending, dropped) = (repaired.ending.to_string(), repaired.dropped_bytes);
+    if json {
+        let mut told = report::as_json(out, &repaired.totals);
+        told["ending_before"] = ending.into();
+        told["dropped_bytes"] = dropped.into();
+        return output::json(&told);
     }
-    report.show(json)
+    output::line(&format!(
+        "{}: {}\n{}: {ending}; {dropped} bytes could not be read",
+        out.display(),
+        report::as_text(&repaired.totals),
+        arguments.file.display()
+    ))
 }

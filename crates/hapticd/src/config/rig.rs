@@ -112,6 +112,7 @@ impl Options {
 
 /// Times (s) and positions (m) of a motion file.
 fn samples_of(path: &Path) -> Result<Vec<(f64, f64)>, MotionError> {
+    let path = &haptic_motion::file_of(path);
     let file = regular_file::open(path).map_err(|source| MotionError::Open {
         path: path.to_path_buf(),
         source,
