@@ -23,6 +23,8 @@ pub(crate) enum Failure {
     NoDevice(String),
     /// Something is wrong with the rig, or with the person at it.
     BadRig(String),
+    /// A recording does not hold what is asked of it.
+    BadRecording(String),
     Interrupted,
     /// The output cannot be written.
     Output(std::io::Error),
@@ -69,6 +71,7 @@ impl Failure {
             Self::CannotStop(failure) => failure.code(),
             Self::NoDevice(_) => (1, "no_device"),
             Self::BadRig(_) => (1, "bad_rig"),
+            Self::BadRecording(_) => (1, "bad_recording"),
             Self::Interrupted => (130, "interrupted"),
             Self::Output(_) | Self::File(_) => (1, "cannot_write"),
             Self::Silent(code) => (*code, ""),
@@ -105,7 +108,8 @@ impl std::fmt::Display for Failure {
             | Self::Halted(message)
             | Self::File(message)
             | Self::NoDevice(message)
-            | Self::BadRig(message) => f.write_str(message),
+            | Self::BadRig(message)
+            | Self::BadRecording(message) => f.write_str(message),
             // While a motor pulls, advice on starting a daemon is of no use.
             Self::CannotStop(failure) => match &**failure {
                 Self::Client(ClientError::NoDaemon { path, source }) => {

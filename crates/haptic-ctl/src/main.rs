@@ -24,6 +24,7 @@ mod output;
 mod progress;
 mod raw;
 mod record;
+mod replay;
 mod scene;
 mod set;
 mod simulate;
@@ -73,7 +74,7 @@ Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no pe
 
 With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of \
 these: usage (exit code 2), \
-no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer and cannot_write \
+no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer, bad_recording and cannot_write \
 (1).";
 
 #[derive(Debug, Subcommand)]
@@ -121,6 +122,10 @@ enum Command {
     Watch(watch::Arguments),
     /// Record every tick to a file, until interrupted
     Record(record::Arguments),
+    /// Compute a recording's forces again, offline, and compare them to the last bit; or render its
+    /// motion with another scene
+    #[command(after_help = replay::HELP)]
+    Replay(replay::Arguments),
     /// Show how well the loop keeps time
     Timing,
     /// Check the active scene against the rig: stability, passivity and chatter, with a fix for
@@ -171,6 +176,7 @@ impl Command {
             Self::Lease(lease) => lease.request()?,
             Self::Watch(watch) => watch.request(),
             Self::Record(record) => return Ok(vec![Request::Status {}, record.request(), Request::get()]),
+            Self::Replay(replay) => return replay.requests(),
             Self::Timing => Request::Timing {},
             Self::Advise => Request::Advise {},
             Self::Devices(devices) => devices.request(),
@@ -265,6 +271,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     match command {
         Command::Doctor => return doctor::run(socket, json).await,
         Command::Raw(raw) => return raw::run(socket, raw).await,
+        Command::Replay(replay) => return replay::run(socket, replay, json).await,
         Command::Simulate(simulate) => return simulate::run(simulate, json),
         Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
         Command::Cost => return cost::run(json),

@@ -7,4 +7,5 @@ pub mod cost;
 pub mod identify;
 pub mod motion;
 pub mod recording;
+pub mod replay;
 pub mod simulate;
