@@ -7,8 +7,7 @@ use crate::failure::Failure;
 use crate::{complete, output, progress};
 use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Event, Request, SceneReply, Status, SubscribeReply, Topic};
-use haptic_lab::recording::{Metadata, Recorder, Totals};
-use std::fs::File;
+use haptic_lab::recording::{self, CreateError, Metadata, Recorder, Totals};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use tokio::signal::unix::{SignalKind, signal};
@@ -74,10 +73,11 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         revision: scene.revision,
         scene: scene.scene,
         servo: subscribed.servo,
+        notes: None,
+        configuration: None,
     };
-    let file = create(&arguments.file, arguments.force)?;
     let failed = |error: std::io::Error| Failure::File(format!("{}: {error}", arguments.file.display()));
-    let mut recorder = Recorder::new(file, &metadata).map_err(failed)?;
+    let mut recorder = create(&arguments.file, &metadata, arguments.force)?;
     let bar = progress::bar(arguments.length);
     let mut known = Observations::default();
     let end = loop {
@@ -114,8 +114,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         }
     };
     bar.finish_and_clear();
-    let (file, totals) = recorder.finish().map_err(failed)?;
-    file.sync_all().map_err(failed)?;
+    let totals = recorder.finish().map_err(failed)?;
     show(&arguments.file, &totals, json)?;
     // Without a time or a condition, an interrupt is how a recording ends.
     let unlimited = arguments.length.is_none() && arguments.until.is_none();
@@ -125,7 +124,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     Ok(())
 }
 
-fn create(path: &Path, force: bool) -> Result<File, Failure> {
+fn create(path: &Path, metadata: &Metadata, force: bool) -> Result<Recorder, Failure> {
     if path == Path::new("-") {
         return Err(Failure::Usage(
             "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl watch --rate all \
@@ -133,18 +132,14 @@ fn create(path: &Path, force: bool) -> Result<File, Failure> {
                 .to_owned(),
         ));
     }
-    let created = if force {
-        File::create(path)
-    } else {
-        File::create_new(path)
-    };
-    created.map_err(|error| {
-        let advice = if error.kind() == std::io::ErrorKind::AlreadyExists {
-            "; --force writes over it"
-        } else {
-            ""
+    recording::create(path, metadata, force).map_err(|error| {
+        let advice = match &error {
+            CreateError::File { source, .. } if source.kind() == std::io::ErrorKind::AlreadyExists => {
+                "; --force writes over it"
+            }
+            _ => "",
         };
-        Failure::Usage(format!("{}: {error}{advice}", path.display()))
+        Failure::Usage(format!("{error}{advice}"))
     })
 }
 

@@ -8,9 +8,8 @@ use crate::recording::RecordingNews;
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::{Event, SamplesEvent};
-use haptic_lab::recording::{self, Metadata};
+use haptic_lab::recording::{self, Format, Metadata};
 use std::collections::VecDeque;
-use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -239,8 +238,8 @@ fn write(
     let failed = |error: io::Error| format!("the recording ends here: cannot write {}: {error}", path.display());
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     metadata.started_unix_s = since_1970.map_or(0.0, |time| time.as_secs_f64());
-    let mut recorder = recording::Recorder::new(file, &metadata).map_err(failed)?;
-    let going = |recorder: &recording::Recorder<File>| {
+    let mut recorder = recording::Recorder::new(Format::Csv, file, &path, &metadata).map_err(failed)?;
+    let going = |recorder: &recording::Recorder| {
         let going = RecordingNews::Going {
             path: path.clone(),
             totals: recorder.totals(),
@@ -259,7 +258,7 @@ fn write(
         let gap = Event::Samples(SamplesEvent { seq, dropped, rows });
         recorder.event(&gap).map_err(failed)?;
     }
-    let (_, totals) = recorder.finish().map_err(failed)?;
+    let totals = recorder.finish().map_err(failed)?;
     Ok(RecordingNews::Ended { path, totals })
 }
 
@@ -339,7 +338,7 @@ mod tests {
         assert!(why.contains("still waits"), "{why}");
         // Now the disk goes on.
         let text = std::fs::read(&pipe).expect("it is written to its end");
-        let read = haptic_lab::recording::Reader::new(text.as_slice()).expect("a recording");
+        let read = haptic_lab::recording::Reader::from_bytes(text).expect("a recording");
         let read = read.into_recording().expect("a recording");
         let RecordingNews::Ended { totals, .. } = ended(&received) else {
             panic!("not ended");

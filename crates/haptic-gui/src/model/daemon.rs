@@ -93,6 +93,8 @@ impl Daemon {
             revision: self.scene.revision?,
             scene: self.scene.active.clone()?,
             servo: self.servo.clone(),
+            notes: None,
+            configuration: None,
         })
     }
 

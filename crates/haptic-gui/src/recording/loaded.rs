@@ -3,9 +3,7 @@
 use crate::tape::Tape;
 use haptic_core::Scene;
 use haptic_ipc::{Changes, Sample, params_of};
-use haptic_lab::recording::{Ending, Entry, Mark, Metadata, Reader, RecordingError};
-use std::fs::File;
-use std::io::BufReader;
+use haptic_lab::recording::{self, Ending, Entry, Mark, Metadata, RecordingError};
 use std::path::{Path, PathBuf};
 
 /// A recording that is ready to be shown.
@@ -37,11 +35,7 @@ impl Loaded {
     /// Why it cannot be read, with the name of the file.
     pub fn read(path: &Path) -> Result<Self, String> {
         let read = || {
-            let file = File::open(path).map_err(|source| RecordingError::Open {
-                path: path.to_path_buf(),
-                source,
-            })?;
-            let mut reader = Reader::new(BufReader::new(file))?;
+            let mut reader = recording::open(path)?;
             let (mut tape, mut marks) = (Tape::default(), Vec::new());
             while let Some(entry) = reader.next().transpose()? {
                 match entry {
@@ -82,7 +76,7 @@ impl Opened {
             match mark {
                 Mark::Scene { tick, .. } => scenes.push((*tick, scene_of(first, mark))),
                 Mark::Lost { rows } => lost += rows,
-                Mark::State { .. } | Mark::End { .. } => {}
+                _ => {}
             }
         }
         Self {

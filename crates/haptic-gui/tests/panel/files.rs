@@ -7,7 +7,7 @@ use egui::Key;
 use egui_kittest::kittest::Queryable;
 use haptic_gui::{Format, Intent, Loaded, RecordingNews, Update};
 use haptic_ipc::RigState;
-use haptic_lab::recording::{Ending, Totals};
+use haptic_lab::recording::{Ending, Place, Totals};
 
 #[derive(Debug)]
 struct Dropped(std::path::PathBuf);
@@ -63,6 +63,7 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
         Totals {
             rows: 12_300,
             lost: 2,
+            missed: 0,
             bytes: 1_810_000,
             length_s: 12.3,
         },
@@ -110,7 +111,10 @@ fn a_recording_is_looked_at_without_a_daemon() {
     let path = std::path::PathBuf::from("/home/ada/r.csv");
     assert_eq!(asked(&mut panel), [Intent::Open { path: path.clone() }]);
     let metadata = metadata();
-    let ending = Ending::BrokenOff { line: 90_005, bytes: 7 };
+    let ending = Ending::BrokenOff {
+        place: Place::Line(90_005),
+        bytes: 7,
+    };
     let loaded = Loaded::new(path.clone(), metadata, rows(0..90_000, |_| 1.0), &[], ending);
     hear(
         &mut panel,

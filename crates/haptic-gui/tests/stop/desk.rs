@@ -6,7 +6,7 @@ use egui::{Context, Event, Key, Modifiers, RawInput, Rect, vec2};
 use haptic_gui::connection::{Connection, Patience};
 use haptic_gui::{App, Files, Intent, Loaded, Update, theme};
 use haptic_ipc::{Client, Request, RigState, Sample, ServerLine, StateReply, Status, SubscribeReply, Topic};
-use haptic_lab::recording::{Ending, Writer};
+use haptic_lab::recording::{Ending, Format, Writer};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::fs::{File, OpenOptions};
 use std::io::Read;
@@ -324,8 +324,8 @@ impl Pipe {
     pub(crate) fn feed(&self) -> Busy {
         let (path, is_over) = (self.path.clone(), Arc::clone(&self.is_over));
         thread::spawn(move || {
-            let file = OpenOptions::new().write(true).open(path).expect("it is read");
-            let mut writer = Writer::new(file, &metadata()).expect("it is read");
+            let file = OpenOptions::new().write(true).open(&path).expect("it is read");
+            let mut writer = Writer::new(Format::Csv, file, &path, &metadata()).expect("it is read");
             for begin in (0..u32::MAX - 1000).step_by(1000) {
                 let rows: Vec<Sample> = (begin..begin + 1000).map(row).collect();
                 if is_over.load(Ordering::Acquire) || writer.rows(&rows).is_err() {

@@ -1,46 +1,35 @@
 //! Recordings: every tick of a rig in a file that other programs read too.
 //!
-//! A recording is CSV with lines of `#`, so that pandas (`comment="#"`), R, Matlab and gnuplot read
-//! it as it is:
-//!
-//! ```text
-//! # hapticd recording 1
-//! # {"server":"hapticd 0.1.0","device":"fake rig","loop_rate_hz":1000.0,"rate_hz":1000.0,"started_unix_s":1760000000.0,"revision":7,"scene":{...}}
-//! tick,t_s,state,contact,device_position_m,...
-//! 183042,183.042,engaged,0,0.0123,...
-//! # {"mark":"scene","tick":183050,"revision":8,"name":"steel on teflon","law":"karnopp","params":{"mass":0.5,...}}
-//! # {"mark":"state","tick":183100,"state":"stopped"}
-//! # {"mark":"lost","rows":12}
-//! # {"mark":"end","rows":5000,"lost":12}
-//! ```
-//!
-//! The first line names the format and its version, the next lines hold the [`Metadata`], then come
-//! the columns' names ([`haptic_ipc::SAMPLE_COLUMNS`], later versions may add more at the end) and
-//! a row for each sample. A [`Mark`] stands before the first row that it concerns. Other lines of
-//! `#` are remarks, and are passed over.
+//! A recording holds its [`Metadata`], a row for each [sample](haptic_ipc::Sample), and [`Mark`]s for
+//! what happened, each before the first row that it concerns. It is a file in one of three
+//! [`Format`]s, which hold the same.
 //!
 //! The rows are what the daemon's servo was stepped with and what it gave. With the settings in the
 //! metadata and the scenes in the marks a [`Servo`](haptic_core::servo::Servo) gives the same forces
 //! again, to the last bit, where every tick is a row and the recording began without force.
 //!
-//! A line counts only when its newline is there. A recording that was broken off, by a full disk or
-//! a dead process, reads up to its last whole line, and [`Ending`] says so.
+//! A recording that was broken off, by a full disk or a dead process, reads up to its last whole
+//! entry, and [`Ending`] says so.
 
+mod columns;
+mod csv;
+mod error;
+mod format;
+mod gaps;
 mod reader;
 mod recorder;
 mod writer;
 
-pub use reader::{Ending, Entry, Reader, Recording, RecordingError, read};
-pub use recorder::{Recorder, Totals};
-pub use writer::Writer;
+pub use error::{CreateError, Ending, Place, RecordingError};
+pub use format::{Format, UnknownFormat};
+pub use reader::{Entry, Reader, Recording, open, read};
+pub use recorder::{Recorder, create};
+pub use writer::{Totals, Writer};
 
 use haptic_core::{Directional, Scene};
 use haptic_ipc::{RigState, SceneArrival, ServoSetup};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-
-/// What the first line of every recording begins with; its version follows.
-const TITLE: &str = "# hapticd recording ";
 
 /// The version that is written here.
 const VERSION: u32 = 1;
@@ -65,6 +54,12 @@ pub struct Metadata {
     /// What the rows are computed with; an earlier daemon did not tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<ServoSetup>,
+    /// What whoever made it wrote about it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub notes: Option<String>,
+    /// The daemon's whole answer to `status` when it began.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub configuration: Option<serde_json::Value>,
 }
 
 /// Something that happened between two rows.
@@ -102,12 +97,36 @@ pub enum Mark {
         /// How many.
         rows: u64,
     },
+    /// The loop missed periods: it came too late for their deadlines.
+    Missed {
+        /// The first tick after them.
+        tick: u64,
+        /// How many, since the row before.
+        periods: u64,
+    },
+    /// A person marked this place.
+    Marker {
+        /// The tick.
+        tick: u64,
+        /// What the person calls it.
+        text: String,
+    },
+    /// Something happened to the link to the rig or to the daemon.
+    Link {
+        /// The first tick after it.
+        tick: u64,
+        /// What happened.
+        text: String,
+    },
     /// The recording was ended on purpose; nothing follows.
     End {
         /// Rows that it holds.
         rows: u64,
         /// Rows that are missing from it.
         lost: u64,
+        /// Periods that the loop missed; an earlier daemon did not tell.
+        #[serde(default)]
+        missed: u64,
     },
 }
 
@@ -116,10 +135,40 @@ impl Mark {
     #[must_use]
     pub const fn tick(&self) -> Option<u64> {
         match self {
-            Self::Scene { tick, .. } | Self::State { tick, .. } => Some(*tick),
+            Self::Scene { tick, .. }
+            | Self::State { tick, .. }
+            | Self::Missed { tick, .. }
+            | Self::Marker { tick, .. }
+            | Self::Link { tick, .. } => Some(*tick),
             Self::Lost { .. } | Self::End { .. } => None,
         }
     }
+
+    /// Reads a mark from JSON; nothing where a later version has it and this one does not.
+    fn from_json(text: &[u8]) -> serde_json::Result<Option<Self>> {
+        #[derive(Deserialize)]
+        struct Kind {
+            mark: Option<String>,
+        }
+        let kind: Kind = serde_json::from_slice(text)?;
+        match kind.mark.as_deref() {
+            Some("scene" | "state" | "lost" | "missed" | "marker" | "link" | "end") => {
+                serde_json::from_slice(text).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
+}
+
+/// The beginning of what stands in a file, for messages.
+fn shown(text: &[u8]) -> String {
+    const LONGEST: usize = 60;
+    let text = String::from_utf8_lossy(text);
+    let mut shown: String = text.chars().take(LONGEST).flat_map(char::escape_debug).collect();
+    if text.chars().count() > LONGEST {
+        shown.push_str("...");
+    }
+    shown
 }
 
 #[cfg(test)]

@@ -1,51 +1,52 @@
 //! From a subscription's events to a recording.
 
-use super::{Mark, Metadata, Writer};
+use super::gaps::Gaps;
+use super::{CreateError, Format, Mark, Metadata, Totals, Writer};
 use haptic_ipc::{Event, RigState, Sample, SamplesEvent, StateEvent};
 use std::collections::VecDeque;
-use std::io::{self, Write};
-
-/// How much a recording holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Totals {
-    /// Rows.
-    pub rows: u64,
-    /// Rows that are missing.
-    pub lost: u64,
-    /// Size, bytes.
-    pub bytes: u64,
-    /// Time from the first row to the last, s.
-    pub length_s: f64,
-}
+use std::fs::File;
+use std::io;
+use std::path::Path;
 
 /// Writes what a subscription to the topics `state` and `samples` brings, with each change put
 /// before the first row that it concerns: events of the two topics overtake one another on their
 /// way.
-#[derive(Debug)]
-pub struct Recorder<W: Write> {
-    writer: Writer<W>,
-    /// Changes that no row has come up to.
+pub struct Recorder {
+    writer: Writer,
+    gaps: Gaps,
+    /// Changes that no row has come up to, by their ticks.
     pending: VecDeque<Mark>,
     revision: u64,
     state: Option<RigState>,
-    first_s: Option<f64>,
-    last_s: f64,
+    last_tick: Option<u64>,
 }
 
-impl<W: Write> Recorder<W> {
-    /// Begins a recording.
+/// Creates a recording; the ending of its name says its format.
+///
+/// # Errors
+/// The name says no format, the file cannot be written, or it is there and not to be replaced.
+pub fn create(path: &Path, metadata: &Metadata, replace: bool) -> Result<Recorder, CreateError> {
+    Ok(Recorder::with(Writer::create(path, metadata, replace)?, metadata))
+}
+
+impl Recorder {
+    /// Begins a recording in a file that was created for it, or in a pipe.
     ///
     /// # Errors
-    /// `out` cannot be written to.
-    pub fn new(out: W, metadata: &Metadata) -> io::Result<Self> {
-        Ok(Self {
-            writer: Writer::new(out, metadata)?,
+    /// It cannot be written to, or the format is not written into what it is.
+    pub fn new(format: Format, file: File, path: &Path, metadata: &Metadata) -> io::Result<Self> {
+        Ok(Self::with(Writer::new(format, file, path, metadata)?, metadata))
+    }
+
+    fn with(writer: Writer, metadata: &Metadata) -> Self {
+        Self {
+            writer,
+            gaps: Gaps::new(metadata),
             pending: VecDeque::new(),
             revision: metadata.revision,
             state: None,
-            first_s: None,
-            last_s: 0.0,
-        })
+            last_tick: None,
+        }
     }
 
     /// Takes an event. Those that are not of a recording are passed over.
@@ -63,6 +64,19 @@ impl<W: Write> Recorder<W> {
         }
     }
 
+    /// Takes a mark of its own, as a marker that a person sets. It is put before the first row of
+    /// its tick, or if that is written already before the next row.
+    pub fn mark(&mut self, mark: Mark) {
+        let place = self.pending.partition_point(|other| other.tick() <= mark.tick());
+        self.pending.insert(place, mark);
+    }
+
+    /// The newest row's tick, once there is one.
+    #[must_use]
+    pub const fn last_tick(&self) -> Option<u64> {
+        self.last_tick
+    }
+
     /// Passes on what is in memory, for when no events come.
     ///
     /// # Errors
@@ -71,41 +85,40 @@ impl<W: Write> Recorder<W> {
         self.writer.flush()
     }
 
-    /// Ends the recording.
+    /// Ends the recording, says in it that this is its end, and waits until it is on the disk.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn finish(mut self) -> io::Result<(W, Totals)> {
-        while let Some(mark) = self.pending.pop_front() {
-            self.writer.mark(&mark)?;
-        }
-        let mut totals = self.totals();
-        let (out, bytes) = self.writer.finish()?;
-        totals.bytes = bytes;
-        Ok((out, totals))
+    pub fn finish(mut self) -> io::Result<Totals> {
+        self.pending()?;
+        self.writer.finish()
+    }
+
+    /// Closes the recording without an end, as one that nobody ended on purpose.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn break_off(mut self) -> io::Result<Totals> {
+        self.pending()?;
+        self.writer.break_off()
     }
 
     /// Time of the first row, s, once there is one.
     #[must_use]
     pub const fn first_s(&self) -> Option<f64> {
-        self.first_s
+        self.writer.first_s()
     }
 
     /// How much it holds by now.
     #[must_use]
     pub fn totals(&self) -> Totals {
-        Totals {
-            rows: self.writer.row_count(),
-            lost: self.writer.lost(),
-            bytes: self.writer.bytes(),
-            length_s: self.first_s.map_or(0.0, |first| self.last_s - first),
-        }
+        self.writer.totals()
     }
 
     fn state_event(&mut self, event: &StateEvent) {
         if event.revision != self.revision {
             self.revision = event.revision;
-            self.pending.push_back(Mark::Scene {
+            self.mark(Mark::Scene {
                 tick: event.tick,
                 revision: event.revision,
                 name: event.scene.clone(),
@@ -116,7 +129,7 @@ impl<W: Write> Recorder<W> {
         }
         if Some(event.state) != self.state {
             self.state = Some(event.state);
-            self.pending.push_back(Mark::State {
+            self.mark(Mark::State {
                 tick: event.tick,
                 state: event.state,
                 fault: event.fault.clone(),
@@ -126,24 +139,51 @@ impl<W: Write> Recorder<W> {
 
     fn samples(&mut self, event: &SamplesEvent) -> io::Result<()> {
         if event.dropped > 0 {
+            self.gaps.announce(event.dropped);
             self.writer.mark(&Mark::Lost { rows: event.dropped })?;
         }
         let mut rows: &[Sample] = &event.rows;
-        if let (Some(first), Some(last)) = (rows.first(), rows.last()) {
-            self.first_s.get_or_insert(first.t_s);
-            self.last_s = last.t_s;
-        }
         while let (Some(last), Some(at)) = (rows.last(), self.pending.front().and_then(Mark::tick)) {
             if at > last.tick {
                 break;
             }
             let (before, after) = rows.split_at(rows.partition_point(|row| row.tick < at));
-            self.writer.rows(before)?;
+            self.rows(before)?;
             rows = after;
             if let Some(mark) = self.pending.pop_front() {
                 self.writer.mark(&mark)?;
             }
         }
-        self.writer.rows(rows)
+        self.rows(rows)
+    }
+
+    /// Writes rows, with a mark wherever one is missing or the loop missed periods.
+    fn rows(&mut self, rows: &[Sample]) -> io::Result<()> {
+        let mut written = 0;
+        for (index, row) in rows.iter().enumerate() {
+            let gap = self.gaps.next(row);
+            if gap.lost == 0 && gap.missed == 0 {
+                continue;
+            }
+            self.writer.rows(&rows[written..index])?;
+            written = index;
+            if gap.lost > 0 {
+                self.writer.mark(&Mark::Lost { rows: gap.lost })?;
+            }
+            if gap.missed > 0 {
+                let (tick, periods) = (row.tick, gap.missed);
+                self.writer.mark(&Mark::Missed { tick, periods })?;
+            }
+        }
+        self.last_tick = rows.last().map(|row| row.tick).or(self.last_tick);
+        self.writer.rows(&rows[written..])
+    }
+
+    /// Writes the changes that no row has come up to.
+    fn pending(&mut self) -> io::Result<()> {
+        while let Some(mark) = self.pending.pop_front() {
+            self.writer.mark(&mark)?;
+        }
+        Ok(())
     }
 }

@@ -1,13 +1,13 @@
 use super::*;
 use haptic_ipc::{Event, SAMPLE_COLUMNS, Sample, SamplesEvent, StateEvent};
 use proptest::prelude::*;
-use std::io::Write;
+use std::path::Path;
 
 fn scene() -> Scene {
     Scene::paper()
 }
 
-fn metadata() -> Metadata {
+pub(super) fn metadata() -> Metadata {
     Metadata {
         server: "hapticd 0.1.0".into(),
         device: "fake rig, \"of glass\"".into(),
@@ -17,10 +17,12 @@ fn metadata() -> Metadata {
         revision: 7,
         scene: scene(),
         servo: None,
+        notes: None,
+        configuration: None,
     }
 }
 
-fn sample(tick: u64) -> Sample {
+pub(super) fn sample(tick: u64) -> Sample {
     Sample {
         tick,
         t_s: 1e-3 * f64::from(u32::try_from(tick).expect("small")),
@@ -63,16 +65,25 @@ fn samples(ticks: std::ops::Range<u64>, dropped: u64) -> Event {
     })
 }
 
+/// Writes a recording; returns its bytes and totals.
+fn written(format: Format, metadata: &Metadata, entries: &[Entry]) -> (Vec<u8>, Totals) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("r").with_extension(format.ending());
+    let mut writer = Writer::create(&path, metadata, false).expect("begun");
+    for entry in entries {
+        writer.entry(entry).expect("written");
+    }
+    let totals = writer.finish().expect("written");
+    (std::fs::read(&path).expect("it is there"), totals)
+}
+
 fn recording(rows: &[Sample]) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut writer = Writer::new(&mut bytes, &metadata()).expect("memory takes everything");
-    writer.rows(rows).expect("written");
-    writer.finish().expect("written");
-    bytes
+    let entries: Vec<Entry> = rows.iter().copied().map(Entry::Row).collect();
+    written(Format::Csv, &metadata(), &entries).0
 }
 
 fn read_bytes(bytes: &[u8]) -> Result<Recording, RecordingError> {
-    Reader::new(bytes)?.into_recording()
+    Reader::from_bytes(bytes.to_vec())?.into_recording()
 }
 
 #[test]
@@ -90,13 +101,14 @@ fn a_recording_reads_as_its_description_shows_it() {
         lines[3],
         "1,0.001,engaged,-1,0.1,-0.2,0.3333333333333333,0.0,5.5,-5.5,7,100,200,0,0,0,0,0.0,0,0"
     );
-    assert_eq!(lines[4], r##"# {"mark":"end","rows":1,"lost":0}"##);
+    assert_eq!(lines[4], r##"# {"mark":"end","rows":1,"lost":0,"missed":0}"##);
 }
 
 #[test]
 fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_early() {
-    let mut bytes = Vec::new();
-    let mut recorder = Recorder::new(&mut bytes, &metadata()).expect("begun");
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("r.csv");
+    let mut recorder = create(&path, &metadata(), false).expect("begun");
     for event in [
         state(0, RigState::Idle, 7),
         samples(1..11, 0),
@@ -111,11 +123,29 @@ fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_
     ] {
         recorder.event(&event).expect("written");
     }
-    let (_, totals) = recorder.finish().expect("written");
-    assert_eq!((totals.rows, totals.lost), (30, 3));
-    assert!((totals.length_s - 0.029).abs() < 1e-12);
-    assert_eq!(totals.bytes, bytes.len() as u64);
-    let recording = read_bytes(&bytes).expect("reads");
+    assert_eq!(recorder.last_tick(), Some(30));
+    let marker = |tick| Mark::Marker {
+        tick,
+        text: "here".into(),
+    };
+    recorder.mark(marker(30));
+    recorder.mark(marker(60));
+    // More is missing than the daemon tells of, and the loop missed periods.
+    recorder.event(&samples(41..43, 6)).expect("written");
+    let late = Event::Samples(SamplesEvent {
+        seq: 0,
+        dropped: 0,
+        rows: vec![Sample {
+            t_s: 0.048,
+            ..sample(43)
+        }],
+    });
+    recorder.event(&late).expect("written");
+    let totals = recorder.finish().expect("written");
+    assert_eq!((totals.rows, totals.lost, totals.missed), (33, 3 + 6 + 4, 5));
+    assert!((totals.length_s - 0.047).abs() < 1e-12);
+    assert_eq!(totals.bytes, std::fs::metadata(&path).expect("it is there").len());
+    let recording = read(&path).expect("reads");
     assert_eq!(recording.ending, Ending::Complete);
     let places: Vec<(usize, &str)> = recording
         .marks
@@ -129,8 +159,16 @@ fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_
                     RigState::Engaged => "engaged",
                     _ => "stopped",
                 },
+                Mark::Lost { rows: 4 } => "unannounced",
                 Mark::Lost { .. } => "lost",
-                Mark::End { .. } => "end",
+                Mark::Missed { tick: 43, periods: 5 } => "missed",
+                Mark::Marker { .. } => "marker",
+                Mark::End {
+                    rows: 33,
+                    lost: 13,
+                    missed: 5,
+                } => "end",
+                Mark::Missed { .. } | Mark::Link { .. } | Mark::End { .. } => "wrong",
             };
             (*row, kind)
         })
@@ -143,8 +181,13 @@ fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_
             (14, "scene"),
             (14, "engaging"),
             (20, "engaged"),
+            (30, "lost"),
+            (30, "marker"),
             (30, "stopped"),
-            (30, "end")
+            (30, "unannounced"),
+            (32, "missed"),
+            (33, "marker"),
+            (33, "end")
         ]
     );
 }
@@ -175,7 +218,7 @@ fn a_recording_that_was_broken_off_reads_up_to_its_last_whole_row() {
 fn a_writer_that_dies_has_passed_on_all_but_its_last_second() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path().join("dies.csv");
-    let mut writer = Writer::new(std::fs::File::create(&path).expect("created"), &metadata()).expect("begun");
+    let mut writer = Writer::create(&path, &metadata(), false).expect("begun");
     assert_eq!(read(&path).expect("the header is there at once").ending, Ending::Open);
     writer.rows(&[sample(1)]).expect("written");
     std::thread::sleep(std::time::Duration::from_millis(1010));
@@ -266,13 +309,47 @@ fn a_recording_of_an_earlier_version_reads_without_the_columns_that_it_lacks() {
 
 #[test]
 fn a_full_disk_is_an_error_and_not_a_short_recording() {
-    let Ok(mut full) = std::fs::OpenOptions::new().write(true).open("/dev/full") else {
-        eprintln!("skipped: this system has no /dev/full");
+    if !Path::new("/dev/full").exists() {
+        test_run::skip("/dev/full", "run on Linux");
         return;
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("full.csv");
+    std::os::unix::fs::symlink("/dev/full", &path).expect("a link");
+    let error = Writer::create(&path, &metadata(), true)
+        .map(drop)
+        .expect_err("nothing fits");
+    let CreateError::File { source, .. } = error else {
+        panic!("{error}");
     };
-    assert!(full.write(b"x").is_err());
-    let error = Writer::new(full, &metadata()).map(drop).expect_err("nothing fits");
-    assert_eq!(error.kind(), std::io::ErrorKind::StorageFull);
+    assert_eq!(source.kind(), std::io::ErrorKind::StorageFull);
+}
+
+#[test]
+fn what_is_there_is_replaced_only_on_demand_and_the_name_says_the_format() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("r.CSV");
+    std::fs::write(&path, "precious").expect("written");
+    let error = create(&path, &metadata(), false).map(drop).expect_err("it is there");
+    assert!(
+        matches!(&error, CreateError::File { source, .. } if source.kind() == std::io::ErrorKind::AlreadyExists),
+        "{error}"
+    );
+    assert_eq!(std::fs::read(&path).expect("it is there"), b"precious");
+    create(&path, &metadata(), true)
+        .expect("replaced")
+        .finish()
+        .expect("written");
+    assert_eq!(read(&path).expect("reads").ending, Ending::Complete);
+    for name in ["r", "r.txt", "r.mcap.gz", ".csv"] {
+        let error = create(&directory.path().join(name), &metadata(), true)
+            .map(drop)
+            .expect_err("no format");
+        let error = error.to_string();
+        for part in [name, ".mcap", ".csv", ".parquet"] {
+            assert!(error.contains(part), "{error} lacks {part}");
+        }
+    }
 }
 
 fn any_number() -> impl Strategy<Value = f64> {
@@ -337,6 +414,12 @@ fn any_mark() -> impl Strategy<Value = Mark> {
             fault
         }),
         any::<u32>().prop_map(|rows| Mark::Lost { rows: rows.into() }),
+        (any::<u64>(), any::<u32>()).prop_map(|(tick, periods)| Mark::Missed {
+            tick,
+            periods: periods.into()
+        }),
+        (any::<u64>(), ".{0,20}").prop_map(|(tick, text)| Mark::Marker { tick, text }),
+        (any::<u64>(), ".{0,20}").prop_map(|(tick, text)| Mark::Link { tick, text }),
     ]
 }
 
@@ -350,17 +433,8 @@ proptest! {
         let mut about = metadata();
         about.started_unix_s = started;
         about.scene.block.as_mut().expect("the scene has a block").mass = mass;
-        let mut bytes = Vec::new();
-        let mut writer = Writer::new(&mut bytes, &about).expect("begun");
-        for entry in &entries {
-            match entry {
-                Entry::Row(row) => writer.rows(std::slice::from_ref(row)),
-                Entry::Mark(mark) => writer.mark(mark),
-            }
-            .expect("written");
-        }
-        writer.finish().expect("written");
-        let mut reader = Reader::new(bytes.as_slice()).expect("reads");
+        let (bytes, _) = written(Format::Csv, &about, &entries);
+        let mut reader = Reader::from_bytes(bytes).expect("reads");
         prop_assert_eq!(reader.metadata(), &about);
         let mut read: Vec<Entry> = reader.by_ref().collect::<Result<_, _>>().expect("reads");
         let ends = matches!(read.pop(), Some(Entry::Mark(Mark::End { .. })));

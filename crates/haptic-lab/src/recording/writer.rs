@@ -1,44 +1,99 @@
-//! Writes a recording as it comes.
+//! Writes a recording in any format.
 
-use super::{Mark, Metadata, TITLE, VERSION};
-use haptic_ipc::{SAMPLE_COLUMNS, Sample};
-use serde::Serialize;
-use std::io::{self, BufWriter, Write};
+use super::{CreateError, Entry, Format, Mark, Metadata, csv};
+use haptic_ipc::Sample;
+use std::fs::File;
+use std::io;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Longest time that a row stays in memory while others follow.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
 
-/// Writes rows and marks. What is written is buffered, and passed on at least each second while
-/// more is written.
-#[derive(Debug)]
-pub struct Writer<W: Write> {
-    out: Counted<BufWriter<W>>,
-    rows: u64,
-    lost: u64,
+/// Most rows that stay in memory: a quarter of a second at 1 kHz.
+const FLUSH_ROWS: u64 = 250;
+
+/// How much a recording holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Totals {
+    /// Rows.
+    pub rows: u64,
+    /// Rows that are missing.
+    pub lost: u64,
+    /// Periods that the daemon's loop missed.
+    pub missed: u64,
+    /// Size, bytes.
+    pub bytes: u64,
+    /// Time from the first row to the last, s.
+    pub length_s: f64,
+}
+
+/// Writes rows and marks, as they come.
+pub struct Writer {
+    sink: Sink,
+    file: File,
+    totals: Totals,
+    first_s: Option<f64>,
+    unflushed: u64,
     flushed: Instant,
 }
 
-impl<W: Write> Writer<W> {
-    /// Begins a recording.
+enum Sink {
+    Csv(csv::Writer<File>),
+}
+
+impl Writer {
+    /// Creates a recording; the ending of its name says its format.
     ///
     /// # Errors
-    /// `out` cannot be written to.
-    pub fn new(out: W, metadata: &Metadata) -> io::Result<Self> {
-        let mut writer = Self {
-            out: Counted {
-                inner: BufWriter::new(out),
-                bytes: 0,
-            },
-            rows: 0,
-            lost: 0,
-            flushed: Instant::now(),
+    /// The name says no format, the file cannot be written, or it is there and not to be replaced.
+    pub fn create(path: &Path, metadata: &Metadata, replace: bool) -> Result<Self, CreateError> {
+        let format = Format::of(path)?;
+        let failed = |source| CreateError::File {
+            path: path.to_path_buf(),
+            source,
         };
-        writeln!(writer.out, "{TITLE}{VERSION}")?;
-        writer.remark(metadata)?;
-        writeln!(writer.out, "{}", SAMPLE_COLUMNS.join(","))?;
-        writer.flush()?;
-        Ok(writer)
+        let file = if replace {
+            File::create(path)
+        } else {
+            File::create_new(path)
+        };
+        Self::new(format, file.map_err(failed)?, path, metadata).map_err(failed)
+    }
+
+    /// Begins a recording in a file that was created for it, or in a pipe.
+    ///
+    /// # Errors
+    /// It cannot be written to, or the format is not written into what it is.
+    pub fn new(format: Format, file: File, _path: &Path, metadata: &Metadata) -> io::Result<Self> {
+        let sink = match format {
+            Format::Csv => Sink::Csv(csv::Writer::new(file.try_clone()?, metadata)?),
+            Format::Mcap | Format::Parquet => {
+                return Err(io::Error::new(
+                    io::ErrorKind::Unsupported,
+                    format!("{format} is not written yet"),
+                ));
+            }
+        };
+        Ok(Self {
+            sink,
+            file,
+            totals: Totals::default(),
+            first_s: None,
+            unflushed: 0,
+            flushed: Instant::now(),
+        })
+    }
+
+    /// Writes a row or a mark.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn entry(&mut self, entry: &Entry) -> io::Result<()> {
+        match entry {
+            Entry::Row(row) => self.rows(std::slice::from_ref(row)),
+            Entry::Mark(mark) => self.mark(mark),
+        }
     }
 
     /// Writes rows. Numbers are written so that they read back exactly.
@@ -46,25 +101,31 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// They cannot be written.
     pub fn rows(&mut self, rows: &[Sample]) -> io::Result<()> {
-        let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(&mut self.out);
-        for row in rows {
-            csv.serialize(row).map_err(io::Error::other)?;
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+            return Ok(());
+        };
+        match &mut self.sink {
+            Sink::Csv(csv) => csv.rows(rows)?,
         }
-        csv.flush()?;
-        drop(csv);
-        self.rows += rows.len() as u64;
+        self.totals.length_s = last.t_s - *self.first_s.get_or_insert(first.t_s);
+        self.totals.rows += rows.len() as u64;
+        self.unflushed += rows.len() as u64;
         self.flush_in_time()
     }
 
-    /// Writes what happened before the next row.
+    /// Writes what happened before the next row. An [`End`](Mark::End) is written by
+    /// [`finish`](Self::finish) alone.
     ///
     /// # Errors
     /// It cannot be written.
     pub fn mark(&mut self, mark: &Mark) -> io::Result<()> {
-        if let Mark::Lost { rows } = mark {
-            self.lost += rows;
+        match mark {
+            Mark::End { .. } => return Ok(()),
+            Mark::Lost { rows } => self.totals.lost = self.totals.lost.saturating_add(*rows),
+            Mark::Missed { periods, .. } => self.totals.missed = self.totals.missed.saturating_add(*periods),
+            _ => {}
         }
-        self.remark(mark)?;
+        self.put_mark(mark)?;
         self.flush_in_time()
     }
 
@@ -73,70 +134,71 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// It cannot be written.
     pub fn flush(&mut self) -> io::Result<()> {
+        self.unflushed = 0;
         self.flushed = Instant::now();
-        self.out.flush()
+        match &mut self.sink {
+            Sink::Csv(csv) => csv.flush(),
+        }
     }
 
-    /// Ends the recording, and says in it that this is its end. Returns where it was written to,
-    /// and its size in bytes.
+    /// Ends the recording, says in it that this is its end, and waits until it is on the disk.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn finish(mut self) -> io::Result<(W, u64)> {
-        self.remark(&Mark::End {
-            rows: self.rows,
-            lost: self.lost,
+    pub fn finish(mut self) -> io::Result<Totals> {
+        self.put_mark(&Mark::End {
+            rows: self.totals.rows,
+            lost: self.totals.lost,
+            missed: self.totals.missed,
         })?;
-        let out = self.out.inner.into_inner().map_err(io::IntoInnerError::into_error)?;
-        Ok((out, self.out.bytes))
+        self.break_off()
     }
 
-    /// Rows written.
+    /// Closes the recording without an end, as one that nobody ended on purpose.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn break_off(mut self) -> io::Result<Totals> {
+        self.flush()?;
+        sync(&self.file)?;
+        Ok(self.totals())
+    }
+
+    /// How much it holds by now.
     #[must_use]
-    pub const fn row_count(&self) -> u64 {
-        self.rows
+    pub fn totals(&self) -> Totals {
+        Totals {
+            bytes: match &self.sink {
+                Sink::Csv(csv) => csv.bytes(),
+            },
+            ..self.totals
+        }
     }
 
-    /// Rows marked as lost.
+    /// Time of the first row, s, once there is one.
     #[must_use]
-    pub const fn lost(&self) -> u64 {
-        self.lost
+    pub const fn first_s(&self) -> Option<f64> {
+        self.first_s
     }
 
-    /// Bytes written.
-    #[must_use]
-    pub const fn bytes(&self) -> u64 {
-        self.out.bytes
-    }
-
-    fn remark<T: Serialize>(&mut self, value: &T) -> io::Result<()> {
-        let text = serde_json::to_string(value).map_err(io::Error::other)?;
-        writeln!(self.out, "# {text}")
+    fn put_mark(&mut self, mark: &Mark) -> io::Result<()> {
+        match &mut self.sink {
+            Sink::Csv(csv) => csv.mark(mark),
+        }
     }
 
     fn flush_in_time(&mut self) -> io::Result<()> {
-        if self.flushed.elapsed() >= FLUSH_EVERY {
+        if self.unflushed >= FLUSH_ROWS || self.flushed.elapsed() >= FLUSH_EVERY {
             self.flush()?;
         }
         Ok(())
     }
 }
 
-/// Counts what goes through it.
-#[derive(Debug)]
-struct Counted<W> {
-    inner: W,
-    bytes: u64,
-}
-
-impl<W: Write> Write for Counted<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.inner.write(bytes)?;
-        self.bytes += written as u64;
-        Ok(written)
+/// Waits until a file is on the disk. A pipe is on none.
+fn sync(file: &File) -> io::Result<()> {
+    if file.metadata()?.is_file() {
+        file.sync_all()?;
     }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.inner.flush()
-    }
+    Ok(())
 }

@@ -1,0 +1,187 @@
+//! The columns of a sample, each as 64 bits: what the formats share.
+
+use haptic_ipc::{RigState, Sample};
+
+/// What the cells of a column are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    U64,
+    U32,
+    F64,
+    /// -1, 0 or 1.
+    Contact,
+    /// A [`RigState`], by its place in [`RigState::ALL`].
+    State,
+}
+
+/// Names of the states, in the order of [`RigState::ALL`].
+pub(super) const STATES: [&str; 7] = [
+    "disconnected",
+    "idle",
+    "engaging",
+    "engaged",
+    "releasing",
+    "stopped",
+    "faulted",
+];
+
+/// A column.
+pub(super) struct Column {
+    /// Its name, with its unit.
+    pub(super) name: &'static str,
+    pub(super) kind: Kind,
+    get: fn(&Sample) -> u64,
+    set: fn(&mut Sample, u64) -> bool,
+}
+
+impl Column {
+    /// The cell's bits: those of the number, of a state its place.
+    pub(super) fn bits(&self, sample: &Sample) -> u64 {
+        (self.get)(sample)
+    }
+
+    /// Sets the cell; says whether the bits are one of this kind.
+    #[must_use]
+    pub(super) fn set(&self, sample: &mut Sample, bits: u64) -> bool {
+        (self.set)(sample, bits)
+    }
+}
+
+/// A cell as bits.
+trait Cell: Sized {
+    const KIND: Kind;
+    fn bits(self) -> u64;
+    fn from_bits(bits: u64) -> Option<Self>;
+}
+
+impl Cell for u64 {
+    const KIND: Kind = Kind::U64;
+
+    fn bits(self) -> u64 {
+        self
+    }
+
+    fn from_bits(bits: u64) -> Option<Self> {
+        Some(bits)
+    }
+}
+
+impl Cell for u32 {
+    const KIND: Kind = Kind::U32;
+
+    fn bits(self) -> u64 {
+        self.into()
+    }
+
+    fn from_bits(bits: u64) -> Option<Self> {
+        bits.try_into().ok()
+    }
+}
+
+impl Cell for f64 {
+    const KIND: Kind = Kind::F64;
+
+    fn bits(self) -> u64 {
+        self.to_bits()
+    }
+
+    fn from_bits(bits: u64) -> Option<Self> {
+        Some(Self::from_bits(bits))
+    }
+}
+
+impl Cell for i8 {
+    const KIND: Kind = Kind::Contact;
+
+    fn bits(self) -> u64 {
+        self.cast_unsigned().into()
+    }
+
+    fn from_bits(bits: u64) -> Option<Self> {
+        u8::try_from(bits).ok().map(u8::cast_signed)
+    }
+}
+
+impl Cell for RigState {
+    const KIND: Kind = Kind::State;
+
+    fn bits(self) -> u64 {
+        self as u64
+    }
+
+    fn from_bits(bits: u64) -> Option<Self> {
+        Self::ALL.get(usize::try_from(bits).ok()?).copied()
+    }
+}
+
+macro_rules! columns {
+    ($($field:ident $name:literal : $type:ty),* $(,)?) => {
+        /// The columns in the order of [`SAMPLE_COLUMNS`](haptic_ipc::SAMPLE_COLUMNS).
+        pub(super) const COLUMNS: &[Column] = &[$(Column {
+            name: $name,
+            kind: <$type as Cell>::KIND,
+            get: |sample| sample.$field.bits(),
+            set: |sample, bits| match <$type as Cell>::from_bits(bits) {
+                Some(cell) => {
+                    sample.$field = cell;
+                    true
+                }
+                None => false,
+            },
+        }),*];
+    };
+}
+
+columns! {
+    tick "tick": u64,
+    t_s "t_s": f64,
+    state "state": RigState,
+    contact "contact": i8,
+    device_position_m "device_position_m": f64,
+    device_velocity_mps "device_velocity_mps": f64,
+    block_position_m "block_position_m": f64,
+    block_velocity_mps "block_velocity_mps": f64,
+    coupling_force_n "coupling_force_N": f64,
+    command_force_n "command_force_N": f64,
+    revision "revision": u64,
+    wake_latency_ns "wake_latency_ns": u64,
+    tick_ns "tick_ns": u64,
+    device_round_trip_ns "device_round_trip_ns": u64,
+    elapsed_ns "elapsed_ns": u64,
+    device_sequence "device_sequence": u32,
+    device_time_ns "device_time_ns": u64,
+    sample_position_m "sample_position_m": f64,
+    input_flags "input_flags": u32,
+    error_detail "error_detail": u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_ipc::SAMPLE_COLUMNS;
+
+    #[test]
+    fn every_column_of_a_sample_is_there_in_its_place() {
+        let names: Vec<&str> = COLUMNS.iter().map(|column| column.name).collect();
+        assert_eq!(names, SAMPLE_COLUMNS);
+        let mut sample = Sample::default();
+        for (column, bits) in COLUMNS
+            .iter()
+            .zip([3, 1.5_f64.to_bits(), 5, 255].into_iter().chain(20..))
+        {
+            assert!(column.set(&mut sample, bits), "{}", column.name);
+            assert_eq!(column.bits(&sample), bits, "{}", column.name);
+        }
+        let object = sample.to_object();
+        assert_eq!(object["tick"], 3);
+        assert_eq!(object["state"], "stopped");
+        assert_eq!(object["contact"], -1);
+        assert_eq!(object["error_detail"], 35);
+        assert_eq!(RigState::ALL.map(|state| state as usize), [0, 1, 2, 3, 4, 5, 6]);
+        assert_eq!(RigState::ALL.map(|state| state.to_string()), STATES);
+        for (name, bits) in [("state", 7), ("contact", 256), ("input_flags", 1 << 32)] {
+            let column = COLUMNS.iter().find(|column| column.name == name).expect("a column");
+            assert!(!column.set(&mut sample, bits), "{name}");
+        }
+    }
+}

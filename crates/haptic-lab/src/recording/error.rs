@@ -1,0 +1,167 @@
+//! Why a recording cannot be read or made, and how one ends.
+
+use super::{UnknownFormat, VERSION, csv};
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// A place in a recording's file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A line of CSV, from 1.
+    Line(u64),
+    /// Distance from the beginning of an MCAP file, bytes.
+    Byte(u64),
+    /// A row of Parquet, from 1.
+    Row(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+            Self::Row(row) => write!(f, "row {row}"),
+        }
+    }
+}
+
+/// Why a recording cannot be read.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RecordingError {
+    /// The file cannot be read.
+    #[error("{}: {source}", .path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// It cannot be read further.
+    #[error("{place}: {source}")]
+    Read {
+        /// Where.
+        place: Place,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// It is something else.
+    #[error(
+        "not a recording: it begins with `{found}`; a recording is MCAP, Parquet, or CSV that begins with \
+         `{}{VERSION}`",
+        csv::TITLE
+    )]
+    NotARecording {
+        /// How it begins.
+        found: String,
+    },
+    /// It was written by a later release.
+    #[error("a recording of version {found}; this program reads version {VERSION}")]
+    Version {
+        /// Its version.
+        found: String,
+    },
+    /// It was broken off before its first row.
+    #[error("{place}: the recording was broken off before its first row")]
+    NoRows {
+        /// What is not there.
+        place: Place,
+    },
+    /// Its metadata are missing or cannot be read.
+    #[error("{place}: the metadata cannot be read: {reason}")]
+    Metadata {
+        /// Where.
+        place: Place,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A column is missing.
+    #[error("{place}: column {index} is to be `{column}`, and is `{found}`")]
+    Column {
+        /// Where.
+        place: Place,
+        /// Number of the column, from 1.
+        index: usize,
+        /// The column.
+        column: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// A row cannot be read.
+    #[error("{place}: `{found}` is no row: {reason}")]
+    Row {
+        /// Where.
+        place: Place,
+        /// What stands there.
+        found: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A mark cannot be read.
+    #[error("{place}: `{found}` is no mark: {reason}")]
+    Mark {
+        /// Where.
+        place: Place,
+        /// What stands there.
+        found: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A line is longer than any of a recording.
+    #[error("line {line} is longer than {longest} bytes: the file is damaged")]
+    LineTooLong {
+        /// Line, from 1.
+        line: u64,
+        /// Longest line that is taken, bytes.
+        longest: u64,
+    },
+}
+
+/// Why a recording cannot be begun.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CreateError {
+    /// The file's name says no format.
+    #[error(transparent)]
+    Format(#[from] UnknownFormat),
+    /// The file cannot be created or written.
+    #[error("{}: {source}", .path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system said; [`AlreadyExists`](io::ErrorKind::AlreadyExists) where it is not to
+        /// be replaced.
+        source: io::Error,
+    },
+}
+
+/// How a recording ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// As whoever made it wanted.
+    Complete,
+    /// Without an end: it is still being written, or its writer died between two entries.
+    Open,
+    /// In the middle of an entry, which was left out.
+    BrokenOff {
+        /// Where that entry begins.
+        place: Place,
+        /// Bytes of it that are there.
+        bytes: u64,
+    },
+}
+
+impl fmt::Display for Ending {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Complete => f.write_str("complete"),
+            Self::Open => f.write_str("without an end: it is still being written, or was broken off between two rows"),
+            Self::BrokenOff { place, bytes } => write!(
+                f,
+                "broken off in {place}, whose {bytes} bytes were left out; every row before it is there"
+            ),
+        }
+    }
+}

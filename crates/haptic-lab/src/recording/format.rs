@@ -1,0 +1,62 @@
+//! Which formats a recording may have.
+
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// Format of a recording's file. All three hold the same, and are read back to the last bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// MCAP, which robotics tools open: `.mcap`. The default.
+    Mcap,
+    /// CSV with metadata in lines of `#`: `.csv`.
+    Csv,
+    /// Parquet, for data frames and databases: `.parquet`. The smallest.
+    Parquet,
+}
+
+/// A file name says no format.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{}: the name of a recording ends in .mcap, .csv or .parquet", .path.display())]
+pub struct UnknownFormat {
+    /// The file.
+    pub path: PathBuf,
+}
+
+impl Format {
+    /// All of them, the default first.
+    pub const ALL: [Self; 3] = [Self::Mcap, Self::Csv, Self::Parquet];
+
+    /// The format that the ending of a file's name says, in upper or lower case.
+    ///
+    /// # Errors
+    /// The ending is none of the three.
+    pub fn of(path: &Path) -> Result<Self, UnknownFormat> {
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        Self::ALL
+            .into_iter()
+            .find(|format| ending.eq_ignore_ascii_case(format.ending()))
+            .ok_or_else(|| UnknownFormat {
+                path: path.to_path_buf(),
+            })
+    }
+
+    /// Ending of a file's name, without its dot.
+    #[must_use]
+    pub const fn ending(self) -> &'static str {
+        match self {
+            Self::Mcap => "mcap",
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        }
+    }
+}
+
+impl std::fmt::Display for Format {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Mcap => "MCAP",
+            Self::Csv => "CSV",
+            Self::Parquet => "Parquet",
+        })
+    }
+}
