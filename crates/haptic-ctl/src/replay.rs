@@ -8,11 +8,11 @@ use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::{Scene, Scheme};
 use haptic_ipc::{BUILT_IN_SCENES, Changes, ClientError, Request, SceneRef, SceneReply};
-use haptic_lab::recording::{Ending, Metadata, Reader, RecordingError};
+use haptic_lab::recording::{self, Ending, Metadata, Reader, RecordingError};
 use haptic_lab::replay::{self, Alternative, Felt, LargestDifference, Report, Summary, Tally, WhatIf};
 use serde_json::{Value, json};
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -125,16 +125,21 @@ async fn scene(socket: Option<&Path>, arguments: &Arguments) -> Result<Option<Sc
 }
 
 fn unreadable(path: &Path) -> impl Fn(RecordingError) -> Failure {
-    move |error| Failure::Usage(format!("{}: {error}", path.display()))
+    move |error| {
+        Failure::Usage(match error {
+            // Its text has the name of the file.
+            RecordingError::Open { .. } => error.to_string(),
+            error => format!("{}: {error}", path.display()),
+        })
+    }
 }
 
 fn unreplayable(path: &Path) -> impl Fn(replay::ReplayError) -> Failure {
     move |error| Failure::BadRecording(format!("{}: {error}", path.display()))
 }
 
-fn open(path: &Path) -> Result<(Reader<BufReader<File>>, Metadata), Failure> {
-    let file = File::open(path).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
-    let reader = Reader::new(BufReader::new(file)).map_err(unreadable(path))?;
+fn open(path: &Path) -> Result<(Reader, Metadata), Failure> {
+    let reader = recording::open(path).map_err(unreadable(path))?;
     let metadata = reader.metadata().clone();
     Ok((reader, metadata))
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::recording::{Mark, Recorder};
+use crate::recording::{self, Mark};
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
 use haptic_core::sample::{DeviceError, ErrorCode, Measurement};
@@ -49,6 +49,8 @@ fn metadata() -> Metadata {
         revision: 1,
         scene: Scene::paper(),
         servo: Some(setup()),
+        notes: None,
+        configuration: None,
     }
 }
 
@@ -496,13 +498,11 @@ fn what_if_also_goes_along_where_force_flowed_from_the_beginning() {
 
 #[test]
 fn a_replay_of_what_a_recorder_wrote_needs_no_more_than_the_file() {
-    let mut bytes = Vec::new();
-    let mut recorder = Recorder::new(&mut bytes, &metadata()).expect("begun");
-    let session = {
-        let mut session = Session::new();
-        session.run(300).command(Command::Engage).run(300);
-        session
-    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("session.csv");
+    let mut recorder = recording::create(&path, &metadata(), false).expect("begun");
+    let mut session = Session::new();
+    session.run(300).command(Command::Engage).run(300);
     let rows = session.entries.iter().map(|entry| match entry {
         Entry::Row(row) => *row,
         Entry::Mark(mark) => panic!("{mark:?}"),
@@ -514,7 +514,7 @@ fn a_replay_of_what_a_recorder_wrote_needs_no_more_than_the_file() {
     };
     recorder.event(&haptic_ipc::Event::Samples(samples)).expect("written");
     recorder.finish().expect("written");
-    let reader = crate::recording::Reader::new(bytes.as_slice()).expect("reads");
+    let reader = recording::open(&path).expect("reads");
     let metadata = reader.metadata().clone();
     let report = replay(&metadata, reader).expect("it is replayed");
     assert!(report.is_exact() && report.with_force > 200, "{report:?}");
