@@ -109,6 +109,14 @@ pub enum RecordingError {
         /// What is wrong.
         reason: String,
     },
+    /// What holds the rows is damaged.
+    #[error("{place}: {reason}")]
+    Damaged {
+        /// Where.
+        place: Place,
+        /// What is wrong.
+        reason: String,
+    },
     /// A line is longer than any of a recording.
     #[error("line {line} is longer than {longest} bytes: the file is damaged")]
     LineTooLong {

@@ -14,8 +14,10 @@
 mod columns;
 mod csv;
 mod error;
+mod fields;
 mod format;
 mod gaps;
+mod mcap;
 mod reader;
 mod recorder;
 mod writer;

@@ -1,6 +1,6 @@
 //! Reads a recording of any format.
 
-use super::{Ending, Format, Mark, Metadata, RecordingError, csv};
+use super::{Ending, Format, Mark, Metadata, Place, RecordingError, csv, mcap};
 use haptic_ipc::Sample;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read};
@@ -8,6 +8,9 @@ use std::path::Path;
 
 /// Bytes by which the formats are told apart.
 const FIRST_BYTES: u64 = 8;
+
+/// Bytes read at once.
+const BUFFER: usize = 1 << 16;
 
 /// A row or a mark.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,13 +24,13 @@ pub enum Entry {
 /// A recording, read as it is needed: an iterator over its entries.
 pub struct Reader {
     source: Source,
-    format: Format,
     /// An entry could not be read.
     failed: bool,
 }
 
 enum Source {
     Csv(Box<csv::Reader<Box<dyn BufRead + Send>>>),
+    Mcap(Box<mcap::Reader<Box<dyn BufRead + Send>>>),
 }
 
 /// Opens a recording; its first bytes say which format it has.
@@ -39,13 +42,10 @@ pub fn open(path: &Path) -> Result<Reader, RecordingError> {
         path: path.to_path_buf(),
         source,
     };
-    let mut file = File::open(path).map_err(failed)?;
-    let mut first = Vec::new();
-    file.by_ref()
-        .take(FIRST_BYTES)
-        .read_to_end(&mut first)
-        .map_err(failed)?;
-    Reader::new(&first, Box::new(BufReader::new(Cursor::new(first.clone()).chain(file))))
+    Reader::new(Box::new(BufReader::with_capacity(
+        BUFFER,
+        File::open(path).map_err(failed)?,
+    )))
 }
 
 /// Reads a recording into memory; an hour at 1 kHz takes 500 MB.
@@ -62,17 +62,26 @@ impl Reader {
     /// # Errors
     /// The bytes are no recording, or were broken off before its metadata.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, RecordingError> {
-        let first: Vec<u8> = bytes.iter().take(FIRST_BYTES as usize).copied().collect();
-        Self::new(&first, Box::new(Cursor::new(bytes)))
+        Self::new(Box::new(Cursor::new(bytes)))
     }
 
-    fn new(first: &[u8], input: Box<dyn BufRead + Send>) -> Result<Self, RecordingError> {
-        let _ = first;
-        Ok(Self {
-            source: Source::Csv(Box::new(csv::Reader::new(input)?)),
-            format: Format::Csv,
-            failed: false,
-        })
+    fn new(mut input: Box<dyn BufRead + Send>) -> Result<Self, RecordingError> {
+        let mut first = Vec::new();
+        input
+            .by_ref()
+            .take(FIRST_BYTES)
+            .read_to_end(&mut first)
+            .map_err(|source| RecordingError::Read {
+                place: Place::Byte(0),
+                source,
+            })?;
+        let source = if first == ::mcap::MAGIC {
+            Source::Mcap(Box::new(mcap::Reader::new(input)?))
+        } else {
+            let whole: Box<dyn BufRead + Send> = Box::new(Cursor::new(first).chain(input));
+            Source::Csv(Box::new(csv::Reader::new(whole)?))
+        };
+        Ok(Self { source, failed: false })
     }
 
     /// Under which circumstances it was made.
@@ -80,13 +89,17 @@ impl Reader {
     pub fn metadata(&self) -> &Metadata {
         match &self.source {
             Source::Csv(csv) => csv.metadata(),
+            Source::Mcap(mcap) => mcap.metadata(),
         }
     }
 
     /// Its format.
     #[must_use]
     pub const fn format(&self) -> Format {
-        self.format
+        match self.source {
+            Source::Csv(_) => Format::Csv,
+            Source::Mcap(_) => Format::Mcap,
+        }
     }
 
     /// How it ends, once everything has been read.
@@ -98,6 +111,7 @@ impl Reader {
         }
         match &self.source {
             Source::Csv(csv) => csv.ending(),
+            Source::Mcap(mcap) => mcap.ending(),
         }
     }
 
@@ -131,6 +145,7 @@ impl Iterator for Reader {
         }
         let entry = match &mut self.source {
             Source::Csv(csv) => csv.entry(),
+            Source::Mcap(mcap) => mcap.entry(),
         };
         self.failed = entry.is_err();
         entry.transpose()

@@ -1,6 +1,6 @@
 //! Writes a recording in any format.
 
-use super::{CreateError, Entry, Format, Mark, Metadata, csv};
+use super::{CreateError, Entry, Format, Mark, Metadata, csv, mcap};
 use haptic_ipc::Sample;
 use std::fs::File;
 use std::io;
@@ -40,6 +40,7 @@ pub struct Writer {
 
 enum Sink {
     Csv(csv::Writer<File>),
+    Mcap(Box<mcap::Writer>),
 }
 
 impl Writer {
@@ -68,7 +69,8 @@ impl Writer {
     pub fn new(format: Format, file: File, _path: &Path, metadata: &Metadata) -> io::Result<Self> {
         let sink = match format {
             Format::Csv => Sink::Csv(csv::Writer::new(file.try_clone()?, metadata)?),
-            Format::Mcap | Format::Parquet => {
+            Format::Mcap => Sink::Mcap(Box::new(mcap::Writer::new(file.try_clone()?, metadata)?)),
+            Format::Parquet => {
                 return Err(io::Error::new(
                     io::ErrorKind::Unsupported,
                     format!("{format} is not written yet"),
@@ -106,6 +108,7 @@ impl Writer {
         };
         match &mut self.sink {
             Sink::Csv(csv) => csv.rows(rows)?,
+            Sink::Mcap(mcap) => mcap.rows(rows)?,
         }
         self.totals.length_s = last.t_s - *self.first_s.get_or_insert(first.t_s);
         self.totals.rows += rows.len() as u64;
@@ -138,6 +141,7 @@ impl Writer {
         self.flushed = Instant::now();
         match &mut self.sink {
             Sink::Csv(csv) => csv.flush(),
+            Sink::Mcap(mcap) => mcap.flush(),
         }
     }
 
@@ -159,9 +163,12 @@ impl Writer {
     /// # Errors
     /// It cannot be written.
     pub fn break_off(mut self) -> io::Result<Totals> {
-        self.flush()?;
+        self.totals.bytes = match self.sink {
+            Sink::Csv(csv) => csv.finish()?,
+            Sink::Mcap(mcap) => mcap.finish()?,
+        };
         sync(&self.file)?;
-        Ok(self.totals())
+        Ok(self.totals)
     }
 
     /// How much it holds by now.
@@ -170,6 +177,7 @@ impl Writer {
         Totals {
             bytes: match &self.sink {
                 Sink::Csv(csv) => csv.bytes(),
+                Sink::Mcap(mcap) => mcap.bytes(),
             },
             ..self.totals
         }
@@ -184,6 +192,7 @@ impl Writer {
     fn put_mark(&mut self, mark: &Mark) -> io::Result<()> {
         match &mut self.sink {
             Sink::Csv(csv) => csv.mark(mark),
+            Sink::Mcap(mcap) => mcap.mark(mark),
         }
     }
 
