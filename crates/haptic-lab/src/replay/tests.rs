@@ -533,7 +533,11 @@ fn the_steps_of_an_hour_take_seconds() {
     let mut took = Duration::ZERO;
     let mut scene = Scene::paper();
     while session.tick < wanted {
-        scene = if scene == stickier { Scene::paper() } else { stickier.clone() };
+        scene = if scene == stickier {
+            Scene::paper()
+        } else {
+            stickier.clone()
+        };
         session.tick(Happening {
             scene: Some((scene.clone(), 0.1)),
             ..Happening::default()
@@ -549,7 +553,10 @@ fn the_steps_of_an_hour_take_seconds() {
     let report = comparison.report();
     assert!(report.is_exact(), "{report:?}");
     let hour_s = took.as_secs_f64() / report.ticks as f64 * 3.6e6;
-    println!("{} ticks in {took:.2?}: an hour at 1 kHz in {hour_s:.1} s", report.ticks);
+    println!(
+        "{} ticks in {took:.2?}: an hour at 1 kHz in {hour_s:.1} s",
+        report.ticks
+    );
 }
 
 /// A hand that moves leaves the tracker's last bits to be found, wherever the recording began.
