@@ -1,101 +1,66 @@
 //! A recording holds all that its forces were computed from: a servo that is built from its metadata and
 //! stepped through its rows gives every one of them again, to the last bit.
 
-use haptic_core::Renderer;
-use haptic_core::servo::{CompiledScene, InputWord, Inputs, Servo, Settings};
-use haptic_ipc::{RigState, Sample, SceneArrival, ServoSetup};
-use haptic_lab::recording::{self, Ending, Mark, Metadata, Recording};
+use haptic_core::servo::Settings;
+use haptic_ipc::RigState;
+use haptic_lab::recording::{self, Ending, Entry, Mark, Metadata, Recording};
+use haptic_lab::replay::{self, NotCompared, Report};
 use rustix::process::{Pid, Signal, kill_process};
-use std::collections::BTreeMap;
-use std::path::Path;
-use std::process::{Command, Stdio};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
 use std::time::Instant;
 use system_tests::{Daemon, PATIENCE, binary};
 
-/// What a tick has computed, to the last bit.
-type Computed = ([u64; 6], RigState, i8);
-
-fn computed(row: &Sample) -> Computed {
-    let numbers = [
-        row.command_force_n,
-        row.coupling_force_n,
-        row.device_position_m,
-        row.device_velocity_mps,
-        row.block_position_m,
-        row.block_velocity_mps,
-    ];
-    (numbers.map(f64::to_bits), row.state, row.contact)
-}
-
-/// The scenes that came in, by revision.
-fn arrivals(recording: &Recording) -> BTreeMap<u64, &SceneArrival> {
-    let arrival = |mark| match mark {
-        &Mark::Scene {
-            revision,
-            arrival: Some(ref arrival),
-            ..
-        } => Some((revision, &**arrival)),
-        _ => None,
-    };
-    recording.marks.iter().filter_map(|(_, mark)| arrival(mark)).collect()
+/// Marks and rows in the order of the file.
+fn entries(recording: &Recording) -> impl Iterator<Item = Entry> {
+    let mut marks = recording.marks.iter().peekable();
+    let mut rows = recording.rows.iter().enumerate();
+    let mut next = rows.next();
+    std::iter::from_fn(move || {
+        let at = next.map_or(usize::MAX, |(index, _)| index);
+        if let Some((_, mark)) = marks.next_if(|(before, _)| *before <= at) {
+            return Some(Entry::Mark(mark.clone()));
+        }
+        let (_, row) = std::mem::replace(&mut next, rows.next())?;
+        Some(Entry::Row(*row))
+    })
 }
 
 /// Computes every row anew with such settings.
-fn replay(recording: &Recording, settings: Settings) -> Vec<Computed> {
-    let Metadata {
-        servo:
-            Some(ServoSetup {
-                scheme,
-                device_resolution_m,
-                device_force_limit_n,
-                ..
-            }),
-        ref scene,
-        revision,
-        ..
-    } = recording.metadata
-    else {
-        panic!("the metadata say nothing of the servo: {:?}", recording.metadata);
-    };
-    let arrivals = arrivals(recording);
-    let renderer = Renderer::new(scene, scheme, settings.period_s).expect("it was rendered");
-    let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, revision)));
-    let arrived = |revision: u64| {
-        let SceneArrival { scene, ramp } = arrivals[&revision];
-        let (from, ramp_s) = ramp.as_ref().map_or((scene, 0.0), |ramp| (&ramp.from, ramp.over_s));
-        CompiledScene::ramped(from, scene, revision, scheme, settings.period_s, ramp_s).expect("it was rendered")
-    };
-    let step = |row: &Sample| {
-        let word = InputWord {
-            flags: row.input_flags,
-            detail: row.error_detail,
-        };
-        let inputs = Inputs {
-            elapsed_ns: row.elapsed_ns,
-            sample: word.sample(row.device_sequence, row.device_time_ns, row.sample_position_m),
-            device_resolution_m,
-            device_force_limit_n: device_force_limit_n.unwrap_or(f64::INFINITY),
-            events: word.events(),
-            command: word.command(),
-        };
-        let outputs = servo.step(&inputs, word.new_scene().then(|| Box::new(arrived(row.revision))));
-        while servo.take_retired().is_some() {}
-        if word.write_failed() {
-            servo.disconnect();
-        }
-        computed(&Sample {
-            state: servo.state(),
-            contact: outputs.contact,
-            device_position_m: outputs.device_position_m,
-            device_velocity_mps: outputs.device_velocity_mps,
-            block_position_m: outputs.block_position_m,
-            block_velocity_mps: outputs.block_velocity_mps,
-            coupling_force_n: outputs.coupling_force_n,
-            command_force_n: outputs.force_n,
-            ..*row
-        })
-    };
-    recording.rows.iter().map(step).collect()
+fn replay(recording: &Recording, settings: Settings) -> Report {
+    let mut metadata: Metadata = recording.metadata.clone();
+    metadata.servo.as_mut().expect("the setup of the servo").settings = settings;
+    replay::replay(&metadata, entries(recording).map(Ok)).expect("it is replayed")
+}
+
+/// `haptic-ctl replay` of a file.
+fn ctl(file: &Path, arguments: &[&str]) -> Output {
+    Command::new(binary("haptic-ctl"))
+        .arg("replay")
+        .arg(file)
+        .args(arguments)
+        .output()
+        .expect("haptic-ctl runs")
+}
+
+/// What `haptic-ctl replay` says of a file, and its exit code.
+fn ctl_json(file: &Path, arguments: &[&str]) -> (Value, Option<i32>) {
+    let output = ctl(file, &[arguments, &["--json"]].concat());
+    let said = serde_json::from_slice(&output.stdout);
+    (
+        said.unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stderr))),
+        output.status.code(),
+    )
+}
+
+/// Recordings by earlier builds. The settings of their loops have no usual value.
+fn fixtures() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
+    let files = std::fs::read_dir(folder).expect("the fixtures");
+    let mut files: Vec<PathBuf> = files.map(|file| file.expect("a file").path()).collect();
+    files.sort();
+    files
 }
 
 /// Rows on the disk.
@@ -166,30 +131,44 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
         recording.marks.iter().any(lost)
     };
     // On a busy machine rows are lost, which the recording says.
-    let recording = (0..5)
-        .map(|attempt| session(&directory.path().join(format!("{attempt}.csv"))))
-        .find(|recording| !lost(recording))
+    let (file, recording) = (0..5)
+        .map(|attempt| directory.path().join(format!("{attempt}.csv")))
+        .map(|file| (file.clone(), session(&file)))
+        .find(|(_, recording)| !lost(recording))
         .expect("a recording with every row");
     assert_eq!(recording.ending, Ending::Complete);
+    let live = recording.rows.iter().filter(|row| row.command_force_n != 0.0).count() as u64;
+    assert!(live > 1500, "force flowed in {live} ticks");
+    let arrivals = |wants_ramp: bool| {
+        let arrival = |(_, mark): &(usize, Mark)| match mark {
+            Mark::Scene {
+                arrival: Some(arrival), ..
+            } => !wants_ramp || arrival.ramp.is_some(),
+            _ => false,
+        };
+        recording.marks.iter().filter(|mark| arrival(mark)).count()
+    };
+    assert_eq!((arrivals(true), arrivals(false)), (3, 4));
+    assert!(recording.rows.iter().any(|row| row.state == RigState::Stopped));
+    let settings = recording
+        .metadata
+        .servo
+        .as_ref()
+        .expect("the setup of the servo")
+        .settings;
+    let report = replay(&recording, settings);
+    assert_eq!((report.differing, &report.first_differing), (0, &None));
     // What came before its first row it does not hold. Without force only the estimator remembers that,
     // and for a few ticks.
-    let first_live = recording.rows.iter().position(|row| row.state.is_live());
-    let (before, after) = recording.rows.split_at(first_live.expect("force flowed"));
-    assert!(before.len() > 200, "{} rows before", before.len());
-    let live = after.iter().filter(|row| row.command_force_n != 0.0).count();
-    assert!(live > 1500, "force flowed in {live} of {} ticks", after.len());
-    let ramps = arrivals(&recording)
-        .values()
-        .filter(|arrival| arrival.ramp.is_some())
-        .count();
-    assert_eq!((ramps, arrivals(&recording).len()), (3, 4));
-    assert!(after.iter().any(|row| row.state == RigState::Stopped));
-    let setup = recording.metadata.servo.as_ref().expect("the setup of the servo");
-    let settings = setup.settings;
-    let again = replay(&recording, settings);
-    for (row, again) in after.iter().zip(&again[before.len()..]) {
-        assert_eq!(computed(row), *again, "{row:?}");
-    }
+    assert!(report.not_compared < 300, "{report:?}");
+    assert!(
+        report.uncompared.iter().all(|one| one.reason == NotCompared::Settling),
+        "{report:?}"
+    );
+    assert_eq!(report.with_force, live);
+    let (said, code) = ctl_json(&file, &[]);
+    assert_eq!((&said["ticks"], &said["differing"]), (&report.ticks.into(), &0.into()));
+    assert_eq!((&said["first_differing"], code), (&Value::Null, Some(0)));
     // Each of them is needed.
     let mut changed = [settings; 6];
     changed[0].ramp_s *= 1.01;
@@ -199,11 +178,180 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
     changed[4].losses.friction = 1.0;
     changed[5].passivity_control_n = 0.0;
     for changed in changed {
-        let otherwise = replay(&recording, changed);
+        let report = replay(&recording, changed);
         assert!(
-            otherwise[before.len()..] != again[before.len()..],
+            report.differing > 0 && !report.is_exact(),
             "it makes no difference: {changed:?}"
         );
     }
-    println!("{} ticks, {live} of them with force, are the same", after.len());
+    println!("{} ticks, {live} of them with force, are the same", report.compared());
+}
+
+#[test]
+fn a_recording_of_an_earlier_build_gives_its_forces_again() {
+    let fixtures = fixtures();
+    assert!(!fixtures.is_empty());
+    for file in fixtures {
+        let (said, code) = ctl_json(&file, &[]);
+        assert_eq!(
+            (&said["differing"], code),
+            (&0.into(), Some(0)),
+            "{}: {said}",
+            file.display()
+        );
+        assert!(said["ticks"].as_u64() > Some(2000), "{said}");
+        assert!(said["not_compared"].as_u64() < Some(300), "{said}");
+        assert!(said["with_force"].as_u64() > Some(1500), "{said}");
+    }
+}
+
+/// The first recording by an earlier build, with the cell of a column changed in one of its rows.
+fn damaged(to: &Path, line: usize, column: &str, cell: &str) -> u64 {
+    let text = std::fs::read_to_string(&fixtures()[0]).expect("the fixture");
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let place = haptic_ipc::SAMPLE_COLUMNS.iter().position(|name| *name == column);
+    let mut cells: Vec<&str> = lines[line].split(',').collect();
+    let tick = cells[0].parse().expect("a row");
+    cells[place.expect("a column")] = cell;
+    lines[line] = cells.join(",");
+    std::fs::write(to, lines.join("\n") + "\n").expect("it is written");
+    tick
+}
+
+#[test]
+fn the_first_tick_that_differs_is_named_and_the_exit_code_is_1() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("damaged.csv");
+    let tick = damaged(&file, 700, "command_force_N", "1.5");
+    let (said, code) = ctl_json(&file, &[]);
+    assert_eq!((&said["differing"], code), (&1.into(), Some(1)), "{said}");
+    let first = &said["first_differing"];
+    assert_eq!(
+        (&first["tick"], &first["column"]),
+        (&tick.into(), &"command_force_N".into())
+    );
+    assert_eq!(first["recorded"], 1.5);
+    assert!(
+        first["likely"]
+            .as_str()
+            .is_some_and(|text| text.contains("revision 3 (karnopp)")),
+        "{first}"
+    );
+    let said = String::from_utf8(ctl(&file, &[]).stdout).expect("text");
+    assert!(said.contains(&format!("first at tick {tick}")), "{said}");
+    // A changed input changes what is computed from it, and from that row on.
+    let tick = damaged(&file, 900, "sample_position_m", "0.001");
+    let (said, code) = ctl_json(&file, &[]);
+    assert_eq!(
+        (&said["first_differing"]["tick"], code),
+        (&tick.into(), Some(1)),
+        "{said}"
+    );
+    assert!(said["differing"].as_u64() > Some(1), "{said}");
+}
+
+#[test]
+fn what_cannot_be_replayed_is_refused_with_the_reason() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let text = std::fs::read_to_string(&fixtures()[0]).expect("the fixture");
+    let file = directory.path().join("refused.csv");
+    for (from, to, reason) in [
+        ("\"rate_hz\":1000.0", "\"rate_hz\":50.0", "50 of 1000 ticks a second"),
+        ("\"servo\":", "\"served\":", "does not hold the servo's settings"),
+    ] {
+        let changed = text
+            .replacen(from, to, 2)
+            .replacen("\"loop_rate_hz\":50.0", "\"loop_rate_hz\":1000.0", 1);
+        assert_ne!(changed, text);
+        std::fs::write(&file, changed).expect("it is written");
+        for arguments in [&[][..], &["--scheme", "exact"]] {
+            let output = ctl(&file, arguments);
+            let said = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert_eq!(output.status.code(), Some(1), "{said}");
+            assert!(said.contains(reason), "{said}");
+        }
+    }
+    // Nothing was compared: that is not the same as nothing differs.
+    let row = text
+        .lines()
+        .position(|line| line.contains(",engaged,"))
+        .expect("a row with force");
+    let heading = text
+        .lines()
+        .position(|line| line.starts_with("tick,"))
+        .expect("the columns");
+    let lines = text.lines().enumerate();
+    let kept = lines.filter(|(index, _)| *index <= heading || (row..row + 100).contains(index));
+    let kept: Vec<&str> = kept.map(|(_, line)| line).collect();
+    std::fs::write(&file, kept.join("\n") + "\n").expect("it is written");
+    let (said, code) = ctl_json(&file, &[]);
+    assert_eq!(
+        (&said["differing"], &said["compared"], code),
+        (&0.into(), &0.into(), Some(1))
+    );
+    assert_eq!(said["uncompared"][0]["reason"], "began_with_force");
+}
+
+#[test]
+fn another_scene_along_the_recorded_motion_is_felt_otherwise() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = &fixtures()[0];
+    let out = directory.path().join("out.csv");
+    let (nothing_else, code) = ctl_json(file, &["--scheme", "literal:2"]);
+    assert_eq!(code, Some(0));
+    assert_eq!(nothing_else["largest_difference"], Value::Null, "{nothing_else}");
+    assert_eq!(nothing_else["recorded"], nothing_else["what_if"]);
+    let (drag, code) = ctl_json(
+        file,
+        &[
+            "--scene",
+            "viscous-drag",
+            "--set",
+            "b=40",
+            "--out",
+            out.to_str().expect("text"),
+        ],
+    );
+    assert_eq!(code, Some(0), "{drag}");
+    assert_eq!(drag["recorded"], nothing_else["recorded"]);
+    assert_eq!(
+        (&drag["what_if"]["stops"], &drag["what_if"]["stuck_s"]),
+        (&0.into(), &0.0.into()),
+        "{drag}"
+    );
+    let most = &drag["largest_difference"];
+    assert!(most["what_if_N"] != most["recorded_N"], "{drag}");
+    // The file has both forces, and the motion as it was.
+    let text = std::fs::read_to_string(&out).expect("it is written");
+    let recorded = recording::read(file).expect("the fixture");
+    assert_eq!(text.lines().count(), recorded.rows.len() + 1);
+    for (line, row) in text.lines().skip(1).zip(&recorded.rows) {
+        let cells: Vec<&str> = line.split(',').collect();
+        assert_eq!(
+            cells[..3],
+            [
+                row.tick.to_string(),
+                row.t_s.to_string(),
+                row.device_position_m.to_string()
+            ]
+        );
+        assert_eq!(cells[4], row.command_force_n.to_string());
+        if Some(row.tick) == most["tick"].as_u64() {
+            assert_eq!(cells[5].parse().ok(), most["what_if_N"].as_f64());
+        }
+    }
+    // More friction, where the scene has it: the recorded one alone does.
+    let refused = ctl(file, &["--set", "Fs=9"]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(1), "{said}");
+    assert!(said.contains("revision 4") && said.contains("static_force"), "{said}");
+    let (stickier, code) = ctl_json(file, &["--scene", "high-stiction", "--set", "Fs=6"]);
+    assert_eq!(code, Some(0));
+    let rms = |what_if: &Value| what_if["what_if"]["rms_force_N"].as_f64();
+    assert!(rms(&stickier) < rms(&drag), "{stickier}");
+    let said = String::from_utf8(ctl(file, &["--scene", "high-stiction"]).stdout).expect("text");
+    assert!(said.contains("the hand does not react to the other force"), "{said}");
+    let unknown = ctl(file, &["--scene", "molasses", "--socket", "/nonexistent"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("high-stiction"));
 }

@@ -23,6 +23,8 @@ pub(crate) enum Failure {
     NoDevice(String),
     /// Something is wrong with the rig, or with the person at it.
     BadRig(String),
+    /// A recording does not hold what is asked of it.
+    BadRecording(String),
     Interrupted,
     /// Two records have nothing that could be compared.
     NotComparable(String),
@@ -72,6 +74,7 @@ impl Failure {
             Self::NoDevice(_) => (1, "no_device"),
             Self::BadRig(_) => (1, "bad_rig"),
             Self::NotComparable(_) => (1, "not_comparable"),
+            Self::BadRecording(_) => (1, "bad_recording"),
             Self::Interrupted => (130, "interrupted"),
             Self::Output(_) | Self::File(_) => (1, "cannot_write"),
             Self::Silent(code) => (*code, ""),
@@ -109,7 +112,8 @@ impl std::fmt::Display for Failure {
             | Self::File(message)
             | Self::NoDevice(message)
             | Self::BadRig(message)
-            | Self::NotComparable(message) => f.write_str(message),
+            | Self::NotComparable(message)
+            | Self::BadRecording(message) => f.write_str(message),
             // While a motor pulls, advice on starting a daemon is of no use.
             Self::CannotStop(failure) => match &**failure {
                 Self::Client(ClientError::NoDaemon { path, source }) => {

@@ -28,6 +28,7 @@ mod progress;
 mod raw;
 mod record;
 mod recording;
+mod replay;
 mod scene;
 mod set;
 mod simulate;
@@ -78,7 +79,7 @@ Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no pe
 
 With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of \
 these: usage (exit code 2), \
-no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer and cannot_write \
+no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer, bad_recording and cannot_write \
 (1).";
 
 #[derive(Debug, Subcommand)]
@@ -132,6 +133,10 @@ enum Command {
     /// Show, repair, convert and cut recordings; works without a daemon
     #[command(subcommand)]
     Recording(recording::Command),
+    /// Compute a recording's forces again, offline, and compare them to the last bit; or render its
+    /// motion with another scene
+    #[command(after_help = replay::HELP)]
+    Replay(replay::Arguments),
     /// Show how well the loop keeps time
     Timing,
     /// Check the active scene against the rig: stability, passivity and chatter, with a fix for
@@ -189,6 +194,7 @@ impl Command {
             Self::Lease(lease) => lease.request()?,
             Self::Watch(watch) => watch.request(),
             Self::Record(record) => return record.requests(),
+            Self::Replay(replay) => return replay.requests(),
             Self::Timing => Request::Timing {},
             Self::Advise => Request::Advise {},
             Self::Devices(devices) => devices.request(),
@@ -287,6 +293,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Doctor => return doctor::run(socket, json).await,
         Command::Raw(raw) => return raw::run(socket, raw).await,
         Command::Recording(recording) => return recording::run(recording, json),
+        Command::Replay(replay) => return replay::run(socket, replay, json).await,
         Command::Simulate(simulate) => return simulate::run(simulate, json),
         Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
         Command::Identify(arguments) if arguments.is_offline() => return identify::run_offline(arguments, json),

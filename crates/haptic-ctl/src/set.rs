@@ -36,7 +36,7 @@ impl Arguments {
     }
 }
 
-fn assignment(text: &str) -> Result<(String, f64), Failure> {
+pub(crate) fn assignment(text: &str) -> Result<(String, f64), Failure> {
     let Some((name, value)) = text.split_once('=') else {
         return Err(Failure::Usage(format!(
             "`{text}` is not a change: write NAME=VALUE, as in mass=1.5"

@@ -90,6 +90,8 @@ impl App {
             Intent::Stop if std::mem::take(&mut self.stopped_by_key) => {}
             Intent::Export { format, folder } => self.export(ctx, format, folder),
             Intent::Open { path } => self.files.open(path),
+            Intent::WhatIf { number, path, scene } => self.files.what_if(number, path, *scene),
+            Intent::CancelWhatIf => self.files.cancel_what_if(),
             intent => self.connection.send(intent),
         }
     }

@@ -4,14 +4,15 @@
 use crate::export::{self, Picture, Rows};
 use crate::intent::Format;
 use crate::model::Model;
-use crate::recording::Loaded;
+use crate::recording::{Loaded, WhatIfTape};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use egui::{ColorImage, Rect};
+use haptic_core::Scene;
 use std::io::{BufWriter, Write as _};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
@@ -27,6 +28,8 @@ const NICENESS: i32 = 10;
 pub struct Files {
     updates: mpsc::Receiver<Update>,
     writer: Writer,
+    /// Ends the rendering that is under way.
+    what_if_is_over: Arc<AtomicBool>,
 }
 
 /// Starts the threads.
@@ -45,6 +48,7 @@ impl Files {
         Self {
             updates,
             writer: Writer { sender, busy },
+            what_if_is_over: Arc::default(),
         }
     }
 
@@ -66,6 +70,23 @@ impl Files {
             let result = Loaded::read(&path).map(Box::new);
             Update::Opened { path, result }
         });
+    }
+
+    /// Renders another scene along the motion of a recording's file, in place of the rendering before.
+    pub fn what_if(&mut self, number: u64, path: PathBuf, scene: Scene) {
+        self.cancel_what_if();
+        let is_over = Arc::new(AtomicBool::new(false));
+        self.what_if_is_over = Arc::clone(&is_over);
+        let what = format!("Rendering {} along {}", scene.name, path.display());
+        self.writer.work(&what, move || {
+            let result = WhatIfTape::render(&path, scene, &is_over).map(Box::new);
+            Update::WhatIf { number, result }
+        });
+    }
+
+    /// Gives the rendering up; its thread ends within a moment.
+    pub fn cancel_what_if(&self) {
+        self.what_if_is_over.store(true, Ordering::Release);
     }
 
     /// Writes the plots in sight as CSV or SVG into a new file in `folder`.

@@ -1,8 +1,8 @@
 //! The intents of the user.
 
-use haptic_core::Direction;
+use haptic_core::{Direction, Scene};
 use haptic_ipc::{ChangeOptions, Request, SceneRef};
-use haptic_lab::recording::Metadata;
+use haptic_lab::recording::{self, Metadata};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -95,8 +95,17 @@ pub enum Intent {
     Record {
         /// The folder.
         folder: PathBuf,
+        /// The format of the file.
+        format: recording::Format,
         /// The head of the file.
         metadata: Box<Metadata>,
+    },
+    /// Set a marker in the recording that is written.
+    Marker {
+        /// The tick.
+        tick: u64,
+        /// What it is called.
+        text: String,
     },
     /// End the recording.
     EndRecording,
@@ -105,6 +114,17 @@ pub enum Intent {
         /// Its file.
         path: PathBuf,
     },
+    /// Render another scene along a recording's motion.
+    WhatIf {
+        /// Number of this question, which its answer has too.
+        number: u64,
+        /// The recording's file.
+        path: PathBuf,
+        /// The scene.
+        scene: Box<Scene>,
+    },
+    /// Give the rendering up.
+    CancelWhatIf,
 }
 
 /// A format of an export.
@@ -171,7 +191,13 @@ impl Intent {
                 from: scene.clone(),
                 to: Some(SceneRef::Revision(*revision)),
             },
-            Self::Export { .. } | Self::Record { .. } | Self::EndRecording | Self::Open { .. } => return None,
+            Self::Export { .. }
+            | Self::Record { .. }
+            | Self::Marker { .. }
+            | Self::EndRecording
+            | Self::Open { .. }
+            | Self::WhatIf { .. }
+            | Self::CancelWhatIf => return None,
         })
     }
 
@@ -198,8 +224,11 @@ impl fmt::Display for Intent {
             Self::Compare { what, revision, .. } => write!(f, "compare revision {revision} with {what}"),
             Self::Export { format, .. } => write!(f, "export {}", format.extension()),
             Self::Record { folder, .. } => write!(f, "record in {}", folder.display()),
+            Self::Marker { text, .. } => write!(f, "mark {text}"),
             Self::EndRecording => f.write_str("end the recording"),
             Self::Open { path } => write!(f, "open {}", path.display()),
+            Self::WhatIf { path, scene, .. } => write!(f, "render {} along {}", scene.name, path.display()),
+            Self::CancelWhatIf => f.write_str("give the rendering up"),
         }
     }
 }

@@ -43,7 +43,7 @@ pub use app::App;
 pub use files::Files;
 pub use intent::{Format, Intent, Target};
 pub use model::Model;
-pub use recording::{Loaded, RecordingNews};
+pub use recording::{Loaded, RecordingNews, WhatIfTape};
 pub use shell::ui;
 pub use stop_button::is_stop_key;
 pub use update::{Answer, StopNews, Update};

@@ -1,6 +1,6 @@
 //! The recorder writes a recording on a thread of its own: only that thread waits for a disk.
 //!
-//! Events reach it through a bounded queue. If the disk does not keep up, samples are dropped, counted,
+//! Events and markers reach it through a bounded queue. If the disk does not keep up, samples are dropped, counted,
 //! shown, and marked as lost in the recording; changes of state and scene wait for room.
 
 use crate::new_file;
@@ -8,7 +8,7 @@ use crate::recording::RecordingNews;
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use haptic_ipc::{Event, SamplesEvent};
-use haptic_lab::recording::{self, Format, Metadata};
+use haptic_lab::recording::{self, Format, Mark, Metadata};
 use std::collections::VecDeque;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -42,12 +42,19 @@ struct Slot {
     ending: Option<mpsc::Receiver<()>>,
 }
 
+/// What a recording is made of.
+#[derive(Clone, Debug)]
+enum Part {
+    Event(Event),
+    Mark(Mark),
+}
+
 #[derive(Debug)]
 struct Writer {
     folder: PathBuf,
-    events: mpsc::SyncSender<Event>,
-    /// Changes that wait for room in the queue.
-    changes: VecDeque<Event>,
+    parts: mpsc::SyncSender<Part>,
+    /// Changes and markers that wait for room in the queue.
+    changes: VecDeque<Part>,
     /// Samples lost since the newest event in the queue.
     lost: Arc<AtomicU64>,
     lost_in_all: u64,
@@ -68,7 +75,7 @@ impl Recorder {
     }
 
     /// Begins a recording in a new file in `folder`, and ends the one before.
-    pub(crate) fn begin(&self, folder: PathBuf, metadata: Metadata) {
+    pub(crate) fn begin(&self, folder: PathBuf, format: Format, metadata: Metadata) {
         let mut slot = self.slot();
         slot.end();
         let before = slot.ending.as_ref().map(mpsc::Receiver::try_recv);
@@ -78,13 +85,23 @@ impl Recorder {
             self.tell(RecordingNews::Failed { why });
             return;
         }
-        match Writer::begin(folder, metadata, self.updates.clone()) {
+        match Writer::begin(folder, format, metadata, self.updates.clone()) {
             Ok(writer) => slot.writer = Some(writer),
             Err(error) => {
                 let why = format!("no thread to record with: {error}");
                 drop(slot);
                 self.tell(RecordingNews::Failed { why });
             }
+        }
+    }
+
+    /// Sets a marker in the recording. Waits for nothing.
+    pub(crate) fn mark(&self, tick: u64, text: String) {
+        let mut slot = self.slot();
+        if let Some(writer) = &mut slot.writer
+            && let Kept::Ended = writer.keep_change(Part::Mark(Mark::Marker { tick, text }))
+        {
+            slot.end();
         }
     }
 
@@ -149,13 +166,13 @@ enum Kept {
 }
 
 impl Writer {
-    fn begin(folder: PathBuf, metadata: Metadata, updates: UpdateSender) -> io::Result<Self> {
-        let (events, heard) = mpsc::sync_channel(WAITING_EVENTS);
+    fn begin(folder: PathBuf, format: Format, metadata: Metadata, updates: UpdateSender) -> io::Result<Self> {
+        let (parts, heard) = mpsc::sync_channel(WAITING_EVENTS);
         let (writes, done) = mpsc::channel();
         let lost = Arc::new(AtomicU64::new(0));
         let (folder_of_thread, lost_of_thread) = (folder.clone(), Arc::clone(&lost));
         thread::Builder::new().name("record".to_owned()).spawn(move || {
-            let ended = write(&folder_of_thread, metadata, &heard, &lost_of_thread, &updates);
+            let ended = write(&folder_of_thread, format, metadata, &heard, &lost_of_thread, &updates);
             // This marks its end, so it comes before the news.
             drop((heard, writes));
             let news_of_end = ended.unwrap_or_else(|why| RecordingNews::Failed { why });
@@ -163,7 +180,7 @@ impl Writer {
         })?;
         Ok(Self {
             folder,
-            events,
+            parts,
             changes: VecDeque::new(),
             lost,
             lost_in_all: 0,
@@ -173,12 +190,7 @@ impl Writer {
 
     fn keep(&mut self, event: &Event) -> Kept {
         match event {
-            Event::State(_) => {
-                self.changes.push_back(event.clone());
-                // Nobody could follow more of them.
-                self.changes.truncate(WAITING_CHANGES);
-                self.pass_on_changes()
-            }
+            Event::State(_) => self.keep_change(Part::Event(event.clone())),
             Event::Samples(batch) => {
                 if let Kept::Ended = self.pass_on_changes() {
                     return Kept::Ended;
@@ -189,9 +201,16 @@ impl Writer {
         }
     }
 
+    fn keep_change(&mut self, change: Part) -> Kept {
+        self.changes.push_back(change);
+        // Nobody could follow more of them.
+        self.changes.truncate(WAITING_CHANGES);
+        self.pass_on_changes()
+    }
+
     fn pass_on_changes(&mut self) -> Kept {
         while let Some(change) = self.changes.pop_front() {
-            match self.events.try_send(change) {
+            match self.parts.try_send(change) {
                 Ok(()) => {}
                 Err(TrySendError::Full(change)) => {
                     self.changes.push_front(change);
@@ -208,37 +227,40 @@ impl Writer {
         let missing_before = self.lost.swap(0, Ordering::AcqRel);
         batch.dropped = batch.dropped.saturating_add(missing_before);
         // Samples do not overtake the changes before them.
+        let rows = batch.rows.len() as u64;
+        let missing = batch.dropped.saturating_add(rows);
+        let part = Part::Event(Event::Samples(batch));
         let sent = if self.changes.is_empty() {
-            self.events.try_send(Event::Samples(batch))
+            self.parts.try_send(part)
         } else {
-            Err(TrySendError::Full(Event::Samples(batch)))
+            Err(TrySendError::Full(part))
         };
         match sent {
             Ok(()) => Kept::Yes,
-            Err(TrySendError::Full(Event::Samples(batch))) => {
-                let missing = batch.dropped.saturating_add(batch.rows.len() as u64);
+            Err(TrySendError::Full(_)) => {
                 self.lost_in_all = self.lost_in_all.saturating_add(missing.saturating_sub(missing_before));
                 self.lost.store(missing, Ordering::Release);
                 Kept::No
             }
-            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => Kept::Ended,
+            Err(TrySendError::Disconnected(_)) => Kept::Ended,
         }
     }
 }
 
-/// Writes the events until the queue is closed.
+/// Writes the parts until the queue is closed.
 fn write(
     folder: &Path,
+    format: Format,
     mut metadata: Metadata,
-    heard: &mpsc::Receiver<Event>,
+    heard: &mpsc::Receiver<Part>,
     lost: &AtomicU64,
     updates: &UpdateSender,
 ) -> Result<RecordingNews, String> {
-    let (path, file) = new_file::create(folder, "haptic-recording", "csv")?;
+    let (path, file) = new_file::create(folder, "haptic-recording", format.ending())?;
     let failed = |error: io::Error| format!("the recording ends here: cannot write {}: {error}", path.display());
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     metadata.started_unix_s = since_1970.map_or(0.0, |time| time.as_secs_f64());
-    let mut recorder = recording::Recorder::new(Format::Csv, file, &path, &metadata).map_err(failed)?;
+    let mut recorder = recording::Recorder::new(format, file, &path, &metadata).map_err(failed)?;
     let going = |recorder: &recording::Recorder| {
         let going = RecordingNews::Going {
             path: path.clone(),
@@ -248,8 +270,11 @@ fn write(
         updates.send(Update::Recording(going)).unwrap_or_default();
     };
     going(&recorder);
-    for event in heard {
-        recorder.event(&event).map_err(failed)?;
+    for part in heard {
+        match part {
+            Part::Event(event) => recorder.event(&event).map_err(failed)?,
+            Part::Mark(mark) => recorder.mark(mark),
+        }
         going(&recorder);
     }
     let dropped = lost.load(Ordering::Acquire);
@@ -289,22 +314,30 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let (updates, received) = UpdateSender::new(|_| {});
         let recorder = Recorder::new(updates);
-        recorder.begin(folder.path().to_path_buf(), metadata());
+        recorder.begin(folder.path().to_path_buf(), Format::Csv, metadata());
         let rows: Vec<_> = (0..50).map(|i| at(f64::from(i) * 1e-3)).collect();
+        recorder.mark(0, "before the first row".into());
         recorder.keep(&batch(rows.clone()));
+        recorder.mark(1_000_000, "after the last".into());
         recorder.end();
         let RecordingNews::Ended { path, totals } = ended(&received) else {
             panic!("not ended");
         };
         let read = haptic_lab::recording::read(&path).expect("a recording");
         assert_eq!((read.rows, totals.rows), (rows, 50));
+        let markers = read.marks.iter().filter_map(|(before, mark)| match mark {
+            Mark::Marker { text, .. } => Some((*before, text.as_str())),
+            _ => None,
+        });
+        let markers: Vec<_> = markers.collect();
+        assert_eq!(markers, [(0, "before the first row"), (50, "after the last")]);
     }
 
     #[test]
     fn a_folder_that_is_not_there_is_named() {
         let (updates, received) = UpdateSender::new(|_| {});
         let recorder = Recorder::new(updates);
-        recorder.begin("/nowhere/at/all".into(), metadata());
+        recorder.begin("/nowhere/at/all".into(), Format::Csv, metadata());
         let RecordingNews::Failed { why } = ended(&received) else {
             panic!("it failed");
         };
@@ -321,7 +354,7 @@ mod tests {
         let (updates, received) = UpdateSender::new(|_| {});
         let recorder = Recorder::new(updates);
         // Nobody reads the pipe, so that the thread that writes stands in its opening.
-        recorder.begin(pipe.clone(), metadata());
+        recorder.begin(pipe.clone(), Format::Csv, metadata());
         let batches = 2 * WAITING_EVENTS;
         for number in 0..batches {
             let row = Sample {
@@ -331,7 +364,7 @@ mod tests {
             recorder.keep(&batch(vec![row]));
         }
         recorder.end();
-        recorder.begin(folder.path().to_path_buf(), metadata());
+        recorder.begin(folder.path().to_path_buf(), Format::Csv, metadata());
         let RecordingNews::Failed { why } = ended(&received) else {
             panic!("a second recording does not wait for the first");
         };

@@ -1,7 +1,7 @@
 //! Updates: what the daemon sends, and news of connection, files and stops.
 
 use crate::intent::Intent;
-use crate::recording::{Loaded, RecordingNews};
+use crate::recording::{Loaded, RecordingNews, WhatIfTape};
 use haptic_ipc::{
     AdviceReply, ChangeReply, Description, Event, Hello, LogReply, SceneDiffReply, SceneListReply, SceneReply,
     SceneSaveReply, StateReply, Status, SubscribeReply, WireError,
@@ -68,6 +68,13 @@ pub enum Update {
         path: PathBuf,
         /// Its content.
         result: Result<Box<Loaded>, String>,
+    },
+    /// What would have been felt along the opened recording.
+    WhatIf {
+        /// Number of the question.
+        number: u64,
+        /// Its answer, or why there is none.
+        result: Result<Box<WhatIfTape>, String>,
     },
     /// A line that this program cannot read; a later daemon may send some.
     Unreadable {

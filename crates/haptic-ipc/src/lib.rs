@@ -169,6 +169,7 @@
 
 mod advice;
 mod async_client;
+mod built_in_scenes;
 mod changes;
 mod client;
 mod commission;
@@ -202,6 +203,7 @@ mod values;
 
 pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
 pub use async_client::AsyncClient;
+pub use built_in_scenes::BUILT_IN_SCENES;
 pub use changes::Changes;
 pub use client::{Client, ClientError, Receiver, Sender};
 pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, PulseReport};

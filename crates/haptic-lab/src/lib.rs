@@ -10,5 +10,6 @@ pub mod drawing;
 pub mod identify;
 pub mod motion;
 pub mod recording;
+pub mod replay;
 pub mod simulate;
 pub mod surface;

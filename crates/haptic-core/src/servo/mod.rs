@@ -214,6 +214,11 @@ impl Servo {
         &self.settings
     }
 
+    /// The estimate of velocity, for a servo that goes on where another one was.
+    pub fn estimator_mut(&mut self) -> &mut velocity::Estimator {
+        self.sensing.estimator_mut()
+    }
+
     /// State of the rig.
     #[must_use]
     pub fn state(&self) -> RigState {

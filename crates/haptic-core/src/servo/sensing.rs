@@ -90,6 +90,10 @@ impl Sensing {
         self.velocity_mps
     }
 
+    pub(super) fn estimator_mut(&mut self) -> &mut Estimator {
+        &mut self.estimator
+    }
+
     /// What the device says of its motor.
     pub(super) fn motor(&self) -> Motor {
         self.motor

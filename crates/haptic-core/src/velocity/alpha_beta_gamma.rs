@@ -83,6 +83,18 @@ impl AlphaBetaGamma {
         self.started = false;
     }
 
+    /// Position (m), velocity (m/s) and acceleration (m/s^2) after the newest sample.
+    #[must_use]
+    pub fn state(&self) -> [f64; 3] {
+        [self.position, self.velocity, self.acceleration]
+    }
+
+    /// Goes on from a [`state`](Self::state).
+    pub fn set_state(&mut self, [position, velocity, acceleration]: [f64; 3]) {
+        (self.position, self.velocity, self.acceleration) = (position, velocity, acceleration);
+        self.started = true;
+    }
+
     /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
     /// velocity, m/s.
     #[inline]

@@ -125,6 +125,14 @@ impl Estimator {
         })
     }
 
+    /// The tracker, where that is the method.
+    pub fn tracker_mut(&mut self) -> Option<&mut AlphaBetaGamma> {
+        match &mut self.0 {
+            Kind::AlphaBetaGamma(tracker) => Some(tracker),
+            _ => None,
+        }
+    }
+
     /// Forgets the past: the next sample is at rest.
     pub fn reset(&mut self) {
         match &mut self.0 {

@@ -85,7 +85,12 @@ impl Connection {
     pub fn send(&self, intent: Intent) {
         match intent {
             Intent::Stop => self.stop(),
-            Intent::Record { folder, metadata } => self.recorder.begin(folder, *metadata),
+            Intent::Record {
+                folder,
+                format,
+                metadata,
+            } => self.recorder.begin(folder, format, *metadata),
+            Intent::Marker { tick, text } => self.recorder.mark(tick, text),
             Intent::EndRecording => self.recorder.end(),
             intent => {
                 let stops = self.stop.stops().pressed();

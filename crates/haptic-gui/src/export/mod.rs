@@ -11,6 +11,7 @@ pub(crate) use csv::Rows;
 pub use csv::csv;
 pub(crate) use picture::Picture;
 pub use png::png;
+pub use svg::svg;
 
 use crate::intent::Format;
 use crate::new_file;

@@ -1,6 +1,7 @@
 //! A picture as an SVG, in the colours for a white page.
 
 use super::picture::{Group, Picture};
+use crate::model::Model;
 use crate::model::scope::value_axes::Reach;
 use crate::plots::axis::{USUAL_COUNT, number, steps};
 use crate::plots::chart::{Chart, Curve, Ink, Overlay};
@@ -20,6 +21,12 @@ const MARGINS: (f64, f64, f64, f64) = (70.0, 20.0, 34.0, 40.0);
 
 /// Height of the contact ribbon, px.
 const RIBBON: f64 = 8.0;
+
+/// The plots in sight as an SVG.
+#[must_use]
+pub fn svg(model: &Model) -> String {
+    Picture::seen(model).svg()
+}
 
 impl Picture {
     /// The picture as an SVG.
@@ -208,6 +215,7 @@ impl Drawing {
         }
         let (x, y, height, style) = (frame.x(at), frame.corner.1, frame.size.1, style(ink));
         let dashes = if is_dashed { " stroke-dasharray=\"6 4\"" } else { "" };
+        let label = escaped(label);
         self.add(format_args!(
             "<path d=\"M{x:.2} {y}v{height}\" {style}{dashes}><title>{label}</title></path>"
         ));
@@ -304,6 +312,11 @@ impl Drawing {
     }
 }
 
+/// A text that may hold anything, as XML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
 /// Whether a value lies in a range.
 fn within(value: f64, (low, high): Reach) -> bool {
     (low..=high).contains(&value)
@@ -325,13 +338,8 @@ fn marks(reach: Reach) -> Vec<(f64, String)> {
 mod tests {
     use super::*;
     use crate::export::fixture::with_samples;
-    use crate::model::Model;
     use crate::model::view::PlotGroup;
     use crate::tape::signal::Quantity;
-
-    fn svg(model: &Model) -> String {
-        Picture::seen(model).svg()
-    }
 
     #[test]
     fn the_picture_has_every_plot_its_units_and_the_spike() {

@@ -94,7 +94,7 @@ impl Daemon {
             scene: self.scene.active.clone()?,
             servo: self.servo.clone(),
             notes: None,
-            configuration: None,
+            configuration: serde_json::to_value(status).ok(),
         })
     }
 

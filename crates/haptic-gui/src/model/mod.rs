@@ -22,7 +22,7 @@ use scene::SceneChange;
 use scope::Scope;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
-use tapes::Tapes;
+use tapes::{Tapes, WhatIf};
 use view::View;
 
 /// Everything that the panel shows.
@@ -70,6 +70,13 @@ impl Model {
             }
             Update::Recording(news) => self.take_recording(news),
             Update::Opened { path, result } => self.take_opened(path, result),
+            Update::WhatIf { number, result } => {
+                if let Some(why) = self.tapes.take_what_if(number, result) {
+                    view.file_notice = Some(Notice::new(Err(why)));
+                } else if let WhatIf::Shown(_) = self.tapes.what_if() {
+                    view.file_notice = None;
+                }
+            }
             Update::Stop(news) => daemon.take_stop(news),
             Update::Busy(what) => view.file_notice = Some(Notice::new(Ok(what))),
             Update::Exported(result) => {

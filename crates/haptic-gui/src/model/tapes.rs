@@ -1,7 +1,7 @@
 //! The tapes: samples of the live rig, an opened recording, and the progress of the recording that is
 //! being written.
 
-use crate::recording::{Loaded, Opened, RecordingNews, amount};
+use crate::recording::{Loaded, Marker, Opened, RecordingNews, WhatIfTape, amount};
 use crate::tape::Tape;
 use haptic_ipc::Sample;
 use haptic_lab::recording::Totals;
@@ -20,6 +20,9 @@ pub(crate) struct Tapes {
     /// The connection is lost: the live tape ends here, and stays in sight until the next one begins.
     is_over: bool,
     opened: Option<Loaded>,
+    what_if: WhatIf,
+    /// Number of the newest question of what would have been felt.
+    questions: u64,
     /// The recording that is being written.
     recording: Option<RecordingProgress>,
     /// Share of the last seconds in which the force was clipped by its limit.
@@ -34,6 +37,20 @@ pub(crate) struct RecordingProgress {
     pub(crate) totals: Totals,
     /// Samples that are missing because the disk did not keep up.
     pub(crate) lost: u64,
+    /// The markers that were set.
+    pub(crate) markers: Vec<Marker>,
+}
+
+/// What would have been felt along the opened recording.
+#[derive(Debug, Default)]
+pub(crate) enum WhatIf {
+    /// Nobody has asked.
+    #[default]
+    None,
+    /// It is being rendered.
+    Asked,
+    /// It is shown.
+    Shown(Box<WhatIfTape>),
 }
 
 impl Tapes {
@@ -69,12 +86,65 @@ impl Tapes {
 
     /// Shows a recording.
     pub(crate) fn open(&mut self, loaded: Loaded) {
+        self.end_what_if();
         free(self.opened.replace(loaded));
     }
 
     /// Closes the opened recording.
     pub(crate) fn close(&mut self) {
+        self.end_what_if();
         free(self.opened.take());
+    }
+
+    /// What would have been felt along the opened recording.
+    pub(crate) fn what_if(&self) -> &WhatIf {
+        &self.what_if
+    }
+
+    /// Asks what would have been felt. Returns the number of the question.
+    pub(crate) fn ask_what_if(&mut self) -> u64 {
+        self.end_what_if();
+        self.what_if = WhatIf::Asked;
+        self.questions
+    }
+
+    /// Takes the answer to the newest question. Returns what to tell the user if there is none.
+    pub(crate) fn take_what_if(&mut self, number: u64, result: Result<Box<WhatIfTape>, String>) -> Option<String> {
+        if number != self.questions || !matches!(self.what_if, WhatIf::Asked) {
+            free(Some(result));
+            return None;
+        }
+        match result {
+            Ok(tape) => self.what_if = WhatIf::Shown(tape),
+            Err(why) => {
+                self.what_if = WhatIf::None;
+                return Some(why);
+            }
+        }
+        None
+    }
+
+    /// Shows the recording alone, and expects no answer any more.
+    pub(crate) fn end_what_if(&mut self) {
+        self.questions += 1;
+        free(Some(std::mem::take(&mut self.what_if)));
+    }
+
+    /// The markers of the tape in sight: those of the opened recording, or of the one being written.
+    pub(crate) fn markers(&self) -> &[Marker] {
+        match (&self.opened, &self.recording) {
+            (Some(loaded), _) => &loaded.opened.markers,
+            (None, Some(recording)) => &recording.markers,
+            (None, None) => &[],
+        }
+    }
+
+    /// Sets a marker in the recording that is being written. Returns its tick.
+    pub(crate) fn set_marker(&mut self, text: &str) -> Option<u64> {
+        let Sample { tick, t_s, .. } = *self.newest()?;
+        let text = text.to_owned();
+        self.recording.as_mut()?.markers.push(Marker { t_s, text });
+        Some(tick)
     }
 
     /// The samples of the opened recording.
@@ -96,8 +166,14 @@ impl Tapes {
     pub(crate) fn take_recording(&mut self, news: RecordingNews) -> Option<Result<String, String>> {
         let told = match news {
             RecordingNews::Going { path, totals } => {
-                let lost = self.recording.as_ref().map_or(0, |recording| recording.lost);
-                self.recording = Some(RecordingProgress { path, totals, lost });
+                let before = self.recording.take();
+                let (lost, markers) = before.map_or((0, Vec::new()), |before| (before.lost, before.markers));
+                self.recording = Some(RecordingProgress {
+                    path,
+                    totals,
+                    lost,
+                    markers,
+                });
                 return None;
             }
             RecordingNews::Behind { path, lost } => {
@@ -105,6 +181,7 @@ impl Tapes {
                     path,
                     totals: Totals::default(),
                     lost: 0,
+                    markers: Vec::new(),
                 });
                 recording.lost = lost;
                 return None;
@@ -139,7 +216,7 @@ impl Tapes {
 }
 
 /// Frees a recording on a thread of its own: hundreds of megabytes take longer than a frame may.
-fn free(loaded: Option<Loaded>) {
+fn free<T: Send + 'static>(loaded: Option<T>) {
     if let Some(loaded) = loaded {
         // Without a thread it is freed here.
         drop(

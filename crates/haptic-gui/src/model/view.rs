@@ -4,6 +4,7 @@ use super::scope::Scope;
 use super::tuning::Tuning;
 use crate::notice::Notice;
 use egui::Rect;
+use haptic_lab::recording::Format;
 
 /// The user's side of the panel.
 #[derive(Debug)]
@@ -17,6 +18,12 @@ pub(crate) struct View {
     pub(crate) histograms_shown: Option<bool>,
     /// The folder for exports and recordings, as it is typed.
     pub(crate) export_folder: String,
+    /// The format of the next recording.
+    pub(crate) recording_format: Format,
+    /// Notes for the next recording, as they are typed.
+    pub(crate) recording_notes: String,
+    /// Text of the next marker, as it is typed.
+    pub(crate) marker_text: String,
     /// The recording to open, as it is typed.
     pub(crate) open_path: String,
     /// The field of `open_path` takes the keyboard in the next frame.
@@ -57,6 +64,9 @@ impl Default for View {
             file_notice: None,
             histograms_shown: None,
             export_folder: std::env::var("HOME").unwrap_or_default(),
+            recording_format: Format::Mcap,
+            recording_notes: String::new(),
+            marker_text: String::new(),
             open_path: String::new(),
             open_was_pressed: false,
         }

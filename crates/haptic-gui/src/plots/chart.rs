@@ -10,6 +10,7 @@ use crate::tape::Tape;
 use crate::tape::signal::Signal;
 use crate::theme::Palette;
 use egui::Color32;
+use std::borrow::Cow;
 
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +81,7 @@ pub(crate) enum Overlay {
     /// A line at a value of the horizontal axis, with a label at its foot that may be empty.
     Mark {
         at: f64,
-        label: &'static str,
+        label: Cow<'static, str>,
         is_dashed: bool,
         ink: Ink,
     },

@@ -127,7 +127,7 @@ fn thresholds(scene: Option<&Scene>) -> impl Iterator<Item = Overlay> {
         .flat_map(|mmps| [-mmps, mmps]);
     both.map(|at| Overlay::Mark {
         at,
-        label: "DV",
+        label: "DV".into(),
         is_dashed: true,
         ink: Ink::solid(|palette| palette.mark, 1.0),
     })

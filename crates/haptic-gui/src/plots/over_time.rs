@@ -1,12 +1,13 @@
 //! Force, position and velocity over time, one below the other on one time axis, under the contact ribbon.
 
 use super::axis::{AXIS_WIDTH, USUAL_COUNT};
-use super::chart::{Axes, Chart, Ink, Overlay, Trace};
+use super::chart::{Axes, Chart, Curve, Ink, Overlay, Trace};
 use super::{contact_ribbon, frame};
 use crate::model::scope::Scope;
 use crate::model::scope::trigger::Mode;
-use crate::model::tapes::Tapes;
-use crate::tape::signal::Quantity;
+use crate::model::tapes::{Tapes, WhatIf};
+use crate::recording::Marker;
+use crate::tape::signal::{Quantity, Signal};
 use crate::theme::Palette;
 use egui::scroll_area::ScrollSource;
 use egui::style::ScrollStyle;
@@ -28,12 +29,16 @@ const POINTS_PER_ZOOM: f32 = 200.0;
 /// Width of the trigger's lines, points.
 const MARK_WIDTH: f32 = 1.0;
 
+/// Width of the force that would have been felt, points.
+const WHAT_IF_WIDTH: f32 = 2.0;
+
 /// Width of a cursor, points.
 const CURSOR_WIDTH: f32 = 1.5;
 
 /// The chart of a quantity, drawn in `columns` columns of pixels.
 pub(crate) fn chart(tapes: &Tapes, scope: &Scope, quantity: Quantity, overlays: &[Overlay], columns: f64) -> Chart {
     let seen = scope.seen(tapes);
+    let overlays = [recorded(tapes, scope, quantity, columns), overlays.to_vec()].concat();
     let traces: Vec<Trace> = quantity.signals().map(Trace::over_time).collect();
     let axes = Axes {
         seen,
@@ -46,7 +51,44 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, quantity: Quantity, overlays: 
             format!("{} ({})", quantity.name(), quantity.unit()),
         ],
     };
-    Chart::new(scope.tape(tapes), &traces, overlays, axes)
+    Chart::new(scope.tape(tapes), &traces, &overlays, axes)
+}
+
+/// What would have been felt along the recording, and the markers.
+fn recorded(tapes: &Tapes, scope: &Scope, quantity: Quantity, columns: f64) -> Vec<Overlay> {
+    let seen = scope.seen(tapes);
+    let mut overlays = Vec::new();
+    if let WhatIf::Shown(what_if) = tapes.what_if()
+        && quantity == Signal::COMMAND_FORCE.quantity()
+    {
+        let ends = (seen.from_s, seen.to_s);
+        let lines = what_if
+            .tape
+            .outlines(&[Signal::COMMAND_FORCE], ends, seen.column_s(columns));
+        let points = lines
+            .into_iter()
+            .flatten()
+            .map(|[t_s, force]| [t_s - seen.zero_s, force]);
+        overlays.push(Overlay::Curve(Curve {
+            name: "What if",
+            points: points.collect(),
+            ink: Ink::solid(|palette| palette.law, WHAT_IF_WIDTH),
+        }));
+    }
+    // Their texts stand in the first plot alone.
+    let is_first = scope.quantities().next() == Some(quantity);
+    let in_sight = |marker: &&Marker| (seen.from_s..=seen.to_s).contains(&marker.t_s);
+    overlays.extend(tapes.markers().iter().filter(in_sight).map(|marker| Overlay::Mark {
+        at: marker.t_s - seen.zero_s,
+        label: if is_first {
+            marker.text.clone().into()
+        } else {
+            "".into()
+        },
+        is_dashed: false,
+        ink: Ink::solid(|palette| palette.mark, MARK_WIDTH),
+    }));
+    overlays
 }
 
 /// The level and the moment of the trigger, and the cursors.
@@ -62,7 +104,7 @@ fn overlays(scope: &Scope, quantity: Quantity) -> Vec<Overlay> {
         }
         overlays.push(Overlay::Mark {
             at: 0.0,
-            label: "",
+            label: "".into(),
             is_dashed: true,
             ink: mark,
         });
@@ -70,7 +112,7 @@ fn overlays(scope: &Scope, quantity: Quantity) -> Vec<Overlay> {
     if scope.cursors.shown {
         overlays.extend(scope.cursors.at_s.map(|at| Overlay::Mark {
             at,
-            label: "",
+            label: "".into(),
             is_dashed: false,
             ink: Ink::solid(|palette| palette.cursor, CURSOR_WIDTH),
         }));

@@ -23,9 +23,10 @@ impl Loaded {
         marks: &[Mark],
         ending: Ending,
     ) -> Self {
+        let tape = Tape::recorded(rows);
         Self {
-            opened: Opened::new(path, metadata, marks, ending),
-            tape: Tape::recorded(rows),
+            opened: Opened::new(path, metadata, marks, ending, &tape),
+            tape,
         }
     }
 
@@ -44,7 +45,7 @@ impl Loaded {
                 }
             }
             let ending = reader.ending().unwrap_or(Ending::Open);
-            let opened = Opened::new(path.to_path_buf(), reader.metadata().clone(), &marks, ending);
+            let opened = Opened::new(path.to_path_buf(), reader.metadata().clone(), &marks, ending, &tape);
             Ok(Self { tape, opened })
         };
         read().map_err(|error| match error {
@@ -63,12 +64,21 @@ pub(crate) struct Opened {
     pub(crate) ending: Ending,
     /// Rows that are missing.
     pub(crate) lost: u64,
+    pub(crate) markers: Vec<Marker>,
     /// The scenes, each from the first tick that rendered it; `None` if the marks do not define it.
     scenes: Vec<(u64, Option<Scene>)>,
 }
 
+/// A moment that a person has marked.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Marker {
+    /// Time on the daemon's clock, s.
+    pub(crate) t_s: f64,
+    pub(crate) text: String,
+}
+
 impl Opened {
-    fn new(path: PathBuf, metadata: Metadata, marks: &[Mark], ending: Ending) -> Self {
+    fn new(path: PathBuf, metadata: Metadata, marks: &[Mark], ending: Ending, tape: &Tape) -> Self {
         let first = &metadata.scene;
         let mut scenes = vec![(0, Some(first.clone()))];
         let mut lost = 0;
@@ -84,6 +94,7 @@ impl Opened {
             metadata,
             ending,
             lost,
+            markers: markers(marks, tape),
             scenes,
         }
     }
@@ -93,6 +104,21 @@ impl Opened {
         let from = self.scenes.partition_point(|(first, _)| *first <= tick);
         self.scenes.get(from.checked_sub(1)?)?.1.as_ref()
     }
+}
+
+/// The markers, each at the first sample of its tick or after it.
+fn markers(marks: &[Mark], tape: &Tape) -> Vec<Marker> {
+    let mut samples = tape.within(f64::NEG_INFINITY, f64::INFINITY).peekable();
+    let marker = |mark: &Mark| {
+        let Mark::Marker { tick, text } = mark else { return None };
+        while samples.next_if(|sample| sample.tick < *tick).is_some() {}
+        let t_s = samples.peek().map(|sample| sample.t_s).or(tape.newest_s())?;
+        Some(Marker {
+            t_s,
+            text: text.clone(),
+        })
+    };
+    marks.iter().filter_map(marker).collect()
 }
 
 /// The scene of a mark, which has a law and parameters. `None` if the block came or went: a mark does
@@ -146,5 +172,25 @@ mod tests {
             "the block is gone, which the parameters do not tell"
         );
         assert_eq!(opened.lost, 3);
+    }
+
+    #[test]
+    fn a_marker_is_at_the_first_sample_of_its_tick() {
+        let rows = [100, 101, 103].map(|tick| Sample {
+            tick,
+            t_s: tick as f64 * 1e-3,
+            ..Sample::default()
+        });
+        let marks = [(101, "pull"), (102, "turn"), (999, "end")].map(|(tick, text)| Mark::Marker {
+            tick,
+            text: text.to_owned(),
+        });
+        let Loaded { opened, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
+        let at: Vec<(f64, &str)> = opened
+            .markers
+            .iter()
+            .map(|marker| (marker.t_s, marker.text.as_str()))
+            .collect();
+        assert_eq!(at, [(0.101, "pull"), (0.103, "turn"), (0.103, "end")]);
     }
 }

@@ -5,8 +5,10 @@
 pub(crate) mod fixture;
 mod loaded;
 mod progress;
+mod what_if;
 
 pub use loaded::Loaded;
-pub(crate) use loaded::Opened;
+pub(crate) use loaded::{Marker, Opened};
 pub use progress::RecordingNews;
 pub(crate) use progress::amount;
+pub use what_if::WhatIfTape;

@@ -184,6 +184,7 @@ fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
     bench.until_connected();
     let metadata = metadata();
     bench.connection.send(Intent::Record {
+        format: haptic_lab::recording::Format::Csv,
         folder: bench.dir.path().to_path_buf(),
         metadata: Box::new(metadata),
     });

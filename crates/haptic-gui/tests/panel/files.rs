@@ -1,13 +1,19 @@
 //! Exports and recordings: what is asked for, and what is said of them.
 
-use crate::bench::{asked, connected, hear, panel, press, type_into, value_of, wait};
+use crate::bench::{Panel, asked, connected, hear, is_enabled, panel, press, type_into, value_of, wait};
 use crate::metadata::metadata;
-use crate::plots::{csv_times, rows};
-use egui::Key;
+use crate::plots::{csv_times, feel, rows};
+use crate::rig::status;
+use crate::scene::active_scene;
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
-use haptic_gui::{Format, Intent, Loaded, RecordingNews, Update};
-use haptic_ipc::RigState;
-use haptic_lab::recording::{Ending, Place, Totals};
+use haptic_core::Scene;
+use haptic_gui::{Files, Format, Intent, Loaded, RecordingNews, Update, WhatIfTape};
+use haptic_ipc::{Event, RigState, Sample, SamplesEvent};
+use haptic_lab::recording::{self, Ending, Mark, Place, Totals};
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
 #[derive(Debug)]
 struct Dropped(std::path::PathBuf);
@@ -140,4 +146,230 @@ fn a_recording_is_looked_at_without_a_daemon() {
         },
     );
     panel.get_by_label("cannot open /x: it is no recording");
+}
+
+fn going(path: &str) -> Update {
+    Update::Recording(RecordingNews::Going {
+        path: path.into(),
+        totals: Totals {
+            rows: 1,
+            lost: 0,
+            missed: 0,
+            bytes: 1,
+            length_s: 0.0,
+        },
+    })
+}
+
+#[test]
+fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_notes() {
+    let mut panel = connected(RigState::Engaged);
+    assert!(!is_enabled(&panel, "Record"), "there is no status yet");
+    hear(&mut panel, active_scene(1, &Scene::paper()));
+    hear(&mut panel, Update::Status(Ok(Box::new(status()))));
+    let recorded = |panel: &mut Panel| {
+        press(panel, "Record");
+        match asked(panel).pop() {
+            Some(Intent::Record { format, metadata, .. }) => (format, *metadata),
+            other => panic!("{other:?}"),
+        }
+    };
+    let (format, metadata) = recorded(&mut panel);
+    assert_eq!((format, metadata.notes), (recording::Format::Mcap, None));
+    let configuration = metadata.configuration.expect("the daemon's status");
+    assert_eq!(configuration["velocity_estimator"], "foaw");
+    press(&mut panel, "format and notes");
+    panel.get_by_label_contains(".parquet (").click();
+    panel.run();
+    type_into(&mut panel, "notes of the recording", "slow-pulls");
+    panel.key_press(Key::Tab);
+    panel.run();
+    let (format, metadata) = recorded(&mut panel);
+    assert_eq!(format, recording::Format::Parquet);
+    assert_eq!(metadata.notes.as_deref(), Some("slow-pulls"));
+}
+
+#[test]
+fn a_marker_is_set_by_its_key_and_its_button_and_is_on_the_time_axis() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    panel.key_press(Key::M);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "nothing is recorded");
+    hear(&mut panel, going("/home/ada/r.mcap"));
+    panel.key_press(Key::M);
+    panel.run();
+    let marker = |tick: u64, text: &str| Intent::Marker {
+        tick,
+        text: text.to_owned(),
+    };
+    assert_eq!(asked(&mut panel), [marker(1999, "marker 1")]);
+    feel(&mut panel, &rows(2000..3000, |_| 1.0));
+    // In the field the key is a letter.
+    type_into(&mut panel, "text of the marker", "my-turn");
+    panel.key_press(Key::M);
+    panel.run();
+    assert_eq!(asked(&mut panel), []);
+    press(&mut panel, "Mark (M)");
+    assert_eq!(asked(&mut panel), [marker(2999, "my-turn")]);
+    hear(&mut panel, going("/home/ada/r.mcap"));
+    panel.key_press_modifiers(Modifiers::COMMAND, Key::M);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "another key");
+    let svg = haptic_gui::export::svg(&panel.state().model);
+    for text in ["marker 1", "my-turn"] {
+        assert_eq!(svg.matches(&format!(">{text}</text>")).count(), 1, "{text}: {svg}");
+    }
+}
+
+/// A second of a hand at 1 Hz under force, as a recording that begins with force.
+fn motion() -> Vec<Sample> {
+    let row = |tick: u32| {
+        let t_s = f64::from(tick) * 1e-3;
+        Sample {
+            tick: tick.into(),
+            t_s,
+            state: RigState::Engaged,
+            device_position_m: 0.03 * (6.3 * t_s).sin(),
+            sample_position_m: 0.03 * (6.3 * t_s).sin(),
+            device_velocity_mps: 0.189 * (6.3 * t_s).cos(),
+            command_force_n: 1.0,
+            revision: 1,
+            elapsed_ns: 1_000_000,
+            device_sequence: tick,
+            device_time_ns: u64::from(tick) * 1_000_000,
+            ..Sample::default()
+        }
+    };
+    (1000..2000).map(row).collect()
+}
+
+/// A recording of [`motion`] with a marker, as a file.
+fn recorded(folder: &std::path::Path) -> PathBuf {
+    let path = folder.join("motion.csv");
+    let mut recorder = recording::create(&path, &metadata(), false).expect("begun");
+    recorder.mark(Mark::Marker {
+        tick: 1400,
+        text: "here & now".to_owned(),
+    });
+    let (seq, dropped, rows) = (0, 0, motion());
+    recorder
+        .event(&Event::Samples(SamplesEvent { seq, dropped, rows }))
+        .expect("written");
+    recorder.finish().expect("written");
+    path
+}
+
+/// A panel whose daemon renders a scene, with the recording open.
+fn looking_at(path: &std::path::Path, scene: &Scene) -> Panel {
+    let mut panel = connected(RigState::Engaged);
+    hear(&mut panel, active_scene(1, scene));
+    let result = Loaded::read(path).map(Box::new);
+    let path = path.to_path_buf();
+    hear(&mut panel, Update::Opened { path, result });
+    panel
+}
+
+fn stickier() -> Scene {
+    let scene = Scene::paper().with(&[("Fd".parse().expect("a parameter"), 9.0)]);
+    Scene {
+        name: "sticky".to_owned(),
+        ..scene.expect("a scene")
+    }
+}
+
+#[test]
+fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = recorded(folder.path());
+    let mut panel = looking_at(&path, &stickier());
+    let svg = |panel: &Panel| haptic_gui::export::svg(&panel.state().model);
+    assert!(svg(&panel).contains(">here &amp; now</text>"), "the marker");
+    assert!(!svg(&panel).contains("What if"));
+    press(&mut panel, "What if...");
+    let asked_for = asked(&mut panel);
+    let [Intent::WhatIf { number, path, scene }] = &asked_for[..] else {
+        panic!("{asked_for:?}")
+    };
+    assert_eq!(**scene, stickier());
+    panel.get_by_label("Cancel what-if");
+    let result = WhatIfTape::render(path, stickier(), &AtomicBool::new(false)).map(Box::new);
+    let number = *number;
+    // The answer to another question is not shown.
+    let other = Update::WhatIf {
+        number: number + 1,
+        result: result.clone(),
+    };
+    hear(&mut panel, other);
+    panel.get_by_label("Cancel what-if");
+    hear(&mut panel, Update::WhatIf { number, result });
+    panel.get_by_label_contains("What if sticky: 8.");
+    panel.get_by_label_contains("N rms instead of 1.00 N");
+    panel.get_by_label_contains("does not react to the other force");
+    assert!(svg(&panel).contains(">What if</text>"));
+    // The axis fits it: 9 N of friction against 1 N.
+    assert!(svg(&panel).contains(">-5<"), "{}", svg(&panel));
+    press(&mut panel, "Hide what-if");
+    assert!(!svg(&panel).contains("What if"));
+    assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);
+}
+
+#[test]
+fn a_rendering_that_is_given_up_shows_nothing_and_one_that_fails_says_why() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = recorded(folder.path());
+    let mut panel = looking_at(&path, &stickier());
+    let ask = |panel: &mut Panel| {
+        press(panel, "What if...");
+        match asked(panel).pop() {
+            Some(Intent::WhatIf { number, .. }) => number,
+            other => panic!("{other:?}"),
+        }
+    };
+    let number = ask(&mut panel);
+    press(&mut panel, "Cancel what-if");
+    assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);
+    let given_up = WhatIfTape::render(&path, stickier(), &AtomicBool::new(true));
+    let why = given_up.expect_err("it is given up");
+    let late = Update::WhatIf {
+        number,
+        result: Err(why),
+    };
+    hear(&mut panel, late);
+    panel.get_by_label("What if...");
+    assert!(panel.query_by_label_contains("given up").is_none());
+    let number = ask(&mut panel);
+    let result = WhatIfTape::render(&folder.path().join("gone.csv"), stickier(), &AtomicBool::new(false));
+    let result = result.map(Box::new);
+    hear(&mut panel, Update::WhatIf { number, result });
+    panel.get_by_label_contains("gone.csv");
+    panel.get_by_label("What if...");
+    // A stop is a stop.
+    ask(&mut panel);
+    panel.key_press(Key::Space);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop]);
+    press(&mut panel, "Close recording");
+    assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);
+}
+
+#[test]
+fn a_rendering_is_done_by_a_thread_of_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = recorded(folder.path());
+    let mut files = Files::new(|_| {});
+    files.what_if(7, path, stickier());
+    let began = Instant::now();
+    let result = loop {
+        let answer = files.updates().find_map(|update| match update {
+            Update::WhatIf { number, result } => Some((number, result)),
+            _ => None,
+        });
+        if let Some(answer) = answer {
+            break answer;
+        }
+        assert!(began.elapsed() < Duration::from_secs(30), "no answer in time");
+        std::thread::yield_now();
+    };
+    assert!(matches!(result, (7, Ok(_))), "{result:?}");
 }

@@ -236,7 +236,7 @@ fn histograms_and_clipping_are_shown() {
     panel.get_by_label("At the force limit 25.0 %");
 }
 
-fn status() -> haptic_ipc::Status {
+pub(crate) fn status() -> haptic_ipc::Status {
     let text = r#"{"server":"hapticd 0.1.0","state":"engaged","tick":1,"uptime_s":1,"rate_hz":1000,"scheme":"exact",
         "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
         "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;

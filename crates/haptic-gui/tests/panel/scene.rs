@@ -15,7 +15,7 @@ use haptic_ipc::{
 };
 use std::time::{Duration, Instant};
 
-fn active_scene(revision: u64, scene: &Scene) -> Update {
+pub(crate) fn active_scene(revision: u64, scene: &Scene) -> Update {
     Update::Scene(Ok(Box::new(SceneReply {
         revision,
         params: params_of(scene),

@@ -11,7 +11,9 @@ mod metadata;
 mod row;
 
 use desk::{Desk, Pipe, an_hour, percentiles};
+use haptic_core::Scene;
 use haptic_gui::{Format, Intent};
+use haptic_lab::recording;
 use metadata::metadata;
 use std::time::Duration;
 
@@ -31,6 +33,7 @@ fn stops(desk: &mut Desk, what: &str, count: usize) -> Vec<Duration> {
 fn record_to_a_stalled_disk(desk: &mut Desk, pipe: &Pipe) {
     desk.ask(Intent::Record {
         folder: pipe.path().to_path_buf(),
+        format: recording::Format::Csv,
         metadata: Box::new(metadata()),
     });
     desk.draw_until("the pipe is full", |_| pipe.is_full());
@@ -55,6 +58,7 @@ fn a_recording_into_a_pipe_that_nobody_opens_does_not_keep_a_stop_waiting() {
     let pipe = Pipe::unopened();
     desk.ask(Intent::Record {
         folder: pipe.path().to_path_buf(),
+        format: recording::Format::Csv,
         metadata: Box::new(metadata()),
     });
     stops(&mut desk, "recording into a pipe that nobody opens", 5);
@@ -89,6 +93,19 @@ fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
     stops(&mut desk, "reading another", 3);
     assert!(desk.files_busy() > 0, "it still goes on");
     drop((fed, drained));
+
+    let recording = Pipe::unopened();
+    let fed = recording.feed();
+    desk.ask(Intent::WhatIf {
+        number: 1,
+        path: recording.path().to_path_buf(),
+        scene: Box::new(Scene::paper()),
+    });
+    stops(&mut desk, "rendering another scene along one", 3);
+    assert!(desk.files_busy() > 0, "it still goes on");
+    desk.ask(Intent::CancelWhatIf);
+    stops(&mut desk, "giving that up", 2);
+    drop(fed);
 }
 
 #[test]

@@ -7,35 +7,11 @@ use crate::control::whole_file;
 use crate::control::worker_pool::{WorkError, WorkerPool};
 use haptic_core::Scene;
 use haptic_ipc::{
-    ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
+    BUILT_IN_SCENES, ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
     meant_or_semicolon, regular_file,
 };
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-
-/// The built-in scenes, by name.
-const BUILT_IN: &[(&str, &str)] = &[
-    (
-        "simulated-friction",
-        include_str!("../../../../scenes/simulated-friction.toml"),
-    ),
-    ("no-friction", include_str!("../../../../scenes/no-friction.toml")),
-    ("high-stiction", include_str!("../../../../scenes/high-stiction.toml")),
-    ("viscous-drag", include_str!("../../../../scenes/viscous-drag.toml")),
-    (
-        "aluminium-on-teflon",
-        include_str!("../../../../scenes/aluminium-on-teflon.toml"),
-    ),
-    (
-        "stuck-spring-on-the-device",
-        include_str!("../../../../scenes/stuck-spring-on-the-device.toml"),
-    ),
-    (
-        "asymmetric-with-memory",
-        include_str!("../../../../scenes/asymmetric-with-memory.toml"),
-    ),
-    ("lugre", include_str!("../../../../scenes/lugre.toml")),
-];
 
 /// Longest name of a saved scene, bytes.
 const LONGEST_NAME: usize = 64;
@@ -70,7 +46,7 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
             WireError::new(ErrorCode::NoSuchScene, message).about("scene")
         }),
         SceneRef::Name(name) => {
-            if let Some((_, text)) = BUILT_IN.iter().find(|(known, _)| *known == name) {
+            if let Some((_, text)) = BUILT_IN_SCENES.iter().find(|(known, _)| *known == name) {
                 return read(&name, text);
             }
             let path = path_of(rig, &name)?;
@@ -84,7 +60,7 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
                         .and_then(|directory| saved(directory).ok())
                         .unwrap_or_default();
                     let saved = saved.iter().map(|(name, _)| name.as_str());
-                    let known: Vec<&str> = BUILT_IN.iter().map(|(known, _)| *known).chain(saved).collect();
+                    let known: Vec<&str> = BUILT_IN_SCENES.iter().map(|(known, _)| *known).chain(saved).collect();
                     let message = format!(
                         "there is no scene `{name}` in the library{} `scene.list` lists all",
                         meant_or_semicolon(&name, &known)
@@ -105,7 +81,7 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
 pub(super) async fn list(rig: &RigHandle) -> Result<SceneListReply, WireError> {
     let directory = rig.facts.scene_dir.clone();
     on_worker(rig.library(), &rig.facts.scene_dir, move || {
-        let mut scenes: Vec<ListedScene> = BUILT_IN
+        let mut scenes: Vec<ListedScene> = BUILT_IN_SCENES
             .iter()
             .map(|(name, text)| listed(name, None, read(name, text)))
             .collect();
@@ -168,7 +144,7 @@ pub(super) async fn save(
     scene: Option<SceneRef>,
     replace: bool,
 ) -> Result<SceneSaveReply, WireError> {
-    if BUILT_IN.iter().any(|(known, _)| *known == name) {
+    if BUILT_IN_SCENES.iter().any(|(known, _)| *known == name) {
         let message = format!("the scene `{name}` is built in and cannot be replaced: choose another name");
         return Err(WireError::new(ErrorCode::SceneExists, message).about("name"));
     }

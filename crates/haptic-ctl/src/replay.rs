@@ -1,0 +1,367 @@
+//! `replay`: a recording's forces again, to the last bit, or those of another scene.
+
+use crate::daemon::Daemon;
+use crate::failure::Failure;
+use crate::scene::reference;
+use crate::{complete, output, progress, set};
+use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
+use haptic_core::{Scene, Scheme};
+use haptic_ipc::{BUILT_IN_SCENES, Changes, ClientError, Request, SceneRef, SceneReply};
+use haptic_lab::recording::{self, Ending, Metadata, Reader, RecordingError};
+use haptic_lab::replay::{self, Alternative, Felt, LargestDifference, Report, Summary, Tally, WhatIf};
+use serde_json::{Value, json};
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// The end of the help.
+pub(crate) const HELP: &str = "\
+Without --scene, --set or --scheme every recorded output is computed again and compared. The exit code is 0 if \
+something was compared and nothing differs, and 1 otherwise.
+
+With one of them the recorded motion is rendered with something else: the hand moves as it did then, and does not react \
+to the other force.";
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Recording, with every tick
+    file: PathBuf,
+
+    /// Render another scene: a name of the library, a revision as @42, or a FILE.toml
+    #[arg(long, value_name = "SCENE", add = ArgValueCompleter::new(complete::scenes))]
+    scene: Option<String>,
+
+    /// Render with another value of a parameter, as `haptic-ctl set` takes it; repeatable
+    #[arg(long, value_name = "NAME=VALUE", add = ArgValueCompleter::new(complete::assignments))]
+    set: Vec<String>,
+
+    /// Render with another scheme: exact, implicit, literal or literal:N
+    #[arg(long, value_name = "SCHEME")]
+    scheme: Option<Scheme>,
+
+    /// Output: both forces, one row a tick
+    #[arg(long, value_name = "OUT.csv")]
+    out: Option<PathBuf>,
+}
+
+impl Arguments {
+    fn is_what_if(&self) -> bool {
+        self.scene.is_some() || !self.set.is_empty() || self.scheme.is_some()
+    }
+
+    /// The request for a scene that only the daemon has.
+    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
+        let scene = match self.scene.as_ref().map(|text| reference::read(text)).transpose()? {
+            Some(SceneRef::Name(name)) if built_in(&name).is_none() => SceneRef::Name(name),
+            Some(SceneRef::Revision(revision)) => SceneRef::Revision(revision),
+            _ => return Ok(Vec::new()),
+        };
+        Ok(vec![Request::Get { scene: Some(scene) }])
+    }
+}
+
+/// A built-in scene.
+fn built_in(name: &str) -> Option<&'static str> {
+    let (_, text) = BUILT_IN_SCENES.iter().find(|(known, _)| *known == name)?;
+    Some(text)
+}
+
+pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+    if !arguments.is_what_if() {
+        if arguments.out.is_some() {
+            let why = "--out writes what would have been felt: name --scene, --set or --scheme";
+            return Err(Failure::Usage(why.to_owned()));
+        }
+        return compare(&arguments.file, as_json);
+    }
+    let alternative = Alternative {
+        scene: scene(socket, arguments).await?,
+        changes: changes(&arguments.set)?,
+        scheme: arguments.scheme,
+    };
+    what_if(arguments, alternative, as_json)
+}
+
+fn changes(texts: &[String]) -> Result<Vec<(haptic_core::ParameterKey, f64)>, Failure> {
+    let changes: Changes = texts
+        .iter()
+        .map(|text| set::assignment(text))
+        .collect::<Result<_, _>>()?;
+    changes.resolve().map_err(|error| Failure::Usage(error.message))
+}
+
+/// The other scene: built in, from a file, or of the daemon.
+async fn scene(socket: Option<&Path>, arguments: &Arguments) -> Result<Option<Scene>, Failure> {
+    let Some(text) = &arguments.scene else {
+        return Ok(None);
+    };
+    let name = match reference::read(text)? {
+        SceneRef::Scene(scene) => return Ok(Some(*scene)),
+        SceneRef::Name(name) => name,
+        SceneRef::Revision(revision) => format!("@{revision}"),
+    };
+    if let Some(text) = built_in(&name) {
+        let scene = toml::from_str(text).map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
+        return Ok(Some(scene));
+    }
+    let mut daemon = match Daemon::connect(socket).await {
+        Ok(daemon) => daemon,
+        Err(Failure::Client(ClientError::NoDaemon { .. })) => {
+            let known: Vec<&str> = BUILT_IN_SCENES.iter().map(|(name, _)| *name).collect();
+            return Err(Failure::Usage(format!(
+                "`{name}` is not built in, and no daemon is there to ask for it: the built-in scenes are {}",
+                known.join(", ")
+            )));
+        }
+        Err(failure) => return Err(failure),
+    };
+    for request in arguments.requests()? {
+        let reply: SceneReply = reference::ask(&mut daemon, request).await?;
+        return Ok(Some(reply.scene));
+    }
+    Ok(None)
+}
+
+fn unreadable(path: &Path) -> impl Fn(RecordingError) -> Failure {
+    move |error| {
+        Failure::Usage(match error {
+            // Its text has the name of the file.
+            RecordingError::Open { .. } => error.to_string(),
+            error => format!("{}: {error}", path.display()),
+        })
+    }
+}
+
+fn unreplayable(path: &Path) -> impl Fn(replay::ReplayError) -> Failure {
+    move |error| Failure::BadRecording(format!("{}: {error}", path.display()))
+}
+
+fn open(path: &Path) -> Result<(Reader, Metadata), Failure> {
+    let reader = recording::open(path).map_err(unreadable(path))?;
+    let metadata = reader.metadata().clone();
+    Ok((reader, metadata))
+}
+
+fn compare(path: &Path, as_json: bool) -> Result<(), Failure> {
+    let (mut reader, metadata) = open(path)?;
+    let began = Instant::now();
+    let bar = progress::busy("replaying");
+    let report = replay::replay(&metadata, reader.by_ref()).map_err(unreplayable(path));
+    bar.finish_and_clear();
+    let report = report?;
+    let ticks_per_s = rate(report.ticks, began);
+    let ending = reader.ending().unwrap_or(Ending::Open);
+    if as_json {
+        let mut object = serde_json::to_value(&report).map_err(std::io::Error::other)?;
+        object["compared"] = report.compared().into();
+        object["ending"] = ending.to_string().into();
+        object["ticks_per_s"] = ticks_per_s.into();
+        output::json(&object)?;
+    } else {
+        show(path, &report, ending, ticks_per_s)?;
+    }
+    if report.is_exact() {
+        Ok(())
+    } else {
+        Err(Failure::Silent(1))
+    }
+}
+
+/// Ticks a second since a time.
+fn rate(ticks: u64, began: Instant) -> f64 {
+    (ticks as f64 / began.elapsed().as_secs_f64().max(1e-9)).round()
+}
+
+fn show(path: &Path, report: &Report, ending: Ending, ticks_per_s: f64) -> Result<(), Failure> {
+    output::line(&format!(
+        "{}: {} ticks, {} compared ({} with force), {} of them differ",
+        path.display(),
+        report.ticks,
+        report.compared(),
+        report.with_force,
+        report.differing
+    ))?;
+    if let Some(first) = &report.first_differing {
+        output::line(&format!(
+            "first at tick {} ({:.6} s): {} is recorded as {}, and computed as {}\n  {}",
+            first.tick, first.t_s, first.column, first.recorded, first.computed, first.likely
+        ))?;
+    }
+    for one in &report.uncompared {
+        output::line(&format!(
+            "{} ticks from tick {} on not compared: {}",
+            one.ticks, one.first_tick, one.reason
+        ))?;
+    }
+    if ending != Ending::Complete {
+        output::line(&format!("the recording is {ending}"))?;
+    }
+    if report.compared() == 0 {
+        output::line("nothing was compared: begin a recording before force flows")?;
+    }
+    output::line(&format!("{ticks_per_s} ticks a second"))
+}
+
+fn what_if(arguments: &Arguments, alternative: Alternative, as_json: bool) -> Result<(), Failure> {
+    let path = &arguments.file;
+    let (mut reader, metadata) = open(path)?;
+    let mut out = arguments
+        .out
+        .as_deref()
+        .map(|out| Forces::create(out, path))
+        .transpose()?;
+    let began = Instant::now();
+    let bar = progress::busy("replaying");
+    let mut what_if = WhatIf::new(&metadata, alternative).map_err(unreplayable(path))?;
+    for entry in reader.by_ref() {
+        let felt = what_if
+            .entry(&entry.map_err(unreadable(path))?)
+            .map_err(unreplayable(path))?;
+        if let (Some(felt), Some(out)) = (felt, &mut out) {
+            out.write(&felt)?;
+        }
+    }
+    if let Some(out) = out {
+        out.finish()?;
+    }
+    bar.finish_and_clear();
+    let summary = what_if.summary();
+    if summary.ticks == summary.not_computed {
+        return Err(Failure::BadRecording(format!(
+            "{}: no force follows from any of its {} rows",
+            path.display(),
+            summary.ticks
+        )));
+    }
+    if as_json {
+        return output::json(&what_if_json(&summary, rate(summary.ticks, began)));
+    }
+    show_what_if(path, &summary)
+}
+
+fn what_if_json(summary: &Summary, ticks_per_s: f64) -> Value {
+    let tally = |tally: &Tally| {
+        json!({
+            "ticks": tally.ticks,
+            "rms_force_N": tally.rms_force_n(),
+            "peak_force_N": tally.peak_force_n,
+            "breakaways": tally.breakaways,
+            "stops": tally.stops,
+            "stuck_s": tally.stuck_s,
+            "energy_J": tally.energy_j,
+        })
+    };
+    json!({
+        "ticks": summary.ticks,
+        "not_computed": summary.not_computed,
+        "recorded": tally(&summary.recorded),
+        "what_if": tally(&summary.what_if),
+        "largest_difference": summary.largest_difference,
+        "ticks_per_s": ticks_per_s,
+    })
+}
+
+fn show_what_if(path: &Path, summary: &Summary) -> Result<(), Failure> {
+    let Summary {
+        recorded,
+        what_if,
+        largest_difference,
+        ..
+    } = summary;
+    let row = |name: &str, cell: &dyn Fn(&Tally) -> String| vec![name.to_owned(), cell(recorded), cell(what_if)];
+    let rows = [
+        vec!["".to_owned(), "recorded".to_owned(), "what if".to_owned()],
+        row("ticks with force", &|tally| tally.ticks.to_string()),
+        row("rms force, N", &|tally| format!("{:.4}", tally.rms_force_n())),
+        row("peak force, N", &|tally| format!("{:.4}", tally.peak_force_n)),
+        row("breakaways", &|tally| tally.breakaways.to_string()),
+        row("stops", &|tally| tally.stops.to_string()),
+        row("time stuck, s", &|tally| format!("{:.3}", tally.stuck_s)),
+        row("work of the hand, J", &|tally| format!("{:.4}", tally.energy_j)),
+    ];
+    output::line(&format!("{}: {} ticks", path.display(), summary.ticks))?;
+    output::line(&output::table(&rows))?;
+    if let Some(LargestDifference {
+        tick,
+        t_s,
+        recorded_n,
+        what_if_n,
+    }) = largest_difference
+    {
+        output::line(&format!(
+            "they differ most at tick {tick} ({t_s:.6} s): {recorded_n:.4} N recorded, {what_if_n:.4} N instead"
+        ))?;
+    } else {
+        output::line("both forces are the same in every tick")?;
+    }
+    if summary.not_computed > 0 {
+        output::line(&format!(
+            "{} ticks not computed: the servo's state does not follow from the recording there",
+            summary.not_computed
+        ))?;
+    }
+    output::line("the motion is the recorded one: the hand does not react to the other force")
+}
+
+/// The file of both forces.
+struct Forces<'a> {
+    path: &'a Path,
+    file: BufWriter<File>,
+}
+
+impl<'a> Forces<'a> {
+    fn create(path: &'a Path, recording: &Path) -> Result<Self, Failure> {
+        if path
+            .canonicalize()
+            .is_ok_and(|out| recording.canonicalize().is_ok_and(|read| read == out))
+        {
+            let path = path.display();
+            return Err(Failure::Usage(format!("{path} is the recording: name another file")));
+        }
+        let file = File::create(path).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+        let mut forces = Self {
+            path,
+            file: BufWriter::new(file),
+        };
+        forces.line(format_args!(
+            "tick,t_s,device_position_m,device_velocity_mps,recorded_force_N,what_if_force_N,recorded_contact,\
+             what_if_contact,what_if_block_position_m,what_if_block_velocity_mps"
+        ))?;
+        Ok(forces)
+    }
+
+    /// Writes a row; cells of what does not follow are empty.
+    fn write(&mut self, Felt { recorded, what_if }: &Felt) -> Result<(), Failure> {
+        let cell =
+            |of: fn(&haptic_ipc::Sample) -> f64| what_if.as_ref().map_or_else(String::new, |row| of(row).to_string());
+        let contact = what_if.as_ref().map_or_else(String::new, |row| row.contact.to_string());
+        self.line(format_args!(
+            "{},{},{},{},{},{},{},{contact},{},{}",
+            recorded.tick,
+            recorded.t_s,
+            recorded.device_position_m,
+            recorded.device_velocity_mps,
+            recorded.command_force_n,
+            cell(|row| row.command_force_n),
+            recorded.contact,
+            cell(|row| row.block_position_m),
+            cell(|row| row.block_velocity_mps),
+        ))
+    }
+
+    fn finish(mut self) -> Result<(), Failure> {
+        let path = self.path;
+        self.file.flush().map_err(|error| Self::failure(path, &error))
+    }
+
+    fn line(&mut self, line: std::fmt::Arguments<'_>) -> Result<(), Failure> {
+        let path = self.path;
+        writeln!(self.file, "{line}").map_err(|error| Self::failure(path, &error))
+    }
+
+    fn failure(path: &Path, error: &std::io::Error) -> Failure {
+        Failure::File(format!("{}: {error}", path.display()))
+    }
+}

@@ -1,0 +1,69 @@
+//! What would have been felt along a recording's motion.
+
+use crate::tape::Tape;
+use haptic_core::Scene;
+use haptic_lab::recording;
+use haptic_lab::replay::{Alternative, Summary, WhatIf};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Entries after which a rendering looks whether it is still wanted: a few milliseconds.
+const ENTRIES_A_LOOK: usize = 1000;
+
+/// Another scene, rendered along a recording's motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WhatIfTape {
+    pub(crate) tape: Tape,
+    pub(crate) scene: String,
+    pub(crate) summary: Summary,
+}
+
+impl WhatIfTape {
+    /// Renders a scene along the motion of a recording's file, until `is_over`.
+    ///
+    /// # Errors
+    /// Why it cannot be read or rendered, with the name of the file.
+    pub fn render(path: &Path, scene: Scene, is_over: &AtomicBool) -> Result<Self, String> {
+        let failed = |error: &dyn std::fmt::Display| format!("what if along {}: {error}", path.display());
+        let mut reader = recording::open(path).map_err(|error| failed(&error))?;
+        let name = scene.name.clone();
+        let alternative = Alternative {
+            scene: Some(scene),
+            ..Alternative::default()
+        };
+        let metadata = reader.metadata().clone();
+        let mut what_if = WhatIf::new(&metadata, alternative).map_err(|error| failed(&error))?;
+        let mut tape = Tape::default();
+        for (count, entry) in reader.by_ref().enumerate() {
+            if count.is_multiple_of(ENTRIES_A_LOOK) && is_over.load(Ordering::Acquire) {
+                return Err("the rendering was given up".to_owned());
+            }
+            let entry = entry.map_err(|error| failed(&error))?;
+            let felt = what_if.entry(&entry).map_err(|error| failed(&error))?;
+            if let Some(row) = felt.and_then(|felt| felt.what_if) {
+                tape.push(row);
+            }
+        }
+        Ok(Self {
+            tape,
+            scene: name,
+            summary: what_if.summary(),
+        })
+    }
+
+    /// What is said of it.
+    pub(crate) fn line(&self) -> String {
+        let Summary { recorded, what_if, .. } = &self.summary;
+        format!(
+            "What if {}: {:.2} N rms instead of {:.2} N, {:.2} N peak instead of {:.2} N, {} breakaways instead of {}. \
+             The hand moves as recorded: it does not react to the other force.",
+            self.scene,
+            what_if.rms_force_n(),
+            recorded.rms_force_n(),
+            what_if.peak_force_n,
+            recorded.peak_force_n,
+            what_if.breakaways,
+            recorded.breakaways,
+        )
+    }
+}

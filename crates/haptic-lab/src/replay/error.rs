@@ -1,0 +1,41 @@
+//! Why a recording cannot be replayed.
+
+use crate::recording::RecordingError;
+use haptic_core::SceneError;
+use thiserror::Error;
+
+/// Why a recording cannot be replayed.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// It does not say how the servo was set up.
+    #[error(
+        "the recording does not hold the servo's settings ({server} did not tell them), so no force follows from it"
+    )]
+    NoServo {
+        /// Name and version of the daemon.
+        server: String,
+    },
+    /// Its rows are not all ticks.
+    #[error(
+        "the recording holds {rate_hz} of {loop_rate_hz} ticks a second: a force follows from every tick before it, so \
+         only a recording of every tick can be replayed (record without --rate)"
+    )]
+    Thinned {
+        /// Rows a second, Hz.
+        rate_hz: f64,
+        /// Ticks a second, Hz.
+        loop_rate_hz: f64,
+    },
+    /// A scene cannot be rendered.
+    #[error("revision {revision}: {error}")]
+    Scene {
+        /// Its revision.
+        revision: u64,
+        /// Why.
+        error: SceneError,
+    },
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+}

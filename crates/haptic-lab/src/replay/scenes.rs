@@ -1,0 +1,108 @@
+//! The scenes of a recording, compiled as the daemon compiled them.
+
+use super::error::ReplayError;
+use crate::recording::Metadata;
+use haptic_core::servo::CompiledScene;
+use haptic_core::{ParameterKey, Renderer, Scene, SceneError, Scheme};
+use haptic_ipc::{SceneArrival, ServoSetup};
+use std::collections::BTreeMap;
+
+/// What is rendered instead of what was. The default changes nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Alternative {
+    /// Another scene, in place of every one of the recording.
+    pub scene: Option<Scene>,
+    /// Other values of parameters, in every scene.
+    pub changes: Vec<(ParameterKey, f64)>,
+    /// Another scheme.
+    pub scheme: Option<Scheme>,
+}
+
+impl Alternative {
+    fn of(&self, scene: &Scene) -> Result<Scene, SceneError> {
+        self.scene.as_ref().unwrap_or(scene).with(&self.changes)
+    }
+}
+
+/// How a scene comes in.
+#[derive(Debug)]
+pub(super) enum Arriving {
+    Scene(Box<CompiledScene>),
+    /// The one before stays.
+    Stays,
+    /// The recording does not hold it.
+    Unknown,
+}
+
+/// All scenes of a recording so far.
+#[derive(Debug)]
+pub(super) struct Scenes {
+    by_revision: BTreeMap<u64, SceneArrival>,
+    scheme: Scheme,
+    period_s: f64,
+    alternative: Option<Alternative>,
+}
+
+impl Scenes {
+    pub(super) fn new(metadata: &Metadata, setup: &ServoSetup, alternative: Option<Alternative>) -> Self {
+        let first = SceneArrival {
+            scene: metadata.scene.clone(),
+            ramp: None,
+        };
+        Self {
+            by_revision: BTreeMap::from([(metadata.revision, first)]),
+            scheme: alternative
+                .as_ref()
+                .and_then(|alternative| alternative.scheme)
+                .unwrap_or(setup.scheme),
+            period_s: setup.settings.period_s,
+            alternative,
+        }
+    }
+
+    pub(super) fn add(&mut self, revision: u64, arrival: &SceneArrival) {
+        self.by_revision.insert(revision, arrival.clone());
+    }
+
+    /// The law of a scene, if the recording holds it.
+    pub(super) fn law(&self, revision: u64) -> Option<&'static str> {
+        let arrival = self.by_revision.get(&revision)?;
+        Some(arrival.scene.friction.law())
+    }
+
+    /// A scene as it arrives, with its ramp.
+    pub(super) fn arriving(&self, revision: u64) -> Result<Arriving, ReplayError> {
+        let Some(SceneArrival { scene, ramp }) = self.by_revision.get(&revision) else {
+            return Ok(Arriving::Unknown);
+        };
+        if self.alternative.as_ref().is_some_and(|other| other.scene.is_some()) {
+            return Ok(Arriving::Stays);
+        }
+        let (from, ramp_s) = ramp.as_ref().map_or((scene, 0.0), |ramp| (&ramp.from, ramp.over_s));
+        let compile = || {
+            let (from, to) = (self.changed(from)?, self.changed(scene)?);
+            CompiledScene::ramped(&from, &to, revision, self.scheme, self.period_s, ramp_s)
+        };
+        let compiled = compile().map_err(|error| ReplayError::Scene { revision, error })?;
+        Ok(Arriving::Scene(Box::new(compiled)))
+    }
+
+    /// A scene that has arrived; `None` if the recording does not hold it.
+    pub(super) fn active(&self, revision: u64) -> Result<Option<Box<CompiledScene>>, ReplayError> {
+        let Some(arrival) = self.by_revision.get(&revision) else {
+            return Ok(None);
+        };
+        let renderer = self
+            .changed(&arrival.scene)
+            .and_then(|scene| Renderer::new(&scene, self.scheme, self.period_s))
+            .map_err(|error| ReplayError::Scene { revision, error })?;
+        Ok(Some(Box::new(CompiledScene::at_once(renderer, revision))))
+    }
+
+    fn changed(&self, scene: &Scene) -> Result<Scene, SceneError> {
+        match &self.alternative {
+            Some(alternative) => alternative.of(scene),
+            None => Ok(scene.clone()),
+        }
+    }
+}

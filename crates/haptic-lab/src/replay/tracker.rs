@@ -1,0 +1,158 @@
+//! The state of a velocity tracker, found from the velocities that it gave.
+//!
+//! An alpha-beta-gamma tracker forgets where it began, but not to the last bit: two that follow the
+//! same hand may differ for ever in the last bits of their accelerations, which no rounded position
+//! shows, and now and then of their velocities. A recording holds every velocity. So an observer that
+//! is held to them comes to within rounding of the tracker's state; around it every state is tried,
+//! and those stay that give the recorded velocities bit by bit.
+
+use haptic_core::sample_clock::{SampleClock, Stamp};
+use haptic_core::velocity::AlphaBetaGamma;
+use haptic_ipc::Sample;
+
+/// Samples after which the observer is at the tracker's state but for rounding: of an error it leaves
+/// 0.376 a sample.
+const LEARNED_SAMPLES: u32 = 36;
+
+/// Samples after which the observer is asked anew where no state fits.
+const NEXT_TRY_SAMPLES: u32 = 8;
+
+/// Most states that are tried at once.
+const MOST_CANDIDATES: i64 = 200_000;
+
+/// Finds the state of a tracker.
+#[derive(Debug)]
+pub(super) struct TrackerSearch {
+    clock: SampleClock,
+    now_ns: u64,
+    sequence: Option<u32>,
+    observer: AlphaBetaGamma,
+    samples: u32,
+    candidates: Vec<AlphaBetaGamma>,
+    is_over: bool,
+}
+
+impl TrackerSearch {
+    /// Begins with the next sample, of a tracker for steps of `period_s`.
+    pub(super) fn new(period_s: f64, stale_ns: u64) -> Self {
+        Self {
+            clock: SampleClock::new(stale_ns),
+            now_ns: 0,
+            sequence: None,
+            observer: AlphaBetaGamma::new(period_s),
+            samples: 0,
+            candidates: Vec::new(),
+            is_over: false,
+        }
+    }
+
+    /// The state that the tracker had before a row, as far as it is known by now. `is_error` says that
+    /// the row has no sample: the tracker then begins anew, and nothing is left to be found.
+    pub(super) fn before(&mut self, row: &Sample, is_error: bool) -> Option<[f64; 3]> {
+        if self.is_over {
+            return None;
+        }
+        self.now_ns = self.now_ns.saturating_add(row.elapsed_ns);
+        if is_error {
+            self.is_over = true;
+            return None;
+        }
+        if self.sequence.replace(row.device_sequence) == Some(row.device_sequence) {
+            return None;
+        }
+        let elapsed = self.clock.elapsed_s(Stamp {
+            sequence: row.device_sequence,
+            device_ns: row.device_time_ns,
+            host_ns: self.now_ns,
+        });
+        // A sample that was held back, and a clock that was not believed, are no matter of a tracker.
+        let is_plain = row.sample_position_m.to_bits() == row.device_position_m.to_bits();
+        let (Ok(elapsed_s), true) = (elapsed, is_plain) else {
+            self.is_over = true;
+            return None;
+        };
+        let known = self.filter(elapsed_s, row);
+        self.observe(elapsed_s, row);
+        known
+    }
+
+    /// Keeps the candidates that give the recorded velocity; returns one of them as it was before.
+    fn filter(&mut self, elapsed_s: f64, row: &Sample) -> Option<[f64; 3]> {
+        let mut known = None;
+        self.candidates.retain_mut(|candidate| {
+            let before = candidate.state();
+            let velocity = candidate.update(elapsed_s, row.sample_position_m);
+            let fits = velocity.to_bits() == row.device_velocity_mps.to_bits();
+            if fits {
+                known.get_or_insert(before);
+            }
+            fits
+        });
+        let bits = |candidate: &AlphaBetaGamma| candidate.state().map(f64::to_bits);
+        if let Some((first, others)) = self.candidates.split_first()
+            && others.iter().all(|other| bits(other) == bits(first))
+        {
+            // From here on the tracker itself is exact.
+            self.is_over = true;
+            self.candidates = Vec::new();
+        }
+        known
+    }
+
+    /// Holds the observer to the recorded velocity.
+    fn observe(&mut self, elapsed_s: f64, row: &Sample) {
+        let computed = self.observer.update(elapsed_s, row.sample_position_m);
+        let [position, _, mut acceleration] = self.observer.state();
+        if elapsed_s > 0.0 {
+            acceleration -= (computed - row.device_velocity_mps) / elapsed_s;
+        }
+        let state = [position, row.device_velocity_mps, acceleration];
+        self.observer.set_state(state);
+        self.samples += 1;
+        let is_due = self.samples >= LEARNED_SAMPLES && self.samples.is_multiple_of(NEXT_TRY_SAMPLES);
+        if !self.is_over && self.candidates.is_empty() && is_due {
+            self.candidates = around(self.observer, elapsed_s);
+        }
+    }
+}
+
+/// All trackers with the velocity of one whose position and acceleration differ from its by rounding.
+fn around(tracker: AlphaBetaGamma, elapsed_s: f64) -> Vec<AlphaBetaGamma> {
+    let [position, velocity, acceleration] = tracker.state();
+    // What a rounded velocity leaves unsaid of the acceleration, and that of the next position.
+    let unsaid = 4.0 * ulp(velocity) / elapsed_s;
+    let reach = |unsaid: f64, number: f64, least: i64| -> i64 {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the cast saturates, and a large number is refused"
+        )]
+        let ulps = (unsaid / ulp(number)).ceil() as i64;
+        ulps.max(least)
+    };
+    let positions = reach(0.25 * elapsed_s * elapsed_s * unsaid, position, 2);
+    let accelerations = reach(unsaid, acceleration, 16);
+    if positions.saturating_mul(accelerations) > MOST_CANDIDATES / 4 {
+        return Vec::new();
+    }
+    let mut all = Vec::new();
+    for up in -positions..=positions {
+        for faster in -accelerations..=accelerations {
+            let mut candidate = tracker;
+            candidate.set_state([step(position, up), velocity, step(acceleration, faster)]);
+            all.push(candidate);
+        }
+    }
+    all
+}
+
+/// Distance from a number to the next larger one.
+fn ulp(number: f64) -> f64 {
+    let size = number.abs().max(f64::MIN_POSITIVE);
+    size.next_up() - size
+}
+
+/// The number so many places up.
+fn step(number: f64, places: i64) -> f64 {
+    // The bits of numbers of one sign count their size.
+    f64::from_bits(number.to_bits().saturating_add_signed(places))
+}

@@ -1,0 +1,193 @@
+//! Another scene along a recorded motion: what would have been felt instead.
+
+use super::error::ReplayError;
+use super::scenes::Alternative;
+use super::stepper::{Stepped, Stepper};
+use crate::recording::{Entry, Metadata};
+use haptic_ipc::Sample;
+use serde::Serialize;
+
+/// What a hand felt over a motion, while force flowed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Ticks with force.
+    pub ticks: u64,
+    square_sum: f64,
+    /// Largest force on the hand, N.
+    pub peak_force_n: f64,
+    /// Changes from stuck to sliding.
+    pub breakaways: u64,
+    /// Changes from sliding to stuck.
+    pub stops: u64,
+    /// Time stuck, s.
+    pub stuck_s: f64,
+    /// Work that the hand did against the force, J.
+    pub energy_j: f64,
+    last: Option<LastTick>,
+}
+
+/// What the tally remembers of the tick before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LastTick {
+    position_m: f64,
+    force_n: f64,
+    contact: i8,
+}
+
+impl Tally {
+    /// Root mean square of the force on the hand over the ticks with force, N.
+    #[must_use]
+    pub fn rms_force_n(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "ticks of a session")]
+        let ticks = self.ticks.max(1) as f64;
+        (self.square_sum / ticks).sqrt()
+    }
+
+    fn take(&mut self, row: &Sample) {
+        if !row.state.is_live() {
+            self.last = None;
+            return;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a tick")]
+        let elapsed_s = row.elapsed_ns as f64 * 1e-9;
+        let force_n = row.command_force_n;
+        self.ticks += 1;
+        self.square_sum += force_n * force_n;
+        self.peak_force_n = self.peak_force_n.max(force_n.abs());
+        if row.contact == 0 {
+            self.stuck_s += elapsed_s;
+        }
+        if let Some(last) = self.last {
+            self.breakaways += u64::from(last.contact == 0 && row.contact != 0);
+            self.stops += u64::from(last.contact != 0 && row.contact == 0);
+            // The force was held from one tick to the next.
+            self.energy_j -= last.force_n * (row.device_position_m - last.position_m);
+        }
+        self.last = Some(LastTick {
+            position_m: row.device_position_m,
+            force_n,
+            contact: row.contact,
+        });
+    }
+}
+
+/// Where two forces differ most.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LargestDifference {
+    /// The tick.
+    pub tick: u64,
+    /// Its time on the daemon's clock, s.
+    pub t_s: f64,
+    /// Recorded force on the hand, N.
+    #[serde(rename = "recorded_N")]
+    pub recorded_n: f64,
+    /// Force on the hand that would have been felt, N.
+    #[serde(rename = "what_if_N")]
+    pub what_if_n: f64,
+}
+
+/// A row as it was, and as it would have been.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Felt {
+    /// As recorded.
+    pub recorded: Sample,
+    /// With the other scene; `None` where nothing follows from the recording.
+    pub what_if: Option<Sample>,
+}
+
+/// What was felt and what would have been felt, over the same ticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Summary {
+    /// Rows of the recording.
+    pub ticks: u64,
+    /// Rows from which nothing follows.
+    pub not_computed: u64,
+    /// What was felt.
+    pub recorded: Tally,
+    /// What would have been felt.
+    pub what_if: Tally,
+    /// Where both differ most; `None` where they nowhere do.
+    pub largest_difference: Option<LargestDifference>,
+}
+
+/// Renders something else along a recording's motion, row by row. The motion is that of the hand as
+/// it was: it does not react to the other force.
+#[derive(Debug)]
+pub struct WhatIf {
+    stepper: Stepper,
+    summary: Summary,
+}
+
+impl WhatIf {
+    /// Begins at the beginning of a recording.
+    ///
+    /// # Errors
+    /// The recording cannot be replayed.
+    pub fn new(metadata: &Metadata, alternative: Alternative) -> Result<Self, ReplayError> {
+        Ok(Self {
+            stepper: Stepper::otherwise(metadata, alternative)?,
+            summary: Summary {
+                ticks: 0,
+                not_computed: 0,
+                recorded: Tally::default(),
+                what_if: Tally::default(),
+                largest_difference: None,
+            },
+        })
+    }
+
+    /// Takes the next entry; gives what a row would have been.
+    ///
+    /// # Errors
+    /// The scene cannot be rendered at the recording's rate.
+    pub fn entry(&mut self, entry: &Entry) -> Result<Option<Felt>, ReplayError> {
+        match entry {
+            Entry::Mark(mark) => {
+                self.stepper.mark(mark);
+                Ok(None)
+            }
+            Entry::Row(row) => self.row(row).map(Some),
+        }
+    }
+
+    /// What was found so far.
+    #[must_use]
+    pub const fn summary(&self) -> Summary {
+        self.summary
+    }
+
+    fn row(&mut self, row: &Sample) -> Result<Felt, ReplayError> {
+        let Summary {
+            ticks,
+            not_computed,
+            recorded,
+            what_if,
+            largest_difference,
+        } = &mut self.summary;
+        *ticks += 1;
+        let Stepped::Computed(computed) = self.stepper.row(row)? else {
+            *not_computed += 1;
+            (recorded.last, what_if.last) = (None, None);
+            return Ok(Felt {
+                recorded: *row,
+                what_if: None,
+            });
+        };
+        recorded.take(row);
+        what_if.take(&computed);
+        let difference = LargestDifference {
+            tick: row.tick,
+            t_s: row.t_s,
+            recorded_n: row.command_force_n,
+            what_if_n: computed.command_force_n,
+        };
+        let size = |difference: &LargestDifference| (difference.what_if_n - difference.recorded_n).abs();
+        if size(&difference) > largest_difference.as_ref().map_or(0.0, size) {
+            *largest_difference = Some(difference);
+        }
+        Ok(Felt {
+            recorded: *row,
+            what_if: Some(computed),
+        })
+    }
+}
