@@ -1,23 +1,26 @@
 //! What an hour at 1 kHz costs in each format: size, processor time to write and to read it, memory.
 //!
-//! `cargo bench -p haptic-lab --bench recording`, and for fewer minutes `-- 5`.
+//! `cargo bench -p haptic-lab --bench recording`; `-- 5` is for five minutes, and `-- 5 FOLDER` keeps
+//! the files for other programs to be tried with.
+#![expect(clippy::cast_sign_loss, reason = "what is cast is positive")]
 
 use haptic_core::{Scene, servo::RigState};
 use haptic_ipc::Sample;
 use haptic_lab::recording::{self, Format, Metadata, Writer, export};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Rows of a call, as the daemon sends them every 20 ms.
 const BATCH: u64 = 20;
 
 fn main() {
-    let minutes = std::env::args()
-        .skip(1)
-        .find_map(|argument| argument.parse::<u64>().ok());
+    // Cargo adds `--bench`.
+    let mut arguments = std::env::args().skip(1).filter(|argument| !argument.starts_with("--"));
+    let minutes = arguments.next().and_then(|argument| argument.parse::<u64>().ok());
     let rows = minutes.unwrap_or(60) * 60_000;
-    let directory = tempfile::tempdir().expect("a directory");
-    let of = |format: Format| directory.path().join("hour").with_extension(format.ending());
+    let temporary = tempfile::tempdir().expect("a directory");
+    let directory = arguments.next().map_or(temporary.path().to_path_buf(), PathBuf::from);
+    let of = |format: Format| directory.join("recording").with_extension(format.ending());
     println!("{rows} rows, {} minutes at 1 kHz\n", rows / 60_000);
     println!("| format | size, MB | write, s of processor | read, s | memory of the reader, MB |");
     println!("|---|---|---|---|---|");
@@ -81,7 +84,7 @@ fn read(path: &Path, rows: u64) {
     assert!(sum.is_finite());
 }
 
-/// A hand that goes to and fro on a block with friction: an encoder of 1 um, velocities and forces
+/// A hand that goes to and fro on a block with friction: an encoder of 10 um, velocities and forces
 /// with the noise of its steps, a loop and a link with jitter.
 struct Signal {
     noise: u64,
@@ -92,7 +95,7 @@ impl Signal {
         let time_s = tick as f64 * 1e-3;
         let way =
             |time_s: f64| 0.02 * (time_s * 4.4).sin() + 0.005 * (time_s * 1.3).sin() + 1e-5 * (time_s * 57.0).sin();
-        let position_m = ((way(time_s) + 2e-6 * self.random()) * 1e6).round() * 1e-6;
+        let position_m = ((way(time_s) + 2e-6 * self.random()) * 1e5).round() * 1e-5;
         let velocity_mps = (way(time_s + 5e-4) - way(time_s - 5e-4)) * 1e3 + 5e-4 * self.random();
         let block_position_m = way(time_s - 4e-3);
         let block_velocity_mps = (way(time_s - 3e-3) - way(time_s - 5e-3)) * 500.0;
@@ -115,7 +118,7 @@ impl Signal {
             device_round_trip_ns: (7000.0 + 800.0 * self.random().abs()) as u64,
             elapsed_ns: (1e6 + 1000.0 * self.random()) as u64,
             device_sequence: tick as u32,
-            device_time_ns: tick * 1_000_000 + (self.random() * 200.0) as u64,
+            device_time_ns: tick * 1_000_000 + (self.random().abs() * 200.0) as u64,
             sample_position_m: position_m,
             input_flags: 8,
             error_detail: 0,

@@ -4,8 +4,8 @@
 //!   `INTEGER(32, unsigned)` and, for `contact`, `INTEGER(8, signed)`; the others are `DOUBLE`, and
 //!   `state` is a `STRING`. None is ever null.
 //! - Numbers are stored as they compress best: `BYTE_STREAM_SPLIT` for `DOUBLE`,
-//!   `DELTA_BINARY_PACKED` for whole numbers, without dictionaries; `state` with one. Pages are
-//!   compressed as `LZ4_RAW`.
+//!   `DELTA_BINARY_PACKED` for whole numbers. Only `state` has a dictionary, and the two positions of
+//!   the device while they are few: an encoder's recur. Pages are compressed as `LZ4_RAW`.
 //! - The footer's key-value metadata have `hapticd.version`, each field of the [`Metadata`] as
 //!   `hapticd.` and its name (`server`, `device` and `notes` are texts, the others JSON), and
 //!   `hapticd.marks`: a JSON array of `[rows before it, mark]`.

@@ -19,6 +19,12 @@ use std::sync::Arc;
 /// Rows of a group: two minutes at 1 kHz, 20 MB in memory.
 const GROUP: usize = 1 << 17;
 
+/// Columns that come from an encoder, whose positions recur: a group has some thousands of them.
+const ENCODED: [&str; 2] = ["device_position_m", "sample_position_m"];
+
+/// Largest dictionary of those, bytes: with more positions than it holds a dictionary gains nothing.
+const DICTIONARY: usize = 1 << 18;
+
 /// Writes rows and marks. Nothing of it can be read before its end.
 pub(crate) struct Writer<W: Write + Send> {
     file: SerializedFileWriter<W>,
@@ -47,10 +53,15 @@ impl<W: Write + Send> Writer<W> {
         for column in COLUMNS {
             let path = ColumnPath::from(column.name);
             properties = match column.kind {
-                Kind::F64 => properties.set_column_encoding(path, Encoding::BYTE_STREAM_SPLIT),
-                Kind::State => properties.set_column_dictionary_enabled(path, true),
-                _ => properties.set_column_encoding(path, Encoding::DELTA_BINARY_PACKED),
+                Kind::F64 => properties.set_column_encoding(path.clone(), Encoding::BYTE_STREAM_SPLIT),
+                Kind::State => properties.set_column_dictionary_enabled(path.clone(), true),
+                _ => properties.set_column_encoding(path.clone(), Encoding::DELTA_BINARY_PACKED),
             };
+            if ENCODED.contains(&column.name) {
+                properties = properties
+                    .set_column_dictionary_enabled(path.clone(), true)
+                    .set_column_dictionary_page_size_limit(path, DICTIONARY);
+            }
         }
         let schema = Arc::new(parse_message_type(&schema).map_err(io_error)?);
         let mut file = SerializedFileWriter::new(out, schema, Arc::new(properties.build())).map_err(io_error)?;

@@ -26,8 +26,8 @@ fn a_file_has_the_columns_encodings_and_keys_that_its_description_says() {
         assert_eq!(column.compression(), Compression::LZ4_RAW);
         let encodings: Vec<Encoding> = column.encodings().collect();
         let wanted = match ours.name {
-            "state" => Encoding::RLE_DICTIONARY,
-            "t_s" | "sample_position_m" => Encoding::BYTE_STREAM_SPLIT,
+            "state" | "device_position_m" | "sample_position_m" => Encoding::RLE_DICTIONARY,
+            "t_s" => Encoding::BYTE_STREAM_SPLIT,
             name if name.ends_with("_m") || name.ends_with("_N") || name.ends_with("_mps") => {
                 Encoding::BYTE_STREAM_SPLIT
             }

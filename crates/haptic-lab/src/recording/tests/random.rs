@@ -111,7 +111,7 @@ proptest! {
     #[test]
     fn no_bytes_panic_the_reader(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         drop(read_bytes(&bytes));
-        for magic in [&::mcap::MAGIC[..], b"PAR1"] {
+        for magic in [::mcap::MAGIC, b"PAR1"] {
             drop(read_bytes(&[magic, &bytes, magic].concat()));
         }
     }
