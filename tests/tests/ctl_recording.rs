@@ -133,16 +133,20 @@ fn info_tells_what_a_recording_holds_in_every_format() {
                 )
             })
             .collect();
-        let wanted = [
-            ("state", "\"idle\""),
-            ("marker", "\"first\""),
-            ("scene", "2"),
-            ("marker", "\"second\""),
-            ("state", "\"engaging\""),
-            ("state", "\"engaged\""),
-            ("marker", "\"third\""),
-        ];
-        assert_eq!(events, wanted.map(|(kind, what)| (kind.to_owned(), what.to_owned())));
+        // On a busy machine what a person does and what the daemon tells may come in another order.
+        for kind in ["state", "scene", "marker"] {
+            let found: Vec<&str> = events
+                .iter()
+                .filter(|(found, _)| found == kind)
+                .map(|(_, what)| what.as_str())
+                .collect();
+            let wanted = match kind {
+                "state" => vec!["\"idle\"", "\"engaging\"", "\"engaged\""],
+                "scene" => vec!["2"],
+                _ => vec!["\"first\"", "\"second\"", "\"third\""],
+            };
+            assert_eq!(found, wanted, "{events:?}");
+        }
         for event in told["events"].as_array().expect("a list") {
             let (tick, t_s) = (
                 event["tick"].as_u64().expect("a tick"),
@@ -224,6 +228,8 @@ fn a_part_is_a_recording_that_begins_with_what_its_first_row_had() {
         let is_it = |(_, mark): &&(usize, Mark)| matches!(mark, Mark::Marker { text: found, .. } if found == text);
         whole.marks.iter().find(is_it).expect("a marker").0
     };
+    let is_state = |(_, mark): &&(usize, Mark)| matches!(mark, Mark::State { .. });
+    let first_state = whole.marks.iter().find(is_state).expect("a state").0;
     let out = shelf.path("part.csv");
     for (arguments, rows) in [
         (
@@ -259,10 +265,11 @@ fn a_part_is_a_recording_that_begins_with_what_its_first_row_had() {
             Mark::State { state, .. } => Some((*row, *state)),
             _ => None,
         });
-        // Of the whole recording it is told a few ticks after the subscription.
-        let (row, state) = state.expect("a state");
-        assert!(row <= 50 && state == first.state, "{arguments:?}: {state} at row {row}");
-        assert!(row == 0 || rows.start < 50, "{arguments:?}: {state} at row {row}");
+        // That of the whole recording is told some ticks after its first row.
+        match state {
+            Some((0, state)) => assert_eq!(state, first.state, "{arguments:?}"),
+            _ => assert!(rows.start <= first_state, "{arguments:?}: {state:?}"),
+        }
     }
     for (arguments, parts) in [
         (
