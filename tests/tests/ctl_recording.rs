@@ -10,7 +10,7 @@ use std::time::Instant;
 use system_tests::{Daemon, PATIENCE, binary};
 
 /// The endings of the formats.
-const ENDINGS: [&str; 2] = ["mcap", "csv"];
+const ENDINGS: [&str; 3] = ["mcap", "csv", "parquet"];
 
 fn read(file: &Path) -> Recording {
     recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
@@ -133,16 +133,20 @@ fn info_tells_what_a_recording_holds_in_every_format() {
                 )
             })
             .collect();
-        let wanted = [
-            ("state", "\"idle\""),
-            ("marker", "\"first\""),
-            ("scene", "2"),
-            ("marker", "\"second\""),
-            ("state", "\"engaging\""),
-            ("state", "\"engaged\""),
-            ("marker", "\"third\""),
-        ];
-        assert_eq!(events, wanted.map(|(kind, what)| (kind.to_owned(), what.to_owned())));
+        // On a busy machine what a person does and what the daemon tells may come in another order.
+        for kind in ["state", "scene", "marker"] {
+            let found: Vec<&str> = events
+                .iter()
+                .filter(|(found, _)| found == kind)
+                .map(|(_, what)| what.as_str())
+                .collect();
+            let wanted = match kind {
+                "state" => vec!["\"idle\"", "\"engaging\"", "\"engaged\""],
+                "scene" => vec!["2"],
+                _ => vec!["\"first\"", "\"second\"", "\"third\""],
+            };
+            assert_eq!(found, wanted, "{events:?}");
+        }
         for event in told["events"].as_array().expect("a list") {
             let (tick, t_s) = (
                 event["tick"].as_u64().expect("a tick"),
@@ -194,14 +198,7 @@ fn nothing_is_replaced_that_was_not_to_be() {
     let file = shelf.session();
     let (path, kept) = (plain(&file), std::fs::read(&file).expect("it is there"));
     for command in ["export", "repair", "cut"] {
-        refused(
-            &["recording", command, path, path],
-            &["would be written over", "session.csv"],
-        );
-        refused(
-            &["recording", command, path, path, "--force"],
-            &["would be written over"],
-        );
+        refused(&["recording", command, path, path], &["session.csv exists", "--force"]);
         let other = shelf.path("other.csv");
         std::fs::write(&other, "mine").expect("written");
         refused(
@@ -231,6 +228,8 @@ fn a_part_is_a_recording_that_begins_with_what_its_first_row_had() {
         let is_it = |(_, mark): &&(usize, Mark)| matches!(mark, Mark::Marker { text: found, .. } if found == text);
         whole.marks.iter().find(is_it).expect("a marker").0
     };
+    let is_state = |(_, mark): &&(usize, Mark)| matches!(mark, Mark::State { .. });
+    let first_state = whole.marks.iter().find(is_state).expect("a state").0;
     let out = shelf.path("part.csv");
     for (arguments, rows) in [
         (
@@ -256,7 +255,7 @@ fn a_part_is_a_recording_that_begins_with_what_its_first_row_had() {
         let told: Value = serde_json::from_str(&told).expect("JSON");
         let part = read(&out);
         assert_eq!(part.rows, whole.rows[rows.clone()], "{arguments:?}");
-        assert_eq!((&told["rows"], &told["complete"]), (&rows.len().into(), &true.into()));
+        assert_eq!(told["rows"], rows.len());
         assert_eq!(part.ending, Ending::Complete);
         let first = part.rows[0];
         assert_eq!(part.metadata.revision, first.revision, "{arguments:?}");
@@ -266,30 +265,18 @@ fn a_part_is_a_recording_that_begins_with_what_its_first_row_had() {
             Mark::State { state, .. } => Some((*row, *state)),
             _ => None,
         });
-        // Of the whole recording it is told a few ticks after the subscription.
-        let (row, state) = state.expect("a state");
-        assert!(row <= 50 && state == first.state, "{arguments:?}: {state} at row {row}");
-        assert!(row == 0 || rows.start < 50, "{arguments:?}: {state} at row {row}");
+        // That of the whole recording is told some ticks after its first row.
+        match state {
+            Some((0, state)) => assert_eq!(state, first.state, "{arguments:?}"),
+            _ => assert!(rows.start <= first_state, "{arguments:?}: {state:?}"),
+        }
     }
-    let second = offline_ok(&[
-        "recording",
-        "cut",
-        path,
-        plain(&out),
-        "--force",
-        "--from-marker",
-        "second",
-        "--json",
-    ]);
-    let second: Value = serde_json::from_str(&second).expect("JSON");
-    assert_eq!(second["markers"], 2, "{second}");
-
     for (arguments, parts) in [
         (
             vec!["--from-marker", "fourth"],
             vec!["no marker `fourth`", "`first`, `second`, `third`"],
         ),
-        (vec!["--from", "1h"], vec!["no row from 3600.000 s", "last one is at"]),
+        (vec!["--from", "1h"], vec!["none of its", "is within the cut"]),
         (
             vec!["--from", "2s", "--to", "1s"],
             vec!["ends at 1.000 s", "begins at 2.000 s"],
@@ -313,47 +300,52 @@ fn a_part_is_a_recording_that_begins_with_what_its_first_row_had() {
 }
 
 #[test]
-fn what_comes_before_damage_is_kept_by_a_repair() {
+fn what_can_be_read_is_kept_by_a_repair() {
     let shelf = Shelf::new();
     let file = shelf.session();
     let whole = read(&file);
     let csv = std::fs::read_to_string(&file).expect("text");
-    let out = shelf.path("repaired.csv");
     let lines: Vec<&str> = csv.lines().collect();
-    let half: usize = lines[..lines.len() / 2].iter().map(|line| line.len() + 1).sum();
-    for (damaged, why) in [
-        (
-            format!("{}9{}", &csv[..half], &csv[half..].replacen(',', ";", 3)),
-            "is no row",
-        ),
-        (csv[..half + 10].to_owned(), "broken off"),
-        (csv[..half].to_owned(), "without an end"),
-    ] {
-        let broken = shelf.path("broken.csv");
+    let half = (lines.len() / 2..)
+        .find(|index| !lines[*index].starts_with('#'))
+        .expect("a row");
+    let before: usize = lines[..half].iter().map(|line| line.len() + 1).sum();
+    let (broken, out) = (shelf.path("broken.csv"), shelf.path("repaired.csv"));
+    let repair = |damaged: &str| {
         std::fs::write(&broken, damaged).expect("written");
-        if why == "is no row" {
-            let exported = shelf.path("exported.csv");
-            refused(
-                &["recording", "export", plain(&broken), plain(&exported)],
-                &[why, "recording repair"],
-            );
-            assert!(!exported.exists(), "half of a recording is not one");
-        }
-        let repaired = offline(&["recording", "repair", plain(&broken), plain(&out), "--force"]);
-        assert_eq!(repaired.status.code(), Some(0), "{}", text(&repaired.stderr));
-        assert!(text(&repaired.stderr).contains(why), "{}", text(&repaired.stderr));
+        let told = offline_ok(&["recording", "repair", plain(&broken), plain(&out), "--force", "--json"]);
+        let told: Value = serde_json::from_str(&told).expect("JSON");
         let found = read(&out);
         assert_eq!(found.ending, Ending::Complete);
+        assert_eq!(told["rows"], found.rows.len());
+        (found, told)
+    };
+
+    let (found, told) = repair(&format!("{}x{}", &csv[..before], &csv[before..]));
+    assert_eq!(found.rows.len(), whole.rows.len() - 1);
+    assert!(told["dropped_bytes"].as_u64().is_some_and(|bytes| bytes > 50), "{told}");
+    assert!(
+        found.marks.iter().any(|(_, mark)| *mark == Mark::Lost { rows: 1 }),
+        "{told}"
+    );
+    let exported = shelf.path("exported.csv");
+    refused(
+        &["recording", "export", plain(&broken), plain(&exported)],
+        &["broken.csv", "is no row", "recording repair"],
+    );
+    assert!(!exported.exists(), "half of a recording is not one");
+
+    for (length, ending) in [(before + 10, "broken off"), (before, "without an end")] {
+        let (found, told) = repair(&csv[..length]);
         assert_eq!(found.rows, whole.rows[..found.rows.len()]);
         assert!(
             found.rows.len() + 20 > whole.rows.len() / 2,
             "{} rows",
             found.rows.len()
         );
-        let before_end = found.marks.iter().rev().nth(1).map(|(_, mark)| mark);
         assert!(
-            matches!(before_end, Some(Mark::Link { text, .. }) if text.contains("broken off here") && text.contains(why)),
-            "{before_end:?}"
+            told["ending_before"].as_str().is_some_and(|told| told.contains(ending)),
+            "{told}"
         );
     }
 }

@@ -2,6 +2,7 @@
 
 mod link_watch;
 mod person;
+mod tick_clock;
 
 use crate::condition::{Condition, Observations};
 use crate::daemon::Daemon;
@@ -21,6 +22,7 @@ use serde::Deserialize;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use tick_clock::TickClock;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
 /// For the help text.
@@ -175,13 +177,14 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         notes,
         configuration: Some(configuration),
     };
-    let recorder = recording::create(&arguments.file, &metadata, arguments.force)
-        .map_err(|error| not_created(&arguments.file, &error))?;
+    let recorder =
+        recording::create(&arguments.file, &metadata, arguments.force).map_err(|error| not_created(&error))?;
     let mut session = Session {
         arguments,
         recorder,
         link: LinkWatch::new(status.device.link.and_then(|link| link.device)),
         observations: Observations::default(),
+        clock: TickClock::new(status.rate_hz),
         next_tick: status.tick,
         markers: 0,
     };
@@ -195,6 +198,7 @@ struct Session<'a> {
     recorder: Recorder,
     link: LinkWatch,
     observations: Observations,
+    clock: TickClock,
     /// The tick after the newest that was heard of.
     next_tick: u64,
     markers: u64,
@@ -243,8 +247,10 @@ impl Session<'_> {
         let is_full = length.is_some_and(|length| cut(&mut event, self.recorder.first_s(), length));
         match &event {
             Event::Samples(samples) => {
-                let newest = samples.rows.last().map_or(0, |row| row.tick + 1);
-                self.next_tick = self.next_tick.max(newest);
+                if let Some(newest) = samples.rows.last() {
+                    self.clock.take(newest);
+                    self.next_tick = self.next_tick.max(newest.tick + 1);
+                }
             }
             // Changes overtake the rows on their way. A marker that is set after a change comes after it.
             Event::State(state) => self.next_tick = self.next_tick.max(state.tick),
@@ -272,10 +278,9 @@ impl Session<'_> {
                 self.markers += 1;
                 let text = text.unwrap_or_else(|| format!("marker {}", self.markers));
                 bar.set_prefix(format!("marker `{text}`; {}", person::KEYS));
-                self.recorder.mark(Mark::Marker {
-                    tick: self.next_tick,
-                    text,
-                });
+                // The rows of this moment are still on their way.
+                let tick = self.next_tick.max(self.clock.next_tick().unwrap_or(0));
+                self.recorder.mark(Mark::Marker { tick, text });
                 false
             }
             Input::OtherKey => {
@@ -333,10 +338,10 @@ fn not_written(file: &Path, error: &io::Error) -> Failure {
     })
 }
 
-fn not_created(file: &Path, error: &CreateError) -> Failure {
+fn not_created(error: &CreateError) -> Failure {
     match error {
-        CreateError::File { source, .. } => match source.kind() {
-            io::ErrorKind::AlreadyExists => exists(file),
+        CreateError::File { path, source } => match source.kind() {
+            io::ErrorKind::AlreadyExists => exists(path),
             io::ErrorKind::NotFound
             | io::ErrorKind::PermissionDenied
             | io::ErrorKind::IsADirectory
