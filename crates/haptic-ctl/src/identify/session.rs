@@ -157,7 +157,7 @@ impl<'a> Session<'a> {
 
     async fn excite_once(&mut self, name: &str, excitation: Excitation) -> Result<ExcitationReport, Failure> {
         let length = Duration::from_secs_f64(excitation.duration_s());
-        let bar = progress::bar(Some(length));
+        let bar = progress::bar(Some(length), None);
         bar.set_message(name.to_owned());
         let _: IdentificationReply = self.daemon.ask(Request::IdentifyExcite { excitation }).await?;
         let began = Instant::now();
