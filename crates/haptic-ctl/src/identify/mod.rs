@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
     file: file::Arguments,
 
     #[command(flatten)]
-    excite: excite::Arguments,
+    excite: excite::MotionArguments,
 }
 
 impl Arguments {
