@@ -199,9 +199,9 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
             .filter(|pair| pair[1] - pair[0] > longest_s)
             .count();
         if gaps > 0 {
-            comparison.notes.push(format!(
-                "{gaps} gaps in the {side} record are bridged by straight lines"
-            ));
+            comparison
+                .notes
+                .push(format!("gaps in the {side} record, bridged by straight lines: {gaps}"));
         }
     }
     if options.align.is_none() && !is_same {
