@@ -38,8 +38,8 @@ until [ -S "$socket/control.sock" ]; do
     kill -0 "$daemon" || { cat "$out/hapticd.log" >&2; exit 1; }
     sleep 0.02
 done
-# The lab's hand held the mass by a sensor of 20 N/mm; the motion begins with a rest of 2 s.
-ctl set K=20N/mm B=60Ns/m >/dev/null
+# The lab's hand held the mass by a sensor of 5 N/mm; the motion begins with a rest of 2 s.
+ctl set K=5N/mm B=30Ns/m >/dev/null
 ctl engage --wait >/dev/null
 ctl record "$out/rendered.mcap" --force --for 25s
 

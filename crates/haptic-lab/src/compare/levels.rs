@@ -251,23 +251,12 @@ fn peaks(signal: &Signal, breakaways: &[Breakaway], direction: f64) -> Vec<f64> 
     that_way.map(|breakaway| greatest(&force_n, breakaway)).collect()
 }
 
-/// Breakaway levels of two signals of the same motion: those of the same pulls.
-pub(super) fn breakaway_together(real: &Signal, rendered: &Signal) -> Levels {
-    let pulls = breakaways(real);
-    breakaway_levels((real, &pulls), (rendered, &pulls))
-}
-
-/// Breakaway levels of two signals of different motions.
-pub(super) fn breakaway_apart(real: &Signal, rendered: &Signal) -> Levels {
-    breakaway_levels((real, &breakaways(real)), (rendered, &breakaways(rendered)))
-}
-
-fn breakaway_levels(real: (&Signal, &[Breakaway]), rendered: (&Signal, &[Breakaway])) -> Levels {
+/// Breakaway levels, each from the record's own pulls: a stiffer surface sets off later.
+pub(super) fn breakaway(real: &Signal, rendered: &Signal) -> Levels {
+    let (own_pulls, other_pulls) = (breakaways(real), breakaways(rendered));
     Levels::of(|direction| {
-        let (own, other) = (
-            peaks(real.0, real.1, direction),
-            peaks(rendered.0, rendered.1, direction),
-        );
+        let own = peaks(real, &own_pulls, direction);
+        let other = peaks(rendered, &other_pulls, direction);
         let count = own.len().min(other.len());
         Some(level(median(own)?, median(other)?, count))
     })

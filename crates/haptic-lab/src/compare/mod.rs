@@ -199,9 +199,9 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
             .filter(|pair| pair[1] - pair[0] > longest_s)
             .count();
         if gaps > 0 {
-            comparison.notes.push(format!(
-                "{gaps} gaps in the {side} record are bridged by straight lines"
-            ));
+            comparison
+                .notes
+                .push(format!("gaps in the {side} record, bridged by straight lines: {gaps}"));
         }
     }
     if options.align.is_none() && !is_same {
@@ -232,7 +232,7 @@ fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Compariso
     let limits = levels::SlidingLimits::of([&real, &rendered]);
     let (sliding, breakaway) = (
         levels::sliding_together(&real, &rendered, &limits),
-        levels::breakaway_together(&real, &rendered),
+        levels::breakaway(&real, &rendered),
     );
     Comparison {
         aligned_by: AlignedBy::Time,
@@ -284,7 +284,7 @@ fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Resul
         force_peak_difference_n: peak(&differences),
         force_rms_n: rms(&real.force_n),
         sliding_force_n: levels::sliding_at_common_speeds(&curve),
-        breakaway_force_n: levels::breakaway_apart(real, rendered),
+        breakaway_force_n: levels::breakaway(real, rendered),
         notes: Vec::new(),
         curves: Curves {
             difference: curve

@@ -8,7 +8,7 @@ use crate::drawing::{Chart, Page, Table, Trace};
 #[must_use]
 pub fn page(comparison: &Comparison, names: [&str; 2]) -> Page {
     let force = match comparison.mass_kg {
-        Some(mass) => format!("Force less inertia of {mass} kg (N)"),
+        Some(mass) => format!("Force less inertia of {mass:.3} kg (N)"),
         None => "Force (N)".to_owned(),
     };
     let curves = &comparison.curves;
