@@ -5,7 +5,7 @@
 //! changes in sight: at rest a rigid contact holds whatever there is, and predicts nothing. Of the laws within one
 //! standard error of the best, the simplest is chosen (Breiman, Friedman, Olshen and Stone 1984).
 
-use super::presliding::{Fit, PathLaw, Prepared};
+use super::presliding::{self, Fit, PathLaw, Prepared};
 use super::{ModelKind, Options, Record};
 
 /// Shares of the record that are left out in turn.
@@ -61,15 +61,12 @@ pub(super) fn choose(record: &Record, options: &Options) -> Choice {
         model: ModelKind::Karnopp,
         because: format!("{why}, so that the simplest model was taken"),
     };
-    let Some(mut prepared) = Prepared::new(record, options) else {
-        return simplest("the position hardly changes");
+    let Ok(presliding::Found { prepared, .. }) = presliding::find(record, PathLaw::Dahl, options) else {
+        return simplest("no law comes near the record");
     };
     let blocks = blocks(&prepared);
     if blocks.len() < FOLDS {
         return simplest("there are too few strokes to leave some out");
-    }
-    if let Some((fit, _)) = prepared.find(PathLaw::Dahl, &prepared.all(), options) {
-        prepared.weigh(&fit);
     }
     let scores = MODELS
         .iter()

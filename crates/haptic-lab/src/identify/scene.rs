@@ -38,7 +38,10 @@ impl Identified {
     pub fn scene(&self, name: &str) -> Result<IdentifiedScene, String> {
         let missing = self.missing();
         if !missing.is_empty() {
-            return Err(format!("a scene needs {}, which the record does not determine", missing.join(", ")));
+            return Err(format!(
+                "a scene needs {}, which the record does not determine",
+                missing.join(", ")
+            ));
         }
         let mut assumptions = vec![format!(
             "the coupling is the usual one of {} N/m and {} N s/m: it is the rig's, and is not identified",
@@ -111,7 +114,10 @@ mod tests {
         };
         let made = found.scene("mine").expect("a scene");
         let friction = serde_json::to_value(made.scene).expect("it writes")["friction"].clone();
-        assert_eq!((&friction["law"], &friction["static_force"]), (&json!("karnopp"), &json!(3.0)));
+        assert_eq!(
+            (&friction["law"], &friction["static_force"]),
+            (&json!("karnopp"), &json!(3.0))
+        );
         assert_eq!(friction["viscous"], json!({ "positive": 2.0, "negative": 0.0 }));
         assert_eq!(made.assumptions.len(), 3, "{:?}", made.assumptions);
         let without = Identified { mass_kg: None, ..found };

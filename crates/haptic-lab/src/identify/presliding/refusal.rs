@@ -51,8 +51,7 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
         );
     }
     let rows = prepared.rows.moving();
-    let sides = [1.0, -1.0].map(|sign: f64| rows.iter().filter(|&&row| sign * prepared.speed(row) > 0.0).count());
-    if sides[0].min(sides[1]) < FEWEST_ROWS {
+    if goes_one_way(prepared) {
         refused.add(
             &["dynamic_force_N", "viscous_Ns_per_m", "static_force_N", "offset_N"],
             "the motion goes one way; what rubs and what pushes steadily look alike there",
@@ -83,6 +82,11 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
         }
     }
     refused.0
+}
+
+/// Whether there is too little motion in one of the directions.
+pub(crate) fn goes_one_way(prepared: &Prepared) -> bool {
+    prepared.sides().into_iter().any(|rows| rows < FEWEST_ROWS)
 }
 
 /// What shows only about a turn.
@@ -152,14 +156,21 @@ pub(crate) fn by_interval(
             "record vibration within presliding: tens of micrometres at 20 Hz and more, with a fine encoder",
         ),
     };
-    is_too_wide.then(|| Refusal {
-        parameter: quantity.parameter().to_owned(),
-        reason: format!(
-            "{reason}; the 95 % interval is {low:.4} to {high:.4} {}",
-            quantity.unit()
-        ),
-        instead: instead.to_owned(),
-    })
+    let reason = format!(
+        "{reason}; the 95 % interval is {low:.4} to {high:.4} {}",
+        quantity.unit()
+    );
+    is_too_wide.then(|| Refusal::new(quantity.parameter(), &reason, instead))
+}
+
+impl Refusal {
+    pub(super) fn new(parameter: &str, reason: &str, instead: &str) -> Self {
+        Self {
+            parameter: parameter.to_owned(),
+            reason: reason.to_owned(),
+            instead: instead.to_owned(),
+        }
+    }
 }
 
 #[derive(Default)]
@@ -170,11 +181,7 @@ impl Refusals {
     fn add(&mut self, parameters: &[&str], reason: &str, instead: &str) {
         for &parameter in parameters {
             if self.0.iter().all(|refusal| refusal.parameter != parameter) {
-                self.0.push(Refusal {
-                    parameter: parameter.to_owned(),
-                    reason: reason.to_owned(),
-                    instead: instead.to_owned(),
-                });
+                self.0.push(Refusal::new(parameter, reason, instead));
             }
         }
     }
