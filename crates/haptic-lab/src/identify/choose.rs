@@ -150,7 +150,7 @@ fn score(
     } else {
         prepared.all()
     };
-    let (whole, assumed) = prepared.find(law, &seen, options)?;
+    let (whole, assumed) = prepared.find(law, &seen, options, None)?;
     let mut squares = vec![0.0; blocks.len()];
     for fold in 0..FOLDS {
         let mut is_left_out = vec![false; prepared.rows.len()];

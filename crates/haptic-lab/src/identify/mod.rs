@@ -21,7 +21,6 @@ mod sensor;
 mod smoothing;
 pub mod study;
 
-pub use karnopp::fitted;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
 pub use scene::IdentifiedScene;
@@ -189,6 +188,13 @@ impl Record {
             None => Ok(()),
         }
     }
+}
+
+/// The record on an even grid and on one clock, and the force of the fit at each of its samples, N; NaN where the model
+/// says nothing of it.
+#[must_use]
+pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
+    presliding::fitted(record, found).unwrap_or_else(|| karnopp::fitted(record, found))
 }
 
 /// Identifies a record.

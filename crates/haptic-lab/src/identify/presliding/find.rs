@@ -83,7 +83,14 @@ impl Prepared {
     }
 
     /// The fit of a law, with what had to be assumed of its directions.
-    pub(crate) fn find(&self, law: PathLaw, kept: &[usize], options: &Options) -> Option<(Fit, Assumed)> {
+    /// From an earlier fit it starts there.
+    pub(crate) fn find(
+        &self,
+        law: PathLaw,
+        kept: &[usize],
+        options: &Options,
+        earlier: Option<&Fit>,
+    ) -> Option<(Fit, Assumed)> {
         let alike = Assumed::of(options, true);
         let separate = Assumed {
             offset_n: Some(options.offset_n.unwrap_or(0.0)),
@@ -91,7 +98,7 @@ impl Prepared {
             ..alike
         };
         let refined = |assumed, start: &Fit| self.refine(kept, &assumed, &start.estimate, FINAL);
-        let rough = self.from_starts(law, kept, &alike)?;
+        let rough = earlier.cloned().or_else(|| self.best_start(law, kept, &alike))?;
         let fits_alike = refined(alike, &rough).map(|fit| (fit, alike));
         if options.directions == Directions::Alike {
             return fits_alike;
@@ -113,14 +120,17 @@ impl Prepared {
         }
     }
 
-    /// How much more the force's clock is ahead, s, as the fit of Dahl's law has it.
-    pub(crate) fn further_shift_s(&self, options: &Options) -> Option<f64> {
+    /// The fit of Dahl's law with the clocks' further shift in it, from an earlier estimate where there is one.
+    pub(crate) fn further_shift(&self, earlier: Option<&Estimate>, options: &Options) -> Option<Estimate> {
         let assumed = Assumed {
             one_clock: false,
             ..Assumed::of(options, true)
         };
-        self.from_starts(PathLaw::Dahl, &self.all(), &assumed)
-            .map(|fit| fit.estimate.shift_s)
+        let fit = match earlier {
+            Some(start) => self.refine(&self.all(), &assumed, start, ROUGH),
+            None => self.best_start(PathLaw::Dahl, &self.all(), &assumed),
+        };
+        fit.map(|fit| fit.estimate)
     }
 
     /// The fit of a law from one start.
@@ -139,7 +149,7 @@ impl Prepared {
     }
 
     /// The best of several starts.
-    fn from_starts(&self, law: PathLaw, kept: &[usize], assumed: &Assumed) -> Option<Fit> {
+    fn best_start(&self, law: PathLaw, kept: &[usize], assumed: &Assumed) -> Option<Fit> {
         let limits = [self.coulomb.estimate.values[0]; 2];
         let starts: Vec<Vec<f64>> = match law {
             PathLaw::Coulomb => vec![limits.to_vec()],
@@ -148,7 +158,7 @@ impl Prepared {
                 .map(|deflection| [limits[0], limits[1], 0.0, limits[0] / deflection, 1.0].to_vec())
                 .collect(),
             PathLaw::Lugre => {
-                let dahl = self.from_starts(PathLaw::Dahl, kept, assumed)?.estimate;
+                let dahl = self.best_start(PathLaw::Dahl, kept, assumed)?.estimate;
                 let fastest = self.fastest_mps();
                 let stribeck = [0.003, 0.02, 0.1].map(|share| share * fastest);
                 let start = |speed: f64| [&dahl.values[..PathLaw::EXPONENT], &[1.2, 1.2, speed, 0.0]].concat();

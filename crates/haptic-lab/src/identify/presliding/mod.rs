@@ -9,6 +9,7 @@ mod adaptive;
 mod errors;
 mod find;
 mod fit;
+mod fitted;
 mod laws;
 mod path;
 mod quantity;
@@ -17,22 +18,25 @@ mod weak;
 
 pub(super) use find::Prepared;
 pub(super) use fit::Fit;
+pub(super) use fitted::fitted;
 pub(super) use laws::PathLaw;
 
 use super::bootstrap::{Spread, World};
 use super::{Identified, ModelKind, Options, Record, Refusal, karnopp};
 use fastrand::Rng;
-use fit::Assumed;
+use fit::{Assumed, Estimate};
 use quantity::Quantity;
 
 /// Records that are drawn for the intervals.
-const DRAWN: usize = 100;
+const DRAWN: usize = 60;
 /// Records that are drawn to see how much the sensors' noise leaves.
 const DRAWN_FIRST: usize = 6;
 /// A fit that leaves more than this, times what the sensors' noise leaves, lacks something.
 const UNEXPLAINED: f64 = 1.1;
+/// A fit that leaves less than this share of the force, rms, is near its best.
+const NEAR: f64 = 0.1;
 /// Most steps towards the shift of the clocks.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 6;
 /// The force's clock is ahead where the fit then leaves less than this share.
 const BETTER_ON_A_CLOCK: f64 = 0.97;
 /// A law that leaves more than this share of the force, rms, says nothing of the record.
@@ -72,7 +76,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
 /// The best fit of a law, on whichever clock it is better: the common one, or the one on which the slides agree best.
 pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<Found, Nothing> {
     let common = find_on(record, 0.0, law, options);
-    let Some(shift_s) = shift_s(record, options) else {
+    let Some(shift_s) = shift_s(record, common.as_ref().ok(), options) else {
         return common;
     };
     match (common, find_on(record, shift_s, law, options)) {
@@ -82,23 +86,37 @@ pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<F
     }
 }
 
-/// How much the force's clock is ahead of the position's, s; `None` where the slides agree on one clock. They take the
-/// way by which a surface gives for a shift as well, so that Dahl's law has the last word.
-fn shift_s(record: &Record, options: &Options) -> Option<f64> {
+/// How much the force's clock is ahead of the position's, s; `None` where that is less than a sample. A fit on one clock
+/// that leaves little is near enough to go on from; else the slides say where to begin, which take the way by which a
+/// surface gives for a part of the shift.
+fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option<f64> {
     if options.longest_shift_s <= 0.0 {
         return None;
     }
-    let mut shift_s = karnopp::identify(record, options).shift_s;
-    if shift_s == 0.0 {
-        return None;
+    let near = common.filter(|found| found.fit.rms_n < NEAR * found.prepared.rows.force_rms());
+    let mut estimate = near.map(|found| found.fit.estimate.clone());
+    let mut shift_s = 0.0;
+    if near.is_none() {
+        shift_s = karnopp::identify(record, options).shift_s;
+        if shift_s == 0.0 {
+            return None;
+        }
     }
     for _ in 0..ROUNDS {
         let prepared = Prepared::new(record, shift_s, options)?;
-        let further_s = prepared.further_shift_s(options)?;
+        let further = prepared.further_shift(estimate.as_ref(), options)?;
+        let further_s = further.shift_s;
         shift_s = (shift_s + further_s).clamp(-options.longest_shift_s, options.longest_shift_s);
+        if shift_s.abs() < prepared.path.period_s && near.is_some() {
+            return None;
+        }
         if further_s.abs() < 0.05 * prepared.path.period_s {
             break;
         }
+        estimate = Some(Estimate {
+            shift_s: 0.0,
+            ..further
+        });
     }
     Some(shift_s)
 }
@@ -109,16 +127,15 @@ fn find_on(record: &Record, shift_s: f64, law: PathLaw, options: &Options) -> Re
         let reason = String::from("the position hardly changes");
         (reason, "record strokes of 10 mm and more, for at least ten seconds")
     })?;
-    let first = prepared.find(law, &prepared.all(), options);
-    if let Some((fit, _)) = &first {
+    let rough = prepared.find(law, &prepared.all(), options, None).map(|(fit, _)| fit);
+    if let Some(fit) = &rough {
         prepared.weigh(fit);
     }
-    let (fit, assumed) = first
-        .and_then(|_| prepared.find(law, &prepared.all(), options))
-        .ok_or_else(|| {
-            let reason = String::from("no values of the law come near the record");
-            (reason, "check that force and position belong together")
-        })?;
+    let weighed = rough.and_then(|rough| prepared.find(law, &prepared.all(), options, Some(&rough)));
+    let (fit, assumed) = weighed.ok_or_else(|| {
+        let reason = String::from("no values of the law come near the record");
+        (reason, "check that force and position belong together")
+    })?;
     let share = fit.rms_n / prepared.rows.force_rms();
     // One way, the force hardly changes, and there is nothing to explain.
     if share > MOST_UNEXPLAINED && !refusal::goes_one_way(&prepared) {
