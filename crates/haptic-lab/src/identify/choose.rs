@@ -61,8 +61,9 @@ pub(super) fn choose(record: &Record, options: &Options) -> Choice {
         model: ModelKind::Karnopp,
         because: format!("{why}, so that the simplest model was taken"),
     };
-    let Ok(presliding::Found { prepared, .. }) = presliding::find(record, PathLaw::Dahl, options) else {
-        return simplest("no law comes near the record");
+    let prepared = match presliding::find(record, PathLaw::Dahl, options) {
+        Ok(presliding::Found { prepared, .. }) => prepared,
+        Err((why, _)) => return simplest(&why),
     };
     let blocks = blocks(&prepared);
     if blocks.len() < FOLDS {

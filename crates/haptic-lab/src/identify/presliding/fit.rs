@@ -10,7 +10,7 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
 /// Positions are in sight where they change by so many steps of the encoder under a test function.
-const STEPS_IN_SIGHT: f64 = 3.0;
+const STEPS_IN_SIGHT: f64 = 2.0;
 
 /// What the equation of motion holds under each test function.
 #[derive(Clone, Debug)]

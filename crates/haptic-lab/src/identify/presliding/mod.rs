@@ -144,6 +144,13 @@ fn find_on(record: &Record, shift_s: f64, law: PathLaw, options: &Options) -> Re
             "check that force and position belong together, and that nothing else pushes the mass",
         ));
     }
+    // One way, there is no turn that could show it.
+    if let Some(reason) = refusal::hidden(&prepared, &fit.estimate).filter(|_| !refusal::goes_one_way(&prepared)) {
+        return Err((
+            reason,
+            "identify karnopp, or record with an encoder whose step is a tenth of that or finer",
+        ));
+    }
     Ok(Found {
         prepared,
         fit,
@@ -231,6 +238,17 @@ fn report(best: &Found, options: &Options) -> Identified {
             quantity.put(quantity.itself(value), &mut found);
             found.intervals.insert(quantity.interval(), interval);
         }
+    }
+    // Static friction is the upper end of Stribeck's fall, and means nothing where that was not seen.
+    let fall = found
+        .refused
+        .iter()
+        .find(|refusal| refusal.parameter == Quantity::Stribeck.parameter());
+    if let Some(Refusal { reason, instead, .. }) = fall.cloned() {
+        refuse(
+            &mut found,
+            Refusal::new(Quantity::Static(0).parameter(), &reason, &instead),
+        );
     }
     found
 }
