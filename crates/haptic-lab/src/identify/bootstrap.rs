@@ -6,15 +6,15 @@
 //! and again, and each such record is fitted. How far those fits scatter is the interval; how far their mean is from
 //! the truth that made them is the bias.
 
-use super::sensor::{counted, noise};
+use super::sensor::{counted, noise, samples_in};
 use super::{Interval, Record};
 use fastrand::Rng;
 
 /// Length of the pieces of the residual that keep their place and get a sign by chance (Wu 1986), s: longer than noise
 /// remembers itself. So what a law lacks about a turn stays about a turn.
 const PIECE_S: f64 = 0.5;
-/// Student's t for 95 % of 100 fits.
-const STUDENT_T: f64 = 1.984;
+/// Student's t for 95 % and 60 fits.
+const STUDENT_T: f64 = 2.001;
 
 /// What a fit says happened, to draw records from.
 #[derive(Clone, Debug)]
@@ -37,7 +37,7 @@ impl World {
         let samples = self.motion.t_s.len();
         let period_s = (self.motion.t_s[samples - 1] - self.motion.t_s[0]) / (samples - 1) as f64;
         let mut force_n = noise(random, self.white_rms_n, 0.0, samples);
-        let piece = ((PIECE_S / period_s).round() as usize).clamp(1, samples);
+        let piece = samples_in(PIECE_S, period_s).clamp(1, samples);
         for start in (0..samples).step_by(piece) {
             let share = if random.bool() { self.share } else { -self.share };
             for (force, left) in force_n[start..].iter_mut().zip(&self.residual_n[start..]).take(piece) {
@@ -95,21 +95,6 @@ impl Spread {
     }
 }
 
-/// Root mean square of the white noise of a signal: the third difference is blind to what is smooth, its median to
-/// what is sudden.
-pub(super) fn white_rms(signal: &[f64]) -> f64 {
-    let mut thirds: Vec<f64> = signal
-        .windows(4)
-        .map(|four| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs())
-        .collect();
-    if thirds.is_empty() {
-        return 0.0;
-    }
-    let middle = thirds.len() / 2;
-    // 0.6745 of a normal distribution's deviation is its median size; 1 + 9 + 9 + 1 = 20.
-    *thirds.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 20_f64.sqrt())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,18 +112,7 @@ mod tests {
             (spread.bias[0] - 0.3).abs() < 0.02 && (corrected - 4.7).abs() < 0.02,
             "{spread:?}"
         );
-        assert!(((high - low) / 2.0 - 0.397).abs() < 0.02, "{low} {high}");
-    }
-
-    #[test]
-    fn white_noise_is_measured_below_a_smooth_signal() {
-        let noise = noise(&mut Rng::with_seed(4), 0.1, 0.0, 20_000);
-        let signal: Vec<f64> = noise
-            .iter()
-            .zip(0..)
-            .map(|(noise, k)| noise + 5.0 * (f64::from(k) * 0.02).sin())
-            .collect();
-        assert!((white_rms(&signal) - 0.1).abs() < 3e-3, "{}", white_rms(&signal));
+        assert!(((high - low) / 2.0 - 0.400).abs() < 0.02, "{low} {high}");
     }
 
     #[test]

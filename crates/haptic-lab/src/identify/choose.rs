@@ -5,7 +5,7 @@
 //! changes in sight: at rest a rigid contact holds whatever there is, and predicts nothing. Of the laws within one
 //! standard error of the best, the simplest is chosen (Breiman, Friedman, Olshen and Stone 1984).
 
-use super::presliding::{Fit, PathLaw, Prepared};
+use super::presliding::{self, Fit, PathLaw, Prepared};
 use super::{ModelKind, Options, Record};
 
 /// Shares of the record that are left out in turn.
@@ -61,15 +61,13 @@ pub(super) fn choose(record: &Record, options: &Options) -> Choice {
         model: ModelKind::Karnopp,
         because: format!("{why}, so that the simplest model was taken"),
     };
-    let Some(mut prepared) = Prepared::new(record, options) else {
-        return simplest("the position hardly changes");
+    let prepared = match presliding::find(record, PathLaw::Dahl, options) {
+        Ok(presliding::Found { prepared, .. }) => prepared,
+        Err((why, _)) => return simplest(&why),
     };
     let blocks = blocks(&prepared);
     if blocks.len() < FOLDS {
         return simplest("there are too few strokes to leave some out");
-    }
-    if let Some((fit, _)) = prepared.find(PathLaw::Dahl, &prepared.all(), options) {
-        prepared.weigh(&fit);
     }
     let scores = MODELS
         .iter()
@@ -153,7 +151,7 @@ fn score(
     } else {
         prepared.all()
     };
-    let (whole, assumed) = prepared.find(law, &seen, options)?;
+    let (whole, assumed) = prepared.find(law, &seen, options, None)?;
     let mut squares = vec![0.0; blocks.len()];
     for fold in 0..FOLDS {
         let mut is_left_out = vec![false; prepared.rows.len()];

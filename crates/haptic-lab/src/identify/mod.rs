@@ -24,7 +24,6 @@ mod sensor;
 pub(crate) mod smoothing;
 pub mod study;
 
-pub use karnopp::fitted;
 pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
@@ -193,6 +192,13 @@ impl Record {
             None => Ok(()),
         }
     }
+}
+
+/// The record on an even grid and on one clock, and the force of the fit at each of its samples, N; NaN where the model
+/// says nothing of it.
+#[must_use]
+pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
+    presliding::fitted(record, found).unwrap_or_else(|| karnopp::fitted(record, found))
 }
 
 /// Identifies a record.

@@ -3,6 +3,12 @@
 use fastrand::Rng;
 use std::f64::consts::TAU;
 
+/// How many samples a duration has, rounded.
+#[expect(clippy::cast_sign_loss, reason = "a duration is not negative")]
+pub(super) fn samples_in(duration_s: f64, period_s: f64) -> usize {
+    (duration_s / period_s).round() as usize
+}
+
 /// A number of the standard normal distribution (Box and Muller 1958).
 pub(super) fn normal(random: &mut Rng) -> f64 {
     let radius = (-2.0 * (1.0 - random.f64()).ln()).sqrt();

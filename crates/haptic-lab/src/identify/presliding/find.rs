@@ -1,6 +1,7 @@
 //! The best fit of a law to a record, from several starts.
 
-use super::super::bootstrap::white_rms;
+use super::super::sensor::samples_in;
+use super::super::smoothing::white_noise;
 use super::super::{Directions, Options, Record};
 use super::fit::{Assumed, Estimate, Fit, Rows, fit};
 use super::laws::PathLaw;
@@ -11,7 +12,7 @@ const FINAL: f64 = 1e-8;
 /// The same while starts are compared.
 const ROUGH: f64 = 1e-4;
 /// The same for a fit that starts next to where it ends.
-const WARM: f64 = 1e-5;
+const WARM: f64 = 1e-4;
 /// A motion turns when it goes back by so many steps of the encoder.
 const STEPS_OF_A_TURN: f64 = 3.0;
 /// Directions differ where telling them apart explains this much more, as twice the logarithm of a likelihood: far
@@ -36,21 +37,17 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    /// `None` where nothing moves.
-    pub(crate) fn new(record: &Record, options: &Options) -> Option<Self> {
-        let path = Path::new(record)?;
-        let white_rms_n = white_rms(&path.force_n);
-        let samples_in = |duration_s: f64| ((duration_s / path.period_s).round() as usize).max(2);
-        let assumed = Assumed {
-            mass_kg: options.mass_kg,
-            offset_n: options.offset_n,
-            alike: true,
-        };
+    /// `None` where nothing moves. The force's clock is `shift_s` ahead.
+    pub(crate) fn new(record: &Record, shift_s: f64, options: &Options) -> Option<Self> {
+        let path = Path::new(record, shift_s)?;
+        let white_rms_n = white_noise(&path.force_n, &path.is_recorded);
+        let assumed = Assumed::of(options, true);
         let start = Estimate {
             law: PathLaw::Coulomb,
             mass_kg: 0.0,
             viscous: [0.0; 2],
             offset_n: 0.0,
+            shift_s: 0.0,
             values: vec![path.force_n.iter().map(|force| force.abs()).sum::<f64>() / path.force_n.len() as f64; 2],
         };
         let at = |stride| {
@@ -58,12 +55,12 @@ impl Prepared {
             let moving = rows.moving();
             fit(&path, &rows, &moving, &assumed, &start, FINAL).map(|coulomb| (rows, coulomb))
         };
-        let (_, rough) = at(samples_in(0.008))?;
+        let (_, rough) = at(samples_in(0.008, path.period_s).max(2))?;
         // Short enough for the turns, and long enough for the steps of the encoder to make less noise of the inertia
         // than the force has: `h^4 = 5.6 (q M/noise)^2` makes them equal, with q the steps' root mean square.
         let steps_rms = path.resolution_m / 12_f64.sqrt();
         let equal_s = 1.54 * (steps_rms * rough.estimate.mass_kg.max(0.0) / white_rms_n.max(1e-9)).sqrt();
-        let stride = samples_in((1.35 * equal_s).clamp(0.004, 0.02));
+        let stride = samples_in((1.35 * equal_s).clamp(0.004, 0.02), path.period_s).max(2);
         let (rows, coulomb) = at(stride)?;
         Some(Self {
             path,
@@ -86,19 +83,22 @@ impl Prepared {
     }
 
     /// The fit of a law, with what had to be assumed of its directions.
-    pub(crate) fn find(&self, law: PathLaw, kept: &[usize], options: &Options) -> Option<(Fit, Assumed)> {
-        let alike = Assumed {
-            mass_kg: options.mass_kg,
-            offset_n: options.offset_n,
-            alike: true,
-        };
+    /// From an earlier fit it starts there.
+    pub(crate) fn find(
+        &self,
+        law: PathLaw,
+        kept: &[usize],
+        options: &Options,
+        earlier: Option<&Fit>,
+    ) -> Option<(Fit, Assumed)> {
+        let alike = Assumed::of(options, true);
         let separate = Assumed {
             offset_n: Some(options.offset_n.unwrap_or(0.0)),
             alike: false,
             ..alike
         };
         let refined = |assumed, start: &Fit| self.refine(kept, &assumed, &start.estimate, FINAL);
-        let rough = self.from_starts(law, kept, &alike)?;
+        let rough = earlier.cloned().or_else(|| self.best_start(law, kept, &alike))?;
         let fits_alike = refined(alike, &rough).map(|fit| (fit, alike));
         if options.directions == Directions::Alike {
             return fits_alike;
@@ -120,6 +120,19 @@ impl Prepared {
         }
     }
 
+    /// The fit of Dahl's law with the clocks' further shift in it, from an earlier estimate where there is one.
+    pub(crate) fn further_shift(&self, earlier: Option<&Estimate>, options: &Options) -> Option<Estimate> {
+        let assumed = Assumed {
+            one_clock: false,
+            ..Assumed::of(options, true)
+        };
+        let fit = match earlier {
+            Some(start) => self.refine(&self.all(), &assumed, start, ROUGH),
+            None => self.best_start(PathLaw::Dahl, &self.all(), &assumed),
+        };
+        fit.map(|fit| fit.estimate)
+    }
+
     /// The fit of a law from one start.
     pub(crate) fn refine(&self, kept: &[usize], assumed: &Assumed, start: &Estimate, tolerance: f64) -> Option<Fit> {
         fit(&self.path, &self.rows, kept, assumed, start, tolerance)
@@ -127,7 +140,7 @@ impl Prepared {
 
     /// The same fit to another record of the same kind, which starts at its result.
     pub(crate) fn refit(&self, record: &Record, assumed: &Assumed, start: &Estimate) -> Option<Fit> {
-        let mut path = Path::new(record)?;
+        let mut path = Path::new(record, 0.0)?;
         path.is_recorded.clone_from(&self.path.is_recorded);
         let mut rows = Rows::new(&path, self.stride);
         rows.errors.clone_from(&self.rows.errors);
@@ -136,7 +149,7 @@ impl Prepared {
     }
 
     /// The best of several starts.
-    fn from_starts(&self, law: PathLaw, kept: &[usize], assumed: &Assumed) -> Option<Fit> {
+    fn best_start(&self, law: PathLaw, kept: &[usize], assumed: &Assumed) -> Option<Fit> {
         let limits = [self.coulomb.estimate.values[0]; 2];
         let starts: Vec<Vec<f64>> = match law {
             PathLaw::Coulomb => vec![limits.to_vec()],
@@ -145,7 +158,7 @@ impl Prepared {
                 .map(|deflection| [limits[0], limits[1], 0.0, limits[0] / deflection, 1.0].to_vec())
                 .collect(),
             PathLaw::Lugre => {
-                let dahl = self.from_starts(PathLaw::Dahl, kept, assumed)?.estimate;
+                let dahl = self.best_start(PathLaw::Dahl, kept, assumed)?.estimate;
                 let fastest = self.fastest_mps();
                 let stribeck = [0.003, 0.02, 0.1].map(|share| share * fastest);
                 let start = |speed: f64| [&dahl.values[..PathLaw::EXPONENT], &[1.2, 1.2, speed, 0.0]].concat();
@@ -169,6 +182,12 @@ impl Prepared {
         let least = self.path.resolution_m.max(farthest / 3000.0);
         let ratio = (0.25 * farthest / least).max(1.0);
         (0..4).map(move |k| least * ratio.powf(f64::from(k) / 3.0))
+    }
+
+    /// How many rows move each way.
+    pub(crate) fn sides(&self) -> [usize; 2] {
+        let moving = self.rows.moving();
+        [1.0, -1.0].map(|sign: f64| moving.iter().filter(|&&row| sign * self.speed(row) > 0.0).count())
     }
 
     /// Velocity in the middle of a row, m/s.

@@ -1,6 +1,7 @@
 //! Least squares of the force under test functions, over logarithms where a parameter is positive, by Levenberg and
 //! Marquardt.
 
+use super::super::Options;
 use super::errors::Errors;
 use super::laws::PathLaw;
 use super::path::Path;
@@ -9,13 +10,15 @@ use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{DMatrix, DVector, Dyn, Owned};
 
 /// Positions are in sight where they change by so many steps of the encoder under a test function.
-const STEPS_IN_SIGHT: f64 = 3.0;
+const STEPS_IN_SIGHT: f64 = 2.0;
 
 /// What the equation of motion holds under each test function.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows {
     functions: TestFunctions,
     force: Vec<f64>,
+    /// How fast the force changes, N/s.
+    rate: Vec<f64>,
     acceleration: Vec<f64>,
     /// Velocity along each direction, the other way zero.
     velocity: [Vec<f64>; 2],
@@ -31,19 +34,16 @@ impl Rows {
         let functions = TestFunctions::new(path, stride);
         let along: Vec<f64> = path.speed_mps.iter().map(|speed| speed.max(0.0)).collect();
         let against: Vec<f64> = path.speed_mps.iter().map(|speed| speed.min(0.0)).collect();
-        let moves: Vec<bool> = functions
-            .starts
-            .iter()
-            .map(|&start| {
-                let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-                for position in &path.smooth_m[start..start + functions.length()] {
-                    (least, most) = (least.min(*position), most.max(*position));
-                }
-                most - least > STEPS_IN_SIGHT * path.resolution_m.max(1e-12)
+        let moves: Vec<bool> = (0..functions.middles.len())
+            .map(|row| {
+                let positions = || path.smooth_m[functions.samples(row)].iter().copied();
+                let reach = positions().fold(f64::MIN, f64::max) - positions().fold(f64::MAX, f64::min);
+                reach > STEPS_IN_SIGHT * path.resolution_m.max(1e-12)
             })
             .collect();
         Self {
             force: functions.of_force(&path.force_n),
+            rate: functions.of_force(&path.force_rates()),
             acceleration: functions.of_position(&path.counted_m),
             velocity: [functions.of_force(&along), functions.of_force(&against)],
             errors: Errors::alike(moves.len()),
@@ -64,15 +64,19 @@ impl Rows {
 
     /// The sample in the middle of a row.
     pub(crate) fn middle(&self, row: usize) -> usize {
-        self.functions.starts[row] + self.functions.length() / 2
+        self.functions.middles[row]
     }
 
     /// Expects the errors that a fit shows.
     pub(crate) fn weigh(&mut self, path: &Path, fit: &Fit) {
         let Estimate { law, values, .. } = &fit.estimate;
         let tangent = law.tangent(values, path, &law.friction(values, path));
-        let middles: Vec<usize> = (0..self.len()).map(|row| self.middle(row)).collect();
-        if let Some(errors) = Errors::of(&fit.residual, &self.functions.of_force(&tangent), &middles, path) {
+        if let Some(errors) = Errors::of(
+            &fit.residual,
+            &self.functions.of_force(&tangent),
+            &self.functions.middles,
+            path,
+        ) {
             self.errors = errors;
         }
     }
@@ -126,6 +130,20 @@ pub(crate) struct Assumed {
     pub(crate) offset_n: Option<f64>,
     /// Whether friction is the same in both directions.
     pub(crate) alike: bool,
+    /// Whether both clocks are the same.
+    pub(crate) one_clock: bool,
+}
+
+impl Assumed {
+    /// What is known beforehand.
+    pub(crate) const fn of(options: &Options, alike: bool) -> Self {
+        Self {
+            mass_kg: options.mass_kg,
+            offset_n: options.offset_n,
+            alike,
+            one_clock: true,
+        }
+    }
 }
 
 /// A law with its values.
@@ -139,6 +157,8 @@ pub(crate) struct Estimate {
     pub(crate) viscous: [f64; 2],
     /// Constant force, N.
     pub(crate) offset_n: f64,
+    /// How much the force's clock is ahead of the position's, s.
+    pub(crate) shift_s: f64,
     /// The law's values, at the places of [`PathLaw`].
     pub(crate) values: Vec<f64>,
 }
@@ -163,6 +183,7 @@ enum Place {
     Mass,
     Viscous(usize),
     Offset,
+    Shift,
     /// A positive value: its logarithm, within limits.
     Logarithm {
         at: usize,
@@ -180,6 +201,9 @@ fn places(law: PathLaw, assumed: &Assumed) -> Vec<Place> {
     }
     if assumed.offset_n.is_none() {
         places.push(Place::Offset);
+    }
+    if !assumed.one_clock {
+        places.push(Place::Shift);
     }
     let positive = |at, least, most| Place::Logarithm { at, least, most };
     for side in 0..if assumed.alike { 1 } else { 2 } {
@@ -210,6 +234,7 @@ impl Place {
             Self::Mass => estimate.mass_kg,
             Self::Viscous(side) => estimate.viscous[side],
             Self::Offset => estimate.offset_n,
+            Self::Shift => estimate.shift_s,
             Self::Logarithm { at, .. } => estimate.values[at].ln(),
             Self::Value(at) => estimate.values[at],
         }
@@ -226,6 +251,7 @@ impl Place {
         match self {
             Self::Mass => estimate.mass_kg = value,
             Self::Offset => estimate.offset_n = value,
+            Self::Shift => estimate.shift_s = value,
             Self::Viscous(_) if alike => estimate.viscous = [value; 2],
             Self::Viscous(side) => estimate.viscous[side] = value,
             Self::Logarithm { at, least, most } => put_value(at, value.exp().clamp(least, most)),
@@ -287,10 +313,15 @@ impl Problem<'_> {
             mass_kg,
             viscous,
             offset_n,
+            shift_s,
             ..
         } = &self.estimate;
         let rubbed = viscous[0] * self.rows.velocity[0][row] + viscous[1] * self.rows.velocity[1][row];
-        self.rows.force[row] - mass_kg * self.rows.acceleration[row] - rubbed - offset_n - friction
+        self.rows.force[row] + shift_s * self.rows.rate[row]
+            - mass_kg * self.rows.acceleration[row]
+            - rubbed
+            - offset_n
+            - friction
     }
 
     /// Minus the derivative of what is left, by a parameter that the law's friction does not depend on.
@@ -298,6 +329,7 @@ impl Problem<'_> {
         match place {
             Place::Mass => self.rows.acceleration[row],
             Place::Offset => 1.0,
+            Place::Shift => -self.rows.rate[row],
             Place::Viscous(_) if self.alike => self.rows.velocity[0][row] + self.rows.velocity[1][row],
             Place::Viscous(side) => self.rows.velocity[side][row],
             Place::Logarithm { .. } | Place::Value(_) => 0.0,

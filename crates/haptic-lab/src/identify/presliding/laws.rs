@@ -123,12 +123,13 @@ fn dahl(values: &[f64], path: &Path) -> Vec<f64> {
 fn lugre(values: &[f64], path: &Path) -> Vec<f64> {
     let (stiffness, damping) = (values[PathLaw::STIFFNESS], values[PathLaw::DAMPING]);
     let mut force = values[PathLaw::START];
+    let mut friction = force;
     let mut before = path.smooth_m.first().copied().unwrap_or(0.0);
     let mut step = |position: f64, speed: f64| {
         let distance = position - before;
         before = position;
         if distance == 0.0 {
-            return force;
+            return friction;
         }
         let side = side(distance);
         let dynamic = values[PathLaw::DYNAMIC + side];
@@ -136,7 +137,8 @@ fn lugre(values: &[f64], path: &Path) -> Vec<f64> {
         let level = dynamic * (1.0 + (values[PathLaw::STATIC_RATIO + side] - 1.0) * (-fall).exp());
         let steady = level.copysign(distance);
         force = steady + (force - steady) * (-distance.abs() * stiffness / level).exp();
-        force + damping * speed * (1.0 - force / steady)
+        friction = force + damping * speed * (1.0 - force / steady);
+        friction
     };
     let ways = path.via_m.iter().zip(&path.smooth_m).zip(&path.speed_mps);
     ways.map(|((&turn, &position), &speed)| {
@@ -156,12 +158,15 @@ mod tests {
     /// To and fro with turns within presliding and beyond.
     fn path() -> Path {
         let t_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * 1e-3).collect();
-        Path::new(&Record {
-            position_m: t_s.iter().map(|t| 1e-3 * (t * 9.0).sin() * (t * 0.7).sin()).collect(),
-            force_n: vec![0.0; t_s.len()],
-            t_s,
-            ..Record::default()
-        })
+        Path::new(
+            &Record {
+                position_m: t_s.iter().map(|t| 1e-3 * (t * 9.0).sin() * (t * 0.7).sin()).collect(),
+                force_n: vec![0.0; t_s.len()],
+                t_s,
+                ..Record::default()
+            },
+            0.0,
+        )
         .expect("long enough")
     }
 

@@ -1,9 +1,8 @@
 //! A record on an even clock, and the path that its encoder's steps show.
 
 use super::super::Record;
-use super::super::bootstrap::white_rms;
 use super::super::grid::Grid;
-use super::super::smoothing::encoder_step;
+use super::super::smoothing::{encoder_step, white_noise};
 use super::adaptive::smooth;
 
 /// Fewest samples in which anything can be found.
@@ -25,25 +24,28 @@ pub(crate) struct Path {
     pub(crate) speed_mps: Vec<f64>,
     /// Whether the samples about here are there, and the force is within the sensor's range.
     pub(crate) is_recorded: Vec<bool>,
+    /// What is worth a remark: gaps, jitter, saturation.
+    pub(crate) notes: Vec<String>,
     /// Step of the encoder, m; 0 where none shows.
     pub(crate) resolution_m: f64,
 }
 
 impl Path {
-    /// `None` where there are too few samples.
-    pub(crate) fn new(record: &Record) -> Option<Self> {
+    /// `None` where there are too few samples. The force's clock is `shift_s` ahead.
+    pub(crate) fn new(record: &Record, shift_s: f64) -> Option<Self> {
         if record.t_s.len() < FEWEST_SAMPLES {
             return None;
         }
         let grid = Grid::new(record);
         let mut path = Self {
             period_s: grid.period_s,
+            force_n: grid.force_shifted(shift_s),
             counted_m: grid.position_m,
-            force_n: grid.force_n,
             smooth_m: Vec::new(),
             via_m: Vec::new(),
             speed_mps: Vec::new(),
             is_recorded: grid.is_valid,
+            notes: grid.notes,
             resolution_m: record
                 .resolution_m
                 .or_else(|| encoder_step(&record.position_m))
@@ -54,14 +56,24 @@ impl Path {
     }
 
     fn smooth(&mut self) {
-        let (white, step) = (white_rms(&self.counted_m), self.resolution_m);
-        // Less than the steps' own makes the third difference see steps alone.
+        let (white, step) = (white_noise(&self.counted_m, &self.is_recorded), self.resolution_m);
+        // The steps alone make noise of up to step^2/12.
         let noise = (white * white - step * step / 6.0).max(0.0).sqrt();
         (self.smooth_m, self.speed_mps) = smooth(&self.counted_m, self.period_s, step, noise.max(1e-12));
         for speed in &mut self.speed_mps {
             *speed /= self.period_s;
         }
         self.via_m = turning_points(&self.smooth_m);
+    }
+
+    /// How fast the force changes, N/s.
+    pub(crate) fn force_rates(&self) -> Vec<f64> {
+        let last = self.force_n.len() - 1;
+        let between =
+            |from: usize, to: usize| (self.force_n[to] - self.force_n[from]) / ((to - from) as f64 * self.period_s);
+        (0..=last)
+            .map(|at| between(at.saturating_sub(1), (at + 1).min(last)))
+            .collect()
     }
 
     /// Acceleration of the smooth path, m/s^2.
@@ -159,8 +171,11 @@ mod tests {
 
     #[test]
     fn turns_are_where_the_motion_goes_back() {
-        let path =
-            Path::new(&record(|t| 0.5e-3 * (1.0 - (t * std::f64::consts::TAU).cos()), 3251)).expect("long enough");
+        let path = Path::new(
+            &record(|t| 0.5e-3 * (1.0 - (t * std::f64::consts::TAU).cos()), 3251),
+            0.0,
+        )
+        .expect("long enough");
         assert_eq!(path.turns(1e-5), [500, 1000, 1500, 2000, 2500, 3000]);
         assert!((path.longest_stroke(1e-5) - 1e-3).abs() < 1e-6);
     }

@@ -6,6 +6,8 @@ use super::fit::{Assumed, Estimate};
 use super::laws::PathLaw;
 use super::quantity::Quantity;
 
+/// A surface must give way by so many steps of the encoder, or the steps are taken for it.
+const FEWEST_STEPS: f64 = 3.0;
 /// Fewest turns that show how a surface gives way.
 const FEWEST_TURNS: usize = 4;
 /// A limit is reached after so many times the deflection `Fd/sigma`.
@@ -28,15 +30,17 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
             "move to and fro, with at least ten turns",
         );
     }
-    if deflection < step {
+    if goes_one_way(prepared) {
         refused.add(
-            &PRESLIDING,
-            &format!(
-                "the surface gives way by Fd/sigma = {:.2} um, less than the encoder's step of {:.2} um",
-                deflection * 1e6,
-                step * 1e6
-            ),
-            "record with an encoder whose step is a fifth of that deflection or finer",
+            &["dynamic_force_N", "viscous_Ns_per_m", "static_force_N", "offset_N"],
+            "the motion goes one way; what rubs and what pushes steadily look alike there",
+            "record motion in both directions",
+        );
+    } else if !assumed.alike && assumed.offset_n.is_some() && !prepared.knows_offset {
+        refused.add(
+            &["offset_N"],
+            "a constant force looks like limits that differ by direction; zero was assumed",
+            "give the constant force, or zero the sensor",
         );
     }
     if farthest < DEFLECTIONS_TO_LIMIT * deflection {
@@ -51,20 +55,6 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
         );
     }
     let rows = prepared.rows.moving();
-    let sides = [1.0, -1.0].map(|sign: f64| rows.iter().filter(|&&row| sign * prepared.speed(row) > 0.0).count());
-    if sides[0].min(sides[1]) < FEWEST_ROWS {
-        refused.add(
-            &["dynamic_force_N", "viscous_Ns_per_m", "static_force_N", "offset_N"],
-            "the motion goes one way; what rubs and what pushes steadily look alike there",
-            "record motion in both directions",
-        );
-    } else if !assumed.alike && assumed.offset_n.is_some() && !prepared.knows_offset {
-        refused.add(
-            &["offset_N"],
-            "a constant force looks like limits that differ by direction; zero was assumed",
-            "give the constant force, or zero the sensor",
-        );
-    }
     if estimate.law == PathLaw::Lugre {
         let fall = estimate.values[PathLaw::STRIBECK];
         let speeds = rows.iter().map(|&row| prepared.speed(row).abs());
@@ -83,6 +73,26 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
         }
     }
     refused.0
+}
+
+/// Why the encoder hides how the surface gives way; `None` where it does not. All of the law leans on that: a fit makes
+/// of the steps what it likes.
+pub(crate) fn hidden(prepared: &Prepared, estimate: &Estimate) -> Option<String> {
+    let step = prepared.path.resolution_m;
+    let limit = estimate.values[PathLaw::DYNAMIC].max(estimate.values[PathLaw::DYNAMIC + 1]);
+    let deflection = limit / estimate.values[PathLaw::STIFFNESS];
+    (deflection < FEWEST_STEPS * step).then(|| {
+        format!(
+            "the surface gives way by about Fd/sigma = {:.1} um, less than {FEWEST_STEPS} times the encoder's step of {:.1} um",
+            deflection * 1e6,
+            step * 1e6
+        )
+    })
+}
+
+/// Whether there is too little motion in one of the directions.
+pub(crate) fn goes_one_way(prepared: &Prepared) -> bool {
+    prepared.sides().into_iter().any(|rows| rows < FEWEST_ROWS)
 }
 
 /// What shows only about a turn.
@@ -152,14 +162,21 @@ pub(crate) fn by_interval(
             "record vibration within presliding: tens of micrometres at 20 Hz and more, with a fine encoder",
         ),
     };
-    is_too_wide.then(|| Refusal {
-        parameter: quantity.parameter().to_owned(),
-        reason: format!(
-            "{reason}; the 95 % interval is {low:.4} to {high:.4} {}",
-            quantity.unit()
-        ),
-        instead: instead.to_owned(),
-    })
+    let reason = format!(
+        "{reason}; the 95 % interval is {low:.4} to {high:.4} {}",
+        quantity.unit()
+    );
+    is_too_wide.then(|| Refusal::new(quantity.parameter(), &reason, instead))
+}
+
+impl Refusal {
+    pub(super) fn new(parameter: &str, reason: &str, instead: &str) -> Self {
+        Self {
+            parameter: parameter.to_owned(),
+            reason: reason.to_owned(),
+            instead: instead.to_owned(),
+        }
+    }
 }
 
 #[derive(Default)]
@@ -170,11 +187,7 @@ impl Refusals {
     fn add(&mut self, parameters: &[&str], reason: &str, instead: &str) {
         for &parameter in parameters {
             if self.0.iter().all(|refusal| refusal.parameter != parameter) {
-                self.0.push(Refusal {
-                    parameter: parameter.to_owned(),
-                    reason: reason.to_owned(),
-                    instead: instead.to_owned(),
-                });
+                self.0.push(Refusal::new(parameter, reason, instead));
             }
         }
     }

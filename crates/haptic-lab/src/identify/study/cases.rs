@@ -23,7 +23,7 @@ pub const DAHL: Dahl = Dahl {
     dynamic_force: Directional::both(4.0),
     contact_stiffness: 4e4,
     exponent: 1.0,
-    viscous: Directional::both(2.0),
+    viscous: Directional::both(5.0),
 };
 
 /// LuGre friction that falls from 4.5 to 3.5 N and gives way by 0.1 mm.
@@ -33,7 +33,7 @@ pub const LUGRE: Lugre = Lugre {
     stribeck_velocity: 0.005,
     contact_stiffness: 4e4,
     contact_damping: 60.0,
-    viscous: Directional::both(2.0),
+    viscous: Directional::both(5.0),
 };
 
 /// Half a kilogram on a surface, and a sensor that is 0.2 N off.
@@ -95,7 +95,7 @@ pub fn cases() -> Vec<Case> {
         case(
             "karnopp",
             thorough(Friction::Karnopp(Karnopp {
-                viscous: Directional::both(2.0),
+                viscous: Directional::both(5.0),
                 ..Karnopp::new(4.0, 3.5)
             })),
             ModelKind::Karnopp,
@@ -145,7 +145,7 @@ const fn elasto_plastic() -> ElastoPlastic {
         contact_stiffness: 4e4,
         contact_damping: 60.0,
         elastic_fraction: 0.8,
-        viscous: Directional::both(2.0),
+        viscous: Directional::both(5.0),
     }
 }
 

@@ -1,0 +1,304 @@
+//! Dahl's law and LuGre's identified from records of known friction.
+
+use crate::identify::study::cases::{Case, DAHL, LUGRE, cases, half_a_kilogram};
+use crate::identify::study::{Experiment, Judgement, Movement, Sensors};
+use crate::identify::{Identified, ModelKind, Options, Record, fitted, identify};
+use fastrand::Rng;
+use haptic_core::friction::{Dahl, Friction};
+use test_run::{extent, is_long_for};
+
+fn found(record: &Record, model: ModelKind) -> Identified {
+    identify(record, &Options::new(model)).expect("the record is whole")
+}
+
+/// What is found of ten seconds of Dahl's friction under a hand's movements.
+fn found_of(friction: Dahl, movements: &[Movement]) -> Identified {
+    let experiment = Experiment::thorough(half_a_kilogram(Friction::Dahl(friction))).with_movements(movements);
+    found(&experiment.record(1).expect("the scene is sound"), ModelKind::Dahl)
+}
+
+const STROKES: Movement = Movement::Chirp {
+    from_hz: 0.5,
+    to_hz: 3.0,
+    stroke_m: 0.03,
+    duration_s: 8.0,
+};
+
+#[track_caller]
+fn assert_refused(found: &Identified, parameter: &str, because: &str, instead: &str) {
+    let refusal = found.refused.iter().find(|refusal| refusal.parameter == parameter);
+    let refusal = refusal.unwrap_or_else(|| panic!("{parameter} is not refused: {found:#?}"));
+    assert!(refusal.reason.contains(because), "{refusal:?}");
+    assert!(refusal.instead.contains(instead), "{refusal:?}");
+    let json = serde_json::to_value(found).expect("it writes");
+    assert!(
+        json[parameter].is_null(),
+        "{parameter} is refused and reported: {found:#?}"
+    );
+    assert!(
+        !found.intervals.keys().any(|name| name.starts_with(parameter)),
+        "{found:#?}"
+    );
+}
+
+/// A case of the study: every parameter is reported in every run, the truth is inside nine of ten intervals, and the
+/// values are as near to it as is claimed.
+#[track_caller]
+fn assert_near(case: &Case, seeds: u64, most_errors: &[(&str, f64)]) {
+    let judgement = Judgement::of(case, 0..extent(1, seeds));
+    for (name, judged) in &judgement.parameters {
+        assert_eq!(judged.reported, judgement.runs, "{}: {name} {judged:?}", case.name);
+        // One seed proves nothing of an interval.
+        let least = extent(0, judgement.runs * 9 / 10);
+        assert!(judged.inside >= least, "{}: {name} {judged:?}", case.name);
+    }
+    for (name, most) in most_errors {
+        let judged = &judgement.parameters[*name];
+        let truth = judged.truth.expect("the law has the parameter");
+        assert!(judged.worst <= most * truth, "{}: {name} {judged:?}", case.name);
+    }
+}
+
+fn case(name: &str) -> Case {
+    cases()
+        .into_iter()
+        .find(|case| case.name == name)
+        .expect("the case is there")
+}
+
+#[test]
+fn dahl_is_found_within_its_intervals() {
+    let most_errors = [
+        ("mass_kg", 0.01),
+        ("dynamic_force_N.positive", 0.005),
+        ("viscous_Ns_per_m.positive", 0.01),
+        ("stiffness_N_per_m", 0.03),
+        ("exponent", 0.03),
+    ];
+    assert_near(&case("dahl"), 100, &most_errors);
+}
+
+#[test]
+fn stiff_and_asymmetric_dahl_is_found_within_its_intervals() {
+    if !is_long_for("Dahl's law with other exponents, and with limits that differ by direction") {
+        return;
+    }
+    assert_near(
+        &case("dahl, stiff and sharp"),
+        20,
+        &[("mass_kg", 0.01), ("dynamic_force_N.positive", 0.005)],
+    );
+    assert_near(
+        &case("dahl, teflon, directions differ"),
+        20,
+        &[("mass_kg", 0.01), ("exponent", 0.03)],
+    );
+}
+
+#[test]
+fn lugre_is_found_within_its_intervals() {
+    let most_errors = [
+        ("mass_kg", 0.01),
+        ("dynamic_force_N.positive", 0.005),
+        ("static_force_N.positive", 0.05),
+    ];
+    assert_near(&case("lugre"), 20, &most_errors);
+}
+
+#[test]
+fn motion_one_way_refuses_what_looks_like_a_constant_force() {
+    let one_way = Movement::Ramp {
+        speed_mps: 0.05,
+        stroke_m: 1.0,
+        duration_s: 8.0,
+    };
+    let found = found_of(DAHL, &[one_way]);
+    for parameter in ["dynamic_force_N", "viscous_Ns_per_m", "offset_N"] {
+        assert_refused(&found, parameter, "one way", "both directions");
+    }
+    assert_refused(&found, "stiffness_N_per_m", "turns 0 times", "to and fro");
+}
+
+#[test]
+fn few_turns_refuse_what_shows_after_a_turn() {
+    let stroke = Movement::Ramp {
+        speed_mps: 0.02,
+        stroke_m: 0.06,
+        duration_s: 8.0,
+    };
+    let found = found_of(DAHL, &[stroke]);
+    assert_refused(&found, "stiffness_N_per_m", "turns 2 times", "ten turns");
+    assert_refused(&found, "exponent", "turns 2 times", "ten turns");
+}
+
+#[test]
+fn a_coarse_encoder_refuses_what_it_hides() {
+    let mut experiment = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL))).with_movements(&[STROKES]);
+    experiment.sensors = Sensors {
+        resolution_m: 3e-4,
+        ..Sensors::USUAL
+    };
+    let record = experiment.record(1).expect("the scene is sound");
+    let dahl = found(&record, ModelKind::Dahl);
+    // All of the law leans on what is hidden.
+    for parameter in ["stiffness_N_per_m", "exponent", "mass_kg", "dynamic_force_N"] {
+        assert_refused(&dahl, parameter, "encoder's step", "karnopp");
+    }
+    let chosen = found(&record, ModelKind::Auto);
+    assert_eq!(chosen.model, ModelKind::Karnopp);
+    assert!(
+        chosen
+            .chosen_because
+            .is_some_and(|because| because.contains("encoder's step"))
+    );
+}
+
+#[test]
+fn short_strokes_refuse_the_mass() {
+    let short = Movement::Chirp {
+        from_hz: 0.5,
+        to_hz: 1.5,
+        stroke_m: 7e-4,
+        duration_s: 10.0,
+    };
+    let found = found_of(DAHL, &[short]);
+    assert_refused(&found, "mass_kg", "inertia", "faster");
+}
+
+#[test]
+fn strokes_within_presliding_refuse_the_limits() {
+    let soft = Dahl {
+        contact_stiffness: 3e3,
+        ..DAHL
+    };
+    let short = Movement::Chirp {
+        from_hz: 1.0,
+        to_hz: 3.0,
+        stroke_m: 1e-3,
+        duration_s: 10.0,
+    };
+    let found = found_of(soft, &[short]);
+    assert_refused(&found, "dynamic_force_N", "longest stroke", "10 mm");
+    assert_refused(&found, "exponent", "longest stroke", "10 mm");
+}
+
+/// What is found of LuGre friction under a hand's movement.
+fn found_of_lugre(movement: Movement) -> Identified {
+    let experiment = Experiment::thorough(half_a_kilogram(Friction::Lugre(LUGRE))).with_movements(&[movement]);
+    found(&experiment.record(1).expect("the scene is sound"), ModelKind::Lugre)
+}
+
+#[test]
+fn fast_strokes_alone_refuse_stribecks_fall() {
+    let found = found_of_lugre(Movement::Chirp {
+        from_hz: 2.0,
+        to_hz: 3.0,
+        stroke_m: 0.03,
+        duration_s: 10.0,
+    });
+    assert_refused(&found, "stribeck_velocity_mps", "fall", "ramps");
+    assert_refused(&found, "static_force_N", "fall", "ramps");
+}
+
+#[test]
+fn slow_ramps_alone_refuse_the_bristles_damping() {
+    let found = found_of_lugre(Movement::Ramp {
+        speed_mps: 0.001,
+        stroke_m: 0.0015,
+        duration_s: 10.0,
+    });
+    assert_refused(&found, "bristle_damping_Ns_per_m", "quickly", "vibration");
+    assert_refused(&found, "mass_kg", "inertia", "faster");
+}
+
+#[test]
+fn a_force_that_has_nothing_to_do_with_the_motion_gives_no_numbers() {
+    let mut record = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL)))
+        .with_movements(&[STROKES])
+        .record(1)
+        .expect("the scene is sound");
+    let mut random = Rng::with_seed(1);
+    let mut force = 0.0;
+    for value in &mut record.force_n {
+        force += 0.05 * (random.f64() - 0.5) - 0.001 * force;
+        *value = 4.0 * force;
+    }
+    for model in [ModelKind::Dahl, ModelKind::Lugre] {
+        let found = found(&record, model);
+        assert!(found.intervals.is_empty() && found.mass_kg.is_none(), "{found:#?}");
+        assert_refused(&found, "dynamic_force_N", "", "belong together");
+        assert_refused(&found, "stiffness_N_per_m", "", "belong together");
+    }
+}
+
+#[test]
+fn a_rig_at_rest_gives_no_numbers() {
+    let rest = Movement::Rest { duration_s: 5.0 };
+    let found = found_of(DAHL, &[rest]);
+    assert!(found.intervals.is_empty(), "{found:#?}");
+    assert_refused(&found, "mass_kg", "hardly changes", "10 mm");
+}
+
+#[test]
+fn clocks_that_differ_are_aligned_and_the_shift_is_told() {
+    let mut record = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL)))
+        .with_movements(&[STROKES])
+        .record(1)
+        .expect("the scene is sound");
+    record.force_n.rotate_right(12);
+    let found = found(&record, ModelKind::Dahl);
+    assert!((found.shift_s - 0.012).abs() < 1e-3, "{found:#?}");
+    let [low, high] = found.intervals["mass_kg"];
+    assert!(low > 0.48 && high < 0.52, "{found:#?}");
+}
+
+#[test]
+fn the_force_of_the_fit_is_the_records() {
+    for (friction, model) in [
+        (Friction::Dahl(DAHL), ModelKind::Dahl),
+        (Friction::Lugre(LUGRE), ModelKind::Lugre),
+    ] {
+        let experiment = Experiment::thorough(half_a_kilogram(friction)).with_movements(&[STROKES]);
+        let record = experiment.record(1).expect("the scene is sound");
+        let (even, force) = fitted(&record, &found(&record, model));
+        assert_eq!(even.t_s.len(), record.t_s.len());
+        let pairs = || force.iter().zip(&even.force_n).skip(200);
+        let squares: f64 = pairs().map(|(fitted, force)| (fitted - force).powi(2)).sum();
+        let rms = (squares / pairs().count() as f64).sqrt();
+        assert!(rms < 0.25, "{model:?}: {rms} N beside a noise of 0.1 N");
+    }
+}
+
+#[test]
+fn the_same_record_and_seed_give_the_same_numbers() {
+    let record = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL)))
+        .with_movements(&[STROKES])
+        .record(1)
+        .expect("the scene is sound");
+    assert_eq!(found(&record, ModelKind::Dahl), found(&record, ModelKind::Dahl));
+}
+
+#[test]
+fn the_model_that_made_the_record_is_chosen() {
+    let movements = [
+        STROKES,
+        Movement::Ramp {
+            speed_mps: 0.001,
+            stroke_m: 0.0015,
+            duration_s: 6.0,
+        },
+    ];
+    for (friction, model) in [
+        (Friction::Dahl(DAHL), ModelKind::Dahl),
+        (Friction::Lugre(LUGRE), ModelKind::Lugre),
+    ] {
+        let experiment = Experiment::thorough(half_a_kilogram(friction)).with_movements(&movements);
+        let found = found(&experiment.record(1).expect("the scene is sound"), ModelKind::Auto);
+        assert_eq!(found.model, model, "{found:#?}");
+        assert!(
+            found
+                .chosen_because
+                .is_some_and(|because| because.contains("standard error"))
+        );
+    }
+}
