@@ -11,8 +11,8 @@
 pub mod cogging;
 mod grid;
 mod karnopp;
-mod plot;
 pub mod plan;
+mod plot;
 pub mod record_file;
 mod result;
 pub mod rig_itself;
