@@ -94,7 +94,7 @@ fn pulling(rig: &mut FakeRig, daemon: &Daemon, client: &mut Client) -> Client {
     }
 }
 
-// hazard: F21
+// hazard: F20
 #[test]
 fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
@@ -128,7 +128,7 @@ fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
     renders_the_scene(&daemon, &mut client);
 }
 
-// hazard: F21
+// hazard: F20
 #[test]
 fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
@@ -188,7 +188,7 @@ fn a_motor_of_the_wrong_sign_ends_an_excitation_within_millimetres() {
     wait_for_state(&mut client, RigState::Idle);
 }
 
-// hazard: F21
+// hazard: F20
 #[test]
 fn a_hand_that_takes_the_handle_away_feels_no_more_than_the_limit_and_ends_it() {
     // It moves 30 mm to and fro whatever the motor does.
@@ -219,7 +219,7 @@ fn a_hand_that_takes_the_handle_away_feels_no_more_than_the_limit_and_ends_it() 
     }
 }
 
-// hazard: F21
+// hazard: F20
 #[test]
 fn a_rig_that_is_unplugged_in_an_excitation_ends_it_and_comes_back_without_force() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
@@ -259,7 +259,7 @@ fn only_a_commissioned_rig_of_a_known_range_is_identified() {
     assert!(error.message.contains("range"), "{error}");
 }
 
-// hazard: F21
+// hazard: F20
 #[test]
 fn nobody_else_moves_the_rig_meanwhile_and_bounds_are_refused_by_name() {
     let daemon = Daemon::start(&["--hand=free"]);
