@@ -5,6 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use system_tests::{binary, ctl, ctl_offline};
 
+fn json(path: &Path) -> Value {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
@@ -129,5 +134,61 @@ fn a_surface_needs_a_block_and_sensible_sensors() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         assert!(text(&output.stderr).contains(part), "{}", text(&output.stderr));
         assert!(!Path::new(&out).exists());
+    }
+}
+
+/// Aluminium on Teflon: what docs/identification.md claims of it.
+#[test]
+fn the_example_renders_what_a_lab_has_recorded() {
+    let has_bash = Command::new("bash").arg("--version").stdout(Stdio::null()).status();
+    if !has_bash.is_ok_and(|status| status.success()) {
+        test_run::skip("bash", "Debian: apt install bash");
+        return;
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    let hapticd = binary("hapticd");
+    let output = Command::new("bash")
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/aluminium-on-teflon.sh"))
+        .arg(directory.path())
+        .env("HAPTICD_BIN", hapticd.parent().expect("it lies in a directory"))
+        .env(
+            "HAPTICD_OPTIONS",
+            "--stale-ms 500 --control-timeout-ms 5000 --spin-us 0",
+        )
+        .stdin(Stdio::null())
+        .output()
+        .expect("bash starts");
+    let said = format!("{}{}", text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "{said}");
+    println!("{said}");
+    let near = |value: &Value, expected: f64, share: f64| {
+        let found = value.as_f64().unwrap_or_else(|| panic!("{value} is no number: {said}"));
+        assert!(
+            (found / expected - 1.0).abs() <= share,
+            "{found} for {expected}: {said}"
+        );
+    };
+    let identified = json(&directory.path().join("identified.json"));
+    near(&identified["mass_kg"], 1.0, 0.01);
+    let compared = json(&directory.path().join("compare.json"));
+    assert_eq!(compared["aligned_by"], "time", "{said}");
+    for direction in ["positive", "negative"] {
+        near(&identified["dynamic_force_N"][direction], 2.0, 0.01);
+        near(&identified["viscous_Ns_per_m"][direction], 2.0, 0.04);
+        near(&identified["static_force_N"][direction], 2.2, 0.05);
+        for (level, most_percent) in [("sliding_force_N", 1.0), ("breakaway_force_N", 8.0)] {
+            let percent = &compared[level][direction]["difference_percent"];
+            let percent = percent.as_f64().unwrap_or_else(|| panic!("no {level}: {said}"));
+            assert!(
+                percent.abs() <= most_percent,
+                "{level} {direction}: {percent} %: {said}"
+            );
+        }
+    }
+    let rms = compared["force_rms_difference_N"].as_f64().expect("a number");
+    assert!(rms < 0.25, "{rms} N: {said}");
+    for plot in ["identified.html", "compare.html", "compare.svg"] {
+        let plot = std::fs::read_to_string(directory.path().join(plot)).expect("the plot");
+        assert!(plot.contains("<svg"), "{said}");
     }
 }

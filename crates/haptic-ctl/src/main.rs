@@ -27,6 +27,7 @@ mod output;
 mod progress;
 mod raw;
 mod record;
+mod recording;
 mod scene;
 mod set;
 mod simulate;
@@ -125,8 +126,12 @@ enum Command {
     /// Print samples live, until interrupted; with --json one object a line
     #[command(visible_alias = "stream")]
     Watch(watch::Arguments),
-    /// Record every tick to a file, until interrupted
+    /// Record every tick to a file, with what happens meanwhile, until interrupted
+    #[command(after_help = record::HELP)]
     Record(record::Arguments),
+    /// Show, repair, convert and cut recordings; works without a daemon
+    #[command(subcommand)]
+    Recording(recording::Command),
     /// Show how well the loop keeps time
     Timing,
     /// Check the active scene against the rig: stability, passivity and chatter, with a fix for
@@ -183,12 +188,13 @@ impl Command {
             Self::Wait(wait) => return Ok(wait.requests()),
             Self::Lease(lease) => lease.request()?,
             Self::Watch(watch) => watch.request(),
-            Self::Record(record) => return Ok(vec![Request::Status {}, record.request(), Request::get()]),
+            Self::Record(record) => return record.requests(),
             Self::Timing => Request::Timing {},
             Self::Advise => Request::Advise {},
             Self::Devices(devices) => devices.request(),
             Self::Doctor => return Ok(doctor::requests()),
             Self::Raw(_)
+            | Self::Recording(_)
             | Self::Simulate(_)
             | Self::Accuracy(_)
             | Self::Cost
@@ -280,6 +286,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     match command {
         Command::Doctor => return doctor::run(socket, json).await,
         Command::Raw(raw) => return raw::run(socket, raw).await,
+        Command::Recording(recording) => return recording::run(recording, json),
         Command::Simulate(simulate) => return simulate::run(simulate, json),
         Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
         Command::Identify(arguments) if arguments.is_offline() => return identify::run_offline(arguments, json),

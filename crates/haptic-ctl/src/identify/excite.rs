@@ -1,9 +1,9 @@
 //! The motions of an identification, one after another, and what the person agrees to before.
 
-use super::plan::Bounds;
 use super::session::Session;
 use crate::failure::Failure;
 use haptic_ipc::{ExcitationEnd, ExcitationReport};
+use haptic_lab::identify::plan::Bounds;
 use std::path::PathBuf;
 
 /// Share of its amplitude with which a chirp is repeated that the handle could not follow, and how
@@ -16,7 +16,7 @@ const LEAST_SHARE: f64 = 0.2;
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Options of --run and --rig")]
-pub(crate) struct Arguments {
+pub(crate) struct MotionArguments {
     /// Do not ask for confirmation before the rig moves
     #[arg(long, short)]
     yes: bool,
@@ -61,7 +61,7 @@ pub(super) struct Excited {
     pub(super) sweep: Option<(u64, u64)>,
 }
 
-impl Arguments {
+impl MotionArguments {
     pub(super) fn asks(&self) -> bool {
         !self.yes
     }

@@ -68,6 +68,7 @@ pub(super) struct Wanted {
 /// A record in a file, and how it is read.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Options of FILE")]
+#[group(id = "of_file")]
 pub(super) struct Arguments {
     /// Record of motion and force: CSV of any laboratory, or a recording
     #[arg(value_name = "FILE", required_unless_present_any = ["run", "rig"], conflicts_with_all = ["run", "rig"])]

@@ -2,7 +2,6 @@
 
 mod excite;
 mod file;
-mod plan;
 mod report;
 mod rig;
 mod run;
@@ -27,6 +26,11 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "run")]
     whole: bool,
 
+    /// The device reports the same position at the same place after every start: cogging that --rig
+    /// finds can then be compensated
+    #[arg(long, requires = "rig")]
+    absolute_position: bool,
+
     #[command(flatten)]
     wanted: file::Wanted,
 
@@ -37,7 +41,7 @@ pub(crate) struct Arguments {
     file: file::Arguments,
 
     #[command(flatten)]
-    excite: excite::Arguments,
+    excite: excite::MotionArguments,
 }
 
 impl Arguments {
@@ -56,7 +60,7 @@ impl Arguments {
 
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
     if arguments.rig {
-        return rig::run(daemon, &arguments.excite, json).await;
+        return rig::run(daemon, &arguments.excite, arguments.absolute_position, json).await;
     }
     let options = arguments.wanted.options();
     let (record, found) = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;

@@ -2,15 +2,27 @@
 
 use crate::failure::Failure;
 use crate::output;
-use haptic_lab::identify::{Identified, Interval, Record};
+use haptic_lab::drawing::{Page, PlotFormat, Table, UnknownEnding};
+use haptic_lab::identify::{self, Identified, Interval, Record};
 use std::path::{Path, PathBuf};
 
 /// Where the results go.
 #[derive(Debug, clap::Args)]
+#[group(id = "of_results")]
 pub(super) struct Arguments {
     /// Output: the scene that feels like it
     #[arg(long, value_name = "SCENE.toml")]
     out: Option<PathBuf>,
+
+    /// Plot of force against velocity, position and time, and what the fit leaves: an image, or a page with the values
+    #[arg(long, value_name = "FILE.svg|.html", value_parser = plot_file)]
+    plot: Option<(PathBuf, PlotFormat)>,
+}
+
+/// A file for a plot, whose ending says its format.
+fn plot_file(text: &str) -> Result<(PathBuf, PlotFormat), UnknownEnding> {
+    let path = PathBuf::from(text);
+    PlotFormat::of(&path).map(|format| (path, format))
 }
 
 impl Arguments {
@@ -32,7 +44,21 @@ impl Arguments {
     }
 
     /// Writes what was asked for. A scene is not written where the record does not determine one; the report says so.
-    pub(super) fn write(&self, origin: &str, _record: &Record, found: &Identified) -> Result<(), Failure> {
+    pub(super) fn write(&self, origin: &str, record: &Record, found: &Identified) -> Result<(), Failure> {
+        if let Some((path, format)) = &self.plot {
+            let (even, force_n) = identify::fitted(record, found);
+            let page = Page {
+                title: format!("Identified from {origin}"),
+                paragraphs: found.notes.clone(),
+                charts: identify::plots(&even, found, &force_n),
+                tables: vec![Table {
+                    caption: heading(found),
+                    rows: rows(found),
+                }],
+            };
+            page.write(path, *format)
+                .map_err(|error| Failure::File(format!("{}: {error}", path.display())))?;
+        }
         let Some(path) = &self.out else { return Ok(()) };
         let failed = |reason: String| Failure::File(format!("{}: {reason}", path.display()));
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -69,7 +95,8 @@ pub(super) fn show(found: &Identified, json: bool) -> Result<(), Failure> {
     }
 }
 
-fn text(found: &Identified) -> String {
+/// The values with their units and intervals, under the names of the columns.
+fn rows(found: &Identified) -> Vec<Vec<String>> {
     let mut rows = vec![["", "value", "unit", "95 % interval"].map(str::to_owned).to_vec()];
     let mut row = |what: &str, value: Option<f64>, unit: &str, name: &str| {
         let Some(value) = value else { return };
@@ -125,9 +152,18 @@ fn text(found: &Identified) -> String {
         "N s/m",
         "bristle_damping_Ns_per_m",
     );
+    rows
+}
+
+/// The model, and what it leaves.
+fn heading(found: &Identified) -> String {
     let model = serde_json::to_value(found.model)
         .map_or_else(|_| String::new(), |name| name.as_str().unwrap_or_default().to_owned());
-    let mut text = format!("{model}, residual {:.4} N rms", found.residual_rms_n);
+    format!("{model}, residual {:.4} N rms", found.residual_rms_n)
+}
+
+fn text(found: &Identified) -> String {
+    let (mut text, rows) = (heading(found), rows(found));
     if let Some(why) = &found.chosen_because {
         text.push_str(&format!("\nchosen because {why}"));
     }

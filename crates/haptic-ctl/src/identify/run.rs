@@ -7,6 +7,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_core::Directional;
 use haptic_core::rig_friction::RigFriction;
+use haptic_lab::identify::rig_itself::without_cogging;
 use haptic_lab::identify::{self, Identified, Options, Record, Refusal};
 
 /// What is known of a force that is the motor's command: it has no zero to be off.
@@ -15,7 +16,7 @@ const KNOWN_OFFSET_N: f64 = 0.0;
 /// Moves the rig and identifies what is on it; `whole` keeps the rig's own part in the result.
 pub(super) async fn run(
     daemon: &mut Daemon,
-    arguments: &excite::Arguments,
+    arguments: &excite::MotionArguments,
     options: &Options,
     whole: bool,
 ) -> Result<(Record, Identified), Failure> {
@@ -32,8 +33,8 @@ pub(super) async fn run(
     };
     let (record, identified) = session
         .compute(move || {
-            if let Some(rig) = &stored {
-                without_cogging(&mut record, rig);
+            if let Some(cogging) = stored.and_then(|rig| rig.cogging) {
+                without_cogging(&mut record, &cogging);
             }
             let identified = identify::identify(&record, &options);
             (record, identified)
@@ -50,14 +51,6 @@ pub(super) async fn run(
         ),
     }
     Ok((record, found))
-}
-
-/// Takes the cogging of the rig out of a record.
-pub(super) fn without_cogging(record: &mut Record, rig: &RigFriction) {
-    let Some(cogging) = &rig.cogging else { return };
-    for (force_n, position_m) in record.force_n.iter_mut().zip(&record.position_m) {
-        *force_n -= cogging.force(*position_m);
-    }
 }
 
 /// Takes the rig's own mass and friction out of what was identified. The static limits lose the rig's
@@ -134,7 +127,6 @@ fn refuse_what_is_nothing(found: &mut Identified) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
     use haptic_lab::identify::ModelKind;
 
     const RIG: RigFriction = RigFriction {
@@ -185,27 +177,5 @@ mod tests {
         subtract(&mut nothing, &RIG);
         assert_eq!((nothing.mass_kg, nothing.intervals.get("mass_kg")), (None, None));
         assert_eq!(nothing.refused[0].parameter, "mass_kg");
-    }
-
-    #[test]
-    fn cogging_is_taken_out_by_the_position() {
-        let mut harmonics = [Harmonic::default(); COGGING_HARMONICS];
-        harmonics[0].cosine = 0.3;
-        let rig = RigFriction {
-            cogging: Some(Cogging {
-                period_m: 0.01,
-                absolute_position: false,
-                harmonics,
-            }),
-            ..RIG
-        };
-        let mut record = Record {
-            t_s: vec![0.0, 1.0],
-            position_m: vec![0.0, 0.005],
-            force_n: vec![1.0, 1.0],
-            ..Record::default()
-        };
-        without_cogging(&mut record, &rig);
-        assert!((record.force_n[0] - 0.7).abs() < 1e-12 && (record.force_n[1] - 1.3).abs() < 1e-12);
     }
 }

@@ -34,6 +34,8 @@ pub(super) struct Session<'a> {
     recorder: Option<Recorder>,
     pub(super) begun: IdentificationReply,
     pub(super) ticks: Ticks,
+    /// Nominal time between two ticks, s.
+    pub(super) period_s: f64,
 }
 
 impl<'a> Session<'a> {
@@ -61,6 +63,7 @@ impl<'a> Session<'a> {
             recorder: None,
             begun,
             ticks: Ticks::default(),
+            period_s: 1e-3,
         })
     }
 
@@ -75,6 +78,7 @@ impl<'a> Session<'a> {
                 batch_ms: Some(20),
             })
             .await?;
+        self.period_s = 1.0 / status.rate_hz;
         let Some(file) = file else { return Ok(()) };
         let scene: SceneReply = self.daemon.ask(Request::get()).await?;
         let metadata = Metadata {

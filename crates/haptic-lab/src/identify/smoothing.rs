@@ -11,8 +11,6 @@
 //! depend on the window, where a Savitzky-Golay filter's second derivative and its smoothed force have
 //! different bandwidths.
 
-use super::grid::whole;
-
 /// Exponent of the window `(1 - u^2)^n`: its fourth derivative is still continuous, so that few samples
 /// already integrate it well.
 const EXPONENT: i32 = 5;
@@ -24,6 +22,8 @@ pub(crate) struct Window {
     pub(crate) reach: usize,
     /// Weights whose sum is 1.
     pub(crate) mean: Vec<f64>,
+    /// Weights that give the first derivative, 1/s.
+    pub(super) slope: Vec<f64>,
     /// Weights that give the second derivative, 1/s^2.
     pub(crate) curvature: Vec<f64>,
 }
@@ -39,6 +39,13 @@ impl Window {
         let sum: f64 = mean.iter().sum();
         mean.iter_mut().for_each(|weight| *weight /= sum);
         let n = f64::from(EXPONENT);
+        let mut slope: Vec<f64> = places
+            .iter()
+            .map(|k| 2.0 * n * k / half * bump(k / half, EXPONENT - 1))
+            .collect();
+        let moment: f64 = slope.iter().zip(&places).map(|(w, k)| w * k).sum();
+        let scale = 1.0 / (moment * period_s);
+        slope.iter_mut().for_each(|weight| *weight *= scale);
         let mut curvature: Vec<f64> = places
             .iter()
             .map(|k| {
@@ -54,13 +61,24 @@ impl Window {
         let moment: f64 = curvature.iter().zip(&places).map(|(w, k)| w * k * k).sum();
         let scale = 2.0 / (moment * period_s * period_s);
         curvature.iter_mut().for_each(|weight| *weight *= scale);
-        Self { reach, mean, curvature }
+        Self {
+            reach,
+            mean,
+            slope,
+            curvature,
+        }
     }
 
     /// Standard deviation of the second derivative for samples with white noise of 1.
     pub(super) fn curvature_noise(&self) -> f64 {
         self.curvature.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
     }
+}
+
+/// The whole part of a number of samples; 0 where it is negative.
+#[expect(clippy::cast_sign_loss, reason = "a negative number becomes 0")]
+pub(super) fn whole(samples: f64) -> usize {
+    samples as usize
 }
 
 /// The weighted sum of `values` around `at`, from the value there, so that large values keep their digits.
@@ -163,6 +181,8 @@ mod tests {
             let curvature = weighted(&window.curvature, &x, 200, x[200]);
             assert!((curvature - 4.0).abs() < 1e-8, "{half}: {curvature}");
             assert!((weighted(&window.mean, &[3.0; 400], 200, 0.0) - 3.0).abs() < 1e-12);
+            let slope = weighted(&window.slope, &x, 200, x[200]);
+            assert!((slope - 0.4).abs() < 1e-9, "{half}: {slope}");
         }
     }
 

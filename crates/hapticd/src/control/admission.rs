@@ -233,7 +233,7 @@ mod tests {
         }
     }
 
-    // hazard: F20
+    // hazard: F21
     #[test]
     fn friction_that_is_not_known_is_not_compensated() {
         for (friction, told) in [

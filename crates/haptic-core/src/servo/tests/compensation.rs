@@ -152,7 +152,7 @@ proptest! {
 
     /// Pushed to up to 1 m/s between end stops that throw it back, with a force that comes up to two
     /// steps late, and friction that is down to half of the identified one.
-    // hazard: F20
+    // hazard: F21
     #[test]
     fn a_handle_that_was_pushed_and_left_alone_comes_to_rest_and_stays_there(
         rig in rig(), speed in 0.05..1.0f64,
@@ -166,7 +166,7 @@ proptest! {
     }
 }
 
-// hazard: F20
+// hazard: F21
 #[test]
 fn a_stop_and_a_ramp_hold_for_the_compensation_too() {
     let mut without = Script::new(PLAIN);

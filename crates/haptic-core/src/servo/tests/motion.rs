@@ -26,6 +26,7 @@ fn lent(renderer: Renderer) -> Option<Box<CompiledScene>> {
     Some(Box::new(CompiledScene::at_once(renderer, 1)))
 }
 
+// hazard: F20
 #[test]
 fn nothing_is_added_to_the_force_of_a_motion() {
     let mut bench = Bench::with(Settings {

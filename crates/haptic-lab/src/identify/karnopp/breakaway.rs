@@ -1,7 +1,8 @@
 //! Static friction: the force at which a slow load sets a resting mass loose.
 
 use super::motion::Motion;
-use crate::identify::grid::{Grid, whole};
+use crate::identify::grid::Grid;
+use crate::identify::smoothing::whole;
 
 /// A load is slow when it takes at least so long to reach the breakaway, s. At a coupling of 25000 N/m and a
 /// limit of 4 N that is a hand at 1.6 mm/s. A faster one goes on rising while the mass sets off:

@@ -4,8 +4,8 @@
 //! then within them, as one more unknown of the fit: the force's change with time is its coefficient.
 
 use super::regression::{Rows, Shape, Unknown, fit, student};
-use crate::identify::grid::{Grid, whole};
-use crate::identify::smoothing::weighted;
+use crate::identify::grid::Grid;
+use crate::identify::smoothing::{weighted, whole};
 use nalgebra::{DMatrix, DVector};
 
 /// Rows that the search over whole samples looks at.
@@ -35,7 +35,7 @@ pub(super) fn find(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, long
     let mut found = None;
     for _ in 0..5 {
         let force = grid.force_shifted(value_s);
-        let rates = rows.force_rates(&force, grid.period_s);
+        let rates = rows.force_rates(&force);
         let forces = without_inertia(rows, rows.forces(&force), known_mass);
         let fit = fit(rows, &forces, &rates, shape).ok()?;
         let more = fit.value(Unknown::Shift)?;
