@@ -38,6 +38,7 @@ mod log;
 mod machine_record;
 mod outside_files;
 mod replay;
+mod rig_friction;
 mod safety;
 mod schema;
 mod service;

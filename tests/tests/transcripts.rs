@@ -34,7 +34,7 @@ fn every_conversation_of_version_1_can_still_be_held() {
 }
 
 /// Codes that no conversation alone can bring about, and the tests that do.
-const ELSEWHERE: [(&str, &str); 8] = [
+const ELSEWHERE: [(&str, &str); 9] = [
     ("not_permitted", "attacks.rs, as another user"),
     (
         "not_confirmed",
@@ -43,6 +43,7 @@ const ELSEWHERE: [(&str, &str); 8] = [
     ("no_force", "commission.rs, with a device that gives none"),
     ("no_watchdog", "commission.rs, with a device that has none"),
     ("not_commissioned", "commission.rs, with a rig of one's own"),
+    ("not_identified", "rig_friction.rs, with --compensate"),
     (
         "state_file",
         "commission.rs, where a file stands in the directory's place",

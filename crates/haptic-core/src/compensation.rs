@@ -22,7 +22,6 @@
 //! friction is more than the assured share of the identified one.
 
 use crate::direction::Direction;
-use crate::directional::Directional;
 use crate::math::copysign;
 use crate::passivity::RigLosses;
 use crate::rig_friction::RigFriction;
@@ -72,14 +71,13 @@ pub struct Compensation {
 }
 
 impl Compensation {
-    /// What the rig still takes up of a motion, whichever way it goes.
+    /// What is left of losses of the rig, whichever way it moves.
     #[must_use]
-    pub fn losses_left(&self) -> RigLosses {
+    pub fn left_of(&self, losses: RigLosses) -> RigLosses {
         let share = self.bounded_share();
-        let left = |value: Directional| (value.least() - share * value.greatest()).max(0.0);
         RigLosses {
-            damping: left(self.friction.viscous),
-            friction: left(self.friction.dynamic_force),
+            damping: (losses.damping - share * self.friction.viscous.greatest()).max(0.0),
+            friction: (losses.friction - share * self.friction.dynamic_force.greatest()).max(0.0),
         }
     }
 

@@ -10,6 +10,8 @@
 //! sample. What is left over is the excess; it never falls below zero, so that no long rest is
 //! credited.
 //!
+//! What compensates the rig's friction is no part of the surface: all of its energy counts as made.
+//!
 //! The controller, where it is wanted, opposes the motion until the excess is gone.
 
 use crate::flush::NOTHING;

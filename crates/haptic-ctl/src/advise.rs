@@ -57,13 +57,18 @@ fn reckoned_with(basis: &AdviceBasis) -> String {
     } else {
         ", assumed until it is measured"
     };
+    let compensated = basis
+        .compensated_share
+        .map_or_else(String::new, |share| format!(", less {share} of it that is compensated"));
     format!(
         "assumed: a loop at {:.0} Hz{device}, {:.2} ms from a sample to its force{how}; of the rig itself {} N s/m, \
-         {} N and {:.3} um a count",
+         ({}) and {} N ({}){compensated}, {:.3} um a count",
         1e6 / basis.period_us,
         basis.delay_us * 1e-3,
         basis.damping_ns_per_m,
+        basis.damping_from,
         basis.friction_n,
+        basis.friction_from,
         basis.resolution_m * 1e6
     )
 }

@@ -72,6 +72,13 @@ fn lines(device: &FoundDevice) -> Vec<String> {
             answered.force_limit_n
         ));
     }
+    if let Some(friction) = &device.rig_friction {
+        let least = friction.losses();
+        add(format!(
+            "identified friction: at least {:.3} N and {:.3} N s/m, moving mass {:.3} kg",
+            least.friction, least.damping, friction.mass
+        ));
+    }
     if let Some(problem) = &device.problem {
         add(problem.what.clone());
         add(format!("fix: {}", problem.remedy));

@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{colour, output};
-use haptic_ipc::{LinkStatus, Request, RigState, Status};
+use haptic_ipc::{LinkStatus, Request, RigFrictionStatus, RigState, Status};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let status: Status = daemon.ask(Request::Status {}).await?;
@@ -65,7 +65,29 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
         ),
         ("device", status.device.description.clone()),
     ]);
+    rows.extend(
+        status
+            .device
+            .rig_friction
+            .iter()
+            .map(|friction| ("rig friction", rig_friction(friction))),
+    );
     rows
+}
+
+/// The rig's own friction, and what is done with it.
+fn rig_friction(known: &RigFrictionStatus) -> String {
+    let mut text = format!(
+        "{:.3} N ({}), {:.3} N s/m ({})",
+        known.friction_n, known.friction_from, known.damping_ns_per_m, known.damping_from
+    );
+    if let Some(share) = known.compensated_share {
+        text.push_str(&format!(", {share} of it compensated below the scene"));
+    }
+    if let Some(problem) = &known.problem {
+        text.push_str(&format!("; not used: {problem}"));
+    }
+    text
 }
 
 /// The loop, its thread, and the daemon around it.

@@ -1,5 +1,6 @@
 //! Advice on the wire: what the user of a scene may not expect, and the bounds that it breaks.
 
+use crate::rig_friction::LossSource;
 use haptic_core::adviser;
 use haptic_core::scene::Note;
 use serde::{Deserialize, Serialize};
@@ -95,12 +96,21 @@ pub struct AdviceBasis {
     pub delay_us: f64,
     /// Whether that delay was measured on the link; otherwise it is assumed.
     pub delay_measured: bool,
-    /// Viscous damping of the rig itself, N s/m.
+    /// Viscous damping of the rig itself, without what is compensated, N s/m.
     #[serde(rename = "damping_Ns_per_m")]
     pub damping_ns_per_m: f64,
-    /// Coulomb friction of the rig itself, N.
+    /// Coulomb friction of the rig itself, without what is compensated, N.
     #[serde(rename = "friction_N")]
     pub friction_n: f64,
+    /// The source of the damping.
+    #[serde(default)]
+    pub damping_from: LossSource,
+    /// The source of the friction.
+    #[serde(default)]
+    pub friction_from: LossSource,
+    /// Share of the identified friction that is compensated; absent if none is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compensated_share: Option<f64>,
     /// Distance between two counts of its encoder, m; 0 for a perfect one.
     pub resolution_m: f64,
 }

@@ -81,6 +81,8 @@ pub enum ErrorCode {
     NoWatchdog,
     /// The rig was never commissioned, or has changed since.
     NotCommissioned,
+    /// The rig's own friction is to be compensated, and was never identified or has changed since.
+    NotIdentified,
     /// A client is commissioning or identifying the rig; the message says who.
     Commissioning,
     /// The real-time thread did not answer in time.

@@ -188,6 +188,7 @@ mod refusal;
 pub mod regular_file;
 mod replay;
 mod request;
+mod rig_friction;
 mod sample;
 mod scene;
 #[cfg(feature = "schema")]
@@ -215,6 +216,7 @@ pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatu
 pub use problem::Problem;
 pub use replay::{SceneArrival, SceneRamp, ServoSetup};
 pub use request::{ChangeOptions, Request};
+pub use rig_friction::{LossSource, RigFrictionStatus};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,

@@ -1,6 +1,7 @@
 //! The link to a rig, and the devices that are plugged in.
 
 use crate::problem::Problem;
+use haptic_core::rig_friction::RigFriction;
 use serde::{Deserialize, Serialize};
 
 /// The link to a rig, as `status` shows it.
@@ -118,4 +119,7 @@ pub struct FoundDevice {
     /// Its greeting, if it was probed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<LinkedDevice>,
+    /// What was identified of its own friction, if it was probed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rig_friction: Option<RigFriction>,
 }

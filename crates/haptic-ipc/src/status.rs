@@ -3,6 +3,7 @@
 use crate::journal::Peer;
 use crate::link::LinkStatus;
 use crate::problem::Problem;
+use crate::rig_friction::RigFrictionStatus;
 use crate::state::RigState;
 use serde::{Deserialize, Serialize};
 
@@ -86,6 +87,9 @@ pub struct DeviceStatus {
     /// Why the daemon would refuse to engage it now, each with its remedy.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub engage_refused: Vec<Problem>,
+    /// Its own friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rig_friction: Option<RigFrictionStatus>,
     /// The link to it; absent for a rig simulated in the daemon.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub link: Option<LinkStatus>,

@@ -206,7 +206,14 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
     prepared.facts.keeper = prepared.keeper.map(Keeper::start).transpose()?;
     prepared.facts.real_time = status;
     let feed = Feed::new(prepared.records, period_ns, prepared.facts.link.clone());
-    let rig = RigHandle::new(prepared.facts, prepared.shared, feed, prepared.scene, FIRST_REVISION);
+    let rig = RigHandle::new(
+        prepared.facts,
+        prepared.shared,
+        prepared.setups,
+        feed,
+        prepared.scene,
+        FIRST_REVISION,
+    );
     Ok((running, rig))
 }
 

@@ -7,6 +7,7 @@ use crate::rt::handoff::Shared;
 use crate::rt::lateness::Lateness;
 use crate::rt::outbox::{Consumer, outbox};
 use crate::rt::privileges;
+use crate::rt::rig_setup::{SetupSender, rig_setups};
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use device_io::Device;
@@ -29,6 +30,7 @@ pub(crate) struct Prepared {
     pub(crate) status: RealTimeStatus,
     pub(crate) shared: Arc<Shared>,
     pub(crate) records: Consumer,
+    pub(crate) setups: SetupSender,
     pub(crate) facts: Facts,
     pub(crate) scene: Scene,
     pub(crate) cpus: Vec<usize>,
@@ -48,7 +50,11 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         .flatten();
     #[expect(clippy::cast_precision_loss, reason = "at most 10 000 000 ns")]
     let period_s = config.period_ns as f64 * 1e-9;
-    let PreparedDevice { device, link, losses } = prepare_device(config.rig, config.period_ns);
+    let PreparedDevice {
+        device,
+        link,
+        usual_losses,
+    } = prepare_device(config.rig, config.period_ns);
     let (description, resolution) = (device.description(), device.resolution_m());
     let (monitor, keeper) = link.unzip();
 
@@ -57,7 +63,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         period_s,
         ramp_s: config.ramp_s,
         limits: config.limits,
-        losses,
+        losses: usual_losses,
         passivity_control_n: config.passivity_control_n,
         velocity: config.velocity,
         stale_ns: config.watches.stale_ns,
@@ -73,6 +79,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     }
     let shared = Arc::new(Shared::new());
     let (producer, records) = outbox();
+    let (setup_sender, setup_receiver) = rig_setups();
     let tick = Tick::new(
         device,
         Arc::clone(&shared),
@@ -80,7 +87,8 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         servo,
         Lateness::new(config.late_policy),
         config.watches.control_timeout_ns,
-    );
+    )
+    .with_rig_setups(setup_receiver);
 
     let share = claim_processor(config.cpu.filter(|_| config.policy != Policy::Deadline), &mut status);
     let phase_ns = share.as_ref().map_or_else(
@@ -101,10 +109,11 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
             // measured.
             sample_period_s: 0.0,
             delay_s: 0.0,
-            damping: losses.damping,
-            friction: losses.friction,
+            damping: usual_losses.damping,
+            friction: usual_losses.friction,
             resolution,
         },
+        friction: config.friction,
         link: monitor,
         period_ns: config.period_ns,
         ramp: Duration::from_secs_f64(config.ramp_s),
@@ -126,6 +135,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         status,
         shared,
         records,
+        setups: setup_sender,
         facts,
         scene: config.scene,
         cpus: config.available_cpus,
@@ -155,25 +165,29 @@ fn claim_processor(cpu: Option<usize>, status: &mut RealTimeStatus) -> Option<Pr
 struct PreparedDevice {
     device: Box<dyn Device>,
     link: Option<(LinkMonitor, Keeper)>,
-    losses: RigLosses,
+    /// What the rig takes up as far as nothing is known of it.
+    usual_losses: RigLosses,
 }
 
 fn prepare_device(rig: RigChoice, period_ns: u64) -> PreparedDevice {
     match rig {
         RigChoice::Fake(rig) => PreparedDevice {
-            losses: RigLosses {
+            usual_losses: RigLosses {
                 damping: rig.properties().damping_ns_per_m,
                 friction: rig.properties().friction_n,
             },
             device: Box::new(rig),
             link: None,
         },
-        RigChoice::Linked { connector, losses } => {
+        RigChoice::Linked(connector) => {
             let (device, monitor, keeper) = Keeper::new(connector, period_ns);
             PreparedDevice {
                 device: Box::new(device),
                 link: Some((monitor, keeper)),
-                losses,
+                usual_losses: RigLosses {
+                    damping: 0.0,
+                    friction: 0.0,
+                },
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The state of the rig, its link, the real-time thread and the devices, as the daemon tells them.
 
 use super::check::Check;
-use haptic_ipc::{DevicesReply, LinkCounts, Problem, RigState, Status};
+use haptic_ipc::{DevicesReply, LinkCounts, LossSource, Problem, RigFrictionStatus, RigState, Status};
 
 pub(super) fn rig(status: &Status) -> Vec<Check> {
     let device = &status.device;
@@ -24,6 +24,7 @@ pub(super) fn rig(status: &Status) -> Vec<Check> {
     };
     let mut checks = vec![state];
     checks.extend(device.link.as_ref().map(|link| self::link(&link.counts, status.state)));
+    checks.extend(device.rig_friction.as_ref().map(rig_friction));
     checks.extend(device.engage_refused.iter().map(refused));
     checks
 }
@@ -31,6 +32,27 @@ pub(super) fn rig(status: &Status) -> Vec<Check> {
 /// A reason why the rig would not engage.
 fn refused(problem: &Problem) -> Check {
     Check::fail("engage", problem.what.clone(), problem.remedy.clone())
+}
+
+/// What is known of the rig's own friction.
+fn rig_friction(known: &RigFrictionStatus) -> Check {
+    let remedy = "`haptic-ctl identify --rig` measures it with the rig's own motor";
+    if let Some(problem) = &known.problem {
+        return Check::warn("rig friction", problem.clone(), remedy);
+    }
+    if known.friction_from == LossSource::Default && known.damping_from == LossSource::Default {
+        return Check::skip("rig friction", format!("never identified; {remedy}"));
+    }
+    let compensated = known
+        .compensated_share
+        .map_or_else(String::new, |share| format!(", {share} of it compensated"));
+    Check::ok(
+        "rig friction",
+        format!(
+            "{:.3} N ({}), {:.3} N s/m ({}){compensated}",
+            known.friction_n, known.friction_from, known.damping_ns_per_m, known.damping_from
+        ),
+    )
 }
 
 /// The quality of the link.

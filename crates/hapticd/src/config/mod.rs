@@ -7,7 +7,7 @@ mod rig;
 
 pub(crate) use error::ConfigError;
 pub(crate) use options::Options;
-pub(crate) use rig::RigChoice;
+pub(crate) use rig::{FrictionOptions, RigChoice};
 
 use crate::control::EngageRules;
 use crate::control::history::LONGEST_TITLE;
@@ -63,6 +63,7 @@ pub(crate) struct Config {
     pub(crate) watches: Watches,
     pub(crate) device: Address,
     pub(crate) rig: RigChoice,
+    pub(crate) friction: FrictionOptions,
 }
 
 /// The path in an environment variable.
@@ -151,11 +152,9 @@ impl Options {
             watches: self.watches()?,
             rig: match device.connector() {
                 None => RigChoice::Fake(self.fake_rig()?),
-                Some(connector) => RigChoice::Linked {
-                    connector,
-                    losses: self.losses(0.0)?,
-                },
+                Some(connector) => RigChoice::Linked(connector),
             },
+            friction: self.friction()?,
             device,
         })
     }

@@ -178,14 +178,19 @@ pub(crate) struct Options {
     #[arg(long, value_name = "N")]
     pub(super) enable_button: Option<u8>,
 
-    /// Coulomb friction of the rig itself, N, which helps to keep it stable [default: 0.8 on the
-    /// fake rig, else 0]
+    /// Coulomb friction of the rig itself, N, which helps to keep it stable [default: what was
+    /// identified; else 0.8 on the fake rig, and 0 on others]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(super) rig_friction_n: Option<f64>,
 
-    /// Viscous damping of the rig itself, N s/m [default: 0]
+    /// Viscous damping of the rig itself, N s/m [default: what was identified, else 0]
     #[arg(long, value_name = "NS/M", allow_negative_numbers = true)]
     pub(super) rig_damping_ns_per_m: Option<f64>,
+
+    /// Compensate so much of the rig's own friction, as `haptic-ctl identify --rig` has found it,
+    /// below the scene: a share from 0 to 0.8 [default: 0]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    pub(super) compensate: Option<f64>,
 
     /// Hand on the fake rig: `sine` moves the handle to and fro, `arm` pulls it likewise through a
     /// spring and damper, `free` lets it go, `file:MOTION` follows a recording or another table of
@@ -322,7 +327,8 @@ impl Options {
                 scheme, velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2,
                 passivity_control_n, ramp_ms, stale_ms, control_timeout_ms, stop_button, enable_button, hand,
                 hand_amplitude_m, hand_frequency_hz, hand_scale, hand_after_end, arm_stiffness_n_per_m,
-                arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, encoder_resolution_m
+                arm_damping_ns_per_m, rig_mass_kg, rig_friction_n, rig_damping_ns_per_m, compensate,
+                encoder_resolution_m
         );
         self
     }

@@ -4,7 +4,7 @@ use super::error::{ConfigError, within};
 use super::options::{AfterEndName, HandName, MotionName, Options};
 use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, Recording, RigProperties};
 use device_io::link::Connector;
-use haptic_core::passivity::RigLosses;
+use haptic_core::compensation::LARGEST_SHARE;
 use haptic_ipc::regular_file;
 use haptic_motion::{MotionError, Rows};
 use std::path::Path;
@@ -14,43 +14,41 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) enum RigChoice {
     Fake(FakeRig),
-    Linked {
-        connector: Box<dyn Connector>,
-        /// The rig's losses, if they were measured.
-        losses: RigLosses,
-    },
+    Linked(Box<dyn Connector>),
+}
+
+/// What the options say of the rig's own friction.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FrictionOptions {
+    /// Coulomb friction, N.
+    pub(crate) friction_n: Option<f64>,
+    /// Viscous damping, N s/m.
+    pub(crate) damping_ns_per_m: Option<f64>,
+    /// Share of the identified friction that is compensated; `None` if none is.
+    pub(crate) compensate: Option<f64>,
 }
 
 impl Options {
-    /// The losses of the rig itself; `usual_friction_n` is the default of its friction.
-    pub(super) fn losses(&self, usual_friction_n: f64) -> Result<RigLosses, ConfigError> {
-        Ok(RigLosses {
-            friction: within(
-                "rig-friction-n",
-                self.rig_friction_n,
-                usual_friction_n,
-                0.0,
-                1000.0,
-                "N",
-            )?,
-            damping: within(
-                "rig-damping-ns-per-m",
-                self.rig_damping_ns_per_m,
-                0.0,
-                0.0,
-                1e4,
-                "N s/m",
-            )?,
+    pub(super) fn friction(&self) -> Result<FrictionOptions, ConfigError> {
+        let checked = |name, given: Option<f64>, max, unit| match given {
+            None => Ok(None),
+            Some(_) => within(name, given, 0.0, 0.0, max, unit).map(Some),
+        };
+        let unit = "of the rig's friction";
+        Ok(FrictionOptions {
+            friction_n: checked("rig-friction-n", self.rig_friction_n, 1000.0, "N")?,
+            damping_ns_per_m: checked("rig-damping-ns-per-m", self.rig_damping_ns_per_m, 1e4, "N s/m")?,
+            compensate: checked("compensate", self.compensate, LARGEST_SHARE, unit)?.filter(|share| *share > 0.0),
         })
     }
 
     pub(super) fn fake_rig(&self) -> Result<FakeRig, ConfigError> {
         let usual = RigProperties::default();
-        let RigLosses { friction, damping } = self.losses(usual.friction_n)?;
+        let friction = self.friction()?;
         let properties = RigProperties {
             mass_kg: within("rig-mass-kg", self.rig_mass_kg, usual.mass_kg, 1e-3, 1000.0, "kg")?,
-            friction_n: friction,
-            damping_ns_per_m: damping,
+            friction_n: friction.friction_n.unwrap_or(usual.friction_n),
+            damping_ns_per_m: friction.damping_ns_per_m.unwrap_or(usual.damping_ns_per_m),
             resolution_m: within(
                 "encoder-resolution-m",
                 self.encoder_resolution_m,

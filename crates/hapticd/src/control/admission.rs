@@ -8,6 +8,7 @@ use crate::control::RigHandle;
 use crate::control::commission::record::CommissionState;
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::facts::EngageRules;
+use crate::control::rig_friction::record::KnownFriction;
 use crate::rt::handoff::ANY_CONNECTION;
 use haptic_ipc::{ErrorCode, Problem, WireError};
 
@@ -83,11 +84,18 @@ struct Obstacle {
 }
 
 async fn obstacles(rig: &RigHandle, device: &ConnectedDevice, purpose: Purpose, may_be_cached: bool) -> Vec<Obstacle> {
+    let friction = rig.frictions().of(&rig.facts.state_dir, device).await;
+    let compensates = purpose == Purpose::Scene && rig.facts.friction.compensate.is_some();
+    let mut found: Vec<Obstacle> = compensates
+        .then(|| not_identified(device, &friction))
+        .flatten()
+        .into_iter()
+        .collect();
     if rig.facts.link.is_none() {
-        return Vec::new();
+        return found;
     }
     let rules = rig.facts.rules;
-    let mut found: Vec<Obstacle> = no_force(device).into_iter().chain(no_watchdog(device, rules)).collect();
+    found.extend(no_force(device).into_iter().chain(no_watchdog(device, rules)));
     let counts_as_commissioned =
         purpose == Purpose::Commissioning || rules.uncommissioned || device.firmware.starts_with(SIMULATED);
     if !counts_as_commissioned
@@ -155,6 +163,26 @@ fn not_commissioned(device: &ConnectedDevice, why: &str) -> Obstacle {
     }
 }
 
+/// Why the friction of a rig cannot be compensated.
+fn not_identified(device: &ConnectedDevice, friction: &KnownFriction) -> Option<Obstacle> {
+    let why = match friction {
+        KnownFriction::Identified(_) => return None,
+        KnownFriction::Never => "it was never identified",
+        KnownFriction::Unusable(why) => why,
+    };
+    let what = format!(
+        "`--compensate` needs the own friction of the rig {} ({}): {why}",
+        device.rig.key, device.firmware
+    );
+    Some(Obstacle {
+        error: WireError::new(ErrorCode::NotIdentified, what).about("compensate"),
+        remedy:
+            "run `haptic-ctl identify --rig`, which measures it with the rig's own motor; or start hapticd without \
+                 --compensate"
+                .to_owned(),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -202,6 +230,23 @@ mod tests {
         }
         for watchdog_ms in [1, 50, 200] {
             assert!(no_watchdog(&device(1.0, Some(watchdog_ms)), strict).is_none());
+        }
+    }
+
+    // hazard: F21
+    #[test]
+    fn friction_that_is_not_known_is_not_compensated() {
+        for (friction, told) in [
+            (KnownFriction::Never, "never identified"),
+            (
+                KnownFriction::Unusable("its direction has changed".to_owned()),
+                "direction",
+            ),
+        ] {
+            let found = not_identified(&device(1.0, Some(50)), &friction).expect("in the way");
+            assert_eq!(found.error.code, ErrorCode::NotIdentified);
+            assert!(found.error.message.contains(told), "{}", found.error);
+            assert!(found.remedy.contains("identify --rig"), "{}", found.remedy);
         }
     }
 

@@ -1,6 +1,6 @@
 //! `advise`: what the active scene will do to the rig.
 
-use crate::control::RigHandle;
+use crate::control::{RigHandle, rig_friction};
 use haptic_core::Scene;
 use haptic_core::adviser::advise as look;
 use haptic_ipc::{Advice, AdviceReply};
@@ -9,14 +9,14 @@ pub(super) fn advise(rig: &RigHandle) -> AdviceReply {
     AdviceReply {
         revision: rig.revision(),
         advice: all(rig, &rig.scene()),
-        basis: Some(rig.facts.advice_basis()),
+        basis: Some(rig_friction::advice_basis(rig)),
     }
 }
 
 /// Every check and every remark on a scene.
 fn all(rig: &RigHandle, scene: &Scene) -> Vec<Advice> {
     let notes = scene.notes().into_iter().map(Advice::from);
-    let findings = look(scene, rig.facts.scheme, &rig.facts.rig_facts())
+    let findings = look(scene, rig.facts.scheme, &rig_friction::rig_facts(rig))
         .into_iter()
         .map(Advice::from);
     notes.chain(findings).collect()

@@ -45,8 +45,13 @@ pub(super) async fn devices(rig: &RigHandle, asked: Option<String>) -> Result<De
             }
         }
     };
-    let devices =
+    let mut devices =
         done.map_err(|error| WireError::new(ErrorCode::NotResponding, format!("looking for devices: {error}")))?;
+    for found in &mut devices {
+        if let Some(key) = found.device.as_ref().and_then(|device| device.rig.clone()) {
+            found.rig_friction = rig.frictions().of_other(&rig.facts.state_dir, &key).await;
+        }
+    }
     Ok(DevicesReply { devices })
 }
 
@@ -66,6 +71,7 @@ fn listed(found: &Candidate, ours: &Address) -> FoundDevice {
             remedy: obstacle.remedy.clone(),
         }),
         device: None,
+        rig_friction: None,
     }
 }
 

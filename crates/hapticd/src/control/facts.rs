@@ -1,13 +1,15 @@
 //! Constants of a run: the rig's limits, the loop's rate, and the directories.
 
+use crate::config::FrictionOptions;
 use crate::processor_share::ProcessorShare;
+use crate::rt::rig_setup::RigSetup;
 use crate::telemetry::link;
 use device_boards::Address;
 use device_io::link::{LinkMonitor, LinkState, RunningKeeper};
 use haptic_core::Scheme;
 use haptic_core::adviser::RigFacts;
 use haptic_core::servo::Settings;
-use haptic_ipc::{AdviceBasis, ForceLimitBy, RealTimeStatus, ServoSetup};
+use haptic_ipc::{ForceLimitBy, RealTimeStatus, ServoSetup};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -33,6 +35,8 @@ pub(crate) struct Facts {
     /// The loop's share of its processor, if it is pinned to one.
     pub(crate) share: Option<ProcessorShare>,
     pub(crate) rig: RigFacts,
+    /// What the options say of the rig's own friction.
+    pub(crate) friction: FrictionOptions,
     /// The link to the rig, unless the rig is simulated in this process.
     pub(crate) link: Option<LinkMonitor>,
     /// Keeps that link connected.
@@ -52,9 +56,9 @@ pub(crate) struct Facts {
 }
 
 impl Facts {
-    /// The adviser's facts of the rig: with a link, the connected device's resolution and rate, and
-    /// the measured delay.
-    pub(crate) fn rig_facts(&self) -> RigFacts {
+    /// The adviser's facts of the rig as far as its link tells them: the connected device's
+    /// resolution and rate, and the measured delay.
+    pub(crate) fn linked_facts(&self) -> RigFacts {
         let Some(link) = &self.link else { return self.rig };
         let mut times = link::times(link);
         let mut rig = self.rig;
@@ -67,21 +71,11 @@ impl Facts {
         rig
     }
 
-    /// The adviser's facts of the rig, for people.
-    pub(crate) fn advice_basis(&self) -> AdviceBasis {
-        let rig = self.rig_facts();
-        AdviceBasis {
-            period_us: rig.period_s * 1e6,
-            sample_period_us: (rig.sample_period_s > 0.0).then_some(rig.sample_period_s * 1e6),
-            delay_us: rig.delay_s * 1e6,
-            delay_measured: self
-                .link
-                .as_ref()
-                .is_none_or(|monitor| link::times(monitor).round_trip_s > 0.0),
-            damping_ns_per_m: rig.damping,
-            friction_n: rig.friction,
-            resolution_m: rig.resolution,
-        }
+    /// Whether the delay of the link was measured, or there is none.
+    pub(crate) fn is_delay_measured(&self) -> bool {
+        self.link
+            .as_ref()
+            .is_none_or(|monitor| link::times(monitor).round_trip_s > 0.0)
     }
 
     /// The real-time thread's properties, with the problems that have come up since.
@@ -103,14 +97,19 @@ impl Facts {
         }
     }
 
-    /// What the loop computes its forces with, on the device that is connected.
-    pub(crate) fn servo_setup(&self) -> ServoSetup {
+    /// What the loop computes its forces with, on the device that is connected, where it knows so
+    /// much of the rig.
+    pub(crate) fn servo_setup(&self, rig: RigSetup) -> ServoSetup {
         let (device_resolution_m, force_limit_n) = match self.link.as_ref().map(LinkMonitor::state) {
             Some(LinkState::Connected { device, .. }) => (device.resolution_m, device.force_limit_n),
             _ => (self.rig.resolution, f64::INFINITY),
         };
         ServoSetup {
-            settings: self.servo,
+            settings: Settings {
+                losses: rig.losses,
+                compensation: rig.compensation,
+                ..self.servo
+            },
             scheme: self.scheme,
             device_resolution_m,
             // JSON has no infinity.

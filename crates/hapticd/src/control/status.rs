@@ -1,6 +1,6 @@
 //! `status`: the state of the rig and of the daemon.
 
-use crate::control::{RigHandle, admission, sole_use};
+use crate::control::{RigHandle, admission, rig_friction, sole_use};
 use haptic_ipc::{DeviceStatus, Status};
 
 pub(super) async fn status(rig: &RigHandle) -> Status {
@@ -40,6 +40,7 @@ pub(super) async fn status(rig: &RigHandle) -> Status {
             slew_limit_n_per_s: facts.servo.limits.slew_n_per_s,
             speed_limit_mps: facts.servo.limits.speed_mps,
             acceleration_limit_mps2: facts.servo.limits.acceleration_mps2,
+            rig_friction: Some(rig_friction::status(rig)),
             link,
         },
         real_time: facts.real_time(),

@@ -1,6 +1,6 @@
 //! `subscribe`: begins, changes or ends a client's events.
 
-use crate::control::RigHandle;
+use crate::control::{RigHandle, rig_friction};
 use crate::telemetry::feed::{Line, Subscription};
 use haptic_ipc::quantity::number;
 use haptic_ipc::{ErrorCode, SAMPLE_COLUMNS, SubscribeReply, Topic, WireError};
@@ -66,6 +66,6 @@ pub(super) fn subscribe(
         rate_hz,
         batch_ms,
         columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
-        servo: Some(rig.facts.servo_setup()),
+        servo: Some(rig.facts.servo_setup(rig_friction::setup(rig))),
     })
 }

@@ -17,6 +17,7 @@ pub(crate) mod outbox;
 pub(crate) mod privileges;
 #[cfg(all(test, target_os = "linux", not(miri)))]
 mod purity_tests;
+pub(crate) mod rig_setup;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
 mod stall_tests;
 pub(crate) mod thread;

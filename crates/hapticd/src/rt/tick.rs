@@ -8,6 +8,7 @@ use crate::rt::clock::{Wake, now_ns};
 use crate::rt::handoff::{CommandWord, Heard, Outcome, Shared, Stopped};
 use crate::rt::lateness::Lateness;
 use crate::rt::outbox::{Producer, TickRecord};
+use crate::rt::rig_setup::SetupReceiver;
 use device_io::{Device, DeviceError, Written};
 use haptic_core::sample::{Measurement, Motor};
 use haptic_core::servo::{
@@ -31,6 +32,8 @@ struct PendingStop {
 pub(crate) struct Tick<D: Device + ?Sized> {
     shared: Arc<Shared>,
     outbox: Producer,
+    /// What is known of the rig that is to be engaged, if that may change.
+    rig_setups: Option<SetupReceiver>,
     servo: Servo,
     /// Missed periods, held against the late policy.
     lateness: Lateness,
@@ -60,6 +63,7 @@ impl<D: Device + ?Sized> Tick<D> {
         Self {
             shared,
             outbox,
+            rig_setups: None,
             servo,
             lateness,
             control_timeout_ns,
@@ -72,6 +76,12 @@ impl<D: Device + ?Sized> Tick<D> {
             asleep_ns: 0,
             device,
         }
+    }
+
+    /// Takes what is known of the rig with each command to engage.
+    pub(crate) fn with_rig_setups(mut self, setups: SetupReceiver) -> Self {
+        self.rig_setups = Some(setups);
+        self
     }
 
     /// One tick, from waking up to the answer; returns when it ended.
@@ -217,6 +227,11 @@ impl<D: Device + ?Sized> Tick<D> {
     fn new_command(&mut self) -> Option<CommandWord> {
         let word = self.shared.command().filter(|word| word.serial != self.last_command)?;
         self.last_command = word.serial;
+        if word.command == Command::Engage
+            && let Some(setup) = self.rig_setups.as_mut().and_then(SetupReceiver::newest)
+        {
+            self.servo.set_rig(setup.losses, setup.compensation);
+        }
         Some(word)
     }
 

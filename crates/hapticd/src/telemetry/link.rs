@@ -18,7 +18,7 @@ pub(crate) fn times(monitor: &LinkMonitor) -> LinkTimes {
     }
 }
 
-/// A device in the protocol's terms, without its key.
+/// A device in the protocol's terms.
 pub(crate) fn linked(device: DeviceFacts) -> LinkedDevice {
     LinkedDevice {
         firmware: device.firmware,
@@ -26,7 +26,7 @@ pub(crate) fn linked(device: DeviceFacts) -> LinkedDevice {
         sample_rate_hz: device.sample_rate_hz,
         resolution_m: device.resolution_m,
         watchdog_ms: device.watchdog_ms,
-        rig: None,
+        rig: Some(device.rig.key),
     }
 }
 
@@ -37,10 +37,7 @@ pub(crate) fn status(monitor: &LinkMonitor) -> LinkStatus {
     #[expect(clippy::cast_precision_loss, reason = "durations far below 2^53 ns")]
     let us = |counter: &AtomicU64| count(counter) as f64 * 1e-3;
     let (device, waiting) = match monitor.state() {
-        LinkState::Connected { device, .. } => {
-            let rig = Some(device.rig.key.clone());
-            (Some(LinkedDevice { rig, ..linked(device) }), None)
-        }
+        LinkState::Connected { device, .. } => (Some(linked(device)), None),
         state => (None, Some(waiting(&state, counters))),
     };
     let drift_ppb = counters.drift_ppb.load(Relaxed);

@@ -5,6 +5,7 @@ use super::RigHandle;
 use crate::control::admission::{self, Admission, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
+use crate::control::rig_friction;
 use crate::control::sole_use;
 use crate::rt::handoff::Outcome;
 use haptic_core::servo::Command;
@@ -82,6 +83,9 @@ impl RigHandle {
         let before = self.state();
         let serial = self.serial.get().wrapping_add(1);
         self.serial.set(serial);
+        if command == Command::Engage {
+            self.send_rig_setup(admission.purpose)?;
+        }
         self.shared.admit(admission.connection);
         self.shared.send(serial, command, stops_known);
         // A command that is abandoned here must not be carried out later.
@@ -114,6 +118,23 @@ impl RigHandle {
             format!("cannot {verb} while the rig is {}: {hint}", outcome.state),
         )
         .about("state"))
+    }
+
+    /// Tells the loop what is known of the rig that it is to engage.
+    ///
+    /// # Errors
+    /// The loop has taken none of those before.
+    fn send_rig_setup(&self, purpose: Purpose) -> Result<(), WireError> {
+        let mut setup = rig_friction::setup(self);
+        if purpose != Purpose::Scene {
+            // A pulse is to move the rig as it is.
+            setup.compensation = None;
+        }
+        if self.setups.borrow_mut().send(setup) {
+            return Ok(());
+        }
+        let message = "cannot engage: the real-time thread takes no commands; cut the power of the motor if it pulls";
+        Err(WireError::new(ErrorCode::NotResponding, message))
     }
 
     /// The number of the connection to the device; 0 without a device.

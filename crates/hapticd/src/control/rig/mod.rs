@@ -16,11 +16,12 @@ use crate::control::journal::Journal;
 use crate::control::leases::Leases;
 use crate::control::presence::Presence;
 use crate::control::rig::observed_state::ObservedState;
-use crate::control::rig_friction::RigFrictions;
+use crate::control::rig_friction::record::RigFrictions;
 use crate::control::sole_use::state::SoleUse;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
+use crate::rt::rig_setup::SetupSender;
 use crate::telemetry::feed::Feed;
 use haptic_core::Scene;
 use haptic_ipc::{ErrorCode, RigState, WireError};
@@ -50,6 +51,7 @@ const LAST_LOOKS: u32 = 20;
 pub(crate) struct RigHandle {
     pub(crate) facts: Facts,
     shared: Arc<Shared>,
+    setups: RefCell<SetupSender>,
     feed: RefCell<Feed>,
     history: RefCell<History>,
     journal: RefCell<Journal>,
@@ -74,10 +76,18 @@ pub(crate) struct RigHandle {
 }
 
 impl RigHandle {
-    pub(crate) fn new(facts: Facts, shared: Arc<Shared>, feed: Feed, scene: Scene, revision: u64) -> Self {
+    pub(crate) fn new(
+        facts: Facts,
+        shared: Arc<Shared>,
+        setups: SetupSender,
+        feed: Feed,
+        scene: Scene,
+        revision: u64,
+    ) -> Self {
         Self {
             facts,
             shared,
+            setups: RefCell::new(setups),
             feed: RefCell::new(feed),
             history: RefCell::new(History::new(revision, scene)),
             journal: RefCell::new(Journal::default()),

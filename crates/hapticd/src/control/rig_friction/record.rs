@@ -1,7 +1,5 @@
-//! The friction of the connected rig itself, as far as it was identified: read when the rig is
-//! plugged in, and kept until another one is.
+//! The files of what was identified of rigs, one a rig.
 
-use crate::control::RigHandle;
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::rig_files::{Origin, RigFolder};
 use haptic_core::rig_friction::{RigFriction, RigFrictionError};
@@ -9,10 +7,6 @@ use haptic_ipc::{ErrorCode, Peer, WireError};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
-
-/// Time between two looks for another rig.
-const WATCH_PERIOD: Duration = Duration::from_millis(50);
 
 /// What was identified of a rig.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,7 +69,7 @@ impl RigFrictions {
         }
         let known = match self.folder.read::<FrictionRecord>(state_dir, &device.rig.key).await {
             Ok(None) => KnownFriction::Never,
-            Ok(Some(record)) => match usable(record, device) {
+            Ok(Some(record)) => match usable(&record, device) {
                 Ok(friction) => KnownFriction::Identified(friction),
                 Err(why) => {
                     let path = self.folder.path_of(state_dir, &device.rig.key);
@@ -86,6 +80,12 @@ impl RigFrictions {
         };
         *self.newest.borrow_mut() = Some((device.connection, known.clone()));
         known
+    }
+
+    /// What was identified of a rig that is not the connected one.
+    pub(in crate::control) async fn of_other(&self, state_dir: &Path, key: &str) -> Option<RigFriction> {
+        let record = self.folder.read::<FrictionRecord>(state_dir, key).await.ok()??;
+        record.friction.validate().is_ok().then_some(record.friction)
     }
 
     /// Writes what was identified of a rig, which holds from now on; returns its file.
@@ -110,7 +110,7 @@ impl RigFrictions {
     }
 }
 
-fn usable(record: FrictionRecord, device: &ConnectedDevice) -> Result<RigFriction, String> {
+fn usable(record: &FrictionRecord, device: &ConnectedDevice) -> Result<RigFriction, String> {
     record.friction.validate().map_err(|error| error.to_string())?;
     match record.origin.difference(device) {
         None => Ok(record.friction),
@@ -122,23 +122,6 @@ fn refusal(error: &RigFrictionError) -> WireError {
     WireError::new(ErrorCode::OutOfRange, error.to_string())
         .about(error.field)
         .within(error.value, error.min, error.max, error.unit)
-}
-
-/// Reads what is known of each rig that is plugged in.
-pub(crate) async fn watch(rig: &RigHandle) {
-    let mut pause = tokio::time::interval(WATCH_PERIOD);
-    loop {
-        pause.tick().await;
-        let Some(device) = ConnectedDevice::find(&rig.facts) else {
-            continue;
-        };
-        if rig.frictions().known(device.connection).is_some() {
-            continue;
-        }
-        if let KnownFriction::Unusable(why) = rig.frictions().of(&rig.facts.state_dir, &device).await {
-            crate::say(&format!("the rig's own friction is not used: {why}"));
-        }
-    }
 }
 
 #[cfg(test)]
@@ -171,18 +154,18 @@ mod tests {
     fn what_was_identified_is_read_again() {
         let text = toml::to_string(&record()).expect("it can be written");
         assert_eq!(toml::from_str(&text), Ok(record()), "{text}");
-        assert_eq!(usable(record(), &device()), Ok(FRICTION));
+        assert_eq!(usable(&record(), &device()), Ok(FRICTION));
     }
 
     #[test]
     fn a_record_that_does_not_hold_is_not_used_and_says_why() {
         let mut turned = device();
         turned.rig.reversed = true;
-        let why = usable(record(), &turned).expect_err("its direction has changed");
+        let why = usable(&record(), &turned).expect_err("its direction has changed");
         assert!(why.contains("direction"), "{why}");
         let mut wrong = record();
         wrong.friction.mass = -1.0;
-        let why = usable(wrong, &device()).expect_err("no rig has it");
+        let why = usable(&wrong, &device()).expect_err("no rig has it");
         assert!(why.contains("mass_kg = -1 kg"), "{why}");
     }
 

@@ -1,0 +1,60 @@
+//! What is known of the rig's own friction, and what is done with it.
+
+use haptic_core::rig_friction::RigFriction;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// The rig's own friction, as `status` shows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct RigFrictionStatus {
+    /// Coulomb friction that counts as taken up by the rig, N: the smaller of both directions.
+    #[serde(rename = "friction_N")]
+    pub friction_n: f64,
+    /// The source of that.
+    pub friction_from: LossSource,
+    /// Viscous damping that counts as taken up by the rig, N s/m: the smaller of both directions.
+    #[serde(rename = "damping_Ns_per_m")]
+    pub damping_ns_per_m: f64,
+    /// The source of that.
+    pub damping_from: LossSource,
+    /// What was identified of the connected rig.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identified: Option<RigFriction>,
+    /// Why what was identified is not used.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
+    /// Share of the identified friction that is compensated below the scene; absent if none is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub compensated_share: Option<f64>,
+}
+
+/// The source of a loss of the rig.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum LossSource {
+    /// An option of the daemon.
+    Option,
+    /// What was identified of the rig.
+    Identified,
+    /// Nothing is known: the default.
+    #[default]
+    Default,
+    /// A name that only a later server knows.
+    #[serde(other)]
+    #[cfg_attr(feature = "schema", schemars(skip))]
+    Unknown,
+}
+
+impl fmt::Display for LossSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Option => "by option",
+            Self::Identified => "identified",
+            Self::Default => "by default",
+            Self::Unknown => "from elsewhere",
+        })
+    }
+}

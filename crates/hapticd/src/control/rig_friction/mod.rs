@@ -1,0 +1,8 @@
+//! The friction of the connected rig itself, as far as it was identified: read when the rig is
+//! plugged in, and kept until another one is. The loop is told of it with each command to engage.
+
+mod losses;
+pub(in crate::control) mod record;
+
+pub(crate) use losses::watch;
+pub(in crate::control) use losses::{advice_basis, rig_facts, setup, status};

@@ -1,0 +1,215 @@
+//! The rig's own friction as the programs know it: identified, read again, used, compensated.
+
+use haptic_ipc::{
+    AdviceReply, Client, ErrorCode, LossSource, Request, RigState, Status, SubscribeReply, Topic, WireError,
+};
+use std::path::Path;
+use std::process::Command;
+use system_tests::commissioning::{daemon_at, refused};
+use system_tests::fake_rig::FakeRig;
+use system_tests::{Daemon, binary, engage, status, wait_for};
+
+/// Leaves what was identified of a rig in a state directory, as the daemon does.
+fn identified(directory: &Path, key: &str, firmware: &str, friction: &str) {
+    let directory = directory.join("state/friction");
+    std::fs::create_dir_all(&directory).expect("a directory");
+    let text = format!(
+        "rig = \"{key}\"\nfirmware = \"{firmware}\"\nreversed = false\nresolution_m = 1e-5\ntime_unix_s = 1.0\nby = \"ada\"\n\n\
+         [friction]\n{friction}\n"
+    );
+    let name: String = key
+        .chars()
+        .map(|letter| {
+            if letter.is_ascii_alphanumeric() || letter == '-' {
+                letter.to_string()
+            } else {
+                format!("%{:02x}", u32::from(letter))
+            }
+        })
+        .collect();
+    std::fs::write(directory.join(format!("{name}.toml")), text).expect("written");
+}
+
+const FRICTION: &str = "mass_kg = 1.4\ndynamic_force_N = { positive = 0.8, negative = 0.7 }\nviscous_Ns_per_m = 0.5";
+
+/// A daemon with the rig in its process, whose state outlives it.
+fn daemon(directory: &Path, arguments: &[&str]) -> (Daemon, Client) {
+    let mut command = Command::new(binary("hapticd"));
+    command
+        .args(["--device", "fake"])
+        .arg("--state-dir")
+        .arg(directory.join("state"))
+        .args(arguments);
+    let daemon = Daemon::spawn(command, &directory.join("run/control.sock"));
+    let client = daemon.client();
+    (daemon, client)
+}
+
+fn known(client: &mut Client) -> Status {
+    wait_for(client, "its friction is read", |status| {
+        status
+            .device
+            .rig_friction
+            .as_ref()
+            .is_some_and(|known| known.identified.is_some() || known.problem.is_some())
+    })
+}
+
+#[test]
+fn what_was_identified_is_used_and_an_option_overrides_it() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (without, mut client) = daemon(directory.path(), &[]);
+    let friction = status(&mut client).device.rig_friction.expect("it is told");
+    assert_eq!(
+        (friction.friction_n, friction.friction_from),
+        (0.8, LossSource::Default)
+    );
+    assert_eq!((friction.identified, friction.compensated_share), (None, None));
+
+    drop(without);
+    identified(directory.path(), "fake", "any", FRICTION);
+    let (with, mut client) = daemon(directory.path(), &[]);
+    let friction = known(&mut client).device.rig_friction.expect("it is told");
+    assert_eq!(
+        (friction.friction_n, friction.friction_from),
+        (0.7, LossSource::Identified)
+    );
+    assert_eq!(
+        (friction.damping_ns_per_m, friction.damping_from),
+        (0.5, LossSource::Identified)
+    );
+    assert_eq!(friction.identified.expect("identified").mass, 1.4);
+    let basis = client
+        .request::<AdviceReply>(Request::Advise {})
+        .expect("advice")
+        .basis
+        .expect("a basis");
+    assert_eq!((basis.friction_n, basis.friction_from), (0.7, LossSource::Identified));
+    let told = with.ctl_ok(&["status"]);
+    assert!(
+        told.contains("0.700 N (identified), 0.500 N s/m (identified)"),
+        "{told}"
+    );
+    let told = with.ctl_ok(&["advise"]);
+    assert!(told.contains("0.7 N (identified)"), "{told}");
+
+    drop(with);
+    let (_option, mut client) = daemon(directory.path(), &["--rig-friction-n", "0.3"]);
+    let friction = known(&mut client).device.rig_friction.expect("it is told");
+    assert_eq!((friction.friction_n, friction.friction_from), (0.3, LossSource::Option));
+    assert_eq!(
+        (friction.damping_ns_per_m, friction.damping_from),
+        (0.5, LossSource::Identified)
+    );
+}
+
+// hazard: F21
+#[test]
+fn a_share_beyond_the_largest_or_of_nothing_identified_is_refused() {
+    let refused_at_start = |share: &str| {
+        let output = Command::new(binary("hapticd"))
+            .args(["--device", "fake", "--compensate", share])
+            .output()
+            .expect("it runs");
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    for share in ["0.81", "-0.1", "NaN"] {
+        let said = refused_at_start(share);
+        for part in ["compensate", share, "0.8", "of the rig's friction"] {
+            assert!(said.contains(part), "{said} lacks {part}");
+        }
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    let (daemon, mut client) = daemon(directory.path(), &["--compensate", "0.5"]);
+    let error: WireError = refused(&mut client, Request::Engage {});
+    assert_eq!(
+        (error.code, error.param.as_deref()),
+        (ErrorCode::NotIdentified, Some("compensate"))
+    );
+    assert!(error.message.contains("haptic-ctl identify --rig"), "{error}");
+    let checked = String::from_utf8_lossy(&daemon.ctl(&["doctor"]).stdout).into_owned();
+    assert!(checked.contains("fail  engage: "), "{checked}");
+    // A record that no rig can have is none.
+    identified(
+        directory.path(),
+        "fake",
+        "any",
+        "mass_kg = 1.4\ndynamic_force_N = -1\nviscous_Ns_per_m = 0",
+    );
+    drop(daemon);
+    let (_daemon, mut client) = self::daemon(directory.path(), &["--compensate", "0.5"]);
+    let problem = known(&mut client).device.rig_friction.and_then(|known| known.problem);
+    assert!(problem.is_some_and(|why| why.contains("dynamic_force_N.positive = -1 N")));
+    assert_eq!(refused(&mut client, Request::Engage {}).code, ErrorCode::NotIdentified);
+}
+
+#[test]
+fn the_share_is_felt_told_and_recorded() {
+    let directory = tempfile::tempdir().expect("a directory");
+    identified(
+        directory.path(),
+        "fake",
+        "any",
+        "mass_kg = 1.4\ndynamic_force_N = 0.8\nviscous_Ns_per_m = 0",
+    );
+    let (daemon, mut client) = daemon(directory.path(), &["--compensate", "0.5"]);
+    let friction = known(&mut client).device.rig_friction.expect("it is told");
+    assert_eq!(friction.compensated_share, Some(0.5));
+    let told = daemon.ctl_ok(&["status"]);
+    assert!(told.contains("0.5 of it compensated"), "{told}");
+    let basis = client
+        .request::<AdviceReply>(Request::Advise {})
+        .expect("advice")
+        .basis
+        .expect("a basis");
+    assert!((basis.friction_n - 0.4).abs() < 1e-12 && basis.compensated_share == Some(0.5));
+    engage(&mut client);
+    wait_for(&mut client, "engaged", |status| status.state == RigState::Engaged);
+    let reply: SubscribeReply = client
+        .request(Request::Subscribe {
+            topics: vec![Topic::Samples],
+            rate_hz: Some(1000.0),
+            batch_ms: None,
+        })
+        .expect("subscribed");
+    let compensation = reply
+        .servo
+        .expect("its settings")
+        .settings
+        .compensation
+        .expect("compensated");
+    assert_eq!(
+        (compensation.share, compensation.friction.dynamic_force.positive),
+        (0.5, 0.8)
+    );
+}
+
+#[test]
+fn a_rig_that_is_plugged_in_is_known_by_its_own_record() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let rig = FakeRig::start_at(&directory.path().join("rig"), &[]);
+    let device = {
+        let (_daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
+        status(&mut client)
+            .device
+            .link
+            .and_then(|link| link.device)
+            .expect("it is there")
+    };
+    let key = device.rig.expect("its key");
+    let found = |firmware: &str| {
+        identified(directory.path(), &key, firmware, FRICTION);
+        let (_daemon, mut client) = daemon_at(&rig, directory.path(), &[]);
+        known(&mut client).device.rig_friction.expect("it is told")
+    };
+    let friction = found(&device.firmware);
+    assert_eq!(
+        (friction.friction_n, friction.friction_from),
+        (0.7, LossSource::Identified)
+    );
+    // Without a serial number another firmware may be another rig.
+    let other = found("theirs 2");
+    assert_eq!((other.friction_n, other.friction_from), (0.0, LossSource::Default));
+    assert!(other.problem.is_some_and(|why| why.contains("theirs 2")));
+}
