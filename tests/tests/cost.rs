@@ -7,7 +7,7 @@ use system_tests::ctl_offline;
 
 /// Instructions a tick of each scene of the table, in the profile that the tests are built with,
 /// and a tenth on top. Raise one only for something that the scene really needs.
-const BUDGETS: [(&str, f64); 19] = [
+const BUDGETS: [(&str, f64); 21] = [
     ("viscous on the device", 34.0),
     ("Salcudean-Vlaar on the device", 186.0),
     ("Karnopp on the device", 186.0),
@@ -27,6 +27,8 @@ const BUDGETS: [(&str, f64); 19] = [
     ("Dahl behind a block", 1392.0),
     ("LuGre behind a block", 1858.0),
     ("elasto-plastic behind a block", 2306.0),
+    ("excitation along a chirp", 421.0),
+    ("excitation along a sweep", 334.0),
 ];
 
 #[test]

@@ -58,7 +58,7 @@ fn known(client: &mut Client) -> Status {
 #[test]
 fn what_was_identified_is_used_and_an_option_overrides_it() {
     let directory = tempfile::tempdir().expect("a directory");
-    let (_without, mut client) = daemon(directory.path(), &[]);
+    let (without, mut client) = daemon(directory.path(), &[]);
     let friction = status(&mut client).device.rig_friction.expect("it is told");
     assert_eq!(
         (friction.friction_n, friction.friction_from),
@@ -66,6 +66,7 @@ fn what_was_identified_is_used_and_an_option_overrides_it() {
     );
     assert_eq!((friction.identified, friction.compensated_share), (None, None));
 
+    drop(without);
     identified(directory.path(), "fake", "any", FRICTION);
     let (with, mut client) = daemon(directory.path(), &[]);
     let friction = known(&mut client).device.rig_friction.expect("it is told");
@@ -92,6 +93,7 @@ fn what_was_identified_is_used_and_an_option_overrides_it() {
     let told = with.ctl_ok(&["advise"]);
     assert!(told.contains("0.7 N (identified)"), "{told}");
 
+    drop(with);
     let (_option, mut client) = daemon(directory.path(), &["--rig-friction-n", "0.3"]);
     let friction = known(&mut client).device.rig_friction.expect("it is told");
     assert_eq!((friction.friction_n, friction.friction_from), (0.3, LossSource::Option));

@@ -2,6 +2,7 @@
 
 use super::session::Session;
 use crate::failure::Failure;
+use haptic_core::Excitation;
 use haptic_ipc::{ExcitationEnd, ExcitationReport};
 use haptic_lab::identify::plan::Bounds;
 use std::path::PathBuf;
@@ -73,36 +74,44 @@ impl MotionArguments {
 
     /// Asks the person, and moves the rig: for what is on it, or for the rig itself with a sweep.
     pub(super) async fn excite(&self, session: &mut Session<'_>, of_rig: bool) -> Result<Excited, Failure> {
-        let begun = session.begun.clone();
         let travel_m = self.travel_mm.map(|travel_mm| 1e-3 * travel_mm);
-        let bounds = Bounds::new(&begun, self.max_force_n, travel_m);
-        let (chirp, ramps) = (bounds.chirp(self.chirp_s, 1.0), bounds.ramps(self.ramps));
-        let strokes_or_sweep = if of_rig {
-            bounds.sweep()
-        } else {
-            bounds.strokes(bounds.force_n)
-        };
-        let all = [chirp, ramps, strokes_or_sweep];
-        for excitation in &all {
-            self.check(excitation, begun.force_limit_n, begun.travel_limit_m)?;
-        }
-        let seconds: f64 = all.iter().map(haptic_core::Excitation::duration_s).sum();
-        let travel_m = all
-            .iter()
-            .map(|excitation| excitation.travel_limit_m)
-            .fold(0.0, f64::max);
-        let fastest_mps = all
-            .iter()
-            .map(|excitation| excitation.speed_limit_mps)
-            .fold(0.0, f64::max);
+        let bounds = Bounds::new(&session.begun, self.max_force_n, travel_m);
+        self.agree(session, &bounds, of_rig).await?;
+        let notes = "haptic-ctl identify moved the rig: where bit 22 of input_flags is set, command_force_N drives the \
+                     handle, and the block is the reference";
+        session.listen(self.record.as_deref(), self.replace, notes).await?;
+        let chirp = self.chirp(session, &bounds).await?;
+        let ramps = session.excite("ramps", bounds.ramps(self.ramps)).await?;
         let last = if of_rig {
-            "a slow sweep over the travel"
+            session.excite("sweep", bounds.sweep()).await?
         } else {
-            "small strokes before sliding"
+            let strokes = bounds.strokes(ramps.largest_force_n.abs());
+            session.excite("strokes", strokes).await?
         };
+        Ok(Excited {
+            first_tick: chirp.first_tick,
+            last_tick: last.last_tick,
+            sweep: of_rig.then_some((last.first_tick, last.last_tick)),
+        })
+    }
+
+    /// Says what the motor will do, and asks whether it may.
+    async fn agree(&self, session: &mut Session<'_>, bounds: &Bounds, of_rig: bool) -> Result<(), Failure> {
+        let begun = session.begun.clone();
+        let (last, third) = if of_rig {
+            (bounds.sweep(), "a slow sweep over the travel")
+        } else {
+            (bounds.strokes(bounds.force_n), "small strokes before sliding")
+        };
+        let all = [bounds.chirp(self.chirp_s, 1.0), bounds.ramps(self.ramps), last];
+        for excitation in &all {
+            check(excitation, begun.force_limit_n, begun.travel_limit_m)?;
+        }
+        let greatest = |of: fn(&Excitation) -> f64| all.iter().map(of).fold(0.0, f64::max);
+        let seconds: f64 = all.iter().map(Excitation::duration_s).sum();
         session.say(&format!(
-            "Identifying {} ({}) by its own motor: a chirp of 0.5 to 3 Hz, slow ramps, and {last}.\nMove the handle to \
-             the middle of its range of {:.0} mm and take your hand off it. `haptic-ctl stop`, Ctrl-C and the end of \
+            "Identifying {} ({}) by its own motor: a chirp of 0.5 to 3 Hz, slow ramps, and {third}.\nMove the handle \
+             to the middle of its range of {:.0} mm and take your hand off it. `haptic-ctl stop`, Ctrl-C and the end of \
              this program end it at once.",
             begun.rig,
             begun.firmware,
@@ -111,30 +120,12 @@ impl MotionArguments {
         session
             .agree(&format!(
                 "The motor will move the handle for about {seconds:.0} s, with at most {:.2} N, at most {:.1} mm to \
-                 either side and at most {fastest_mps:.2} m/s. Go on?",
+                 either side and at most {:.2} m/s. Go on?",
                 bounds.force_n,
-                1e3 * travel_m,
+                1e3 * greatest(|excitation| excitation.travel_limit_m),
+                greatest(|excitation| excitation.speed_limit_mps),
             ))
-            .await?;
-        let notes = "haptic-ctl identify moved the rig: where bit 22 of input_flags is set, command_force_N drives the \
-                     handle, and the block is the reference";
-        session.listen(self.record.as_deref(), self.replace, notes).await?;
-        let first = self.chirp(session, &bounds).await?;
-        let ramped = session.excite("ramps", ramps).await?;
-        let mut excited = Excited {
-            first_tick: first.first_tick,
-            last_tick: ramped.last_tick,
-            sweep: None,
-        };
-        let report = if of_rig {
-            session.excite("sweep", strokes_or_sweep).await?
-        } else {
-            let strokes = bounds.strokes(ramped.largest_force_n.abs());
-            session.excite("strokes", strokes).await?
-        };
-        excited.last_tick = report.last_tick;
-        excited.sweep = of_rig.then_some((report.first_tick, report.last_tick));
-        Ok(excited)
+            .await
     }
 
     /// A chirp that the handle follows.
@@ -163,26 +154,26 @@ impl MotionArguments {
                 .to_owned(),
         ))
     }
+}
 
-    /// What the daemon would refuse, under the name of its option.
-    fn check(&self, excitation: &haptic_core::Excitation, most_n: f64, most_m: f64) -> Result<(), Failure> {
-        // NaN is in no range.
-        if !(haptic_core::excitation::LEAST_FORCE_N..=most_n).contains(&excitation.force_limit_n) {
-            return Err(Failure::Usage(format!(
-                "--max-force-n = {} N is out of range: it must be more than 0 and at most {most_n} N, half of this \
-                 rig's force limit",
-                excitation.force_limit_n
-            )));
-        }
-        let farthest_m = excitation.course.farthest_m();
-        if !(0.0..=most_m).contains(&farthest_m) {
-            return Err(Failure::Usage(format!(
-                "--travel-mm = {} mm is out of range: it must be more than 0 and at most {} mm, half of the handle's \
-                 range",
-                1e3 * farthest_m,
-                1e3 * most_m
-            )));
-        }
-        excitation.check().map_err(|error| Failure::Usage(error.to_string()))
+/// What the daemon would refuse, under the name of its option.
+fn check(excitation: &Excitation, most_n: f64, most_m: f64) -> Result<(), Failure> {
+    // NaN is in no range.
+    if !(haptic_core::excitation::LEAST_FORCE_N..=most_n).contains(&excitation.force_limit_n) {
+        return Err(Failure::Usage(format!(
+            "--max-force-n = {} N is out of range: it must be more than 0 and at most {most_n} N, half of this \
+             rig's force limit",
+            excitation.force_limit_n
+        )));
     }
+    let farthest_m = excitation.course.farthest_m();
+    if !(0.0..=most_m).contains(&farthest_m) {
+        return Err(Failure::Usage(format!(
+            "--travel-mm = {} mm is out of range: it must be more than 0 and at most {} mm, half of the handle's \
+             range",
+            1e3 * farthest_m,
+            1e3 * most_m
+        )));
+    }
+    excitation.check().map_err(|error| Failure::Usage(error.to_string()))
 }

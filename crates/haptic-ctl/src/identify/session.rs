@@ -155,7 +155,10 @@ impl<'a> Session<'a> {
         ))
     }
 
-    async fn excite_once(&mut self, name: &str, excitation: Excitation) -> Result<ExcitationReport, Failure> {
+    async fn excite_once(&mut self, name: &str, mut excitation: Excitation) -> Result<ExcitationReport, Failure> {
+        // The motion before may have left the handle beside the middle of its range.
+        let allowed_m = self.status().await?.travel_limit_m;
+        excitation.travel_limit_m = excitation.travel_limit_m.min(allowed_m);
         let length = Duration::from_secs_f64(excitation.duration_s());
         let bar = progress::bar(Some(length), None);
         bar.set_message(name.to_owned());
