@@ -17,6 +17,9 @@ use std::path::PathBuf;
 /// Size of the button that begins and ends a recording, for either name: its neighbours must not move.
 const RECORD_SIZE: Vec2 = vec2(60.0, 0.0);
 
+/// Size of the button of a what-if, for any name.
+const WHAT_IF_SIZE: Vec2 = vec2(76.0, 0.0);
+
 /// Width of the text of a marker, points.
 const MARKER_WIDTH: f32 = 90.0;
 
@@ -130,18 +133,21 @@ fn show_beginning(ui: &mut Ui, metadata: Option<Metadata>, view: &mut View, inte
 
 /// What the scene that is edited would have felt like along the opened recording.
 fn show_what_if(ui: &mut Ui, scene: Option<&Scene>, tapes: &mut Tapes, intents: &mut Vec<Intent>) {
-    let (name, hint) = match tapes.what_if() {
+    let (text, name, hint) = match tapes.what_if() {
         WhatIf::None => (
+            "What if...",
             "What if...",
             "Shows which force the scene at the left would have given along this motion. The hand moves as recorded: \
              it does not react to the other force.",
         ),
-        WhatIf::Asked => ("Cancel what-if", "Gives the rendering up"),
-        WhatIf::Shown(_) => ("Hide what-if", "Shows the recording alone"),
+        WhatIf::Asked => ("Cancel", "Cancel what-if", "Gives the rendering up"),
+        WhatIf::Shown(_) => ("Hide", "Hide what-if", "Shows the recording alone"),
     };
     let is_none = matches!(tapes.what_if(), WhatIf::None);
-    let button = ui.add_enabled(!is_none || scene.is_some(), Button::new(name));
+    let button = Button::new(text).min_size(WHAT_IF_SIZE);
+    let button = ui.add_enabled(!is_none || scene.is_some(), button);
     let button = button
+        .accessible_name(name)
         .on_hover_text(hint)
         .on_disabled_hover_text("It needs a daemon, whose scene is edited here and rendered along the recording");
     if !button.clicked() {

@@ -218,7 +218,7 @@ fn a_marker_is_set_by_its_key_and_its_button_and_is_on_the_time_axis() {
     assert_eq!(asked(&mut panel), [], "another key");
     let svg = haptic_gui::export::svg(&panel.state().model);
     for text in ["marker 1", "my-turn"] {
-        assert_eq!(svg.matches(&format!(">{text}</text>")).count(), 1, "{text}: {svg}");
+        assert_eq!(svg.matches(&format!(">{text}</text>")).count(), 1, "{text}");
     }
 }
 
@@ -307,8 +307,6 @@ fn what_the_edited_scene_would_have_felt_like_is_drawn_over_the_recording() {
     panel.get_by_label_contains("N rms instead of 1.00 N");
     panel.get_by_label_contains("does not react to the other force");
     assert!(svg(&panel).contains(">What if</text>"));
-    // The axis fits it: 9 N of friction against 1 N.
-    assert!(svg(&panel).contains(">-5<"), "{}", svg(&panel));
     press(&mut panel, "Hide what-if");
     assert!(!svg(&panel).contains("What if"));
     assert_eq!(asked(&mut panel), [Intent::CancelWhatIf]);

@@ -1,0 +1,242 @@
+//! What was recorded against what is computed.
+
+use super::session::{Happening, Session, compared, eventful, metadata, reasons};
+use crate::recording::{self, Entry, Mark};
+use crate::replay::{Comparison, NotCompared, replay};
+use haptic_core::Scene;
+use haptic_core::servo::Command;
+use haptic_ipc::RigState;
+use std::time::{Duration, Instant};
+
+#[test]
+fn a_session_with_ramps_stops_faults_and_failed_writes_is_the_same_to_the_last_bit() {
+    let session = eventful();
+    // Wherever in its rest it began.
+    for begun in [0, 1, 50, 100, 150, 180] {
+        let entries = session.without_first(begun);
+        let report = compared(&entries);
+        assert_eq!((report.differing, &report.first_differing), (0, &None), "{begun}");
+        assert_eq!(reasons(&report), [NotCompared::Settling]);
+        assert!(report.not_compared < 150 && report.with_force > 900, "{report:?}");
+        assert!(report.is_exact());
+    }
+}
+
+#[test]
+fn every_bit_of_every_output_is_compared() {
+    let session = eventful();
+    let at = 450;
+    let Entry::Row(row) = session.entries[at] else {
+        panic!("a row")
+    };
+    let mut changed = [row; 8];
+    let nudge = |number: &mut f64| *number = f64::from_bits(number.to_bits() ^ 1);
+    nudge(&mut changed[0].device_position_m);
+    nudge(&mut changed[1].device_velocity_mps);
+    nudge(&mut changed[2].block_position_m);
+    nudge(&mut changed[3].block_velocity_mps);
+    nudge(&mut changed[4].coupling_force_n);
+    nudge(&mut changed[5].command_force_n);
+    changed[6].contact = -2;
+    changed[7].state = RigState::Faulted;
+    let mut columns = Vec::new();
+    for changed in changed {
+        let mut entries = session.entries.clone();
+        entries[at] = Entry::Row(changed);
+        let report = compared(&entries);
+        assert_eq!(report.differing, 1, "{report:?}");
+        let first = report.first_differing.expect("one differs");
+        assert_eq!((first.tick, first.t_s), (row.tick, row.t_s));
+        assert_ne!(first.recorded, first.computed);
+        assert!(first.likely.contains("hapticd 0.0.9"), "{}", first.likely);
+        columns.push(first.column);
+    }
+    let all = [
+        "device_position_m",
+        "device_velocity_mps",
+        "block_position_m",
+        "block_velocity_mps",
+        "coupling_force_N",
+        "command_force_N",
+        "contact",
+        "state",
+    ];
+    assert_eq!(columns, all);
+}
+
+#[test]
+fn after_a_gap_nothing_is_compared_until_the_rig_is_without_force_and_that_is_counted() {
+    let session = eventful();
+    for with_mark in [true, false] {
+        let mut entries = session.entries.clone();
+        // Ten rows within the first stretch of force: about 410 to 420, with two scenes and a stop to come.
+        entries.drain(410..420);
+        if with_mark {
+            entries.insert(410, Entry::Mark(Mark::Lost { rows: 10 }));
+        }
+        let report = compared(&entries);
+        assert_eq!(report.differing, 0, "{report:?}");
+        assert_eq!(reasons(&report), [NotCompared::Settling, NotCompared::RowsLost]);
+        let lost = report.uncompared[1];
+        let stopped = session.entries.iter().find_map(|entry| match entry {
+            Entry::Row(row) if row.state == RigState::Stopped => Some(row.tick),
+            _ => None,
+        });
+        assert_eq!(
+            Some(lost.first_tick + lost.ticks),
+            stopped,
+            "it goes on where the rig stopped: {report:?}"
+        );
+        // The rest begins with too short a time without force, and is compared from the next one on.
+        assert!(report.with_force > 100, "{report:?}");
+        assert!(report.is_exact());
+    }
+}
+
+#[test]
+fn a_recording_that_began_with_force_says_so_and_goes_on_once_it_is_gone() {
+    let mut session = eventful();
+    let whole = compared(&session.without_first(400));
+    assert_eq!(
+        reasons(&whole)[..2],
+        [NotCompared::Settling, NotCompared::BeganWithForce]
+    );
+    assert!(whole.is_exact(), "{whole:?}");
+    session.entries.truncate(500);
+    let report = compared(&session.without_first(400));
+    assert_eq!((report.compared(), report.differing), (0, 0));
+    assert_eq!(reasons(&report), [NotCompared::BeganWithForce]);
+    assert!(!report.is_exact(), "nothing was compared");
+}
+
+#[test]
+fn force_that_comes_before_the_servo_has_settled_is_not_compared() {
+    let report = compared(&eventful().without_first(280));
+    assert!(reasons(&report).contains(&NotCompared::ForceTooSoon), "{report:?}");
+    assert_eq!(report.differing, 0);
+}
+
+#[test]
+fn the_ticks_of_a_scene_that_is_not_in_the_recording_are_not_compared() {
+    let session = eventful();
+    let mut entries = session.entries.clone();
+    let place = entries
+        .iter()
+        .position(|entry| matches!(entry, Entry::Mark(Mark::Scene { .. })));
+    entries.remove(place.expect("a scene arrived"));
+    let report = compared(&entries);
+    assert_eq!(reasons(&report), [NotCompared::Settling, NotCompared::UnknownScene]);
+    assert!(report.differing == 0 && report.with_force > 300, "{report:?}");
+}
+
+#[test]
+fn a_silent_device_is_not_compared_where_its_period_was_set_before_the_recording() {
+    let mut session = Session::new();
+    session.run(350).command(Command::Engage).run(200);
+    for _ in 0..6 {
+        session.tick(Happening {
+            is_silent: true,
+            ..Happening::default()
+        });
+    }
+    session
+        .run(100)
+        .command(Command::Release)
+        .run(200)
+        .command(Command::Engage)
+        .run(100);
+    let report = compared(&session.without_first(137));
+    assert_eq!(report.differing, 0, "{report:?}");
+    assert!(reasons(&report).contains(&NotCompared::DeviceSilent), "{report:?}");
+    assert!(report.with_force > 250, "{report:?}");
+}
+
+#[test]
+fn what_follows_from_no_recording_is_refused() {
+    let mut thinned = metadata();
+    thinned.rate_hz = 100.0;
+    let error = Comparison::new(&thinned).expect_err("thinned").to_string();
+    assert!(error.contains("100 of 1000 ticks a second"), "{error}");
+    let mut early = metadata();
+    early.servo = None;
+    let error = Comparison::new(&early).expect_err("without settings").to_string();
+    assert!(error.contains("hapticd 0.0.9 did not tell"), "{error}");
+}
+
+#[test]
+fn a_replay_of_what_a_recorder_wrote_needs_no_more_than_the_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("session.csv");
+    let mut recorder = recording::create(&path, &metadata(), false).expect("begun");
+    let mut session = Session::new();
+    session.run(300).command(Command::Engage).run(300);
+    let rows = session.entries.iter().map(|entry| match entry {
+        Entry::Row(row) => *row,
+        Entry::Mark(mark) => panic!("{mark:?}"),
+    });
+    let samples = haptic_ipc::SamplesEvent {
+        seq: 0,
+        dropped: 0,
+        rows: rows.collect(),
+    };
+    recorder.event(&haptic_ipc::Event::Samples(samples)).expect("written");
+    recorder.finish().expect("written");
+    let reader = recording::open(&path).expect("reads");
+    let metadata = reader.metadata().clone();
+    let report = replay(&metadata, reader).expect("it is replayed");
+    assert!(report.is_exact() && report.with_force > 200, "{report:?}");
+}
+
+/// Prints how long the steps of an hour take, with a ramp every five seconds.
+#[test]
+fn the_steps_of_an_hour_take_seconds() {
+    let wanted = test_run::extent(60_000, 3_600_000);
+    let stickier = Scene::paper()
+        .with(&[("Fs".parse().expect("a key"), 8.0)])
+        .expect("a scene");
+    let mut session = Session::new();
+    session.run(200).command(Command::Engage);
+    let mut comparison = Comparison::new(&metadata()).expect("it is replayed");
+    let mut took = Duration::ZERO;
+    let mut scene = Scene::paper();
+    while session.tick < wanted {
+        scene = if scene == stickier {
+            Scene::paper()
+        } else {
+            stickier.clone()
+        };
+        session.tick(Happening {
+            scene: Some((scene.clone(), 0.1)),
+            ..Happening::default()
+        });
+        session.run(5000);
+        let entries = std::mem::take(&mut session.entries);
+        let began = Instant::now();
+        for entry in &entries {
+            comparison.entry(entry).expect("it is rendered");
+        }
+        took += began.elapsed();
+    }
+    let report = comparison.report();
+    assert!(report.is_exact(), "{report:?}");
+    let hour_s = took.as_secs_f64() / report.ticks as f64 * 3.6e6;
+    println!(
+        "{} ticks in {took:.2?}: an hour at 1 kHz in {hour_s:.1} s",
+        report.ticks
+    );
+}
+
+/// A hand that moves leaves the tracker's last bits to be found, wherever the recording began.
+#[test]
+fn the_velocity_is_found_to_the_last_bit_under_a_hand_that_moves() {
+    let mut session = Session::new();
+    session.run(700).command(Command::Engage).run(150);
+    let mut longest = 0;
+    for begun in 0..550 {
+        let report = compared(&session.without_first(begun));
+        assert!(report.is_exact() && report.with_force > 100, "{begun}: {report:?}");
+        longest = longest.max(report.not_compared);
+    }
+    println!("compared after {longest} ticks at most");
+    assert!(longest < 150);
+}

@@ -1,0 +1,37 @@
+mod comparison;
+mod session;
+mod what_if;
+
+use super::Alternative;
+use crate::recording::Entry;
+use haptic_core::servo::Command;
+use proptest::prelude::*;
+use session::{Session, compared, drag};
+use what_if::felt;
+
+proptest! {
+    /// No row, however damaged, panics a replay, and none makes it differ from itself.
+    #[test]
+    fn no_damage_panics_a_replay(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u64>(), 0..6_usize), 1..6),
+    ) {
+        let mut session = Session::new();
+        session.run(100).command(Command::Engage).run(100).command(Command::Release).run(100);
+        for (place, bits, field) in changes {
+            let place = place.index(session.entries.len());
+            if let Entry::Row(row) = &mut session.entries[place] {
+                match field {
+                    0 => row.tick = bits,
+                    1 => row.sample_position_m = f64::from_bits(bits),
+                    2 => row.input_flags = bits as u32,
+                    3 => row.elapsed_ns = bits,
+                    4 => row.device_time_ns = bits,
+                    _ => row.revision = bits,
+                }
+            }
+        }
+        compared(&session.entries);
+        let (_, summary) = felt(&session.entries, Alternative { scene: Some(drag()), ..Alternative::default() });
+        prop_assert!(summary.ticks == 302);
+    }
+}

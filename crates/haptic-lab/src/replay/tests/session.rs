@@ -1,0 +1,266 @@
+//! A rig without a daemon, and what a recording of it holds.
+
+use crate::recording::{Entry, Mark, Metadata};
+use crate::replay::{NotCompared, Report, replay};
+use haptic_core::limiter::Limits;
+use haptic_core::passivity::RigLosses;
+use haptic_core::sample::{DeviceError, ErrorCode, Measurement};
+use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, Settings};
+use haptic_core::velocity::Method;
+use haptic_core::{Renderer, Scene, Scheme};
+use haptic_ipc::{Sample, SceneArrival, SceneRamp, ServoSetup};
+
+const PERIOD_NS: u64 = 1_000_000;
+
+pub(super) fn setup() -> ServoSetup {
+    ServoSetup {
+        settings: Settings {
+            period_s: 1e-3,
+            ramp_s: 0.05,
+            limits: Limits {
+                force_n: 12.0,
+                slew_n_per_s: 5000.0,
+                speed_mps: 3.0,
+                acceleration_mps2: 2000.0,
+            },
+            losses: RigLosses {
+                damping: 0.1,
+                friction: 0.05,
+            },
+            passivity_control_n: 1.0,
+            compensation: None,
+            velocity: Method::AlphaBetaGamma,
+            stale_ns: 20_000_000,
+            stop_button: None,
+            enable_button: None,
+        },
+        scheme: Scheme::Exact,
+        device_resolution_m: 1e-5,
+        device_force_limit_n: Some(10.0),
+    }
+}
+
+pub(super) fn metadata() -> Metadata {
+    Metadata {
+        server: "hapticd 0.0.9".into(),
+        device: "fake rig".into(),
+        loop_rate_hz: 1000.0,
+        rate_hz: 1000.0,
+        started_unix_s: 0.0,
+        revision: 1,
+        scene: Scene::paper(),
+        servo: Some(setup()),
+        notes: None,
+        configuration: None,
+    }
+}
+
+/// What happens in a tick of a session, beside the motion.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Happening {
+    pub(super) events: Events,
+    pub(super) command: Option<Command>,
+    pub(super) error: Option<DeviceError>,
+    pub(super) is_silent: bool,
+    pub(super) write_failed: bool,
+    pub(super) scene: Option<(Scene, f64)>,
+}
+
+/// A rig as the daemon runs it, and what a recording of it holds.
+pub(super) struct Session {
+    servo: Servo,
+    scene: Scene,
+    revision: u64,
+    pub(super) tick: u64,
+    sequence: u32,
+    pub(super) entries: Vec<Entry>,
+}
+
+impl Session {
+    pub(super) fn new() -> Self {
+        let ServoSetup { settings, scheme, .. } = setup();
+        let renderer = Renderer::new(&Scene::paper(), scheme, settings.period_s).expect("it is rendered");
+        Self {
+            servo: Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1))),
+            scene: Scene::paper(),
+            revision: 1,
+            tick: 0,
+            sequence: 0,
+            entries: Vec::new(),
+        }
+    }
+
+    pub(super) fn run(&mut self, ticks: u64) -> &mut Self {
+        for _ in 0..ticks {
+            self.tick(Happening::default());
+        }
+        self
+    }
+
+    pub(super) fn command(&mut self, command: Command) -> &mut Self {
+        self.tick(Happening {
+            command: Some(command),
+            ..Happening::default()
+        })
+    }
+
+    pub(super) fn tick(&mut self, happening: Happening) -> &mut Self {
+        let ServoSetup {
+            settings,
+            scheme,
+            device_resolution_m,
+            device_force_limit_n,
+        } = setup();
+        self.tick += 1;
+        if !happening.is_silent {
+            self.sequence += 1;
+        }
+        // The hand turns at 2 Hz, and our clock is not exact.
+        let t_s = f64::from(self.sequence) * 1e-3;
+        let position_m = (0.03 * (12.6 * t_s).sin() / 1e-5).round() * 1e-5;
+        let sample = Measurement::new(self.sequence, u64::from(self.sequence) * PERIOD_NS, position_m);
+        let inputs = Inputs {
+            elapsed_ns: PERIOD_NS + self.tick % 7 * 1000,
+            sample: happening.error.map_or(Ok(sample), Err),
+            device_resolution_m,
+            device_force_limit_n: device_force_limit_n.expect("it names one"),
+            events: happening.events,
+            command: happening.command,
+        };
+        let arriving = happening.scene.map(|(scene, ramp_s)| {
+            self.revision += 1;
+            let from = std::mem::replace(&mut self.scene, scene.clone());
+            let compiled = CompiledScene::ramped(&from, &scene, self.revision, scheme, settings.period_s, ramp_s);
+            let ramp = (ramp_s > 0.0).then_some(SceneRamp { from, over_s: ramp_s });
+            self.entries.push(Entry::Mark(Mark::Scene {
+                tick: self.tick,
+                revision: self.revision,
+                name: scene.name.clone(),
+                law: scene.friction.law().to_owned(),
+                params: haptic_ipc::params_of(&scene),
+                arrival: Some(Box::new(SceneArrival { scene, ramp })),
+            }));
+            Box::new(compiled.expect("it is rendered"))
+        });
+        let mut word = InputWord::new(&inputs, arriving.is_some());
+        let outputs = self.servo.step(&inputs, arriving);
+        while self.servo.take_retired().is_some() {}
+        if happening.write_failed {
+            self.servo.disconnect();
+            word = word.with_write_failed();
+        }
+        let sample = inputs.sample.unwrap_or(Measurement::new(0, 0, 0.0));
+        self.entries.push(Entry::Row(Sample {
+            tick: self.tick,
+            t_s: self.tick as f64 * 1e-3,
+            state: self.servo.state(),
+            contact: outputs.contact,
+            device_position_m: outputs.device_position_m,
+            device_velocity_mps: outputs.device_velocity_mps,
+            block_position_m: outputs.block_position_m,
+            block_velocity_mps: outputs.block_velocity_mps,
+            coupling_force_n: outputs.coupling_force_n,
+            command_force_n: outputs.force_n,
+            revision: self.servo.scene().revision,
+            elapsed_ns: inputs.elapsed_ns,
+            device_sequence: sample.sequence,
+            device_time_ns: sample.time_ns,
+            sample_position_m: sample.position_m,
+            input_flags: word.flags,
+            error_detail: word.detail,
+            ..Sample::default()
+        }));
+        self
+    }
+
+    /// Leaves the first entries out, as a recording does that began later.
+    pub(super) fn without_first(&self, rows: usize) -> Vec<Entry> {
+        self.entries[rows..].to_vec()
+    }
+}
+
+pub(super) fn compared(entries: &[Entry]) -> Report {
+    replay(&metadata(), entries.iter().cloned().map(Ok)).expect("it is replayed")
+}
+
+pub(super) fn reasons(report: &Report) -> Vec<NotCompared> {
+    report.uncompared.iter().map(|one| one.reason).collect()
+}
+
+/// A scene of another law.
+pub(super) fn drag() -> Scene {
+    let text = r#"{"name":"drag","friction":{"law":"viscous","viscous":20.0}}"#;
+    serde_json::from_str(text).expect("a scene")
+}
+
+/// Everything that can happen to a rig.
+pub(super) fn eventful() -> Session {
+    let mut session = Session::new();
+    let happening = Happening::default;
+    let stickier = Scene::paper()
+        .with(&[("Fs".parse().expect("a key"), 8.0), ("Fd".parse().expect("a key"), 5.0)])
+        .expect("a scene");
+    session.run(300).command(Command::Engage).run(200);
+    session
+        .tick(Happening {
+            scene: Some((stickier, 0.2)),
+            ..happening()
+        })
+        .run(100);
+    session
+        .tick(Happening {
+            scene: Some((Scene::paper(), 0.1)),
+            ..happening()
+        })
+        .run(200);
+    session
+        .tick(Happening {
+            scene: Some((drag(), 0.1)),
+            ..happening()
+        })
+        .run(200);
+    session
+        .tick(Happening {
+            events: Event::Stop.into(),
+            ..happening()
+        })
+        .run(150);
+    session.command(Command::Reset).command(Command::Engage).run(200);
+    let failed = DeviceError::Failed(ErrorCode::Sensor.into());
+    session
+        .tick(Happening {
+            error: Some(failed),
+            ..happening()
+        })
+        .run(20);
+    session.command(Command::Reset).command(Command::Engage).run(100);
+    session
+        .tick(Happening {
+            write_failed: true,
+            ..happening()
+        })
+        .run(50);
+    session
+        .tick(Happening {
+            error: Some(DeviceError::Disconnected),
+            ..happening()
+        })
+        .run(50);
+    session.tick(Happening {
+        scene: Some((Scene::paper(), 0.1)),
+        ..happening()
+    });
+    session.command(Command::Engage).run(200);
+    session
+        .tick(Happening {
+            events: Event::LeaseLapsed.into(),
+            ..happening()
+        })
+        .run(100);
+    session
+        .command(Command::Engage)
+        .run(100)
+        .command(Command::Release)
+        .run(100);
+    session
+}
