@@ -1,5 +1,9 @@
 //! No file panics the reader of recordings, in any format, and what it reads it reads up to an end.
 #![no_main]
+#![expect(
+    clippy::disallowed_types,
+    reason = "no real-time thread comes here, and none waits for it"
+)]
 
 use haptic_ipc::Sample;
 use haptic_lab::recording::{Format, Metadata, Reader, Writer};

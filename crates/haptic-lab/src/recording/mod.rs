@@ -2,7 +2,7 @@
 //!
 //! A recording holds its [`Metadata`], a row for each [sample](haptic_ipc::Sample), and [`Mark`]s for
 //! what happened, each before the first row that it concerns. It is a file in one of three
-//! [`Format`]s, which hold the same.
+//! [`Format`]s, which hold the same: [`mcap`], [`csv`] and [`parquet`] specify them.
 //!
 //! The rows are what the daemon's servo was stepped with and what it gave. With the settings in the
 //! metadata and the scenes in the marks a [`Servo`](haptic_core::servo::Servo) gives the same forces
@@ -13,14 +13,14 @@
 
 mod columns;
 mod copy;
-mod csv;
+pub mod csv;
 mod cut;
 mod error;
 mod fields;
 mod format;
 mod gaps;
-mod mcap;
-mod parquet;
+pub mod mcap;
+pub mod parquet;
 mod reader;
 mod recorder;
 mod sync;
