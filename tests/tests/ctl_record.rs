@@ -53,11 +53,14 @@ fn somewhere(ending: &str) -> (tempfile::TempDir, PathBuf) {
 
 /// The texts of the markers.
 fn markers(found: &Recording) -> Vec<&str> {
-    let text = |mark| match mark {
-        &Mark::Marker { ref text, .. } => Some(text.as_str()),
-        _ => None,
-    };
-    found.marks.iter().filter_map(|(_, mark)| text(mark)).collect()
+    found
+        .marks
+        .iter()
+        .filter_map(|(_, mark)| match mark {
+            Mark::Marker { text, .. } => Some(text.as_str()),
+            _ => None,
+        })
+        .collect()
 }
 
 fn text(bytes: &[u8]) -> String {
