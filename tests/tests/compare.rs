@@ -26,7 +26,8 @@ fn refused(arguments: &[&str]) -> Output {
 fn record(directory: &Path, name: &str, seed: &str) -> String {
     let out = directory.join(format!("{name}-{seed}.csv")).display().to_string();
     let scene = scene(name).display().to_string();
-    ctl_offline(&["surface", &scene, "--mass", "1", "--seed", seed, "--out", &out]);
+    let said = ctl_offline(&["surface", &scene, "--mass", "1", "--seed", seed, "--out", &out]);
+    assert!(text(&said.stdout).contains("27001 rows"));
     out
 }
 
