@@ -47,8 +47,8 @@ enum Moving {
 /// What is identified, and what is known of it.
 #[derive(Debug, clap::Args)]
 pub(super) struct Wanted {
-    /// Friction law; auto takes the one that predicts best
-    #[arg(long, value_enum, default_value = "auto")]
+    /// Friction law; auto takes the one that predicts best, which takes longer
+    #[arg(long, value_enum, default_value = "karnopp")]
     model: Model,
 
     /// Known mass, kg; then it is not identified

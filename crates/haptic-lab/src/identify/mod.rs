@@ -8,11 +8,14 @@
 //! law of `haptic_core::friction`. What a record cannot determine is refused by name, with the reason
 //! and what to record instead.
 
+mod bootstrap;
+mod choose;
 pub mod cogging;
 mod grid;
 mod karnopp;
 pub mod plan;
 mod plot;
+mod presliding;
 pub mod record_file;
 mod result;
 pub mod rig_itself;
@@ -213,5 +216,19 @@ pub fn identify(record: &Record, options: &Options) -> Result<Identified, Identi
             range: "-1e4 to 1e4 N",
         });
     }
-    Ok(karnopp::identify(record, options))
+    match options.model {
+        ModelKind::Karnopp => Ok(karnopp::identify(record, options)),
+        ModelKind::Dahl | ModelKind::Lugre => Ok(presliding::identify(record, options)),
+        ModelKind::Auto => {
+            let choice = choose::choose(record, options);
+            let options = Options {
+                model: choice.model,
+                ..options.clone()
+            };
+            Ok(Identified {
+                chosen_because: Some(choice.because),
+                ..identify(record, &options)?
+            })
+        }
+    }
 }

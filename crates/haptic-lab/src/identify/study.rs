@@ -9,6 +9,11 @@
 //!
 //! The mass is moved by the exact scheme, so that the motion has the law's own stops and breakaways.
 
+pub mod cases;
+mod judgement;
+
+pub use judgement::{Judged, Judgement};
+
 use super::Record;
 use super::sensor::{counted, noise};
 use fastrand::Rng;

@@ -13,7 +13,7 @@ const SLOWEST_LOAD_S: f64 = 0.1;
 const LONGEST_LINE_S: f64 = 0.1;
 
 /// Largest part of the force by which it may rise while the instant is uncertain.
-const LARGEST_RISE: f64 = 0.04;
+const LARGEST_RISE: f64 = 0.06;
 
 /// The start is read off two distances, the farther one reached in so many times the time of the nearer one.
 const FARTHER: f64 = 1.5;

@@ -33,10 +33,12 @@ use regression::{Fit, Rows, Shape, Unfit, Unknown, fit, student};
 /// misses something says little about the unknowns that it gained.
 const LEAST_GAIN: f64 = 3.0;
 
-/// What a fit leaves is noise up to this correlation between windows that do not touch, and up to so many times
-/// what the noise of the force itself leaves.
+/// What a fit leaves is noise up to this correlation between windows that do not touch, up to so many times what the
+/// noise of the force itself leaves, and where windows of 2.25 times the length leave less by this factor: white noise
+/// falls by 1.5.
 const NOISE_STRUCTURE: f64 = 0.2;
 const NOISE_EXCESS: f64 = 1.4;
+const NOISE_FALL: f64 = 1.3;
 
 /// Friction differs by direction beyond so many standard errors, as a normal quantile.
 const SIGNIFICANT: f64 = 3.9;
@@ -273,7 +275,12 @@ fn differs(problem: &Problem<'_>, apart: &Slides, together: &Slides, found: &mut
     }
     let gain = together.fit.rms_n / apart.fit.rms_n.max(f64::MIN_POSITIVE);
     let structure = apart.fit.structure(&apart.rows);
-    let is_noise = structure < NOISE_STRUCTURE && apart.fit.rms_n <= NOISE_EXCESS * problem.force_noise(&apart.rows);
+    let falls = match &apart.neighbours[..] {
+        [short, long] => short.rms_n >= NOISE_FALL * long.rms_n,
+        _ => true,
+    };
+    let is_noise =
+        structure < NOISE_STRUCTURE && falls && apart.fit.rms_n <= NOISE_EXCESS * problem.force_noise(&apart.rows);
     if statics_differ || gain >= LEAST_GAIN || is_noise {
         found.notes.push(format!(
             "friction differs by direction: alike it leaves {:.3} N, by direction {:.3} N. A constant force cannot be \

@@ -1,0 +1,201 @@
+//! The best fit of a law to a record, from several starts.
+
+use super::super::bootstrap::white_rms;
+use super::super::{Directions, Options, Record};
+use super::fit::{Assumed, Estimate, Fit, Rows, fit};
+use super::laws::PathLaw;
+use super::path::Path;
+
+/// A fit has ended when a step changes the sum of squares, or the parameters, by less than this share.
+const FINAL: f64 = 1e-8;
+/// The same while starts are compared.
+const ROUGH: f64 = 1e-4;
+/// The same for a fit that starts next to where it ends.
+const WARM: f64 = 1e-5;
+/// A motion turns when it goes back by so many steps of the encoder.
+const STEPS_OF_A_TURN: f64 = 3.0;
+/// Directions differ where telling them apart explains this much more, as twice the logarithm of a likelihood: far
+/// beyond chance, for neighbouring rows share their noise.
+const CLEARLY_BETTER: f64 = 30.0;
+
+/// A record made ready for fits.
+#[derive(Clone, Debug)]
+pub(crate) struct Prepared {
+    /// The record on an even clock.
+    pub(crate) path: Path,
+    /// The equation of motion.
+    pub(crate) rows: Rows,
+    /// Samples between two test functions.
+    pub(crate) stride: usize,
+    /// The fit of a surface that is rigid until it slides, with friction alike in both directions.
+    pub(crate) coulomb: Fit,
+    /// Root mean square of the white noise of the force, N.
+    pub(crate) white_rms_n: f64,
+    /// Whether the constant force was given.
+    pub(crate) knows_offset: bool,
+}
+
+impl Prepared {
+    /// `None` where nothing moves.
+    pub(crate) fn new(record: &Record, options: &Options) -> Option<Self> {
+        let path = Path::new(record)?;
+        let white_rms_n = white_rms(&path.force_n);
+        let samples_in = |duration_s: f64| ((duration_s / path.period_s).round() as usize).max(2);
+        let assumed = Assumed {
+            mass_kg: options.mass_kg,
+            offset_n: options.offset_n,
+            alike: true,
+        };
+        let start = Estimate {
+            law: PathLaw::Coulomb,
+            mass_kg: 0.0,
+            viscous: [0.0; 2],
+            offset_n: 0.0,
+            values: vec![path.force_n.iter().map(|force| force.abs()).sum::<f64>() / path.force_n.len() as f64; 2],
+        };
+        let at = |stride| {
+            let rows = Rows::new(&path, stride);
+            let moving = rows.moving();
+            fit(&path, &rows, &moving, &assumed, &start, FINAL).map(|coulomb| (rows, coulomb))
+        };
+        let (_, rough) = at(samples_in(0.008))?;
+        // Short enough for the turns, and long enough for the steps of the encoder to make less noise of the inertia
+        // than the force has: `h^4 = 5.6 (q M/noise)^2` makes them equal, with q the steps' root mean square.
+        let steps_rms = path.resolution_m / 12_f64.sqrt();
+        let equal_s = 1.54 * (steps_rms * rough.estimate.mass_kg.max(0.0) / white_rms_n.max(1e-9)).sqrt();
+        let stride = samples_in((1.35 * equal_s).clamp(0.004, 0.02));
+        let (rows, coulomb) = at(stride)?;
+        Some(Self {
+            path,
+            rows,
+            stride,
+            coulomb,
+            white_rms_n,
+            knows_offset: options.offset_n.is_some(),
+        })
+    }
+
+    /// All rows.
+    pub(crate) fn all(&self) -> Vec<usize> {
+        (0..self.rows.len()).collect()
+    }
+
+    /// Weighs the rows as a fit of a law says.
+    pub(crate) fn weigh(&mut self, fit: &Fit) {
+        self.rows.weigh(&self.path, fit);
+    }
+
+    /// The fit of a law, with what had to be assumed of its directions.
+    pub(crate) fn find(&self, law: PathLaw, kept: &[usize], options: &Options) -> Option<(Fit, Assumed)> {
+        let alike = Assumed {
+            mass_kg: options.mass_kg,
+            offset_n: options.offset_n,
+            alike: true,
+        };
+        let separate = Assumed {
+            offset_n: Some(options.offset_n.unwrap_or(0.0)),
+            alike: false,
+            ..alike
+        };
+        let refined = |assumed, start: &Fit| self.refine(kept, &assumed, &start.estimate, FINAL);
+        let rough = self.from_starts(law, kept, &alike)?;
+        let fits_alike = refined(alike, &rough).map(|fit| (fit, alike));
+        if options.directions == Directions::Alike {
+            return fits_alike;
+        }
+        let fits_separate = refined(separate, &rough).map(|fit| (fit, separate));
+        if options.directions == Directions::Separate {
+            return fits_separate;
+        }
+        match (&fits_alike, &fits_separate) {
+            (Some((one, _)), Some((two, _))) => {
+                let better = 2.0 * kept.len() as f64 * (one.weighted_rms / two.weighted_rms).ln();
+                if better > CLEARLY_BETTER {
+                    fits_separate
+                } else {
+                    fits_alike
+                }
+            }
+            _ => fits_alike.or(fits_separate),
+        }
+    }
+
+    /// The fit of a law from one start.
+    pub(crate) fn refine(&self, kept: &[usize], assumed: &Assumed, start: &Estimate, tolerance: f64) -> Option<Fit> {
+        fit(&self.path, &self.rows, kept, assumed, start, tolerance)
+    }
+
+    /// The same fit to another record of the same kind, which starts at its result.
+    pub(crate) fn refit(&self, record: &Record, assumed: &Assumed, start: &Estimate) -> Option<Fit> {
+        let mut path = Path::new(record)?;
+        path.is_recorded.clone_from(&self.path.is_recorded);
+        let mut rows = Rows::new(&path, self.stride);
+        rows.errors.clone_from(&self.rows.errors);
+        let all: Vec<usize> = (0..rows.len()).collect();
+        fit(&path, &rows, &all, assumed, start, WARM)
+    }
+
+    /// The best of several starts.
+    fn from_starts(&self, law: PathLaw, kept: &[usize], assumed: &Assumed) -> Option<Fit> {
+        let limits = [self.coulomb.estimate.values[0]; 2];
+        let starts: Vec<Vec<f64>> = match law {
+            PathLaw::Coulomb => vec![limits.to_vec()],
+            PathLaw::Dahl => self
+                .deflections()
+                .map(|deflection| [limits[0], limits[1], 0.0, limits[0] / deflection, 1.0].to_vec())
+                .collect(),
+            PathLaw::Lugre => {
+                let dahl = self.from_starts(PathLaw::Dahl, kept, assumed)?.estimate;
+                let fastest = self.fastest_mps();
+                let stribeck = [0.003, 0.02, 0.1].map(|share| share * fastest);
+                let start = |speed: f64| [&dahl.values[..PathLaw::EXPONENT], &[1.2, 1.2, speed, 0.0]].concat();
+                stribeck.map(start).to_vec()
+            }
+        };
+        let fits = starts.into_iter().filter_map(|values| {
+            let start = Estimate {
+                law,
+                values,
+                ..self.coulomb.estimate.clone()
+            };
+            self.refine(kept, assumed, &start, ROUGH)
+        });
+        fits.min_by(|one, two| one.weighted_rms.total_cmp(&two.weighted_rms))
+    }
+
+    /// Deflections at which a surface may yield, m: from what the encoder shows to what was gone.
+    fn deflections(&self) -> impl Iterator<Item = f64> {
+        let farthest = self.path.longest_stroke(self.path.resolution_m);
+        let least = self.path.resolution_m.max(farthest / 3000.0);
+        let ratio = (0.25 * farthest / least).max(1.0);
+        (0..4).map(move |k| least * ratio.powf(f64::from(k) / 3.0))
+    }
+
+    /// Velocity in the middle of a row, m/s.
+    pub(crate) fn speed(&self, row: usize) -> f64 {
+        self.path.speed_mps[self.middle(row)]
+    }
+
+    /// The sample in the middle of a row.
+    pub(crate) fn middle(&self, row: usize) -> usize {
+        self.rows.middle(row)
+    }
+
+    /// The samples at which the motion turns.
+    pub(crate) fn turns(&self) -> Vec<usize> {
+        self.path.turns(STEPS_OF_A_TURN * self.path.resolution_m.max(1e-9))
+    }
+
+    /// Root mean square of the acceleration, m/s^2.
+    pub(crate) fn acceleration_rms(&self) -> f64 {
+        self.rows.acceleration_rms()
+    }
+
+    /// Greatest speed, m/s.
+    pub(crate) fn fastest_mps(&self) -> f64 {
+        self.path
+            .speed_mps
+            .iter()
+            .fold(0.0, |most, speed| most.max(speed.abs()))
+    }
+}

@@ -1,0 +1,409 @@
+//! Least squares of the force under test functions, over logarithms where a parameter is positive, by Levenberg and
+//! Marquardt.
+
+use super::errors::Errors;
+use super::laws::PathLaw;
+use super::path::Path;
+use super::weak::TestFunctions;
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::{DMatrix, DVector, Dyn, Owned};
+
+/// Positions are in sight where they change by so many steps of the encoder under a test function.
+const STEPS_IN_SIGHT: f64 = 3.0;
+
+/// What the equation of motion holds under each test function.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows {
+    functions: TestFunctions,
+    force: Vec<f64>,
+    acceleration: Vec<f64>,
+    /// Velocity along each direction, the other way zero.
+    velocity: [Vec<f64>; 2],
+    /// Whether the position changes in sight.
+    pub(crate) moves: Vec<bool>,
+    /// What errors are to be expected of each.
+    pub(crate) errors: Errors,
+}
+
+impl Rows {
+    /// The rows of a path.
+    pub(crate) fn new(path: &Path, stride: usize) -> Self {
+        let functions = TestFunctions::new(path, stride);
+        let along: Vec<f64> = path.speed_mps.iter().map(|speed| speed.max(0.0)).collect();
+        let against: Vec<f64> = path.speed_mps.iter().map(|speed| speed.min(0.0)).collect();
+        let moves: Vec<bool> = functions
+            .starts
+            .iter()
+            .map(|&start| {
+                let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+                for position in &path.smooth_m[start..start + functions.length()] {
+                    (least, most) = (least.min(*position), most.max(*position));
+                }
+                most - least > STEPS_IN_SIGHT * path.resolution_m.max(1e-12)
+            })
+            .collect();
+        Self {
+            force: functions.of_force(&path.force_n),
+            acceleration: functions.of_position(&path.counted_m),
+            velocity: [functions.of_force(&along), functions.of_force(&against)],
+            errors: Errors::alike(moves.len()),
+            moves,
+            functions,
+        }
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.force.len()
+    }
+
+    /// Those in which the position changes in sight.
+    pub(crate) fn moving(&self) -> Vec<usize> {
+        (0..self.len()).filter(|&row| self.moves[row]).collect()
+    }
+
+    /// The sample in the middle of a row.
+    pub(crate) fn middle(&self, row: usize) -> usize {
+        self.functions.starts[row] + self.functions.length() / 2
+    }
+
+    /// Expects the errors that a fit shows.
+    pub(crate) fn weigh(&mut self, path: &Path, fit: &Fit) {
+        let Estimate { law, values, .. } = &fit.estimate;
+        let tangent = law.tangent(values, path, &law.friction(values, path));
+        let middles: Vec<usize> = (0..self.len()).map(|row| self.middle(row)).collect();
+        if let Some(errors) = Errors::of(&fit.residual, &self.functions.of_force(&tangent), &middles, path) {
+            self.errors = errors;
+        }
+    }
+
+    /// Root mean square of the acceleration, m/s^2.
+    pub(crate) fn acceleration_rms(&self) -> f64 {
+        let squares: f64 = self
+            .acceleration
+            .iter()
+            .map(|acceleration| acceleration * acceleration)
+            .sum();
+        (squares / self.len().max(1) as f64).sqrt()
+    }
+
+    /// Root mean square of the force about its mean, N.
+    pub(crate) fn force_rms(&self) -> f64 {
+        let count = self.len().max(1) as f64;
+        let mean = self.force.iter().sum::<f64>() / count;
+        (self.force.iter().map(|force| (force - mean).powi(2)).sum::<f64>() / count).sqrt()
+    }
+
+    /// Values of the rows at each of so many samples, along straight lines between the middles of the rows.
+    pub(crate) fn at_samples(&self, values: &[f64], samples: usize) -> Vec<f64> {
+        let middle = |row: usize| self.middle(row) as f64;
+        let mut after = 0;
+        (0..samples)
+            .map(|sample| {
+                let at = sample as f64;
+                while after < values.len() && middle(after) < at {
+                    after += 1;
+                }
+                match (after.checked_sub(1), values.get(after)) {
+                    (Some(before), Some(next)) => {
+                        let share = (at - middle(before)) / (middle(after) - middle(before));
+                        values[before] + share * (next - values[before])
+                    }
+                    (Some(before), None) => values[before],
+                    (None, next) => next.copied().unwrap_or(0.0),
+                }
+            })
+            .collect()
+    }
+}
+
+/// What is assumed, and so not fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Assumed {
+    /// Mass, kg, where it is known.
+    pub(crate) mass_kg: Option<f64>,
+    /// Constant force, N, where it is known.
+    pub(crate) offset_n: Option<f64>,
+    /// Whether friction is the same in both directions.
+    pub(crate) alike: bool,
+}
+
+/// A law with its values.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Estimate {
+    /// The law.
+    pub(crate) law: PathLaw,
+    /// Mass, kg.
+    pub(crate) mass_kg: f64,
+    /// Viscous friction for positive and negative motion, N s/m.
+    pub(crate) viscous: [f64; 2],
+    /// Constant force, N.
+    pub(crate) offset_n: f64,
+    /// The law's values, at the places of [`PathLaw`].
+    pub(crate) values: Vec<f64>,
+}
+
+impl Estimate {
+    /// The force that the law and the mass take at each sample, N, with an acceleration for each, m/s^2.
+    pub(crate) fn force(&self, path: &Path, acceleration: &[f64]) -> Vec<f64> {
+        let friction = self.law.friction(&self.values, path);
+        (0..friction.len())
+            .map(|k| {
+                let speed = path.speed_mps[k];
+                let viscous = self.viscous[usize::from(speed < 0.0)] * speed;
+                self.mass_kg * acceleration[k] + friction[k] + viscous + self.offset_n
+            })
+            .collect()
+    }
+}
+
+/// A parameter that is fitted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Place {
+    Mass,
+    Viscous(usize),
+    Offset,
+    /// A positive value: its logarithm, within limits.
+    Logarithm {
+        at: usize,
+        least: f64,
+        most: f64,
+    },
+    Value(usize),
+}
+
+/// The parameters that are fitted.
+fn places(law: PathLaw, assumed: &Assumed) -> Vec<Place> {
+    let mut places = Vec::new();
+    if assumed.mass_kg.is_none() {
+        places.push(Place::Mass);
+    }
+    if assumed.offset_n.is_none() {
+        places.push(Place::Offset);
+    }
+    let positive = |at, least, most| Place::Logarithm { at, least, most };
+    for side in 0..if assumed.alike { 1 } else { 2 } {
+        places.push(Place::Viscous(side));
+        places.push(positive(PathLaw::DYNAMIC + side, 1e-6, 1e5));
+        if law == PathLaw::Lugre {
+            places.push(Place::Value(PathLaw::STATIC_RATIO + side));
+        }
+    }
+    if law != PathLaw::Coulomb {
+        places.push(positive(PathLaw::STIFFNESS, 1.0, 1e10));
+        places.push(Place::Value(PathLaw::START));
+    }
+    match law {
+        PathLaw::Coulomb => (),
+        PathLaw::Dahl => places.push(positive(PathLaw::EXPONENT, 0.02, 8.0)),
+        PathLaw::Lugre => {
+            places.push(positive(PathLaw::STRIBECK, 1e-5, 10.0));
+            places.push(Place::Value(PathLaw::DAMPING));
+        }
+    }
+    places
+}
+
+impl Place {
+    fn of(self, estimate: &Estimate) -> f64 {
+        match self {
+            Self::Mass => estimate.mass_kg,
+            Self::Viscous(side) => estimate.viscous[side],
+            Self::Offset => estimate.offset_n,
+            Self::Logarithm { at, .. } => estimate.values[at].ln(),
+            Self::Value(at) => estimate.values[at],
+        }
+    }
+
+    fn put(self, value: f64, alike: bool, estimate: &mut Estimate) {
+        let mut put_value = |at: usize, value: f64| {
+            estimate.values[at] = value;
+            let has_two = at == PathLaw::DYNAMIC || (estimate.law == PathLaw::Lugre && at == PathLaw::STATIC_RATIO);
+            if alike && has_two {
+                estimate.values[at + 1] = value;
+            }
+        };
+        match self {
+            Self::Mass => estimate.mass_kg = value,
+            Self::Offset => estimate.offset_n = value,
+            Self::Viscous(_) if alike => estimate.viscous = [value; 2],
+            Self::Viscous(side) => estimate.viscous[side] = value,
+            Self::Logarithm { at, least, most } => put_value(at, value.exp().clamp(least, most)),
+            Self::Value(at) => put_value(at, value),
+        }
+    }
+
+    /// Whether the law's friction depends on it.
+    fn is_in_law(self) -> bool {
+        matches!(self, Self::Logarithm { .. } | Self::Value(_))
+    }
+}
+
+/// What the fit found.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    /// The best values.
+    pub(crate) estimate: Estimate,
+    /// What each row leaves, N.
+    pub(crate) residual: Vec<f64>,
+    /// Root mean square of the rows that were fitted, N.
+    pub(crate) rms_n: f64,
+    /// The same with their weights.
+    pub(crate) weighted_rms: f64,
+}
+
+struct Problem<'a> {
+    path: &'a Path,
+    rows: &'a Rows,
+    kept: &'a [usize],
+    places: &'a [Place],
+    alike: bool,
+    estimate: Estimate,
+    /// The law's friction under each kept row, N.
+    friction: Vec<f64>,
+}
+
+impl Problem<'_> {
+    fn friction(&self, estimate: &Estimate) -> Vec<f64> {
+        let under = self
+            .rows
+            .functions
+            .of_force(&estimate.law.friction(&estimate.values, self.path));
+        self.kept.iter().map(|&row| under[row]).collect()
+    }
+
+    fn set(&mut self, values: &DVector<f64>) {
+        let before = self.estimate.values.clone();
+        for (place, value) in self.places.iter().zip(values.iter()) {
+            place.put(*value, self.alike, &mut self.estimate);
+        }
+        if self.friction.is_empty() || before != self.estimate.values {
+            self.friction = self.friction(&self.estimate);
+        }
+    }
+
+    fn left(&self, row: usize, friction: f64) -> f64 {
+        let Estimate {
+            mass_kg,
+            viscous,
+            offset_n,
+            ..
+        } = &self.estimate;
+        let rubbed = viscous[0] * self.rows.velocity[0][row] + viscous[1] * self.rows.velocity[1][row];
+        self.rows.force[row] - mass_kg * self.rows.acceleration[row] - rubbed - offset_n - friction
+    }
+
+    /// Minus the derivative of what is left, by a parameter that the law's friction does not depend on.
+    fn regressor(&self, place: Place, row: usize) -> f64 {
+        match place {
+            Place::Mass => self.rows.acceleration[row],
+            Place::Offset => 1.0,
+            Place::Viscous(_) if self.alike => self.rows.velocity[0][row] + self.rows.velocity[1][row],
+            Place::Viscous(side) => self.rows.velocity[side][row],
+            Place::Logarithm { .. } | Place::Value(_) => 0.0,
+        }
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ParameterStorage = Owned<f64, Dyn>;
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+
+    fn set_params(&mut self, values: &DVector<f64>) {
+        self.set(values);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        DVector::from_iterator(
+            self.places.len(),
+            self.places.iter().map(|place| place.of(&self.estimate)),
+        )
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let rows = self.kept.iter().zip(&self.friction);
+        let weighted = rows.map(|(&row, friction)| self.left(row, *friction));
+        let mut left = DVector::from_iterator(self.kept.len(), weighted);
+        self.rows.errors.whiten(self.kept, left.as_mut_slice());
+        left.iter().all(|left| left.is_finite()).then_some(left)
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let mut jacobian = DMatrix::zeros(self.kept.len(), self.places.len());
+        for (&place, mut column) in self.places.iter().zip(jacobian.column_iter_mut()) {
+            if place.is_in_law() {
+                let value = place.of(&self.estimate);
+                let step = 1e-4
+                    * if matches!(place, Place::Value(_)) {
+                        value.abs().max(1e-2)
+                    } else {
+                        1.0
+                    };
+                let mut moved = self.estimate.clone();
+                place.put(value + step, self.alike, &mut moved);
+                let friction = self.friction(&moved);
+                for (entry, (after, before)) in column.iter_mut().zip(friction.iter().zip(&self.friction)) {
+                    *entry = -(after - before) / step;
+                }
+            } else {
+                for (entry, &row) in column.iter_mut().zip(self.kept) {
+                    *entry = -self.regressor(place, row);
+                }
+            }
+            self.rows.errors.whiten(self.kept, column.as_mut_slice());
+        }
+        Some(jacobian)
+    }
+}
+
+/// The best fit from a start, to the rows that are kept; `None` where there is none.
+pub(crate) fn fit(
+    path: &Path,
+    rows: &Rows,
+    kept: &[usize],
+    assumed: &Assumed,
+    start: &Estimate,
+    tolerance: f64,
+) -> Option<Fit> {
+    let places = places(start.law, assumed);
+    if kept.len() < 4 * places.len() {
+        return None;
+    }
+    let mut estimate = start.clone();
+    estimate.mass_kg = assumed.mass_kg.unwrap_or(estimate.mass_kg);
+    estimate.offset_n = assumed.offset_n.unwrap_or(estimate.offset_n);
+    let mut problem = Problem {
+        path,
+        rows,
+        kept,
+        places: &places,
+        alike: assumed.alike,
+        estimate,
+        friction: Vec::new(),
+    };
+    let values = problem.params();
+    problem.set(&values);
+    let (problem, _) = LevenbergMarquardt::new()
+        .with_ftol(tolerance)
+        .with_xtol(tolerance)
+        .with_gtol(tolerance)
+        .with_stepbound(1.0)
+        .with_patience(20)
+        .minimize(problem);
+    let left = problem.residuals()?;
+    let whole = Problem {
+        kept: &(0..rows.len()).collect::<Vec<usize>>(),
+        friction: Vec::new(),
+        ..problem
+    };
+    let friction = whole.friction(&whole.estimate);
+    let residual: Vec<f64> = (0..rows.len()).map(|row| whole.left(row, friction[row])).collect();
+    let freedom = (kept.len() - places.len()) as f64;
+    Some(Fit {
+        rms_n: (kept.iter().map(|&row| residual[row] * residual[row]).sum::<f64>() / freedom).sqrt(),
+        weighted_rms: (left.norm_squared() / freedom).sqrt(),
+        residual,
+        estimate: whole.estimate,
+    })
+}

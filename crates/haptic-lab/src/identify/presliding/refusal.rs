@@ -1,0 +1,181 @@
+//! What a record cannot determine: first by physics, then by how far the fits to drawn records scatter.
+
+use super::super::{Interval, Refusal};
+use super::find::Prepared;
+use super::fit::{Assumed, Estimate};
+use super::laws::PathLaw;
+use super::quantity::Quantity;
+
+/// Fewest turns that show how a surface gives way.
+const FEWEST_TURNS: usize = 4;
+/// A limit is reached after so many times the deflection `Fd/sigma`.
+const DEFLECTIONS_TO_LIMIT: f64 = 4.0;
+/// Fewest rows of slow, and of fast, sliding that show Stribeck's fall.
+const FEWEST_ROWS: usize = 30;
+
+/// Why the motion itself cannot determine some of the quantities, whatever a fit says.
+pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Assumed) -> Vec<Refusal> {
+    let path = &prepared.path;
+    let step = path.resolution_m;
+    let (farthest, turns) = (path.longest_stroke(step), prepared.turns().len());
+    let limit = estimate.values[PathLaw::DYNAMIC].max(estimate.values[PathLaw::DYNAMIC + 1]);
+    let deflection = limit / estimate.values[PathLaw::STIFFNESS];
+    let mut refused = Refusals::default();
+    if turns < FEWEST_TURNS {
+        refused.add(
+            &PRESLIDING,
+            &format!("the motion turns {turns} times; how a surface gives way shows after a turn alone"),
+            "move to and fro, with at least ten turns",
+        );
+    }
+    if deflection < step {
+        refused.add(
+            &PRESLIDING,
+            &format!(
+                "the surface gives way by Fd/sigma = {:.2} um, less than the encoder's step of {:.2} um",
+                deflection * 1e6,
+                step * 1e6
+            ),
+            "record with an encoder whose step is a fifth of that deflection or finer",
+        );
+    }
+    if farthest < DEFLECTIONS_TO_LIMIT * deflection {
+        refused.add(
+            &["dynamic_force_N", "viscous_Ns_per_m", "static_force_N", "stribeck_velocity_mps", "exponent"],
+            &format!(
+                "the longest stroke of {:.3} mm is less than {DEFLECTIONS_TO_LIMIT} times the deflection Fd/sigma = {:.3} mm, so no slide reaches its limit",
+                farthest * 1e3,
+                deflection * 1e3
+            ),
+            "record strokes of 10 mm and more",
+        );
+    }
+    let rows = prepared.rows.moving();
+    let sides = [1.0, -1.0].map(|sign: f64| rows.iter().filter(|&&row| sign * prepared.speed(row) > 0.0).count());
+    if sides[0].min(sides[1]) < FEWEST_ROWS {
+        refused.add(
+            &["dynamic_force_N", "viscous_Ns_per_m", "static_force_N", "offset_N"],
+            "the motion goes one way; what rubs and what pushes steadily look alike there",
+            "record motion in both directions",
+        );
+    } else if !assumed.alike && assumed.offset_n.is_some() && !prepared.knows_offset {
+        refused.add(
+            &["offset_N"],
+            "a constant force looks like limits that differ by direction; zero was assumed",
+            "give the constant force, or zero the sensor",
+        );
+    }
+    if estimate.law == PathLaw::Lugre {
+        let fall = estimate.values[PathLaw::STRIBECK];
+        let speeds = rows.iter().map(|&row| prepared.speed(row).abs());
+        let (slow, fast) = speeds.fold((0, 0), |(slow, fast), speed| {
+            (slow + usize::from(speed < fall), fast + usize::from(speed > 2.0 * fall))
+        });
+        if slow < FEWEST_ROWS || fast < FEWEST_ROWS {
+            refused.add(
+                &["static_force_N", "stribeck_velocity_mps"],
+                &format!(
+                    "Stribeck's fall shows between sliding slower and faster than the Stribeck velocity, {:.2} mm/s by the fit; there are {slow} moments of the one and {fast} of the other",
+                    fall * 1e3
+                ),
+                "record ramps of 0.5 to 1 mm/s beside fast strokes",
+            );
+        }
+    }
+    refused.0
+}
+
+/// What shows only about a turn.
+const PRESLIDING: [&str; 3] = ["stiffness_N_per_m", "exponent", "bristle_damping_Ns_per_m"];
+
+/// The refusal of a quantity whose interval is too wide to be of use; `None` where it is not.
+pub(crate) fn by_interval(
+    quantity: Quantity,
+    [low, high]: Interval,
+    prepared: &Prepared,
+    estimate: &Estimate,
+) -> Option<Refusal> {
+    let limit = estimate.values[PathLaw::DYNAMIC];
+    let half = 0.5 * (high - low);
+    let middle = 0.5 * (high + low).abs();
+    let fastest = prepared.fastest_mps();
+    let share = |most: f64| half > most * middle;
+    let (is_too_wide, reason, instead) = match quantity {
+        Quantity::Mass => {
+            let inertia = middle * prepared.acceleration_rms();
+            (
+                share(0.2),
+                format!(
+                    "its inertia is {inertia:.3} N rms, beside {:.3} N that the fit leaves",
+                    prepared.coulomb.rms_n
+                ),
+                "record faster strokes of 10 mm and more, 2 to 3 Hz",
+            )
+        }
+        Quantity::Dynamic(_) => (
+            share(0.15),
+            String::from("few slides reach their limit"),
+            "record strokes of 10 mm and more in both directions",
+        ),
+        Quantity::Static(_) => (
+            share(0.15),
+            String::from("little of the record slides slowly"),
+            "record ramps of 0.5 to 1 mm/s beside fast strokes",
+        ),
+        Quantity::Offset => (
+            half > 0.3 * limit,
+            String::from("few slides reach their limit"),
+            "record motion in both directions",
+        ),
+        Quantity::Viscous(_) => (
+            half > 0.25 * middle && half * fastest.max(0.3) > 0.1 * limit,
+            format!("the fastest motion is {:.1} mm/s", fastest * 1e3),
+            "record strokes of 10 mm and more, slow and fast",
+        ),
+        Quantity::Stiffness | Quantity::Exponent => (
+            share(0.3),
+            format!(
+                "the surface gives way by {:.1} um, which the encoder's step of {:.1} um hides",
+                limit / estimate.values[PathLaw::STIFFNESS] * 1e6,
+                prepared.path.resolution_m * 1e6
+            ),
+            "record more turns, slow ones, with a finer encoder",
+        ),
+        Quantity::Stribeck => (
+            share(0.5),
+            String::from("too little of the fall from static to dynamic friction shows"),
+            "record ramps at several speeds between 0.5 and 50 mm/s",
+        ),
+        Quantity::Damping => (
+            share(0.5),
+            String::from("it acts while the surface gives way quickly, which the motion hardly does"),
+            "record vibration within presliding: tens of micrometres at 20 Hz and more, with a fine encoder",
+        ),
+    };
+    is_too_wide.then(|| Refusal {
+        parameter: quantity.parameter().to_owned(),
+        reason: format!(
+            "{reason}; the 95 % interval is {low:.4} to {high:.4} {}",
+            quantity.unit()
+        ),
+        instead: instead.to_owned(),
+    })
+}
+
+#[derive(Default)]
+struct Refusals(Vec<Refusal>);
+
+impl Refusals {
+    /// Each parameter is refused for the first reason that there is.
+    fn add(&mut self, parameters: &[&str], reason: &str, instead: &str) {
+        for &parameter in parameters {
+            if self.0.iter().all(|refusal| refusal.parameter != parameter) {
+                self.0.push(Refusal {
+                    parameter: parameter.to_owned(),
+                    reason: reason.to_owned(),
+                    instead: instead.to_owned(),
+                });
+            }
+        }
+    }
+}
