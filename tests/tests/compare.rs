@@ -26,7 +26,8 @@ fn refused(arguments: &[&str]) -> Output {
 fn record(directory: &Path, name: &str, seed: &str) -> String {
     let out = directory.join(format!("{name}-{seed}.csv")).display().to_string();
     let scene = scene(name).display().to_string();
-    ctl_offline(&["surface", &scene, "--mass", "1", "--seed", seed, "--out", &out]);
+    let said = ctl_offline(&["surface", &scene, "--mass", "1", "--seed", seed, "--out", &out]);
+    assert!(text(&said.stdout).contains("27001 rows"));
     out
 }
 
@@ -175,7 +176,7 @@ fn the_example_renders_what_a_lab_has_recorded() {
     for direction in ["positive", "negative"] {
         near(&identified["dynamic_force_N"][direction], 2.0, 0.01);
         near(&identified["viscous_Ns_per_m"][direction], 2.0, 0.04);
-        near(&identified["static_force_N"][direction], 2.2, 0.05);
+        near(&identified["static_force_N"][direction], 2.2, 0.06);
         for (level, most_percent) in [("sliding_force_N", 1.0), ("breakaway_force_N", 10.0)] {
             let percent = &compared[level][direction]["difference_percent"];
             let percent = percent.as_f64().unwrap_or_else(|| panic!("no {level}: {said}"));
