@@ -8,7 +8,6 @@ use crate::device::{Device, DeviceError, Measurement, Written};
 /// caller gives, so a run with the same times is the same to the last bit.
 #[derive(Debug)]
 pub struct FakeRig {
-    properties: RigProperties,
     plant: Plant,
     force_n: f64,
     sequence: u32,
@@ -21,7 +20,6 @@ impl FakeRig {
     #[must_use]
     pub fn new(properties: RigProperties, hand: Hand) -> Self {
         Self {
-            properties,
             plant: Plant::new(&properties, hand),
             force_n: 0.0,
             sequence: 0,
@@ -33,7 +31,7 @@ impl FakeRig {
     /// Its properties.
     #[must_use]
     pub fn properties(&self) -> &RigProperties {
-        &self.properties
+        self.plant.properties()
     }
 
     /// Lives until `now_ns`, ns. It begins at the first time.
@@ -62,22 +60,22 @@ impl Device for FakeRig {
     fn description(&self) -> String {
         format!(
             "fake rig: {} kg, {} N and {} N s/m of friction, encoder {} um, hand: {}",
-            self.properties.mass_kg,
-            self.properties.friction_n,
-            self.properties.damping_ns_per_m,
-            self.properties.resolution_m * 1e6,
+            self.properties().mass_kg,
+            self.properties().friction_n,
+            self.properties().damping_ns_per_m,
+            self.properties().resolution_m * 1e6,
             self.plant.hand()
         )
     }
 
     fn resolution_m(&self) -> f64 {
-        self.properties.resolution_m
+        self.properties().resolution_m
     }
 
     fn read(&mut self, now_ns: u64) -> Result<Measurement, DeviceError> {
         self.live_until(now_ns);
         self.sequence = self.sequence.wrapping_add(1);
-        let resolution = self.properties.resolution_m;
+        let resolution = self.properties().resolution_m;
         let position = self.plant.position_m();
         let counted = if resolution > 0.0 {
             (position / resolution).round() * resolution

@@ -90,6 +90,12 @@ impl Plant {
         }
     }
 
+    /// Its properties.
+    #[must_use]
+    pub fn properties(&self) -> &RigProperties {
+        &self.properties
+    }
+
     /// Position, m.
     #[must_use]
     pub fn position_m(&self) -> f64 {

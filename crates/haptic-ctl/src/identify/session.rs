@@ -200,7 +200,7 @@ impl<'a> Session<'a> {
                 self.ticks.take(samples);
             }
             if let Some(recorder) = &mut self.recorder {
-                recorder.event(&event).map_err(cannot_write)?;
+                recorder.event(&event).map_err(|error| cannot_write(&error))?;
             }
         }
     }
@@ -232,13 +232,13 @@ impl<'a> Session<'a> {
         let _: IdentificationReply = self.daemon.ask(Request::IdentifyEnd {}).await?;
         let _: LeaseReply = self.daemon.ask(Request::Lease { timeout_ms: 0 }).await?;
         if let Some(recorder) = self.recorder.take() {
-            recorder.finish().map_err(cannot_write)?;
+            recorder.finish().map_err(|error| cannot_write(&error))?;
         }
         Ok(())
     }
 }
 
-fn cannot_write(error: std::io::Error) -> Failure {
+fn cannot_write(error: &std::io::Error) -> Failure {
     Failure::File(format!("the recording: {error}"))
 }
 
