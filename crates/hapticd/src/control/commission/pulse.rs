@@ -4,6 +4,7 @@ use crate::control::RigHandle;
 use crate::control::admission::Admission;
 use crate::control::sole_use::lent_loop::{self, Loan};
 use crate::control::sole_use::state::Work;
+use crate::telemetry::motion::Motion;
 use haptic_core::pulse::{FARTHEST_PULSE_M, FASTEST_PULSE_MPS};
 use haptic_core::{PulseShape, Renderer};
 use haptic_ipc::{Peer, PulseEnd, PulseReport};
@@ -54,7 +55,7 @@ pub(super) async fn run(rig: &RigHandle, shape: PulseShape, admission: Admission
                         motion.begin_pulse(shape);
                     }
                 },
-                |feed| feed.motion.as_ref().is_some_and(|motion| motion.pulse_is_over()),
+                |feed| feed.motion.as_ref().is_some_and(Motion::pulse_is_over),
             )
             .await
         }
