@@ -17,9 +17,9 @@
 //! more than that. What a spring of the surface took it takes from the account when it gives it back.
 //! The account holds little, and at rest nothing.
 //!
-//! So between any two moments since a rest the motor gives at most what is in a full account beyond
-//! the assured share of the friction: a handle that is left alone comes to rest on every rig whose
-//! friction is more than the assured share of the identified one.
+//! So whenever it acts, the motor has given at most a full account beyond the assured share of the
+//! friction, since whichever moment after the last rest: a handle that is left alone comes to rest on
+//! every rig whose friction is more than the assured share of the identified one.
 
 use crate::direction::Direction;
 use crate::math::copysign;

@@ -176,7 +176,7 @@ fn prepare_device(rig: RigChoice, period_ns: u64) -> PreparedDevice {
                 damping: rig.properties().damping_ns_per_m,
                 friction: rig.properties().friction_n,
             },
-            device: Box::new(rig),
+            device: rig,
             link: None,
         },
         RigChoice::Linked(connector) => {

@@ -151,7 +151,7 @@ impl Options {
             ramp_s: within("ramp-ms", self.ramp_ms, 200.0, 1.0, 10_000.0, "ms")? * 1e-3,
             watches: self.watches()?,
             rig: match device.connector() {
-                None => RigChoice::Fake(self.fake_rig()?),
+                None => RigChoice::Fake(Box::new(self.fake_rig()?)),
                 Some(connector) => RigChoice::Linked(connector),
             },
             friction: self.friction()?,

@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// The rig: simulated, or behind a link.
 #[derive(Debug)]
 pub(crate) enum RigChoice {
-    Fake(FakeRig),
+    Fake(Box<FakeRig>),
     Linked(Box<dyn Connector>),
 }
 

@@ -89,9 +89,9 @@ pub(crate) fn with_capacity(records: usize) -> (Producer, Consumer) {
 impl Producer {
     /// Leaves a record, with the count of those dropped before it, or drops and counts it.
     #[inline]
-    pub(crate) fn push(&mut self, record: TickRecord) {
-        let dropped = self.dropped;
-        if self.records.push(TickRecord { dropped, ..record }).is_err() {
+    pub(crate) fn push(&mut self, mut record: TickRecord) {
+        record.dropped = self.dropped;
+        if self.records.push(record).is_err() {
             self.dropped += 1;
         }
     }
