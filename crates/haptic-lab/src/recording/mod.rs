@@ -2,7 +2,7 @@
 //!
 //! A recording holds its [`Metadata`], a row for each [sample](haptic_ipc::Sample), and [`Mark`]s for
 //! what happened, each before the first row that it concerns. It is a file in one of three
-//! [`Format`]s, which hold the same.
+//! [`Format`]s, which hold the same: [`mcap`], [`csv`] and [`parquet`] specify them.
 //!
 //! The rows are what the daemon's servo was stepped with and what it gave. With the settings in the
 //! metadata and the scenes in the marks a [`Servo`](haptic_core::servo::Servo) gives the same forces
@@ -12,17 +12,23 @@
 //! entry, and [`Ending`] says so.
 
 mod columns;
-mod csv;
+mod copy;
+pub mod csv;
+mod cut;
 mod error;
 mod fields;
 mod format;
 mod gaps;
-mod mcap;
+pub mod mcap;
+pub mod parquet;
 mod reader;
 mod recorder;
+mod sync;
 mod writer;
 
-pub use error::{CreateError, Ending, Place, RecordingError};
+pub use copy::{Repaired, export, repair};
+pub use cut::{Span, cut};
+pub use error::{CopyError, CreateError, Ending, Place, RecordingError};
 pub use format::{Format, UnknownFormat};
 pub use reader::{Entry, Reader, Recording, open, read};
 pub use recorder::{Recorder, create};

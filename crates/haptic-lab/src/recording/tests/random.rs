@@ -88,7 +88,7 @@ proptest! {
         about.scene.block.as_mut().expect("the scene has a block").mass = mass;
         about.configuration = notes.as_ref().map(|notes| serde_json::json!({ "mass": mass, "notes": [notes] }));
         about.notes = notes;
-        for format in [Format::Mcap, Format::Csv] {
+        for format in Format::ALL {
             let (bytes, totals) = written(format, &about, &entries);
             prop_assert_eq!(totals.bytes, bytes.len() as u64);
             let mut reader = Reader::from_bytes(bytes).expect("reads");
@@ -111,7 +111,7 @@ proptest! {
     #[test]
     fn no_bytes_panic_the_reader(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
         drop(read_bytes(&bytes));
-        for magic in [&::mcap::MAGIC[..], b"PAR1"] {
+        for magic in [::mcap::MAGIC, b"PAR1"] {
             drop(read_bytes(&[magic, &bytes, magic].concat()));
         }
     }
@@ -120,7 +120,7 @@ proptest! {
     fn no_damage_panics_the_reader(
         places in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
         end in prop::option::of(any::<prop::sample::Index>()),
-        format in prop::sample::select(vec![Format::Mcap, Format::Csv]),
+        format in prop::sample::select(Format::ALL.to_vec()),
     ) {
         let (mut bytes, _) = written(format, &metadata(), &entries(&[sample(1), sample(2), sample(3)]));
         for (place, byte) in places {
