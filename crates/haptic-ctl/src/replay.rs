@@ -117,11 +117,11 @@ async fn scene(socket: Option<&Path>, arguments: &Arguments) -> Result<Option<Sc
         }
         Err(failure) => return Err(failure),
     };
-    for request in arguments.requests()? {
-        let reply: SceneReply = reference::ask(&mut daemon, request).await?;
-        return Ok(Some(reply.scene));
-    }
-    Ok(None)
+    let Some(request) = arguments.requests()?.pop() else {
+        return Ok(None);
+    };
+    let reply: SceneReply = reference::ask(&mut daemon, request).await?;
+    Ok(Some(reply.scene))
 }
 
 fn unreadable(path: &Path) -> impl Fn(RecordingError) -> Failure {
