@@ -227,8 +227,17 @@ fn find(
     if let Some(name) = source.columns.named(quantity) {
         let place = at(name, &|other| other == name)?.ok_or_else(missing)?;
         // A name that tells its unit is believed; one that tells none is in SI units.
-        let unit = quantity.usual().iter().find(|(usual, _)| *usual == plain(name));
-        return Ok(Some((place, unit.map_or(1.0, |(_, unit)| *unit))));
+        let plain = plain(name);
+        let unit = match (quantity, plain.rsplit('_').next()) {
+            (Quantity::Time, Some("ms")) => 1e-3,
+            (Quantity::Time, Some("us")) => 1e-6,
+            (Quantity::Time, Some("ns")) => 1e-9,
+            _ => {
+                let usual = quantity.usual().iter().find(|(usual, _)| *usual == plain);
+                usual.map_or(1.0, |(_, unit)| *unit)
+            }
+        };
+        return Ok(Some((place, unit)));
     }
     for (usual, unit) in quantity.usual() {
         if let Some(place) = at(usual, &|other| plain(other) == *usual)? {
