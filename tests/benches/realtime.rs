@@ -3,7 +3,7 @@
 //!
 //! ```sh
 //! cargo bench -p system-tests --bench realtime            # all but the hour, some ten minutes
-//! cargo bench -p system-tests --bench realtime -- wake    # a part: wake, tick, rates, clients, panel, memory=MINUTES
+//! cargo bench -p system-tests --bench realtime -- wake    # a part: wake, tick, rates, clients, panel, recording, memory=MINUTES
 //! ```
 //!
 //! What is compared runs in turns on the same processor at the same priority, five turns of ten
@@ -30,12 +30,13 @@ fn main() {
     // Cargo adds `--bench`.
     let named: Vec<String> = std::env::args().skip(1).filter(|name| name != "--bench").collect();
     let wanted = |part: &str| named.is_empty() || named.iter().any(|name| name == part);
-    let parts: [(&str, fn()); 5] = [
+    let parts: [(&str, fn()); 6] = [
         ("wake", wake),
         ("tick", tick),
         ("rates", rates),
         ("clients", clients),
         ("panel", panel),
+        ("recording", recording),
     ];
     for (name, run) in parts {
         if wanted(name) {
@@ -309,6 +310,37 @@ fn panel() {
     beside("with the panel", &idle, &busy);
 }
 
+/// What a recording of every tick does to the loop, in each format.
+fn recording() {
+    let daemon = Daemon::start(&[]);
+    engage(&daemon);
+    let directory = tempfile::tempdir().expect("a directory");
+    for ending in ["mcap", "csv", "parquet"] {
+        let (mut idle, mut busy) = (vec![], vec![]);
+        for turn in 0..TURNS {
+            idle.push(turn_of(&mut daemon.client()));
+            let mut recorder = Command::new(binary("haptic-ctl"))
+                .arg("record")
+                .arg(directory.path().join(format!("{turn}.{ending}")))
+                .arg("--socket")
+                .arg(daemon.socket())
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .spawn()
+                .expect("haptic-ctl starts");
+            wait_for(&mut daemon.client(), "the recorder", |status| status.clients == 2);
+            busy.push(turn_of(&mut daemon.client()));
+            rustix::process::kill_process(
+                rustix::process::Pid::from_child(&recorder),
+                rustix::process::Signal::INT,
+            )
+            .expect("it runs");
+            assert!(recorder.wait().expect("it ends").success());
+        }
+        beside(&format!("recording to {ending}"), &idle, &busy);
+    }
+}
+
 /// The loop left alone beside the loop with somebody at work.
 fn beside(who: &str, idle: &[TimingWindow], busy: &[TimingWindow]) {
     for (what, of) in [
@@ -326,8 +358,16 @@ fn beside(who: &str, idle: &[TimingWindow], busy: &[TimingWindow]) {
         println!();
         ratio(&format!("{who} against left alone"), &columns[1], &columns[0]);
     }
-    let missed = |turns: &[TimingWindow]| turns.iter().map(|turn| turn.missed_periods).sum::<u64>();
-    println!("periods missed: {} left alone, {} {who}", missed(idle), missed(busy));
+    let sum = |turns: &[TimingWindow], of: fn(&TimingWindow) -> u64| turns.iter().map(of).sum::<u64>();
+    for (what, of) in [
+        (
+            "periods missed",
+            (|turn| turn.missed_periods) as fn(&TimingWindow) -> u64,
+        ),
+        ("overruns", |turn| turn.overruns),
+    ] {
+        println!("{what}: {} left alone, {} {who}", sum(idle, of), sum(busy, of));
+    }
 }
 
 /// Reads whatever a subscriber is sent; returns how many bytes.

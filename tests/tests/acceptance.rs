@@ -7,7 +7,6 @@ use device_io::fake::{FakeRig, Hand, Motion, Recording, RigProperties};
 use haptic_core::block::Contact;
 use haptic_core::velocity::{Estimator, Method};
 use haptic_core::{Renderer, Scene, Scheme};
-use std::io::Write;
 use std::sync::Arc;
 
 const PERIOD_NS: u64 = 1_000_000;
@@ -58,15 +57,13 @@ fn run(damping_ns_per_m: f64, hand: Hand, ticks: u64) -> Vec<Tick> {
 
 /// A hand that goes at a steady speed for some seconds.
 fn steady(speed_mps: f64, seconds: f64) -> Motion {
-    let mut file = tempfile::NamedTempFile::new().expect("a file");
-    let rows: String = (0..=1000)
+    let samples: Vec<(f64, f64)> = (0..=1000)
         .map(|k| {
             let t = seconds * f64::from(k) / 1000.0;
-            format!("{t},{}\n", speed_mps * t)
+            (t, speed_mps * t)
         })
         .collect();
-    write!(file, "t_s,position_m\n{rows}").expect("written");
-    let recording = Recording::read(file.path(), 1.0, device_io::fake::AfterEnd::Hold).expect("a motion");
+    let recording = Recording::new("steady", &samples, 1.0, device_io::fake::AfterEnd::Hold).expect("a motion");
     Motion::Recorded(Arc::new(recording))
 }
 

@@ -3,11 +3,13 @@
 use haptic_ipc::{RigState, Sample};
 use haptic_lab::recording::{self, Ending, Mark, Recording};
 use rustix::process::{Pid, Signal, kill_process};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Instant;
+use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
-use system_tests::{Daemon, PATIENCE, binary};
+use system_tests::{Daemon, PATIENCE, binary, wait_for_state};
 
 fn start(daemon: &Daemon, file: &Path, more: &[&str]) -> Child {
     Command::new(binary("haptic-ctl"))
@@ -40,10 +42,22 @@ fn end(child: Child, signal: Signal) -> Output {
     child.wait_with_output().expect("it ends")
 }
 
-fn somewhere() -> (tempfile::TempDir, PathBuf) {
+/// The endings of the formats.
+const ENDINGS: [&str; 2] = ["mcap", "csv"];
+
+fn somewhere(ending: &str) -> (tempfile::TempDir, PathBuf) {
     let directory = tempfile::tempdir().expect("a directory");
-    let file = directory.path().join("rig.csv");
+    let file = directory.path().join(format!("rig.{ending}"));
     (directory, file)
+}
+
+/// The texts of the markers.
+fn markers(found: &Recording) -> Vec<&str> {
+    let text = |mark| match mark {
+        &Mark::Marker { ref text, .. } => Some(text.as_str()),
+        _ => None,
+    };
+    found.marks.iter().filter_map(|(_, mark)| text(mark)).collect()
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -53,7 +67,7 @@ fn text(bytes: &[u8]) -> String {
 #[test]
 fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
     let daemon = Daemon::start(&[]);
-    let (_directory, file) = somewhere();
+    let (_directory, file) = somewhere("csv");
     let path = file.to_str().expect("text");
     let length_s = |found: &Recording| found.rows[found.rows.len() - 1].t_s - found.rows[0].t_s;
     // Where the machine is busy, the tick that would end it may come late.
@@ -120,7 +134,7 @@ fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
 #[test]
 fn an_interrupt_ends_it_as_it_should_be_and_changes_stand_before_their_rows() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
-    let (_directory, file) = somewhere();
+    let (_directory, file) = somewhere("csv");
     let recorder = start(&daemon, &file, &[]);
     wait_for_rows(&file, 1);
     daemon.ctl_ok(&["set", "mass=1.5"]);
@@ -155,7 +169,7 @@ fn an_interrupt_ends_it_as_it_should_be_and_changes_stand_before_their_rows() {
 #[test]
 fn an_interrupt_before_the_time_that_was_asked_for_is_no_success() {
     let daemon = Daemon::start(&[]);
-    let (_directory, file) = somewhere();
+    let (_directory, file) = somewhere("csv");
     let recorder = start(&daemon, &file, &["--for", "1h"]);
     wait_for_rows(&file, 1);
     assert_eq!(end(recorder, Signal::INT).status.code(), Some(130));
@@ -165,33 +179,60 @@ fn an_interrupt_before_the_time_that_was_asked_for_is_no_success() {
 #[test]
 fn whoever_kills_it_loses_its_last_second_at_most() {
     let daemon = Daemon::start(&[]);
-    let (_directory, file) = somewhere();
-    let recorder = start(&daemon, &file, &[]);
-    wait_for_rows(&file, 200);
-    end(recorder, Signal::KILL);
-    let found = read(&file);
-    assert!(found.rows.len() >= 200);
-    assert_ne!(found.ending, Ending::Complete, "nobody ended it on purpose");
+    for ending in ENDINGS {
+        let (_directory, file) = somewhere(ending);
+        let recorder = start(&daemon, &file, &[]);
+        wait_for_rows(&file, 1200);
+        let asked = daemon.ctl_ok(&["status", "--json"]);
+        let status: serde_json::Value = serde_json::from_str(&asked).expect("JSON");
+        end(recorder, Signal::KILL);
+        let found = read(&file);
+        let last = found.rows.last().expect("rows").tick;
+        let newest = status["tick"].as_u64().expect("a tick");
+        assert!(
+            last + 1000 >= newest,
+            "{ending}: {last}, and the daemon was at {newest}"
+        );
+        assert_ne!(found.ending, Ending::Complete, "{ending}: nobody ended it on purpose");
+        let told = system_tests::ctl_offline(&["recording", "info", file.to_str().expect("text"), "--json"]);
+        let told: serde_json::Value = serde_json::from_slice(&told.stdout).expect("JSON");
+        assert_eq!(
+            (&told["rows"], &told["complete"]),
+            (&found.rows.len().into(), &false.into())
+        );
+    }
 }
 
 #[test]
 fn a_daemon_that_dies_ends_it_with_3_and_leaves_what_there_was() {
-    let daemon = Daemon::start(&[]);
-    let (_directory, file) = somewhere();
-    let recorder = start(&daemon, &file, &[]);
-    wait_for_rows(&file, 200);
-    drop(daemon);
-    let output = recorder.wait_with_output().expect("it ends");
-    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
-    let found = read(&file);
-    assert!(found.rows.len() >= 200);
-    assert_eq!(found.ending, Ending::Open);
+    for ending in ENDINGS {
+        let daemon = Daemon::start(&[]);
+        let (_directory, file) = somewhere(ending);
+        let recorder = start(&daemon, &file, &["--json"]);
+        wait_for_rows(&file, 200);
+        drop(daemon);
+        let output = recorder.wait_with_output().expect("it ends");
+        assert_eq!(output.status.code(), Some(3), "{}", text(&output.stderr));
+        let found = read(&file);
+        assert!(found.rows.len() >= 200);
+        assert_eq!(found.ending, Ending::Open);
+        let told: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!(
+            (&told["rows"], &told["complete"]),
+            (&found.rows.len().into(), &false.into())
+        );
+        let last = found.marks.last().map(|(_, mark)| mark);
+        assert!(
+            matches!(last, Some(Mark::Link { text, .. }) if text.contains("lost the daemon")),
+            "{last:?}"
+        );
+    }
 }
 
 #[test]
 fn it_ends_when_what_was_asked_for_is_so() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
-    let (_directory, file) = somewhere();
+    let (_directory, file) = somewhere("csv");
     let recorder = start(&daemon, &file, &["--until", "state=engaged"]);
     wait_for_rows(&file, 1);
     daemon.ctl_ok(&["engage"]);
@@ -204,7 +245,7 @@ fn it_ends_when_what_was_asked_for_is_so() {
 #[test]
 fn its_length_size_and_losses_move_on_a_terminal() {
     let daemon = Daemon::start(&[]);
-    let (_directory, file) = somewhere();
+    let (_directory, file) = somewhere("csv");
     let mut command = Command::new(binary("haptic-ctl"));
     command
         .args(["record", "--for", "1s", "--socket"])
@@ -223,17 +264,208 @@ fn its_length_size_and_losses_move_on_a_terminal() {
 }
 
 #[test]
-fn a_disk_that_is_full_is_said_and_no_success() {
+fn a_disk_that_is_full_is_said_and_what_there_is_reads() {
     let daemon = Daemon::start(&[]);
-    if !Path::new("/dev/full").exists() {
-        eprintln!("skipped: this system has no /dev/full");
-        return;
+    for ending in ENDINGS {
+        let (directory, file) = somewhere(ending);
+        // A file may have 100 kB; the signal that would kill at once is ignored, as it is not sent for a full disk.
+        let output = Command::new("bash")
+            .arg("-c")
+            .arg("trap '' XFSZ; ulimit -f 100; exec \"$0\" record \"$@\"")
+            .arg(binary("haptic-ctl"))
+            .arg(&file)
+            .arg("--socket")
+            .arg(daemon.socket())
+            .stdin(Stdio::null())
+            .output()
+            .expect("bash starts");
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{ending}: {said}");
+        let found = read(&file);
+        assert!(found.rows.len() >= 250, "{ending}: {} rows", found.rows.len());
+        assert_ne!(found.ending, Ending::Complete, "{ending}");
+        for part in ["File too large", &format!("{} rows, which read", found.rows.len())] {
+            assert!(said.contains(part), "{ending}: `{said}` lacks `{part}`");
+        }
+
+        if !Path::new("/dev/full").exists() {
+            test_run::skip("/dev/full", "a system that has it");
+            return;
+        }
+        let full = directory.path().join(format!("full.{ending}"));
+        std::os::unix::fs::symlink("/dev/full", &full).expect("a link");
+        let output = daemon.ctl(&["record", full.to_str().expect("text"), "--force", "--for", "100ms"]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{ending}: {said}");
+        assert!(
+            said.contains(&format!("full.{ending}: No space left")),
+            "{ending}: {said}"
+        );
     }
-    let output = daemon.ctl(&["record", "/dev/full", "--force", "--for", "100ms"]);
-    assert_eq!(output.status.code(), Some(1));
+}
+
+#[test]
+fn a_file_of_another_ending_is_refused_before_anything_is_asked() {
+    let (directory, _) = somewhere("csv");
+    for name in ["rig.txt", "rig", "rig.json"] {
+        let file = directory.path().join(name);
+        let output = system_tests::ctl(Path::new("/nonexistent"), &["record", file.to_str().expect("text")]);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        for part in [name, ".mcap", ".csv", ".parquet"] {
+            assert!(said.contains(part), "`{said}` lacks `{part}`");
+        }
+        assert!(!file.exists());
+    }
+}
+
+#[test]
+fn its_circumstances_and_notes_are_in_every_format() {
+    let daemon = Daemon::start(&["--slew-limit-n-per-s", "4321"]);
+    for ending in ENDINGS {
+        let (directory, file) = somewhere(ending);
+        let path = file.to_str().expect("text");
+        let notes = directory.path().join("notes.txt");
+        std::fs::write(&notes, "steel on teflon\n2 N, \"dry\"\n").expect("written");
+        let notes = notes.to_str().expect("text");
+        daemon.ctl_ok(&["record", path, "--for", "50ms", "--notes-file", notes]);
+        let found = read(&file);
+        assert_eq!(found.metadata.notes.as_deref(), Some("steel on teflon\n2 N, \"dry\"\n"));
+        let configuration = found.metadata.configuration.as_ref().expect("the status");
+        assert_eq!(configuration["device"]["slew_limit_N_per_s"], 4321.0);
+        assert!(configuration["real_time"].is_object(), "{configuration}");
+        let told = system_tests::ctl_offline(&["recording", "info", path]);
+        let told = text(&told.stdout);
+        for part in [
+            "steel on teflon",
+            "2 N, \"dry\"",
+            "every tick",
+            "complete",
+            "simulated friction",
+        ] {
+            assert!(told.contains(part), "{told} lacks {part}");
+        }
+    }
+    let (_directory, file) = somewhere("csv");
+    let path = file.to_str().expect("text");
+    daemon.ctl_ok(&["record", path, "--for", "50ms", "--notes", "two words"]);
+    assert_eq!(read(&file).metadata.notes.as_deref(), Some("two words"));
+    let refused = daemon.ctl(&["record", "other.csv", "--notes-file", "/nonexistent/notes"]);
+    assert_eq!(refused.status.code(), Some(2));
     assert!(
-        text(&output.stderr).contains("/dev/full: No space left"),
+        text(&refused.stderr).contains("/nonexistent/notes"),
         "{}",
-        text(&output.stderr)
+        text(&refused.stderr)
+    );
+}
+
+#[test]
+fn markers_are_set_by_keys_and_no_key_passes_for_a_stop() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    daemon.ctl_ok(&["engage", "--wait"]);
+    let (_directory, file) = somewhere("csv");
+    let mut command = Command::new(binary("haptic-ctl"));
+    command.arg("record").arg(&file).arg("--socket").arg(daemon.socket());
+    let mut terminal = Terminal::start(command);
+    terminal.wait_for("the keys", |screen| screen.contains("m or 1 to 9: marker, q: end"));
+    for (key, answer) in [
+        ("m", "marker `marker 1`"),
+        ("7", "marker `7`"),
+        ("m", "marker `marker 3`"),
+        (" ", "no key here stops the rig: `haptic-ctl stop` does"),
+    ] {
+        terminal.type_in(key);
+        terminal.wait_for(answer, |screen| screen.contains(answer));
+    }
+    assert!(!terminal.is_as_a_shell_wants_it(), "keys are read one by one");
+    terminal.type_in("q");
+    assert!(terminal.end().success());
+    assert!(terminal.is_as_a_shell_wants_it());
+    assert!(
+        terminal.screen().contents().contains("3 markers"),
+        "{}",
+        terminal.screen().contents()
+    );
+    let found = read(&file);
+    assert_eq!(found.ending, Ending::Complete);
+    assert_eq!(markers(&found), ["marker 1", "7", "marker 3"]);
+    for (row, mark) in &found.marks {
+        if let Mark::Marker { tick, .. } = mark {
+            let before = found.rows[..*row].last().is_none_or(|row| row.tick < *tick);
+            let after = found.rows.get(*row).is_none_or(|row| row.tick >= *tick);
+            assert!(before && after, "{mark:?} before row {row}");
+        }
+    }
+    let mut client = daemon.client();
+    assert_eq!(system_tests::status(&mut client).state, RigState::Engaged);
+}
+
+#[test]
+fn a_program_sets_markers_by_lines_where_that_is_asked_for() {
+    let daemon = Daemon::start(&[]);
+    for asked in [true, false] {
+        let (_directory, file) = somewhere("csv");
+        let mut command = Command::new(binary("haptic-ctl"));
+        command.arg("record").arg(&file).arg("--socket").arg(daemon.socket());
+        if asked {
+            command.arg("--markers-from-stdin");
+        }
+        let mut recorder = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("haptic-ctl starts");
+        let mut lines = recorder.stdin.take().expect("it is piped");
+        wait_for_rows(&file, 1);
+        lines.write_all(b"first phase\n\n  second  \n").expect("written");
+        let wanted = if asked { vec!["first phase", "second"] } else { vec![] };
+        let began = Instant::now();
+        while markers(&read(&file)) != wanted || read(&file).rows.len() < 300 {
+            assert!(began.elapsed() < PATIENCE, "{:?}", markers(&read(&file)));
+            system_tests::pause();
+        }
+        // The end of its input does not end it.
+        drop(lines);
+        wait_for_rows(&file, read(&file).rows.len() + 300);
+        assert_eq!(end(recorder, Signal::TERM).status.code(), Some(0));
+        assert_eq!(markers(&read(&file)), wanted);
+    }
+}
+
+#[test]
+fn a_rig_that_is_unplugged_is_marked_when_it_goes_and_when_it_comes_back() {
+    let _one = crate::one_of_two();
+    let mut rig = FakeRig::start(&[]);
+    let daemon = Daemon::start_on(&rig.address(), &[]);
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    let (_directory, file) = somewhere("csv");
+    let recorder = start(&daemon, &file, &[]);
+    wait_for_rows(&file, 100);
+    rig.fail("hang-up 0.3");
+    wait_for_state(&mut client, RigState::Disconnected);
+    wait_for_state(&mut client, RigState::Idle);
+    wait_for_rows(&file, read(&file).rows.len() + 300);
+    assert_eq!(end(recorder, Signal::INT).status.code(), Some(0));
+    let found = read(&file);
+    let links: Vec<(u64, &str)> = found
+        .marks
+        .iter()
+        .filter_map(|(_, mark)| match mark {
+            Mark::Link { tick, text } => Some((*tick, text.as_str())),
+            _ => None,
+        })
+        .collect();
+    let at = |what: &str| links.iter().find(|(_, text)| *text == what).map(|(tick, _)| *tick);
+    let (gone, back) = (at("the device is disconnected"), at("the device answers again"));
+    assert!(gone.is_some() && gone < back, "{links:?}");
+    let states = found.marks.iter().filter_map(|(_, mark)| match mark {
+        Mark::State { tick, state, .. } => Some((*state, *tick)),
+        _ => None,
+    });
+    assert!(
+        states.clone().any(|(state, _)| state == RigState::Disconnected),
+        "{:?}",
+        states.collect::<Vec<_>>()
     );
 }

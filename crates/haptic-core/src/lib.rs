@@ -24,7 +24,8 @@
 //!   is identified.
 //! * [`velocity`] estimates velocity from encoder positions, [`limiter`] is the last gate before
 //!   the motor, and [`passivity`] watches the energy that sampling makes.
-//! * [`rig_friction`] is what the rig itself takes from every motion.
+//! * [`rig_friction`] is what the rig itself takes from every motion, and [`compensation`] gives a
+//!   share of it back.
 //!
 //! # Units and signs
 //! SI units throughout. Positive position, velocity and force point the same way along the device
@@ -44,6 +45,7 @@ extern crate std;
 pub mod adviser;
 pub mod block;
 mod bound_error;
+pub mod compensation;
 mod contact;
 mod direction;
 mod directional;

@@ -18,7 +18,9 @@ impl Console {
             return Ok(Self { lines: None });
         }
         if !std::io::stdin().is_terminal() {
-            return Err(Failure::Usage(format!("{command} asks before each step, and standard input is not a terminal: --yes answers every question")));
+            return Err(Failure::Usage(format!(
+                "{command} asks before each step, and standard input is not a terminal: --yes answers every question"
+            )));
         }
         let (typed, lines) = mpsc::unbounded_channel();
         // The thread may wait for a key for ever; the program ends without it.

@@ -32,9 +32,11 @@ pub(crate) fn count(probe: Probe) -> Result<Option<Vec<u64>>, Failure> {
 
 pub(crate) fn run(as_json: bool) -> Result<(), Failure> {
     let bar = progress::busy("counting instructions");
-    let counted = count(Probe::Scenes)?;
+    let (scenes, excitations) = (count(Probe::Scenes)?, count(Probe::Excitations)?);
     bar.set_message("measuring");
-    let costs = cost::measure(counted.as_deref()).map_err(|error| Failure::Usage(error.to_string()))?;
+    let mut costs = cost::measure(scenes.as_deref()).map_err(|error| Failure::Usage(error.to_string()))?;
+    let excitations = cost::measure_excitations(excitations.as_deref());
+    costs.extend(excitations.map_err(|error| Failure::Usage(error.to_string()))?);
     bar.finish_and_clear();
     if as_json {
         let values: Value = costs.iter().map(value).collect();

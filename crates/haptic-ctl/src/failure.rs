@@ -24,6 +24,8 @@ pub(crate) enum Failure {
     /// Something is wrong with the rig, or with the person at it.
     BadRig(String),
     Interrupted,
+    /// Two records have nothing that could be compared.
+    NotComparable(String),
     /// The output cannot be written.
     Output(std::io::Error),
     /// A file cannot be written.
@@ -69,6 +71,7 @@ impl Failure {
             Self::CannotStop(failure) => failure.code(),
             Self::NoDevice(_) => (1, "no_device"),
             Self::BadRig(_) => (1, "bad_rig"),
+            Self::NotComparable(_) => (1, "not_comparable"),
             Self::Interrupted => (130, "interrupted"),
             Self::Output(_) | Self::File(_) => (1, "cannot_write"),
             Self::Silent(code) => (*code, ""),
@@ -105,7 +108,8 @@ impl std::fmt::Display for Failure {
             | Self::Halted(message)
             | Self::File(message)
             | Self::NoDevice(message)
-            | Self::BadRig(message) => f.write_str(message),
+            | Self::BadRig(message)
+            | Self::NotComparable(message) => f.write_str(message),
             // While a motor pulls, advice on starting a daemon is of no use.
             Self::CannotStop(failure) => match &**failure {
                 Self::Client(ClientError::NoDaemon { path, source }) => {

@@ -5,6 +5,7 @@ mod advise;
 mod change;
 mod colour;
 mod commission;
+mod compare;
 mod complete;
 mod completions;
 mod condition;
@@ -26,10 +27,12 @@ mod output;
 mod progress;
 mod raw;
 mod record;
+mod recording;
 mod scene;
 mod set;
 mod simulate;
 mod status;
+mod surface;
 mod timing;
 mod top;
 mod undo;
@@ -112,7 +115,7 @@ enum Command {
     /// pulses, and store them. A rig engages only after that
     #[command(after_help = commission::HELP)]
     Commission(commission::Arguments),
-    /// Identify mass and friction of what the rig moves, or of the rig itself
+    /// Identify mass and friction from a record of motion and force, of what the rig moves, or of the rig itself
     Identify(identify::Arguments),
     /// Wait until a condition holds, as in --until state=engaged
     #[command(after_help = wait::help())]
@@ -123,8 +126,12 @@ enum Command {
     /// Print samples live, until interrupted; with --json one object a line
     #[command(visible_alias = "stream")]
     Watch(watch::Arguments),
-    /// Record every tick to a file, until interrupted
+    /// Record every tick to a file, with what happens meanwhile, until interrupted
+    #[command(after_help = record::HELP)]
     Record(record::Arguments),
+    /// Show, repair, convert and cut recordings; works without a daemon
+    #[command(subcommand)]
+    Recording(recording::Command),
     /// Show how well the loop keeps time
     Timing,
     /// Check the active scene against the rig: stability, passivity and chatter, with a fix for
@@ -144,6 +151,12 @@ enum Command {
     /// Measure the cost of a tick of each kind of scene, offline: instructions, bytes of state,
     /// nanoseconds
     Cost,
+    /// Compare the recording of a rendered surface with the record of the real one
+    #[command(after_help = compare::HELP)]
+    Compare(compare::Arguments),
+    /// Record a simulated surface as a lab records a real one, offline: strokes at 0.5 to 3 Hz and slow
+    /// ramps, a force sensor's noise, an encoder's steps
+    Surface(surface::Arguments),
     /// Print the completion script of a shell
     Completions { shell: completions::Shell },
     /// Write the manual pages
@@ -175,15 +188,18 @@ impl Command {
             Self::Wait(wait) => return Ok(wait.requests()),
             Self::Lease(lease) => lease.request()?,
             Self::Watch(watch) => watch.request(),
-            Self::Record(record) => return Ok(vec![Request::Status {}, record.request(), Request::get()]),
+            Self::Record(record) => return record.requests(),
             Self::Timing => Request::Timing {},
             Self::Advise => Request::Advise {},
             Self::Devices(devices) => devices.request(),
             Self::Doctor => return Ok(doctor::requests()),
             Self::Raw(_)
+            | Self::Recording(_)
             | Self::Simulate(_)
             | Self::Accuracy(_)
             | Self::Cost
+            | Self::Compare(_)
+            | Self::Surface(_)
             | Self::Completions { .. }
             | Self::Man(_)
             | Self::Probe { .. } => return Ok(Vec::new()),
@@ -270,9 +286,13 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
     match command {
         Command::Doctor => return doctor::run(socket, json).await,
         Command::Raw(raw) => return raw::run(socket, raw).await,
+        Command::Recording(recording) => return recording::run(recording, json),
         Command::Simulate(simulate) => return simulate::run(simulate, json),
         Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
+        Command::Identify(arguments) if arguments.is_offline() => return identify::run_offline(arguments, json),
         Command::Cost => return cost::run(json),
+        Command::Compare(compare) => return compare::run(compare, json),
+        Command::Surface(surface) => return surface::run(surface, json),
         Command::Completions { shell } => return completions::run(*shell),
         Command::Man(man) => return man::run(man, Arguments::command()),
         Command::Probe { probe } => return cost::run_probe(*probe),

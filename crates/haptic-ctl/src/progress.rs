@@ -5,15 +5,19 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// A line for something that takes this long, or until it is ended. Its position is set by
-/// [`position`].
-pub(crate) fn bar(length: Option<Duration>) -> ProgressBar {
-    match length {
-        Some(length) => styled(
+/// A line for something that takes this long, or until it is ended, and another below it for keys,
+/// where there are some. Its position is set by [`position`].
+pub(crate) fn bar(length: Option<Duration>, keys: Option<&'static str>) -> ProgressBar {
+    let (bar, line) = match length {
+        Some(length) => (
             ProgressBar::new(position(length.as_secs_f64())),
             "[{wide_bar}] {percent}%  {msg}",
         ),
-        None => styled(ProgressBar::no_length(), "{spinner} {msg}"),
+        None => (ProgressBar::no_length(), "{spinner} {msg}"),
+    };
+    match keys {
+        Some(keys) => styled(bar, &format!("{line}\n{{prefix}}")).with_prefix(keys),
+        None => styled(bar, line),
     }
 }
 

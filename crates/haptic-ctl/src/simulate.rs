@@ -18,9 +18,9 @@ pub(crate) struct Arguments {
     #[arg(value_name = "SCENE.toml")]
     scene: PathBuf,
 
-    /// Motion of the device: CSV with the columns t_s, device_position_m and, where measured,
-    /// device_velocity_mps
-    #[arg(long, value_name = "MOTION.csv")]
+    /// Motion of the device: a recording, or another table with the columns t_s, position_m or
+    /// device_position_m and, where measured, velocity_mps or device_velocity_mps; CSV, MCAP or Parquet
+    #[arg(long, value_name = "MOTION")]
     motion: PathBuf,
 
     /// Output: motion of the block and force, one row a sample
@@ -185,7 +185,7 @@ fn refuse_overwriting(arguments: &Arguments) -> Result<(), Failure> {
         (arguments.events.as_ref(), [&inputs[..], &[&arguments.out]].concat()),
     ] {
         let Some(output) = output else { continue };
-        if let Some(other) = others.into_iter().find(|other| same_file(output, other)) {
+        if let Some(other) = others.into_iter().find(|other| is_same_file(output, other)) {
             let (output, other) = (output.display(), other.display());
             return Err(Failure::Usage(format!(
                 "{output} would be written over {other}: name another file"
@@ -196,7 +196,7 @@ fn refuse_overwriting(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Whether two paths lead to one file, existing or not.
-fn same_file(a: &Path, b: &Path) -> bool {
+pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
     match (a.canonicalize(), b.canonicalize()) {
         (Ok(a), Ok(b)) => a == b,
         _ => a == b,

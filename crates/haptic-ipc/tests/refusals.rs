@@ -85,6 +85,7 @@ fn every_limit_of_the_grammar_is_held_to_its_ends() {
         (r#""op":"commission.pulse","force_N":1"#, "duration_ms", "ms", (20, 300)),
         (r#""op":"commission.store""#, "range_m", "m", (0, 1000)),
         (r#""op":"commission.store""#, "friction_N", "N", (0, 1000)),
+        (r#""op":"identify.begin""#, "range_m", "m", (0, 1000)),
     ] {
         let line = |value: i64| format!(r#"{{"id":1,{fields},"{field}":{value}}}"#);
         for value in [min, max] {

@@ -7,17 +7,18 @@
 
 use crate::accuracy::cases::{self, Case, ToAndFro};
 use crate::accuracy::{Extent, INSTRUCTIONS_ON, LawCase, law_cases, schemes_by_law};
-use crate::motion::DeviceSample;
+use crate::motion::{DeviceSample, usual_period_s};
 use crate::simulate::{Start, measure_cost, renderer};
 use haptic_core::friction::{
     Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
 };
-use haptic_core::{Directional, Renderer, Scene, SceneError, Scheme};
+use haptic_core::{BoundError, Course, Directional, Excitation, Renderer, Scene, SceneError, Scheme};
 use std::fmt;
 use std::io;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::str::FromStr;
+use std::time::Instant;
 use thiserror::Error;
 
 /// The scenes of the table, from the least to the most that can be asked of a tick.
@@ -159,6 +160,83 @@ pub fn scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
+/// The excitations by which a rig is identified, within bounds that the table's hand keeps.
+#[must_use]
+pub fn excitations() -> Vec<(&'static str, Excitation)> {
+    let along = |course| Excitation {
+        course,
+        force_limit_n: 20.0,
+        slew_limit_n_per_s: 2000.0,
+        stiffness_n_per_m: 1000.0,
+        damping_ns_per_m: 20.0,
+        travel_limit_m: 0.25,
+        speed_limit_mps: 0.5,
+        lag_limit_m: 0.25,
+        wrong_way_limit_m: 0.25,
+    };
+    vec![
+        (
+            "excitation along a chirp",
+            along(Course::Chirp {
+                amplitude_m: 0.005,
+                from_hz: 0.5,
+                to_hz: 3.0,
+                duration_s: 12.0,
+            }),
+        ),
+        (
+            "excitation along a sweep",
+            along(Course::Sweep {
+                travel_m: 0.02,
+                speed_mps: 0.01,
+                rounds: 1,
+            }),
+        ),
+    ]
+}
+
+/// An excitation at the beginning of a motion.
+fn follower(excitation: Excitation, motion: &[DeviceSample]) -> Result<Renderer, BoundError> {
+    let first = motion.first().copied().unwrap_or_default();
+    let mut renderer = Renderer::excitation(excitation, usual_period_s(motion))?;
+    renderer.start_at(first.position_m, first.velocity_mps);
+    Ok(renderer)
+}
+
+/// Times that a motion is gone through; the median counts.
+const TIMES: usize = 15;
+
+/// Measures every excitation. `instructions` are the totals of a probe, in their order, or none.
+///
+/// # Errors
+/// An excitation is not bounded as it must be.
+pub fn measure_excitations(instructions: Option<&[u64]>) -> Result<Vec<SceneCost>, BoundError> {
+    let motion = hand();
+    excitations()
+        .into_iter()
+        .enumerate()
+        .map(|(index, (name, excitation))| {
+            let renderer = follower(excitation, &motion)?;
+            let mut times_ns: Vec<u64> = (0..TIMES)
+                .map(|_| {
+                    let (mut renderer, began) = (renderer.clone(), Instant::now());
+                    measured_ticks(&mut renderer, &motion);
+                    u64::try_from(began.elapsed().as_nanos()).unwrap_or(u64::MAX)
+                })
+                .collect();
+            times_ns.sort_unstable();
+            Ok(SceneCost {
+                scene: name,
+                state_bytes: renderer.state_bytes(),
+                instructions: instructions
+                    .and_then(|totals| totals.get(index))
+                    .map(|total| per_tick(*total, &motion)),
+                median_ns: per_tick(times_ns[TIMES / 2], &motion),
+            })
+        })
+        .collect()
+}
+
 /// The hand that the table's scenes are rendered for: to and fro for two seconds, with every stop
 /// and breakaway in it.
 #[must_use]
@@ -228,6 +306,8 @@ pub fn measured_ticks(renderer: &mut Renderer, motion: &[DeviceSample]) {
 pub enum Probe {
     /// The table's scenes.
     Scenes,
+    /// The excitations.
+    Excitations,
     /// Every case of the work-precision measurement with every scheme.
     Cases,
     /// Every law under every hand with every scheme.
@@ -240,6 +320,7 @@ impl fmt::Display for Probe {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Scenes => "scenes",
+            Self::Excitations => "excitations",
             Self::Cases => "cases",
             Self::Hands => "hands",
             Self::Limits => "limits",
@@ -252,10 +333,10 @@ impl FromStr for Probe {
 
     /// Reads what [`fmt::Display`] writes.
     fn from_str(text: &str) -> Result<Self, String> {
-        [Self::Scenes, Self::Cases, Self::Hands, Self::Limits]
+        [Self::Scenes, Self::Excitations, Self::Cases, Self::Hands, Self::Limits]
             .into_iter()
             .find(|probe| probe.to_string() == text)
-            .ok_or_else(|| format!("`{text}` is not a probe; there are scenes, cases, hands and limits"))
+            .ok_or_else(|| format!("`{text}` is not a probe; there are scenes, excitations, cases, hands and limits"))
     }
 }
 
@@ -273,6 +354,15 @@ impl Probe {
                         &mut renderer(&scene, Scheme::Exact, &motion, Start::default())?,
                         &motion,
                     );
+                }
+            }
+            Self::Excitations => {
+                let motion = hand();
+                for (_, excitation) in excitations() {
+                    // They are bounded, which a test runs through.
+                    if let Ok(mut renderer) = follower(excitation, &motion) {
+                        measured_ticks(&mut renderer, &motion);
+                    }
                 }
             }
             Self::Cases => {
@@ -377,6 +467,16 @@ pub fn count(program: &Path, arguments: &[&str], directory: &Path) -> Result<Vec
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_excitation_lasts_for_all_of_the_motion_that_it_is_measured_on() {
+        let motion = hand();
+        for (name, excitation) in excitations() {
+            let mut renderer = follower(excitation, &motion).expect("bounded");
+            measured_ticks(&mut renderer, &motion);
+            assert_ne!(renderer.state().contact, haptic_core::block::Contact::Stuck, "{name}");
+        }
+    }
 
     #[test]
     fn a_scene_keeps_no_bytes_for_what_it_lacks() {

@@ -3,8 +3,12 @@
 #![forbid(unsafe_code)]
 
 pub mod accuracy;
+pub mod compare;
 pub mod cost;
+mod derivatives;
+pub mod drawing;
 pub mod identify;
 pub mod motion;
 pub mod recording;
 pub mod simulate;
+pub mod surface;

@@ -1,9 +1,9 @@
-//! A device's motion, from a CSV file.
+//! A device's motion, from a file in any of the formats of [`haptic_motion`].
 
 use haptic_core::velocity::AlphaBetaGamma;
-use std::fs::File;
-use std::path::{Path, PathBuf};
-use thiserror::Error;
+pub use haptic_motion::MotionError;
+use haptic_motion::{Row, Rows};
+use std::path::Path;
 
 /// One sample of the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,184 +16,46 @@ pub struct DeviceSample {
     pub velocity_mps: f64,
 }
 
-/// Largest time (s), position (m) or velocity (m/s) taken: beyond it the products that forces are
-/// made of leave the range of numbers.
-const LARGEST: f64 = 1e12;
-
-/// Why a motion file cannot be used.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MotionError {
-    /// The file cannot be opened, or is no CSV.
-    #[error("{}: {source}", .path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What went wrong.
-        source: csv::Error,
-    },
-    /// A column is missing.
-    #[error("{}: there is no column `{column}`; a motion has t_s, device_position_m and, if it was measured, device_velocity_mps; this one has `{header}`", .path.display())]
-    MissingColumn {
-        /// The file.
-        path: PathBuf,
-        /// The column.
-        column: &'static str,
-        /// The header found.
-        header: String,
-    },
-    /// A column is there twice.
-    #[error("{}: there are {count} columns `{column}`, and which one is meant cannot be said", .path.display())]
-    DoubledColumn {
-        /// The file.
-        path: PathBuf,
-        /// The column.
-        column: &'static str,
-        /// How often it is there.
-        count: usize,
-    },
-    /// A row ends before a column.
-    #[error("{}, line {line}: the row has {cells} of {columns} cells, and none for {missing}", .path.display())]
-    ShortRow {
-        /// The file.
-        path: PathBuf,
-        /// Line in the file, from 1.
-        line: u64,
-        /// Cells in the row.
-        cells: usize,
-        /// Columns in the header.
-        columns: usize,
-        /// The columns without a cell.
-        missing: String,
-    },
-    /// A row goes on after the last column.
-    #[error("{}, line {line}: the row has {cells} cells, and the header {columns} columns", .path.display())]
-    LongRow {
-        /// The file.
-        path: PathBuf,
-        /// Line in the file, from 1.
-        line: u64,
-        /// Cells in the row.
-        cells: usize,
-        /// Columns in the header.
-        columns: usize,
-    },
-    /// A cell is not a number that can be worked with.
-    #[error("{}, line {line}: {column} = `{value}` is not a number from -{LARGEST:e} to {LARGEST:e}", .path.display())]
-    NotANumber {
-        /// The file.
-        path: PathBuf,
-        /// Line in the file, from 1.
-        line: u64,
-        /// The column.
-        column: &'static str,
-        /// The cell.
-        value: String,
-    },
-    /// Time does not grow.
-    #[error("{}, line {line}: t_s = {t_s} s does not come after {before} s in the line before", .path.display())]
-    TimeNotIncreasing {
-        /// The file.
-        path: PathBuf,
-        /// Line in the file, from 1.
-        line: u64,
-        /// Time in that line, s.
-        t_s: f64,
-        /// Time in the line before, s.
-        before: f64,
-    },
-    /// There is no sample.
-    #[error("{}: there is no sample below the header", .path.display())]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
-}
-
 /// Samples read at a time: memory does not grow with the motion.
 const STRETCH: usize = 10_000;
 
 /// A motion file, read one stretch after another.
 ///
-/// It has the columns `t_s` and `device_position_m`, and `device_velocity_mps` where it is there;
-/// others are ignored. Without velocities they are estimated from the positions, as the daemon does.
-/// Times may be irregular, but must grow.
-#[expect(missing_debug_implementations, reason = "csv's iterator has none")]
+/// Without velocities they are estimated from the positions, as the daemon does.
+#[expect(missing_debug_implementations, reason = "the file's reader has none")]
 pub struct MotionReader {
-    path: PathBuf,
-    rows: csv::StringRecordsIntoIter<File>,
-    header: csv::StringRecord,
-    time_column: usize,
-    position_column: usize,
-    velocity_column: Option<usize>,
+    rows: Rows,
     /// What comes next, as the first stretch is read at once.
     stretch: Vec<DeviceSample>,
-    last_s: Option<f64>,
     period_s: f64,
+    /// Where the file has no velocities.
     estimator: Option<AlphaBetaGamma>,
+    /// The last sample that the estimator took.
+    last_s: Option<f64>,
 }
 
 impl MotionReader {
     /// Opens a file and reads its first stretch.
     ///
     /// # Errors
-    /// The file is not such a file; the error names the line.
+    /// The file is not a motion; the error names the line or row.
     pub fn open(path: &Path) -> Result<Self, MotionError> {
-        let failed = |source| MotionError::Read {
-            path: path.to_path_buf(),
-            source,
-        };
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .flexible(true)
-            .from_path(path)
-            .map_err(failed)?;
-        let header = reader.headers().map_err(failed)?.clone();
-        let find = |column: &'static str| {
-            let mut places = header.iter().enumerate().filter(|(_, name)| *name == column);
-            let first = places.next().map(|(place, _)| place);
-            match places.count() {
-                0 => Ok(first),
-                more => Err(MotionError::DoubledColumn {
-                    path: path.to_path_buf(),
-                    column,
-                    count: 1 + more,
-                }),
-            }
-        };
-        let required = |column: &'static str| {
-            find(column)?.ok_or_else(|| MotionError::MissingColumn {
+        let mut rows = Rows::open(path)?;
+        let stretch = read_stretch(&mut rows)?;
+        if stretch.is_empty() {
+            return Err(MotionError::Empty {
                 path: path.to_path_buf(),
-                column,
-                header: header.iter().collect::<Vec<_>>().join(","),
-            })
-        };
-        let (time_column, position_column) = (required("t_s")?, required("device_position_m")?);
-        let velocity_column = find("device_velocity_mps")?;
+            });
+        }
+        let period_s = usual_period_s(&stretch);
         let mut motion = Self {
-            path: path.to_path_buf(),
-            rows: reader.into_records(),
-            header,
-            time_column,
-            position_column,
-            velocity_column,
+            estimator: (!rows.has_velocity()).then(|| AlphaBetaGamma::new(period_s)),
+            rows,
             stretch: Vec::new(),
+            period_s,
             last_s: None,
-            period_s: 0.0,
-            estimator: None,
         };
-        motion.stretch = motion.read_stretch()?;
-        if motion.stretch.is_empty() {
-            return Err(MotionError::Empty { path: motion.path });
-        }
-        motion.period_s = usual_period_s(&motion.stretch);
-        if motion.velocity_column.is_none() {
-            motion.estimator = Some(AlphaBetaGamma::new(motion.period_s));
-            motion.last_s = None;
-            let mut first = std::mem::take(&mut motion.stretch);
-            motion.estimate_velocities(&mut first);
-            motion.stretch = first;
-        }
+        motion.stretch = motion.with_velocities(stretch);
         Ok(motion)
     }
 
@@ -212,95 +74,34 @@ impl MotionReader {
     /// The next stretch; an empty one at the end.
     ///
     /// # Errors
-    /// A row is not one of a motion; the error names the line.
+    /// A row is not one of a motion; the error names it.
     pub fn next_stretch(&mut self) -> Result<Vec<DeviceSample>, MotionError> {
         if !self.stretch.is_empty() {
             return Ok(std::mem::take(&mut self.stretch));
         }
-        let mut stretch = self.read_stretch()?;
-        self.estimate_velocities(&mut stretch);
-        Ok(stretch)
+        let stretch = read_stretch(&mut self.rows)?;
+        Ok(self.with_velocities(stretch))
     }
 
-    fn read_stretch(&mut self) -> Result<Vec<DeviceSample>, MotionError> {
-        let mut samples = Vec::with_capacity(STRETCH);
-        let mut last_s = self.last_s;
-        while samples.len() < STRETCH
-            && let Some(record) = self.rows.next()
-        {
-            let record = record.map_err(|source| MotionError::Read {
-                path: self.path.clone(),
-                source,
-            })?;
-            let line = record.position().map_or(0, csv::Position::line);
-            let sample = self.sample(&record, line)?;
-            if let Some(before) = last_s.filter(|&before| sample.t_s <= before) {
-                return Err(MotionError::TimeNotIncreasing {
-                    path: self.path.clone(),
-                    line,
-                    t_s: sample.t_s,
-                    before,
-                });
+    fn with_velocities(&mut self, mut samples: Vec<DeviceSample>) -> Vec<DeviceSample> {
+        if let Some(estimator) = &mut self.estimator {
+            for sample in &mut samples {
+                let last_s = self.last_s.unwrap_or(sample.t_s);
+                sample.velocity_mps = estimator.update(sample.t_s - last_s, sample.position_m);
+                self.last_s = Some(sample.t_s);
             }
-            last_s = Some(sample.t_s);
-            samples.push(sample);
         }
-        if self.velocity_column.is_some() {
-            self.last_s = last_s;
-        }
-        Ok(samples)
+        samples
     }
+}
 
-    fn sample(&self, record: &csv::StringRecord, line: u64) -> Result<DeviceSample, MotionError> {
-        let (cells, columns) = (record.len(), self.header.len());
-        if cells < columns {
-            let missing: Vec<&str> = self.header.iter().skip(cells).collect();
-            return Err(MotionError::ShortRow {
-                path: self.path.clone(),
-                line,
-                cells,
-                columns,
-                missing: missing.join(", "),
-            });
-        }
-        if cells > columns {
-            return Err(MotionError::LongRow {
-                path: self.path.clone(),
-                line,
-                cells,
-                columns,
-            });
-        }
-        let number = |index: usize, column| {
-            let text = record.get(index).unwrap_or_default();
-            text.parse::<f64>()
-                .ok()
-                .filter(|value| value.abs() <= LARGEST)
-                .ok_or_else(|| MotionError::NotANumber {
-                    path: self.path.clone(),
-                    line,
-                    column,
-                    value: text.to_owned(),
-                })
-        };
-        Ok(DeviceSample {
-            t_s: number(self.time_column, "t_s")?,
-            position_m: number(self.position_column, "device_position_m")?,
-            velocity_mps: match self.velocity_column {
-                Some(index) => number(index, "device_velocity_mps")?,
-                None => 0.0,
-            },
-        })
-    }
-
-    fn estimate_velocities(&mut self, samples: &mut [DeviceSample]) {
-        let Some(estimator) = &mut self.estimator else { return };
-        for sample in samples {
-            let last_s = self.last_s.unwrap_or(sample.t_s);
-            sample.velocity_mps = estimator.update(sample.t_s - last_s, sample.position_m);
-            self.last_s = Some(sample.t_s);
-        }
-    }
+fn read_stretch(rows: &mut Rows) -> Result<Vec<DeviceSample>, MotionError> {
+    let sample = |row: Row| DeviceSample {
+        t_s: row.t_s,
+        position_m: row.position_m,
+        velocity_mps: row.velocity_mps.unwrap_or_default(),
+    };
+    rows.take(STRETCH).map(|row| row.map(sample)).collect()
 }
 
 /// Reads a motion and keeps nothing of it.
@@ -369,7 +170,7 @@ mod tests {
     #[test]
     fn a_bad_file_is_refused_by_its_line() {
         for (text, parts) in [
-            ("t_s,position_m\n0,0\n", vec!["device_position_m", "t_s,position_m"]),
+            ("t_s,place_m\n0,0\n", vec!["device_position_m", "t_s,place_m"]),
             (
                 "t_s,device_position_m\n0,0\n1,one\n",
                 vec!["line 3", "device_position_m", "one"],

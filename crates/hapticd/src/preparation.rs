@@ -63,6 +63,8 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         stale_ns: config.watches.stale_ns,
         stop_button: config.watches.stop_button,
         enable_button: config.watches.enable_button,
+        // Until a rig is engaged whose friction is known.
+        compensation: None,
     };
     let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, FIRST_REVISION)));
     if monitor.is_some() {

@@ -2,9 +2,7 @@
 
 use std::f64::consts::TAU;
 use std::fmt;
-use std::fs::File;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -90,149 +88,47 @@ struct Sample {
     velocity_mps: f64,
 }
 
-/// Largest time (s) or position (m) taken.
-const LARGEST: f64 = 1e6;
-
-/// Why a motion file cannot be used.
+/// Samples that are too few.
 #[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum MotionError {
-    /// The file cannot be opened, or is not CSV.
-    #[error("{}: {source}", .path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The error.
-        source: csv::Error,
-    },
-    /// A column is missing.
-    #[error("{}: there is no column `{column}`; the header must name t_s and position_m, it is `{header}`", .path.display())]
-    MissingColumn {
-        /// The file.
-        path: PathBuf,
-        /// The column.
-        column: &'static str,
-        /// The header found.
-        header: String,
-    },
-    /// A cell is not a number, or is too large.
-    #[error("{}, line {line}: {column} = `{value}` is not a number from -{LARGEST:e} to {LARGEST:e}", .path.display())]
-    NotANumber {
-        /// The file.
-        path: PathBuf,
-        /// Line in the file, from 1.
-        line: u64,
-        /// The column.
-        column: &'static str,
-        /// The cell.
-        value: String,
-    },
-    /// Time does not grow.
-    #[error("{}, line {line}: t_s = {t_s} s does not come after {before} s in the line before", .path.display())]
-    TimeNotIncreasing {
-        /// The file.
-        path: PathBuf,
-        /// Line in the file, from 1.
-        line: u64,
-        /// Time in that line, s.
-        t_s: f64,
-        /// Time in the line before, s.
-        before: f64,
-    },
-    /// There are too few samples.
-    #[error("{}: a motion needs at least 2 samples, this one has {samples}", .path.display())]
-    TooShort {
-        /// The file.
-        path: PathBuf,
-        /// Samples found.
-        samples: usize,
-    },
+#[error("{}: a motion needs at least 2 samples, this one has {samples}", .path.display())]
+pub struct TooShort {
+    /// Where they are from.
+    pub path: PathBuf,
+    /// How many there are.
+    pub samples: usize,
 }
 
 impl Recording {
-    /// Reads a CSV file with the columns `t_s` and `position_m`; others are ignored. Positions are
+    /// Takes samples of time (s), which grows, and position (m) from a file at `path`. Positions are
     /// multiplied by `scale`, and times counted from the first sample.
     ///
     /// # Errors
-    /// The file is not such a file; the error names the line.
-    pub fn read(path: &Path, scale: f64, after_end: AfterEnd) -> Result<Self, MotionError> {
-        Self::read_opened(path, File::open(path), scale, after_end)
-    }
-
-    /// The same for a file that the caller has opened, or failed to open; `path` is its name.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn read_opened(
-        path: &Path,
-        file: io::Result<File>,
+    /// There are too few.
+    pub fn new(
+        path: impl Into<PathBuf>,
+        samples: &[(f64, f64)],
         scale: f64,
         after_end: AfterEnd,
-    ) -> Result<Self, MotionError> {
-        let failed = |source| MotionError::Read {
-            path: path.to_path_buf(),
-            source,
-        };
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .from_reader(file.map_err(|error| failed(error.into()))?);
-        let header = reader.headers().map_err(failed)?.clone();
-        let column = |column: &'static str| {
-            header
-                .iter()
-                .position(|name| name == column)
-                .ok_or_else(|| MotionError::MissingColumn {
-                    path: path.to_path_buf(),
-                    column,
-                    header: header.iter().collect::<Vec<_>>().join(","),
-                })
-        };
-        let (time_column, position_column) = (column("t_s")?, column("position_m")?);
-        let mut samples: Vec<Sample> = Vec::new();
-        let mut begin = 0.0;
-        for record in reader.records() {
-            let record = record.map_err(failed)?;
-            let line = record.position().map_or(0, csv::Position::line);
-            let number = |index: usize, column| {
-                let text = record.get(index).unwrap_or_default();
-                text.parse::<f64>()
-                    .ok()
-                    .filter(|value| value.abs() <= LARGEST)
-                    .ok_or_else(|| MotionError::NotANumber {
-                        path: path.to_path_buf(),
-                        line,
-                        column,
-                        value: text.to_owned(),
-                    })
-            };
-            let (t_s, position_m) = (number(time_column, "t_s")?, number(position_column, "position_m")?);
-            match samples.last() {
-                None => begin = t_s,
-                Some(last) if t_s - begin <= last.t_s => {
-                    return Err(MotionError::TimeNotIncreasing {
-                        path: path.to_path_buf(),
-                        line,
-                        t_s,
-                        before: last.t_s + begin,
-                    });
-                }
-                Some(_) => {}
-            }
-            samples.push(Sample {
-                t_s: t_s - begin,
-                position_m: position_m * scale,
-                velocity_mps: 0.0,
-            });
-        }
+    ) -> Result<Self, TooShort> {
+        let path = path.into();
         if samples.len() < 2 {
-            return Err(MotionError::TooShort {
-                path: path.to_path_buf(),
+            return Err(TooShort {
+                path,
                 samples: samples.len(),
             });
         }
+        let (begin_s, _) = samples[0];
+        let mut samples: Vec<Sample> = samples
+            .iter()
+            .map(|(t_s, position_m)| Sample {
+                t_s: t_s - begin_s,
+                position_m: position_m * scale,
+                velocity_mps: 0.0,
+            })
+            .collect();
         set_slopes(&mut samples);
         Ok(Self {
-            path: path.to_path_buf(),
+            path,
             samples,
             after_end,
         })
@@ -301,18 +197,15 @@ fn between(a: Sample, b: Sample, t_s: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write;
 
-    fn read(text: &str, scale: f64, after_end: AfterEnd) -> Result<Recording, MotionError> {
-        let mut file = tempfile::NamedTempFile::new().expect("a file");
-        file.write_all(text.as_bytes()).expect("written");
-        Recording::read(file.path(), scale, after_end)
+    fn recording(samples: &[(f64, f64)], scale: f64, after_end: AfterEnd) -> Recording {
+        Recording::new("m.csv", samples, scale, after_end).expect("a motion")
     }
 
     #[test]
     fn a_recording_is_followed_scaled_and_held() {
-        let text = "extra,t_s,position_m\nx,10.0,0.0\nx,10.1,0.1\nx,10.3,0.3\nx,10.4,0.4\n";
-        let recording = read(text, 0.5, AfterEnd::Hold).expect("a motion");
+        let samples = [(10.0, 0.0), (10.1, 0.1), (10.3, 0.3), (10.4, 0.4)];
+        let recording = recording(&samples, 0.5, AfterEnd::Hold);
         for (t, want) in [(0.0, 0.0), (0.1, 0.05), (0.2, 0.1), (0.3, 0.15), (0.4, 0.2), (9.0, 0.2)] {
             let (position, _) = recording.at(t);
             assert!((position - want).abs() < 1e-12, "{t}: {position} for {want}");
@@ -324,8 +217,8 @@ mod tests {
 
     #[test]
     fn position_and_velocity_agree_and_a_loop_has_no_jump() {
-        let text = "t_s,position_m\n0,0\n0.2,0.02\n0.5,0.01\n1,0.05\n";
-        let recording = read(text, 1.0, AfterEnd::Loop).expect("a motion");
+        let samples = [(0.0, 0.0), (0.2, 0.02), (0.5, 0.01), (1.0, 0.05)];
+        let recording = recording(&samples, 1.0, AfterEnd::Loop);
         let h = 1e-5;
         let mut t = h;
         while t < 5.0 {
@@ -343,8 +236,8 @@ mod tests {
 
     #[test]
     fn uneven_samples_are_not_overshot() {
-        let text = "t_s,position_m\n0,0\n1,0\n1.001,0.05\n3,0.05\n";
-        let recording = read(text, 1.0, AfterEnd::Hold).expect("a motion");
+        let samples = [(0.0, 0.0), (1.0, 0.0), (1.001, 0.05), (3.0, 0.05)];
+        let recording = recording(&samples, 1.0, AfterEnd::Hold);
         for k in 0..3000 {
             let (position, _) = recording.at(f64::from(k) * 1e-3);
             assert!((0.0..=0.05 + 1e-12).contains(&position), "{position} m at {k} ms");
@@ -352,21 +245,14 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_file_is_refused_by_its_line() {
-        for (text, parts) in [
-            ("t_s,position\n0,0\n1,1\n", vec!["position_m", "t_s,position"]),
-            ("t_s,position_m\n0,0\n1,one\n", vec!["line 3", "position_m", "one"]),
-            ("t_s,position_m\n0,0\n1,NaN\n", vec!["line 3", "NaN"]),
-            ("t_s,position_m\n0,0\n1,0\n1,0\n", vec!["line 4", "1 s"]),
-            ("t_s,position_m\n0,0\n", vec!["at least 2"]),
-            ("t_s,position_m\n0,0\n1\n", vec!["line"]),
-        ] {
-            let message = read(text, 1.0, AfterEnd::Hold).expect_err(text).to_string();
-            for part in parts {
-                assert!(message.contains(part), "{message} lacks {part}");
-            }
+    fn two_samples_are_the_fewest() {
+        for samples in [&[][..], &[(0.0, 0.0)]] {
+            let error = Recording::new("m.csv", samples, 1.0, AfterEnd::Hold).expect_err("too short");
+            let count = samples.len();
+            assert_eq!(
+                error.to_string(),
+                format!("m.csv: a motion needs at least 2 samples, this one has {count}")
+            );
         }
-        let missing = Recording::read(Path::new("/nowhere.csv"), 1.0, AfterEnd::Hold).expect_err("no file");
-        assert!(missing.to_string().contains("/nowhere.csv"), "{missing}");
     }
 }

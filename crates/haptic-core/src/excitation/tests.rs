@@ -99,6 +99,7 @@ fn a_motor_that_is_wired_the_other_way_ends_it_within_a_millimetre() {
     }
 }
 
+// hazard: F20
 #[test]
 fn a_handle_that_is_held_gets_no_more_than_the_limit_and_ends_it() {
     let mut renderer = armed(
@@ -176,6 +177,7 @@ fn a_device_of_half_the_rate_has_the_same_course() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
+    // hazard: F20
     #[test]
     fn force_slew_travel_and_time_are_bounded_whatever_the_device_says(
         is_chirp in any::<bool>(),

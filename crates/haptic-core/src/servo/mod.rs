@@ -1,7 +1,7 @@
 //! The servo: everything between a measurement and a force, as one value.
 //!
 //! ```text
-//! Inputs -> stop, stall, lease -> scene -> command -> sensing -> Renderer::tick -> SafetyLimiter -> Outputs
+//! Inputs -> stop, stall, lease -> scene -> command -> sensing -> Renderer::tick -> Compensator -> SafetyLimiter -> Outputs
 //! ```
 //!
 //! A servo has no clock, no device and no shared memory. Two servos with the same [`Settings`] that
@@ -9,6 +9,7 @@
 //! any machine and in any build: a recording of the inputs holds every force.
 
 mod fault;
+mod force;
 mod force_offset;
 mod inputs;
 mod ramp;
@@ -22,7 +23,8 @@ pub use inputs::{Event, Events, InputWord, Inputs};
 pub use state::{Command, RigState};
 pub use transition::{CompiledScene, Steps, Transition};
 
-use crate::limiter::{Limits, NonFiniteForce, SafetyLimiter};
+use crate::compensation::{Compensation, Compensator};
+use crate::limiter::{Limits, SafetyLimiter};
 use crate::passivity::{PassivityObserver, RigLosses};
 use crate::sample::Motor;
 use crate::sample_clock::seconds;
@@ -74,6 +76,9 @@ pub struct Settings {
     pub stop_button: Option<u8>,
     /// Button of the rig that must be held down for force to flow, by its bit.
     pub enable_button: Option<u8>,
+    /// What is compensated of the rig's own friction.
+    #[cfg_attr(feature = "serde", serde(default, skip_serializing_if = "Option::is_none"))]
+    pub compensation: Option<Compensation>,
 }
 
 /// What a step leads to.
@@ -118,6 +123,7 @@ pub struct Servo {
     sensing: Sensing,
     limiter: SafetyLimiter,
     passivity: PassivityObserver,
+    compensator: Option<Compensator>,
     offset: ForceOffset,
     /// Since when the device is told to have its motor off, ns.
     off_since_ns: Option<u64>,
@@ -138,6 +144,7 @@ impl Servo {
             sensing: Sensing::new(settings.velocity, settings.period_s, settings.stale_ns),
             limiter: SafetyLimiter::new(settings.limits),
             passivity: PassivityObserver::new(settings.losses, settings.passivity_control_n),
+            compensator: settings.compensation.map(Compensator::new),
             offset: ForceOffset::default(),
             off_since_ns: None,
         }
@@ -157,7 +164,7 @@ impl Servo {
         self.check_device();
         // Ramps and the slew limit go by our own clock: they end even if the device's stands still.
         let our_elapsed_s = self.rig.step_s(seconds(inputs.elapsed_ns));
-        let (coupling_force_n, force_n) = self.render(elapsed_s, our_elapsed_s);
+        let (coupling_force_n, force_n) = self.render(elapsed_s, our_elapsed_s, inputs.device_resolution_m);
         let block = self.scene.renderer.state();
         let enabled = self.rig.is_live();
         Outputs {
@@ -183,6 +190,17 @@ impl Servo {
     /// The next sample is the first of another device.
     pub fn forget_device(&mut self) {
         self.sensing.forget();
+    }
+
+    /// Another rig is there, or more is known of it. While force flows nothing changes.
+    pub fn set_rig(&mut self, losses: RigLosses, compensation: Option<Compensation>) {
+        if self.rig.is_live() {
+            return;
+        }
+        self.settings.losses = losses;
+        self.settings.compensation = compensation;
+        self.passivity = PassivityObserver::new(losses, self.settings.passivity_control_n);
+        self.compensator = compensation.map(Compensator::new);
     }
 
     /// However long the loop stands still, that is not a fault from now on.
@@ -391,79 +409,6 @@ impl Servo {
         if self.sensing.motor() == Motor::Enabled && told_for_ns > OFF_TIMEOUT_NS.max(samples_ns) {
             self.rig.alarm(Fault::StillEnabled);
         }
-    }
-
-    /// The force in the coupling and the force on the hand, N.
-    fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64) -> (f64, f64) {
-        self.carry_on_change(our_elapsed_s);
-        let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
-        if !self.was_live || !self.rig.is_live() {
-            // Without force the block goes with the hand. So force begins wherever the hand has
-            // come to meanwhile, and at the very bottom of the ramp.
-            self.scene.renderer.start_at(position, velocity);
-            self.offset = ForceOffset::default();
-            self.sensing.rest();
-            self.rest();
-            return (0.0, 0.0);
-        }
-        if !self.limiter.allows_speed(velocity) {
-            self.rig.fail(Fault::TooFast);
-            return (0.0, 0.0);
-        }
-        let elapsed_s = if elapsed_s > 0.0 && self.sensing.is_silent() {
-            // All force had decayed: the surface grips the hand anew where it is, without the force
-            // that the way there would have built up.
-            self.scene.renderer.start_at(position, velocity);
-            0.0
-        } else {
-            elapsed_s
-        };
-        let gain = self.rig.advance(our_elapsed_s) * self.sensing.share(self.now_ns, our_elapsed_s);
-        let mut coupling_force = self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force;
-        if let Some(fading) = &mut self.fading {
-            coupling_force += fading.tick(elapsed_s, position, velocity, coupling_force);
-        }
-        if !self.rig.is_live() {
-            // The ramp has come to its end in this step.
-            self.rest();
-            return (coupling_force, 0.0);
-        }
-        let on_hand = -(coupling_force + self.offset.fade(elapsed_s));
-        match self.apply_limits(on_hand, gain, elapsed_s, our_elapsed_s) {
-            Ok(force) => (coupling_force, force),
-            Err(_) => {
-                self.rig.fail(Fault::NonFiniteForce);
-                (0.0, 0.0)
-            }
-        }
-    }
-
-    /// No force flows from this step on, or none did.
-    fn rest(&mut self) {
-        self.limiter.zero();
-        self.passivity.rest();
-        self.was_live = self.rig.is_live();
-    }
-
-    /// The force that passes the limits, with what the passivity controller adds, N.
-    fn apply_limits(
-        &mut self,
-        on_hand: f64,
-        gain: f64,
-        elapsed_s: f64,
-        our_elapsed_s: f64,
-    ) -> Result<f64, NonFiniteForce> {
-        let before = self.limiter;
-        let surface = self.limiter.limit(on_hand, gain, our_elapsed_s)?;
-        let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
-        let wanted = self.passivity.observe(elapsed_s, position, velocity, surface);
-        if wanted == 0.0 {
-            return Ok(surface);
-        }
-        self.limiter = before;
-        let force = self.limiter.limit(on_hand + wanted, gain, our_elapsed_s)?;
-        self.passivity.applied(force);
-        Ok(force)
     }
 }
 

@@ -2,7 +2,9 @@
 
 extern crate std;
 
+mod compensation;
 mod forces;
+mod motion;
 mod script;
 mod states;
 
@@ -35,6 +37,7 @@ const SETTINGS: Settings = Settings {
     stale_ns: 50 * MS,
     stop_button: None,
     enable_button: None,
+    compensation: None,
 };
 
 /// Numbers that depend on nothing but where they begin.

@@ -1,9 +1,9 @@
 //! The motions of an identification, one after another, and what the person agrees to before.
 
-use super::plan::Bounds;
 use super::session::Session;
 use crate::failure::Failure;
 use haptic_ipc::{ExcitationEnd, ExcitationReport};
+use haptic_lab::identify::plan::Bounds;
 use std::path::PathBuf;
 
 /// Share of its amplitude with which a chirp is repeated that the handle could not follow, and how
@@ -16,7 +16,7 @@ const LEAST_SHARE: f64 = 0.2;
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Options of --run and --rig")]
-pub(crate) struct Arguments {
+pub(crate) struct MotionArguments {
     /// Do not ask for confirmation before the rig moves
     #[arg(long, short)]
     yes: bool,
@@ -61,7 +61,7 @@ pub(super) struct Excited {
     pub(super) sweep: Option<(u64, u64)>,
 }
 
-impl Arguments {
+impl MotionArguments {
     pub(super) fn asks(&self) -> bool {
         !self.yes
     }
@@ -77,14 +77,24 @@ impl Arguments {
         let travel_m = self.travel_mm.map(|travel_mm| 1e-3 * travel_mm);
         let bounds = Bounds::new(&begun, self.max_force_n, travel_m);
         let (chirp, ramps) = (bounds.chirp(self.chirp_s, 1.0), bounds.ramps(self.ramps));
-        let strokes_or_sweep = if of_rig { bounds.sweep() } else { bounds.strokes(bounds.force_n) };
+        let strokes_or_sweep = if of_rig {
+            bounds.sweep()
+        } else {
+            bounds.strokes(bounds.force_n)
+        };
         let all = [chirp, ramps, strokes_or_sweep];
         for excitation in &all {
             self.check(excitation, begun.force_limit_n, begun.travel_limit_m)?;
         }
         let seconds: f64 = all.iter().map(haptic_core::Excitation::duration_s).sum();
-        let travel_m = all.iter().map(|excitation| excitation.travel_limit_m).fold(0.0, f64::max);
-        let fastest_mps = all.iter().map(|excitation| excitation.speed_limit_mps).fold(0.0, f64::max);
+        let travel_m = all
+            .iter()
+            .map(|excitation| excitation.travel_limit_m)
+            .fold(0.0, f64::max);
+        let fastest_mps = all
+            .iter()
+            .map(|excitation| excitation.speed_limit_mps)
+            .fold(0.0, f64::max);
         let last = if of_rig {
             "a slow sweep over the travel"
         } else {

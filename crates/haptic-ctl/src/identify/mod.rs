@@ -1,7 +1,8 @@
-//! `identify`: finds mass and friction of what the rig's own motor moves.
+//! `identify`: finds mass and friction of what moves, from a file or by the rig's own motor.
 
 mod excite;
-mod plan;
+mod file;
+mod report;
 mod rig;
 mod run;
 mod session;
@@ -9,14 +10,12 @@ mod ticks;
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::output;
 use haptic_ipc::Request;
-use haptic_lab::identify::{ModelKind, Options};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Move the rig by its own motor, and identify what is on it
-    #[arg(long, required_unless_present = "rig")]
+    #[arg(long)]
     run: bool,
 
     /// Measure the rig itself with its own motor, and store it
@@ -27,21 +26,52 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "run")]
     whole: bool,
 
+    /// The device reports the same position at the same place after every start: cogging that --rig
+    /// finds can then be compensated
+    #[arg(long, requires = "rig")]
+    absolute_position: bool,
+
     #[command(flatten)]
-    excite: excite::Arguments,
+    wanted: file::Wanted,
+
+    #[command(flatten)]
+    output: report::Arguments,
+
+    #[command(flatten)]
+    file: file::Arguments,
+
+    #[command(flatten)]
+    excite: excite::MotionArguments,
 }
 
 impl Arguments {
+    /// Whether no daemon is needed.
+    pub(crate) fn is_offline(&self) -> bool {
+        self.file.path().is_some()
+    }
+
     pub(crate) fn requests(&self) -> Vec<Request> {
+        if self.is_offline() {
+            return Vec::new();
+        }
         session::Session::requests(self.excite.range_m())
     }
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
     if arguments.rig {
-        return rig::run(daemon, &arguments.excite, json).await;
+        return rig::run(daemon, &arguments.excite, arguments.absolute_position, json).await;
     }
-    let options = Options::new(ModelKind::Karnopp);
-    let found = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;
-    output::json(&found)
+    let options = arguments.wanted.options();
+    let (record, found) = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;
+    arguments.output.write("the rig", &record, &found)?;
+    report::show(&found, json)
+}
+
+/// Identifies a file.
+pub(crate) fn run_offline(arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    match arguments.file.path() {
+        Some(path) => file::run(path, &arguments.file, &arguments.wanted, &arguments.output, json),
+        None => Ok(()),
+    }
 }

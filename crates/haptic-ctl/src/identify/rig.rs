@@ -1,16 +1,14 @@
 //! `identify --rig`: measures the rig itself with its own motor, and has the daemon store it.
 
-use super::excite::{self, Excited};
-use super::run::without_cogging;
+use super::excite;
 use super::session::Session;
-use super::ticks::Ticks;
 use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
-use haptic_core::rig_friction::RigFriction;
-use haptic_lab::identify::cogging::{FoundCogging, cogging};
-use haptic_lab::identify::{self, Directions, Identified, ModelKind, Options, Refusal};
+use haptic_core::rig_friction::Cogging;
+use haptic_lab::identify::cogging::at_speed;
+use haptic_lab::identify::{Identified, Interval, Refusal, rig_itself};
 use serde::Serialize;
 
 /// What was found of a rig.
@@ -27,32 +25,49 @@ struct Findings {
 #[derive(Debug, Serialize)]
 struct CoggingFinding {
     #[serde(flatten)]
-    cogging: haptic_core::rig_friction::Cogging,
+    cogging: Cogging,
     #[serde(rename = "amplitude_N")]
     amplitude_n: f64,
     #[serde(rename = "amplitude_interval_N")]
-    amplitude_interval_n: identify::Interval,
+    amplitude_interval_n: Interval,
 }
 
-pub(super) async fn run(daemon: &mut Daemon, arguments: &excite::Arguments, json: bool) -> Result<(), Failure> {
+pub(super) async fn run(
+    daemon: &mut Daemon,
+    arguments: &excite::MotionArguments,
+    absolute_position: bool,
+    json: bool,
+) -> Result<(), Failure> {
     let console = Console::new("identify --rig", !arguments.asks())?;
     let mut session = Session::begin(daemon, console, arguments.range_m()).await?;
     session.say("This measures the rig itself: nothing but the handle may be fixed to it.");
     let excited = arguments.excite(&mut session, true).await?;
     let ticks = std::mem::take(&mut session.ticks);
-    let resolution_m = session.begun.resolution_m;
-    let (identified, found_cogging) = session.compute(move || measure(&ticks, excited, resolution_m)).await??;
+    let (resolution_m, period_s) = (session.begun.resolution_m, session.period_s);
+    let measured = session
+        .compute(move || {
+            let record = ticks.record(excited.first_tick, excited.last_tick, resolution_m);
+            let sweep = excited
+                .sweep
+                .map(|(from, to)| at_speed(&ticks.sweep(from, to), period_s));
+            rig_itself::measure(&record, &sweep.unwrap_or_default())
+        })
+        .await?;
+    let mut measured = measured.map_err(|error| Failure::BadRig(error.to_string()))?;
+    if let Some(found) = &mut measured.cogging {
+        found.cogging.absolute_position = absolute_position;
+    }
+    let friction = measured.friction();
     let mut findings = Findings {
         rig: session.begun.rig.clone(),
-        cogging: found_cogging.map(|found| CoggingFinding {
+        cogging: measured.cogging.map(|found| CoggingFinding {
             cogging: found.cogging,
             amplitude_n: found.amplitude_n,
             amplitude_interval_n: found.amplitude_interval_n,
         }),
-        identified,
+        identified: measured.identified,
         path: None,
     };
-    let friction = findings.friction();
     if let Some(friction) = friction {
         findings.path = session.store(friction).await?;
     }
@@ -65,65 +80,13 @@ pub(super) async fn run(daemon: &mut Daemon, arguments: &excite::Arguments, json
     match friction {
         Some(_) => Ok(()),
         None => Err(Failure::BadRig(
-            "mass, dynamic and viscous friction are needed to store what was found of the rig; nothing is stored".to_owned(),
+            "mass, dynamic and viscous friction are needed to store what was found of the rig; nothing is stored"
+                .to_owned(),
         )),
     }
 }
 
-/// Cogging from the sweep, and the rest from all of the record without it.
-fn measure(
-    ticks: &Ticks,
-    excited: Excited,
-    resolution_m: f64,
-) -> Result<(Identified, Option<FoundCogging>), Failure> {
-    let mut record = ticks.record(excited.first_tick, excited.last_tick, resolution_m);
-    let found = match excited.sweep {
-        Some((from, to)) => cogging(&ticks.sweep(from, to)),
-        None => Err("there was no sweep".to_owned()),
-    };
-    let options = Options {
-        // The force is the motor's command: it has no zero to be off.
-        offset_n: Some(0.0),
-        directions: Directions::Separate,
-        ..Options::new(ModelKind::Karnopp)
-    };
-    if let Ok(found) = &found {
-        let only_cogging = RigFriction {
-            mass: 0.0,
-            dynamic_force: haptic_core::Directional::both(0.0),
-            viscous: haptic_core::Directional::both(0.0),
-            cogging: Some(found.cogging),
-        };
-        without_cogging(&mut record, &only_cogging);
-    }
-    let mut identified =
-        identify::identify(&record, &options).map_err(|error| Failure::BadRig(error.to_string()))?;
-    if let Err(why) = &found {
-        identified.refused.push(Refusal {
-            parameter: "cogging".to_owned(),
-            reason: why.clone(),
-            instead: "more travel (--travel-mm), if the motor's poles are farther apart than that".to_owned(),
-        });
-    }
-    Ok((identified, found.ok()))
-}
-
 impl Findings {
-    /// What is stored, where all of it was found.
-    fn friction(&self) -> Option<RigFriction> {
-        // A viscous term within its own error of zero is none.
-        let viscous = self.identified.viscous_ns_per_m?;
-        Some(RigFriction {
-            mass: self.identified.mass_kg?,
-            dynamic_force: self.identified.dynamic_force_n?,
-            viscous: haptic_core::Directional {
-                positive: viscous.positive.max(0.0),
-                negative: viscous.negative.max(0.0),
-            },
-            cogging: self.cogging.as_ref().map(|found| found.cogging),
-        })
-    }
-
     fn table(&self) -> String {
         let found = &self.identified;
         let interval = |name: &str| {
@@ -132,7 +95,11 @@ impl Findings {
                 .get(name)
                 .map_or_else(String::new, |[least, most]| format!("{least:.4} to {most:.4}"))
         };
-        let mut rows = vec![["  quantity", "value", "unit", "95 % interval"].map(str::to_owned).to_vec()];
+        let mut rows = vec![
+            ["  quantity", "value", "unit", "95 % interval"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
         let mut add = |name: &str, key: &str, unit: &str, value: Option<f64>| {
             if let Some(value) = value {
                 rows.push(vec![
@@ -150,8 +117,18 @@ impl Findings {
             ("viscous friction", "viscous_Ns_per_m", "N s/m", found.viscous_ns_per_m),
         ] {
             let key_of = |direction: &str| format!("{key}.{direction}");
-            add(&format!("{name} +"), &key_of("positive"), unit, value.map(|value| value.positive));
-            add(&format!("{name} -"), &key_of("negative"), unit, value.map(|value| value.negative));
+            add(
+                &format!("{name} +"),
+                &key_of("positive"),
+                unit,
+                value.map(|value| value.positive),
+            );
+            add(
+                &format!("{name} -"),
+                &key_of("negative"),
+                unit,
+                value.map(|value| value.negative),
+            );
         }
         if let Some(cogging) = &self.cogging {
             let [least, most] = cogging.amplitude_interval_n;

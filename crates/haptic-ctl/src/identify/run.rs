@@ -7,6 +7,7 @@ use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_core::Directional;
 use haptic_core::rig_friction::RigFriction;
+use haptic_lab::identify::rig_itself::without_cogging;
 use haptic_lab::identify::{self, Identified, Options, Record, Refusal};
 
 /// What is known of a force that is the motor's command: it has no zero to be off.
@@ -15,10 +16,10 @@ const KNOWN_OFFSET_N: f64 = 0.0;
 /// Moves the rig and identifies what is on it; `whole` keeps the rig's own part in the result.
 pub(super) async fn run(
     daemon: &mut Daemon,
-    arguments: &excite::Arguments,
+    arguments: &excite::MotionArguments,
     options: &Options,
     whole: bool,
-) -> Result<Identified, Failure> {
+) -> Result<(Record, Identified), Failure> {
     let console = Console::new("identify --run", !arguments.asks())?;
     let mut session = Session::begin(daemon, console, arguments.range_m()).await?;
     let excited = arguments.excite(&mut session, false).await?;
@@ -30,12 +31,13 @@ pub(super) async fn run(
         offset_n: options.offset_n.or(Some(KNOWN_OFFSET_N)),
         ..options.clone()
     };
-    let identified = session
+    let (record, identified) = session
         .compute(move || {
-            if let Some(rig) = &stored {
-                without_cogging(&mut record, rig);
+            if let Some(cogging) = stored.and_then(|rig| rig.cogging) {
+                without_cogging(&mut record, &cogging);
             }
-            identify::identify(&record, &options)
+            let identified = identify::identify(&record, &options);
+            (record, identified)
         })
         .await?;
     session.end().await?;
@@ -48,15 +50,7 @@ pub(super) async fn run(
                 .to_owned(),
         ),
     }
-    Ok(found)
-}
-
-/// Takes the cogging of the rig out of a record.
-pub(super) fn without_cogging(record: &mut Record, rig: &RigFriction) {
-    let Some(cogging) = &rig.cogging else { return };
-    for (force_n, position_m) in record.force_n.iter_mut().zip(&record.position_m) {
-        *force_n -= cogging.force(*position_m);
-    }
+    Ok((record, found))
 }
 
 /// Takes the rig's own mass and friction out of what was identified. The static limits lose the rig's
@@ -78,7 +72,13 @@ fn subtract(found: &mut Identified, rig: &RigFriction) {
         *value = value.map(|value| both(value, own));
     }
     for (name, interval) in &mut found.intervals {
-        let pair = |own: Directional| if name.ends_with("negative") { own.negative } else { own.positive };
+        let pair = |own: Directional| {
+            if name.ends_with("negative") {
+                own.negative
+            } else {
+                own.positive
+            }
+        };
         let own = match name.split('.').next().unwrap_or(name) {
             "mass_kg" => rig.mass,
             "dynamic_force_N" | "static_force_N" => pair(dynamic),
@@ -100,7 +100,8 @@ fn refuse_what_is_nothing(found: &mut Identified) {
     let refusal = |parameter: &str, value: f64, unit: &str| Refusal {
         parameter: parameter.to_owned(),
         reason: format!("no more than the rig's own is left: {value:.4} {unit}"),
-        instead: "a sample that is heavier or has more friction, or --whole for the rig and all that is on it".to_owned(),
+        instead: "a sample that is heavier or has more friction, or --whole for the rig and all that is on it"
+            .to_owned(),
     };
     if let Some(mass_kg) = found.mass_kg.filter(|mass_kg| *mass_kg <= 0.0) {
         found.refused.push(refusal("mass_kg", mass_kg, "kg"));
@@ -126,7 +127,6 @@ fn refuse_what_is_nothing(found: &mut Identified) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
     use haptic_lab::identify::ModelKind;
 
     const RIG: RigFriction = RigFriction {
@@ -177,27 +177,5 @@ mod tests {
         subtract(&mut nothing, &RIG);
         assert_eq!((nothing.mass_kg, nothing.intervals.get("mass_kg")), (None, None));
         assert_eq!(nothing.refused[0].parameter, "mass_kg");
-    }
-
-    #[test]
-    fn cogging_is_taken_out_by_the_position() {
-        let mut harmonics = [Harmonic::default(); COGGING_HARMONICS];
-        harmonics[0].cosine = 0.3;
-        let rig = RigFriction {
-            cogging: Some(Cogging {
-                period_m: 0.01,
-                absolute_position: false,
-                harmonics,
-            }),
-            ..RIG
-        };
-        let mut record = Record {
-            t_s: vec![0.0, 1.0],
-            position_m: vec![0.0, 0.005],
-            force_n: vec![1.0, 1.0],
-            ..Record::default()
-        };
-        without_cogging(&mut record, &rig);
-        assert!((record.force_n[0] - 0.7).abs() < 1e-12 && (record.force_n[1] - 1.3).abs() < 1e-12);
     }
 }

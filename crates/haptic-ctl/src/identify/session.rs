@@ -34,6 +34,8 @@ pub(super) struct Session<'a> {
     recorder: Option<Recorder>,
     pub(super) begun: IdentificationReply,
     pub(super) ticks: Ticks,
+    /// Nominal time between two ticks, s.
+    pub(super) period_s: f64,
 }
 
 impl<'a> Session<'a> {
@@ -61,6 +63,7 @@ impl<'a> Session<'a> {
             recorder: None,
             begun,
             ticks: Ticks::default(),
+            period_s: 1e-3,
         })
     }
 
@@ -75,6 +78,7 @@ impl<'a> Session<'a> {
                 batch_ms: Some(20),
             })
             .await?;
+        self.period_s = 1.0 / status.rate_hz;
         let Some(file) = file else { return Ok(()) };
         let scene: SceneReply = self.daemon.ask(Request::get()).await?;
         let metadata = Metadata {
@@ -92,7 +96,8 @@ impl<'a> Session<'a> {
             notes: Some(notes.to_owned()),
             configuration: serde_json::to_value(&status).ok(),
         };
-        let recorder = recording::create(file, &metadata, replace).map_err(|error| Failure::Usage(error.to_string()))?;
+        let recorder =
+            recording::create(file, &metadata, replace).map_err(|error| Failure::Usage(error.to_string()))?;
         self.recorder = Some(recorder);
         Ok(())
     }
@@ -152,7 +157,7 @@ impl<'a> Session<'a> {
 
     async fn excite_once(&mut self, name: &str, excitation: Excitation) -> Result<ExcitationReport, Failure> {
         let length = Duration::from_secs_f64(excitation.duration_s());
-        let bar = progress::bar(Some(length));
+        let bar = progress::bar(Some(length), None);
         bar.set_message(name.to_owned());
         let _: IdentificationReply = self.daemon.ask(Request::IdentifyExcite { excitation }).await?;
         let began = Instant::now();

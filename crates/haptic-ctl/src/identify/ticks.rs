@@ -3,10 +3,6 @@
 use haptic_core::servo::InputWord;
 use haptic_ipc::{Sample, SamplesEvent};
 use haptic_lab::identify::Record;
-use haptic_lab::identify::cogging::SweepSample;
-
-/// Share of a sweep's speed from which on its reference counts as at speed.
-const AT_SPEED: f64 = 0.99;
 
 /// The ticks so far. The force that drives the handle is the motor's, also while it is zero.
 #[derive(Debug, Default)]
@@ -38,15 +34,10 @@ impl Ticks {
         record(&self.rows[first..last.max(first)], resolution_m)
     }
 
-    /// The samples of a sweep in which its reference goes at its speed.
-    pub(super) fn sweep(&self, from: u64, to: u64) -> Vec<SweepSample> {
+    /// Position (m), velocity of the reference (m/s) and force (N) of a sweep's ticks.
+    pub(super) fn sweep(&self, from: u64, to: u64) -> Vec<(f64, f64, f64)> {
         let rows = self.rows.iter().filter(|row| (from..=to).contains(&row.tick));
-        let fastest = rows.clone().map(|row| row.block_velocity_mps.abs()).fold(0.0, f64::max);
-        rows.filter(|row| row.block_velocity_mps.abs() > AT_SPEED * fastest)
-            .map(|row| {
-                let direction = row.block_velocity_mps.signum();
-                (row.sample_position_m, direction, row.command_force_n)
-            })
+        rows.map(|row| (row.sample_position_m, row.block_velocity_mps, row.command_force_n))
             .collect()
     }
 }
@@ -67,9 +58,8 @@ fn record(rows: &[Sample], resolution_m: f64) -> Record {
             .sample(row.device_sequence, row.device_time_ns, row.sample_position_m)
             .is_ok();
         // A sample that a tick has repeated is one sample.
-        let is_new = last.is_none_or(|last| {
-            last.device_sequence != row.device_sequence && last.device_time_ns < row.device_time_ns
-        });
+        let is_new = last
+            .is_none_or(|last| last.device_sequence != row.device_sequence && last.device_time_ns < row.device_time_ns);
         if !is_sample || !is_new {
             continue;
         }
@@ -103,7 +93,13 @@ mod tests {
         ticks.take(&SamplesEvent {
             seq: 0,
             dropped: 3,
-            rows: vec![row(7, 1, 0.0), row(8, 2, 1.0), row(9, 2, 2.0), row(10, 3, 3.0), row(11, 4, 3.0)],
+            rows: vec![
+                row(7, 1, 0.0),
+                row(8, 2, 1.0),
+                row(9, 2, 2.0),
+                row(10, 3, 3.0),
+                row(11, 4, 3.0),
+            ],
         });
         let record = ticks.record(7, 10, 1e-5);
         assert_eq!(record.t_s, [0.001, 0.002, 0.003]);

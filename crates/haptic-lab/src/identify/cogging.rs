@@ -5,9 +5,15 @@
 //! ```
 //!
 //! What friction takes changes its sign with the direction of motion, and cogging does not: both
-//! directions over the same places tell them apart. The sweep is so slow that the mass takes nothing
-//! worth mentioning. Forces are averaged in bins of the position, by direction; the period is the one
-//! whose harmonics leave the least.
+//! directions over the same places tell them apart. What the mass takes is subtracted, by the second
+//! difference of the positions. Forces are averaged in bins of the position, by direction; the period
+//! is the one whose harmonics leave the least.
+#![expect(
+    clippy::cast_precision_loss,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "some hundred bins and steps"
+)]
 
 use super::Interval;
 use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
@@ -38,6 +44,13 @@ const SURE: f64 = 6.0;
 /// Share of the scatter of the bins that cogging must explain.
 const LEAST_EXPLAINED: f64 = 0.5;
 
+/// Share of a sweep's speed from which on its reference counts as at speed.
+const AT_SPEED: f64 = 0.99;
+
+/// Distance in time of the positions whose second difference is the acceleration, s: longer, it would
+/// miss the shortest periods; shorter, the encoder's steps would count for more.
+const DIFFERENCE_S: f64 = 0.03;
+
 /// Normal quantile of a 95 % interval.
 const Z: f64 = 1.96;
 
@@ -58,16 +71,48 @@ pub struct FoundCogging {
     pub residual_rms_n: f64,
 }
 
-/// Samples of a sweep: position (m), direction of the reference (1 or -1), and force (N) where it goes
-/// at its speed.
-pub type SweepSample = (f64, f64, f64);
+/// A sample of a sweep, where its reference goes at its speed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SweepSample {
+    /// Position, m.
+    pub position_m: f64,
+    /// Direction of the reference, 1 or -1.
+    pub direction: f64,
+    /// Force that drives the handle, N.
+    pub force_n: f64,
+    /// Acceleration of the handle, m/s^2.
+    pub acceleration_mps2: f64,
+}
 
-/// The cogging in a sweep to and fro.
+/// The samples of a sweep at which its reference goes at its speed: position (m), velocity of the
+/// reference (m/s) and force (N) of ticks that are `period_s` seconds apart.
+#[must_use]
+pub fn at_speed(ticks: &[(f64, f64, f64)], period_s: f64) -> Vec<SweepSample> {
+    let fastest = ticks.iter().map(|tick| tick.1.abs()).fold(0.0, f64::max);
+    let reach = ((DIFFERENCE_S / period_s).round() as usize).max(1);
+    let span_s = reach as f64 * period_s;
+    ticks
+        .windows(2 * reach + 1)
+        .filter(|window| window[reach].1.abs() > AT_SPEED * fastest)
+        .map(|window| {
+            let (position_m, velocity_mps, force_n) = window[reach];
+            let (before_m, after_m) = (window[0].0, window[2 * reach].0);
+            SweepSample {
+                position_m,
+                direction: velocity_mps.signum(),
+                force_n,
+                acceleration_mps2: (after_m - 2.0 * position_m + before_m) / span_s.powi(2),
+            }
+        })
+        .collect()
+}
+
+/// The cogging in a sweep to and fro, of a mass, kg.
 ///
 /// # Errors
 /// Why there is none to be seen, with the figures.
-pub fn cogging(samples: &[SweepSample]) -> Result<FoundCogging, String> {
-    let (bins, way_m) = binned(samples);
+pub fn cogging(samples: &[SweepSample], mass_kg: f64) -> Result<FoundCogging, String> {
+    let (bins, way_m) = binned(samples, mass_kg);
     if bins.len() < LEAST_BINS {
         return Err(format!(
             "the sweep covers {} places, and {LEAST_BINS} are needed",
@@ -104,7 +149,8 @@ pub fn cogging(samples: &[SweepSample]) -> Result<FoundCogging, String> {
         .max_by(|a, b| amplitude(*a).total_cmp(&amplitude(*b)))
         .unwrap_or(0);
     let amplitude_n = amplitude(strongest);
-    let error_n = (variance * fitted.spread[LEVELS + 2 * strongest].max(fitted.spread[LEVELS + 2 * strongest + 1])).sqrt();
+    let error_n =
+        (variance * fitted.spread[LEVELS + 2 * strongest].max(fitted.spread[LEVELS + 2 * strongest + 1])).sqrt();
     let explained = 1.0 - fitted.left / scatter;
     if amplitude_n < SURE * error_n || explained < LEAST_EXPLAINED {
         return Err(format!(
@@ -136,18 +182,25 @@ struct Bin {
 }
 
 /// The bins with samples, and the way that they cover, m.
-fn binned(samples: &[SweepSample]) -> (Vec<Bin>, f64) {
-    let least = samples.iter().map(|sample| sample.0).fold(f64::INFINITY, f64::min);
-    let greatest = samples.iter().map(|sample| sample.0).fold(f64::NEG_INFINITY, f64::max);
+fn binned(samples: &[SweepSample], mass_kg: f64) -> (Vec<Bin>, f64) {
+    let least = samples
+        .iter()
+        .map(|sample| sample.position_m)
+        .fold(f64::INFINITY, f64::min);
+    let greatest = samples
+        .iter()
+        .map(|sample| sample.position_m)
+        .fold(f64::NEG_INFINITY, f64::max);
     let way_m = greatest - least;
     if way_m.is_nan() || way_m <= 0.0 {
         return (Vec::new(), 0.0);
     }
     let mut sums = vec![[(0.0, 0.0, 0_usize); 2]; BINS];
-    for (position, direction, force) in samples {
-        let index = (((position - least) / way_m * BINS as f64) as usize).min(BINS - 1);
-        let sum = &mut sums[index][usize::from(*direction < 0.0)];
-        *sum = (sum.0 + position, sum.1 + force, sum.2 + 1);
+    for sample in samples {
+        let index = (((sample.position_m - least) / way_m * BINS as f64) as usize).min(BINS - 1);
+        let sum = &mut sums[index][usize::from(sample.direction < 0.0)];
+        let force_n = sample.force_n - mass_kg * sample.acceleration_mps2;
+        *sum = (sum.0 + sample.position_m, sum.1 + force_n, sum.2 + 1);
     }
     let mut bins = Vec::new();
     for both in sums {
@@ -269,7 +322,9 @@ mod tests {
     fn sweep(cogging: impl Fn(f64) -> f64) -> Vec<SweepSample> {
         let mut seed = 1_u64;
         let mut noise = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             ((seed >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 0.1
         };
         (0..8000)
@@ -278,7 +333,12 @@ mod tests {
                 let way = f64::from(k % 4000) * 1e-5 - 0.02;
                 let position = direction * way;
                 let friction = if direction > 0.0 { 0.9 } else { -0.7 };
-                (position, direction, friction + cogging(position) + noise())
+                SweepSample {
+                    position_m: position,
+                    direction,
+                    force_n: friction + cogging(position) + noise(),
+                    acceleration_mps2: 0.0,
+                }
             })
             .collect()
     }
@@ -286,7 +346,7 @@ mod tests {
     #[test]
     fn period_and_harmonics_are_found_in_friction_and_noise() {
         let truth = |x: f64| 0.3 * (TAU * x / 0.0073).sin() + 0.1 * (2.0 * TAU * x / 0.0073).cos();
-        let found = cogging(&sweep(truth)).expect("it is there");
+        let found = cogging(&sweep(truth), 1.0).expect("it is there");
         assert!((found.cogging.period_m / 0.0073 - 1.0).abs() < 2e-3, "{found:?}");
         assert!((found.cogging.harmonics[0].sine - 0.3).abs() < 0.005, "{found:?}");
         assert!((found.cogging.harmonics[1].cosine - 0.1).abs() < 0.005, "{found:?}");
@@ -295,11 +355,40 @@ mod tests {
     }
 
     #[test]
+    fn what_the_mass_takes_is_no_cogging() {
+        let mut samples = sweep(|_| 0.0);
+        for sample in &mut samples {
+            sample.acceleration_mps2 = (TAU * sample.position_m / 0.0073).sin();
+            sample.force_n += 0.5 * sample.acceleration_mps2;
+        }
+        assert!(cogging(&samples, 0.5).is_err());
+        let taken = cogging(&samples, 0.0).expect("without the mass it looks like it");
+        assert!((taken.amplitude_n - 0.5).abs() < 0.01, "{taken:?}");
+    }
+
+    #[test]
+    fn a_sweep_has_the_acceleration_of_its_positions_where_its_reference_is_at_speed() {
+        let ticks: Vec<(f64, f64, f64)> = (0..1000)
+            .map(|k| {
+                let t = f64::from(k) * 1e-3;
+                (0.5 * t * t, if k < 500 { 0.01 } else { 0.005 }, 1.0)
+            })
+            .collect();
+        let samples = at_speed(&ticks, 1e-3);
+        assert_eq!(samples.len(), 470);
+        assert!(
+            samples
+                .iter()
+                .all(|sample| (sample.acceleration_mps2 - 1.0).abs() < 1e-9)
+        );
+    }
+
+    #[test]
     fn a_rig_without_cogging_has_none_and_says_what_was_seen() {
-        let why = cogging(&sweep(|_| 0.0)).expect_err("there is none");
+        let why = cogging(&sweep(|_| 0.0), 1.0).expect_err("there is none");
         assert!(why.contains("no force repeats itself"), "{why}");
-        let why = cogging(&sweep(|x| 10.0 * x)).expect_err("a slope is none");
+        let why = cogging(&sweep(|x| 10.0 * x), 1.0).expect_err("a slope is none");
         println!("{why}");
-        assert!(cogging(&[]).is_err());
+        assert!(cogging(&[], 1.0).is_err());
     }
 }

@@ -1,12 +1,17 @@
 //! A record on an even grid of times, with the samples marked that hold no information.
 
 use super::Record;
+use super::smoothing::{white_noise, whole};
 
 /// A grid point farther than this from a sample of the record, in periods, lies in a gap.
 const GAP_PERIODS: f64 = 2.5;
 
 /// Samples whose times are even to this share of a period are taken as they are.
 const EVEN_SHARE: f64 = 1e-3;
+
+/// A single force so many standard deviations beyond both of its neighbours is a glitch, where that is also more than
+/// half of what nine tenths of the forces span: at a low rate a breakaway is a single sample, too.
+const GLITCH_DEVIATIONS: f64 = 10.0;
 
 /// Shortest run at the largest force that counts as a saturated sensor or motor, in samples.
 const SATURATED_RUN: usize = 5;
@@ -53,6 +58,7 @@ impl Grid {
         } else {
             Self::resampled(record, period_s)
         };
+        grid.remove_glitches();
         grid.mark_saturated();
         grid
     }
@@ -62,7 +68,7 @@ impl Grid {
         let t = &record.t_s;
         let start_s = t[0];
         let last = t.len() - 1;
-        let count = ((t[last] - start_s) / period_s).floor() as usize + 1;
+        let count = whole((t[last] - start_s) / period_s) + 1;
         let mut grid = Self {
             period_s,
             start_s,
@@ -110,12 +116,33 @@ impl Grid {
         grid
     }
 
+    /// Puts single forces far from both neighbours between them: a glitch of the sensor or its wire.
+    fn remove_glitches(&mut self) {
+        let mut sorted = self.force_n.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let half_span = 0.5 * (sorted[sorted.len() * 19 / 20] - sorted[sorted.len() / 20]);
+        let limit = half_span.max(GLITCH_DEVIATIONS * white_noise(&self.force_n, &self.is_valid));
+        let mut glitches = 0_u64;
+        for at in 1..self.len() - 1 {
+            let [before, force, after] = [self.force_n[at - 1], self.force_n[at], self.force_n[at + 1]];
+            if (force - before.max(after)).max(before.min(after) - force) > limit {
+                self.force_n[at] = f64::midpoint(before, after);
+                glitches += 1;
+            }
+        }
+        if glitches > 0 {
+            self.notes.push(format!(
+                "{glitches} single forces far from their neighbours are left out"
+            ));
+        }
+    }
+
     /// A force that stays at the record's extreme value tells nothing but that it was larger.
     fn mark_saturated(&mut self) {
         let mut saturated = 0;
         for sign in [1.0, -1.0] {
             let extreme = self.force_n.iter().map(|force| sign * force).fold(f64::MIN, f64::max);
-            let mut begin = 0;
+            let (mut begin, mut is_saturated) = (0, false);
             for index in 0..=self.force_n.len() {
                 #[expect(clippy::float_cmp, reason = "a saturated value is repeated to the bit")]
                 let at_extreme = self.force_n.get(index).is_some_and(|force| sign * force == extreme);
@@ -123,10 +150,19 @@ impl Grid {
                     continue;
                 }
                 if index - begin >= SATURATED_RUN {
-                    self.is_valid[begin..index].fill(false);
                     saturated += index - begin;
+                    is_saturated = true;
                 }
                 begin = index + 1;
+            }
+            // Beside the limit noise is cut off on one side.
+            let forces = if is_saturated { &self.force_n[..] } else { &[] };
+            for (index, force) in forces.iter().enumerate() {
+                #[expect(clippy::float_cmp, reason = "a saturated value is repeated to the bit")]
+                if sign * force == extreme {
+                    let end = (index + SATURATED_RUN).min(self.is_valid.len());
+                    self.is_valid[index.saturating_sub(SATURATED_RUN)..end].fill(false);
+                }
             }
         }
         // A force that never changes is not a saturated one.
@@ -156,7 +192,7 @@ impl Grid {
         (0..self.len())
             .map(|index| {
                 let at = (index as f64 + shift).clamp(0.0, last as f64);
-                let left = (at.floor() as usize).min(last - 1);
+                let left = whole(at).min(last - 1);
                 let share = at - left as f64;
                 self.force_n[left] + share * (self.force_n[left + 1] - self.force_n[left])
             })

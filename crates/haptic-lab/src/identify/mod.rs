@@ -13,14 +13,18 @@ mod choose;
 pub mod cogging;
 mod grid;
 mod karnopp;
+pub mod plan;
+mod plot;
 mod presliding;
 pub mod record_file;
 mod result;
+pub mod rig_itself;
 mod scene;
 mod sensor;
-mod smoothing;
+pub(crate) mod smoothing;
 pub mod study;
 
+pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
 pub use scene::IdentifiedScene;

@@ -17,26 +17,35 @@ const EXPONENT: i32 = 5;
 
 /// A window and its derivatives, for samples from `-reach` to `reach` around a place.
 #[derive(Clone, Debug)]
-pub(super) struct Window {
+pub(crate) struct Window {
     /// Samples on either side.
-    pub(super) reach: usize,
+    pub(crate) reach: usize,
     /// Weights whose sum is 1.
-    pub(super) mean: Vec<f64>,
+    pub(crate) mean: Vec<f64>,
+    /// Weights that give the first derivative, 1/s.
+    pub(super) slope: Vec<f64>,
     /// Weights that give the second derivative, 1/s^2.
-    pub(super) curvature: Vec<f64>,
+    pub(crate) curvature: Vec<f64>,
 }
 
 impl Window {
     /// A window of `half_s` on either side, of at least `LEAST_REACH` samples.
-    pub(super) fn new(half_s: f64, period_s: f64) -> Self {
+    pub(crate) fn new(half_s: f64, period_s: f64) -> Self {
         let half = half_s / period_s;
-        let reach = half.ceil() as usize;
+        let reach = whole(half.ceil());
         let places: Vec<f64> = (0..=2 * reach).map(|index| index as f64 - reach as f64).collect();
         let bump = |u: f64, power: i32| (1.0 - u * u).max(0.0).powi(power);
         let mut mean: Vec<f64> = places.iter().map(|k| bump(k / half, EXPONENT)).collect();
         let sum: f64 = mean.iter().sum();
         mean.iter_mut().for_each(|weight| *weight /= sum);
         let n = f64::from(EXPONENT);
+        let mut slope: Vec<f64> = places
+            .iter()
+            .map(|k| 2.0 * n * k / half * bump(k / half, EXPONENT - 1))
+            .collect();
+        let moment: f64 = slope.iter().zip(&places).map(|(w, k)| w * k).sum();
+        let scale = 1.0 / (moment * period_s);
+        slope.iter_mut().for_each(|weight| *weight *= scale);
         let mut curvature: Vec<f64> = places
             .iter()
             .map(|k| {
@@ -52,7 +61,12 @@ impl Window {
         let moment: f64 = curvature.iter().zip(&places).map(|(w, k)| w * k * k).sum();
         let scale = 2.0 / (moment * period_s * period_s);
         curvature.iter_mut().for_each(|weight| *weight *= scale);
-        Self { reach, mean, curvature }
+        Self {
+            reach,
+            mean,
+            slope,
+            curvature,
+        }
     }
 
     /// Standard deviation of the second derivative for samples with white noise of 1.
@@ -61,8 +75,14 @@ impl Window {
     }
 }
 
+/// The whole part of a number of samples; 0 where it is negative.
+#[expect(clippy::cast_sign_loss, reason = "a negative number becomes 0")]
+pub(super) fn whole(samples: f64) -> usize {
+    samples as usize
+}
+
 /// The weighted sum of `values` around `at`, from the value there, so that large values keep their digits.
-pub(super) fn weighted(weights: &[f64], values: &[f64], at: usize, base: f64) -> f64 {
+pub(crate) fn weighted(weights: &[f64], values: &[f64], at: usize, base: f64) -> f64 {
     let reach = weights.len() / 2;
     weights
         .iter()
@@ -74,7 +94,7 @@ pub(super) fn weighted(weights: &[f64], values: &[f64], at: usize, base: f64) ->
 /// The slope of the straight line through `2 reach + 1` samples around each one, per second: the first
 /// derivative of Savitzky and Golay's filter of first and second order. At the ends it is that of the
 /// first and last full window.
-pub(super) fn slope(values: &[f64], reach: usize, period_s: f64) -> Vec<f64> {
+pub(crate) fn slope(values: &[f64], reach: usize, period_s: f64) -> Vec<f64> {
     let n = values.len();
     let reach = reach.min((n - 1) / 2).max(1);
     let square: f64 = (1..=reach).map(|k| 2.0 * (k * k) as f64).sum();
@@ -120,7 +140,7 @@ pub(super) fn white_noise(values: &[f64], is_used: &[bool]) -> f64 {
 
 /// The step of an encoder: the smallest change between samples, where every change is a multiple of it;
 /// `None` for positions without steps.
-pub(super) fn encoder_step(values: &[f64]) -> Option<f64> {
+pub(crate) fn encoder_step(values: &[f64]) -> Option<f64> {
     /// Largest share of a step by which written positions may miss a multiple.
     const ROUNDING: f64 = 0.02;
     /// Changes looked at.
@@ -161,6 +181,8 @@ mod tests {
             let curvature = weighted(&window.curvature, &x, 200, x[200]);
             assert!((curvature - 4.0).abs() < 1e-8, "{half}: {curvature}");
             assert!((weighted(&window.mean, &[3.0; 400], 200, 0.0) - 3.0).abs() < 1e-12);
+            let slope = weighted(&window.slope, &x, 200, x[200]);
+            assert!((slope - 0.4).abs() < 1e-9, "{half}: {slope}");
         }
     }
 

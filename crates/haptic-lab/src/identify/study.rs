@@ -66,7 +66,7 @@ impl Movement {
     }
 
     /// Displacement (m) and velocity (m/s) after a time, s.
-    fn at(&self, t_s: f64) -> (f64, f64) {
+    pub(crate) fn at(&self, t_s: f64) -> (f64, f64) {
         match *self {
             Self::Chirp {
                 from_hz,

@@ -109,6 +109,14 @@ pub enum RecordingError {
         /// What is wrong.
         reason: String,
     },
+    /// What holds the rows is damaged.
+    #[error("{place}: {reason}")]
+    Damaged {
+        /// Where.
+        place: Place,
+        /// What is wrong.
+        reason: String,
+    },
     /// A line is longer than any of a recording.
     #[error("line {line} is longer than {longest} bytes: the file is damaged")]
     LineTooLong {
@@ -135,6 +143,49 @@ pub enum CreateError {
         /// be replaced.
         source: io::Error,
     },
+}
+
+/// Why a recording cannot be copied.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum CopyError {
+    /// The recording cannot be read.
+    #[error("{}", at_file(.path, .source))]
+    Read {
+        /// Its file.
+        path: PathBuf,
+        /// Why.
+        source: RecordingError,
+    },
+    /// The copy cannot be begun.
+    #[error(transparent)]
+    Create(#[from] CreateError),
+    /// The copy cannot be written.
+    #[error("{}: {source}", .path.display())]
+    Write {
+        /// Its file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A cut would hold nothing.
+    #[error("{}: none of its {rows} rows, {length_s} s, is within the cut", .path.display())]
+    Empty {
+        /// The recording.
+        path: PathBuf,
+        /// Its rows.
+        rows: u64,
+        /// Time from its first row to its last, s.
+        length_s: f64,
+    },
+}
+
+/// An error with the name of its file, once.
+fn at_file(path: &std::path::Path, error: &RecordingError) -> String {
+    match error {
+        RecordingError::Open { .. } => error.to_string(),
+        error => format!("{}: {error}", path.display()),
+    }
 }
 
 /// How a recording ends.

@@ -12,15 +12,23 @@
 //! entry, and [`Ending`] says so.
 
 mod columns;
+mod copy;
 mod csv;
+mod cut;
 mod error;
+mod fields;
 mod format;
 mod gaps;
+mod mcap;
+mod parquet;
 mod reader;
 mod recorder;
+mod sync;
 mod writer;
 
-pub use error::{CreateError, Ending, Place, RecordingError};
+pub use copy::{Repaired, export, repair};
+pub use cut::{Span, cut};
+pub use error::{CopyError, CreateError, Ending, Place, RecordingError};
 pub use format::{Format, UnknownFormat};
 pub use reader::{Entry, Reader, Recording, open, read};
 pub use recorder::{Recorder, create};

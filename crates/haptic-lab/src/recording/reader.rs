@@ -1,6 +1,7 @@
 //! Reads a recording of any format.
 
-use super::{Ending, Format, Mark, Metadata, RecordingError, csv};
+use super::{Ending, Format, Mark, Metadata, Place, RecordingError, csv, mcap, parquet};
+use bytes::Bytes;
 use haptic_ipc::Sample;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read};
@@ -8,6 +9,9 @@ use std::path::Path;
 
 /// Bytes by which the formats are told apart.
 const FIRST_BYTES: u64 = 8;
+
+/// Bytes read at once.
+const BUFFER: usize = 1 << 16;
 
 /// A row or a mark.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,20 +25,34 @@ pub enum Entry {
 /// A recording, read as it is needed: an iterator over its entries.
 pub struct Reader {
     source: Source,
-    format: Format,
     /// An entry could not be read.
     failed: bool,
+    /// Whether what follows such an entry is read.
+    is_tolerant: bool,
 }
 
 enum Source {
     Csv(Box<csv::Reader<Box<dyn BufRead + Send>>>),
+    Mcap(Box<mcap::Reader<Box<dyn BufRead + Send>>>),
+    Parquet(Box<parquet::Reader>),
 }
 
-/// Opens a recording; its first bytes say which format it has.
+/// Opens a recording; its first bytes say which format it has. In the place of a Parquet file that
+/// is being made, or was broken off, it opens what there is of it beside.
 ///
 /// # Errors
 /// The file cannot be opened, is no recording, or was broken off before its metadata.
 pub fn open(path: &Path) -> Result<Reader, RecordingError> {
+    if Format::of(path) == Ok(Format::Parquet) {
+        let spool = parquet::spool_of(path);
+        if spool.exists() {
+            return open_file(&spool);
+        }
+    }
+    open_file(path)
+}
+
+fn open_file(path: &Path) -> Result<Reader, RecordingError> {
     let failed = |source| RecordingError::Open {
         path: path.to_path_buf(),
         source,
@@ -45,7 +63,10 @@ pub fn open(path: &Path) -> Result<Reader, RecordingError> {
         .take(FIRST_BYTES)
         .read_to_end(&mut first)
         .map_err(failed)?;
-    Reader::new(&first, Box::new(BufReader::new(Cursor::new(first.clone()).chain(file))))
+    if first.starts_with(parquet::MAGIC) {
+        return Ok(Reader::of(Source::Parquet(Box::new(parquet::Reader::new(file)?))));
+    }
+    Reader::new(first, Box::new(BufReader::with_capacity(BUFFER, file)))
 }
 
 /// Reads a recording into memory; an hour at 1 kHz takes 500 MB.
@@ -62,17 +83,35 @@ impl Reader {
     /// # Errors
     /// The bytes are no recording, or were broken off before its metadata.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, RecordingError> {
-        let first: Vec<u8> = bytes.iter().take(FIRST_BYTES as usize).copied().collect();
-        Self::new(&first, Box::new(Cursor::new(bytes)))
+        if bytes.starts_with(parquet::MAGIC) {
+            let parquet = parquet::Reader::new(Bytes::from(bytes))?;
+            return Ok(Self::of(Source::Parquet(Box::new(parquet))));
+        }
+        let mut input = Cursor::new(bytes);
+        let mut first = Vec::new();
+        let read = input.by_ref().take(FIRST_BYTES).read_to_end(&mut first);
+        read.map_err(|source| RecordingError::Read {
+            place: Place::Byte(0),
+            source,
+        })?;
+        Self::new(first, Box::new(input))
     }
 
-    fn new(first: &[u8], input: Box<dyn BufRead + Send>) -> Result<Self, RecordingError> {
-        let _ = first;
-        Ok(Self {
-            source: Source::Csv(Box::new(csv::Reader::new(input)?)),
-            format: Format::Csv,
+    /// Reads what begins with `first` and goes on with `input`.
+    fn new(first: Vec<u8>, input: Box<dyn BufRead + Send>) -> Result<Self, RecordingError> {
+        if first == ::mcap::MAGIC {
+            return Ok(Self::of(Source::Mcap(Box::new(mcap::Reader::new(input)?))));
+        }
+        let whole: Box<dyn BufRead + Send> = Box::new(Cursor::new(first).chain(input));
+        Ok(Self::of(Source::Csv(Box::new(csv::Reader::new(whole)?))))
+    }
+
+    const fn of(source: Source) -> Self {
+        Self {
+            source,
             failed: false,
-        })
+            is_tolerant: false,
+        }
     }
 
     /// Under which circumstances it was made.
@@ -80,13 +119,19 @@ impl Reader {
     pub fn metadata(&self) -> &Metadata {
         match &self.source {
             Source::Csv(csv) => csv.metadata(),
+            Source::Mcap(mcap) => mcap.metadata(),
+            Source::Parquet(parquet) => parquet.metadata(),
         }
     }
 
     /// Its format.
     #[must_use]
     pub const fn format(&self) -> Format {
-        self.format
+        match self.source {
+            Source::Csv(_) => Format::Csv,
+            Source::Mcap(_) => Format::Mcap,
+            Source::Parquet(_) => Format::Parquet,
+        }
     }
 
     /// How it ends, once everything has been read.
@@ -98,6 +143,26 @@ impl Reader {
         }
         match &self.source {
             Source::Csv(csv) => csv.ending(),
+            Source::Mcap(mcap) => mcap.ending(),
+            Source::Parquet(parquet) => parquet.ending(),
+        }
+    }
+
+    /// From here on goes on behind what cannot be read.
+    pub(super) fn tolerate(&mut self) {
+        self.is_tolerant = true;
+    }
+
+    /// Bytes that could not be read so far; of Parquet it is not known.
+    pub(super) fn dropped(&self) -> u64 {
+        let torn = match self.ending() {
+            Some(Ending::BrokenOff { bytes, .. }) => bytes,
+            _ => 0,
+        };
+        torn + match &self.source {
+            Source::Csv(csv) => csv.dropped(),
+            Source::Mcap(mcap) => mcap.dropped(),
+            Source::Parquet(_) => 0,
         }
     }
 
@@ -131,8 +196,13 @@ impl Iterator for Reader {
         }
         let entry = match &mut self.source {
             Source::Csv(csv) => csv.entry(),
+            Source::Mcap(mcap) => mcap.entry(),
+            Source::Parquet(parquet) => parquet.entry(),
         };
-        self.failed = entry.is_err();
+        self.failed = entry.as_ref().is_err_and(|error| {
+            let is_over = matches!(error, RecordingError::Read { .. } | RecordingError::Open { .. });
+            is_over || !self.is_tolerant
+        });
         entry.transpose()
     }
 }

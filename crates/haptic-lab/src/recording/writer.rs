@@ -1,6 +1,7 @@
 //! Writes a recording in any format.
 
-use super::{CreateError, Entry, Format, Mark, Metadata, csv};
+use super::sync::Syncer;
+use super::{CreateError, Entry, Format, Mark, Metadata, csv, mcap, parquet};
 use haptic_ipc::Sample;
 use std::fs::File;
 use std::io;
@@ -31,7 +32,9 @@ pub struct Totals {
 /// Writes rows and marks, as they come.
 pub struct Writer {
     sink: Sink,
+    /// The file that is written now.
     file: File,
+    syncer: Syncer,
     totals: Totals,
     first_s: Option<f64>,
     unflushed: u64,
@@ -40,6 +43,11 @@ pub struct Writer {
 
 enum Sink {
     Csv(csv::Writer<File>),
+    Mcap(Box<mcap::Writer>),
+    /// Parquet that is read at its end alone.
+    Parquet(Box<parquet::Writer<File>>),
+    /// Parquet, and beside it what there is until its end.
+    Spool(Box<parquet::Spool>),
 }
 
 impl Writer {
@@ -48,35 +56,39 @@ impl Writer {
     /// # Errors
     /// The name says no format, the file cannot be written, or it is there and not to be replaced.
     pub fn create(path: &Path, metadata: &Metadata, replace: bool) -> Result<Self, CreateError> {
-        let format = Format::of(path)?;
-        let failed = |source| CreateError::File {
-            path: path.to_path_buf(),
-            source,
-        };
-        let file = if replace {
-            File::create(path)
-        } else {
-            File::create_new(path)
-        };
-        Self::new(format, file.map_err(failed)?, path, metadata).map_err(failed)
+        let (format, file) = new_file(path, replace)?;
+        Self::new(format, file, path, metadata).map_err(|source| failed(path, source))
     }
 
-    /// Begins a recording in a file that was created for it, or in a pipe.
+    /// Begins a recording of which nothing need be readable before its end.
+    pub(super) fn of_copy(format: Format, file: File, path: &Path, metadata: &Metadata) -> io::Result<Self> {
+        if format == Format::Parquet {
+            let parquet = parquet::Writer::new(file.try_clone()?, metadata)?;
+            return Self::with(Sink::Parquet(Box::new(parquet)), file);
+        }
+        Self::new(format, file, path, metadata)
+    }
+
+    /// Begins a recording in a file that was created for it, and is at `path`, or in a pipe.
     ///
     /// # Errors
-    /// It cannot be written to, or the format is not written into what it is.
-    pub fn new(format: Format, file: File, _path: &Path, metadata: &Metadata) -> io::Result<Self> {
-        let sink = match format {
-            Format::Csv => Sink::Csv(csv::Writer::new(file.try_clone()?, metadata)?),
-            Format::Mcap | Format::Parquet => {
-                return Err(io::Error::new(
-                    io::ErrorKind::Unsupported,
-                    format!("{format} is not written yet"),
-                ));
+    /// It cannot be written to, or is a pipe and the format Parquet.
+    pub fn new(format: Format, file: File, path: &Path, metadata: &Metadata) -> io::Result<Self> {
+        let copy = file.try_clone()?;
+        match format {
+            Format::Csv => Self::with(Sink::Csv(csv::Writer::new(copy, metadata)?), file),
+            Format::Mcap => Self::with(Sink::Mcap(Box::new(mcap::Writer::new(copy, metadata)?)), file),
+            Format::Parquet => {
+                let (spool, file) = parquet::Spool::new(file, path, metadata)?;
+                Self::with(Sink::Spool(Box::new(spool)), file)
             }
-        };
+        }
+    }
+
+    fn with(sink: Sink, file: File) -> io::Result<Self> {
         Ok(Self {
             sink,
+            syncer: Syncer::new(&file)?,
             file,
             totals: Totals::default(),
             first_s: None,
@@ -106,6 +118,9 @@ impl Writer {
         };
         match &mut self.sink {
             Sink::Csv(csv) => csv.rows(rows)?,
+            Sink::Mcap(mcap) => mcap.rows(rows)?,
+            Sink::Parquet(parquet) => parquet.rows(rows)?,
+            Sink::Spool(spool) => spool.mcap.rows(rows)?,
         }
         self.totals.length_s = last.t_s - *self.first_s.get_or_insert(first.t_s);
         self.totals.rows += rows.len() as u64;
@@ -138,6 +153,9 @@ impl Writer {
         self.flushed = Instant::now();
         match &mut self.sink {
             Sink::Csv(csv) => csv.flush(),
+            Sink::Mcap(mcap) => mcap.flush(),
+            Sink::Parquet(_) => Ok(()),
+            Sink::Spool(spool) => spool.mcap.flush(),
         }
     }
 
@@ -159,9 +177,17 @@ impl Writer {
     /// # Errors
     /// It cannot be written.
     pub fn break_off(mut self) -> io::Result<Totals> {
-        self.flush()?;
+        self.totals.bytes = match self.sink {
+            Sink::Csv(csv) => csv.finish()?,
+            Sink::Mcap(mcap) => mcap.finish()?,
+            Sink::Parquet(parquet) => parquet.finish()?,
+            Sink::Spool(spool) => {
+                self.totals.bytes = spool.finish()?;
+                return Ok(self.totals);
+            }
+        };
         sync(&self.file)?;
-        Ok(self.totals())
+        Ok(self.totals)
     }
 
     /// How much it holds by now.
@@ -170,6 +196,9 @@ impl Writer {
         Totals {
             bytes: match &self.sink {
                 Sink::Csv(csv) => csv.bytes(),
+                Sink::Mcap(mcap) => mcap.bytes(),
+                Sink::Parquet(parquet) => parquet.bytes(),
+                Sink::Spool(spool) => spool.mcap.bytes(),
             },
             ..self.totals
         }
@@ -184,6 +213,12 @@ impl Writer {
     fn put_mark(&mut self, mark: &Mark) -> io::Result<()> {
         match &mut self.sink {
             Sink::Csv(csv) => csv.mark(mark),
+            Sink::Mcap(mcap) => mcap.mark(mark),
+            Sink::Spool(spool) => spool.mcap.mark(mark),
+            Sink::Parquet(parquet) => {
+                parquet.mark(mark);
+                Ok(())
+            }
         }
     }
 
@@ -191,7 +226,37 @@ impl Writer {
         if self.unflushed >= FLUSH_ROWS || self.flushed.elapsed() >= FLUSH_EVERY {
             self.flush()?;
         }
-        Ok(())
+        self.syncer.tick()
+    }
+}
+
+/// Creates a recording's file.
+fn new_file(path: &Path, replace: bool) -> Result<(Format, File), CreateError> {
+    let format = Format::of(path)?;
+    if format == Format::Parquet {
+        let spool = parquet::spool_of(path);
+        if replace {
+            match std::fs::remove_file(&spool) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(failed(&spool, error)),
+                _ => {}
+            }
+        } else if spool.exists() {
+            // What a recording of this name left there.
+            return Err(failed(&spool, io::ErrorKind::AlreadyExists.into()));
+        }
+    }
+    let file = if replace {
+        File::create(path)
+    } else {
+        File::create_new(path)
+    };
+    Ok((format, file.map_err(|source| failed(path, source))?))
+}
+
+fn failed(path: &Path, source: io::Error) -> CreateError {
+    CreateError::File {
+        path: path.to_path_buf(),
+        source,
     }
 }
 

@@ -1,8 +1,9 @@
 //! Refusals of options, with name, value, limits and unit.
 
-use device_io::fake::MotionError;
+use device_io::fake::TooShort;
 use haptic_core::SceneError;
 use haptic_ipc::regular_file;
+use haptic_motion::MotionError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -22,6 +23,8 @@ pub(crate) enum ConfigError {
     StartScene(SceneError),
     #[error(transparent)]
     Motion(#[from] MotionError),
+    #[error(transparent)]
+    ShortMotion(#[from] TooShort),
     #[error(
         "{}",
         format!("{name} = {value} {unit} is out of range: it must be from {min} to {max} {unit}")

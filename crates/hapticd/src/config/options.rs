@@ -188,8 +188,8 @@ pub(crate) struct Options {
     pub(super) rig_damping_ns_per_m: Option<f64>,
 
     /// Hand on the fake rig: `sine` moves the handle to and fro, `arm` pulls it likewise through a
-    /// spring and damper, `free` lets it go, `file:MOTION.csv` follows a recording (columns t_s,
-    /// position_m), `arm:file:MOTION.csv` pulls along it [default: sine]
+    /// spring and damper, `free` lets it go, `file:MOTION` follows a recording or another table of
+    /// t_s and position_m in CSV, MCAP or Parquet, `arm:file:MOTION` pulls along it [default: sine]
     #[arg(long, value_name = "HAND", help_heading = "Fake rig")]
     pub(super) hand: Option<Named<HandName>>,
 
@@ -285,7 +285,7 @@ impl FromStr for HandName {
     fn from_str(text: &str) -> Result<Self, String> {
         let file = |path: &str| {
             if path.is_empty() {
-                return Err(format!("`{text}` lacks a file: write file:MOTION.csv"));
+                return Err(format!("`{text}` lacks a file: write file:MOTION"));
             }
             Ok(MotionName::File(path.into()))
         };
@@ -297,7 +297,7 @@ impl FromStr for HandName {
                 (Some(path), _) => file(path).map(Self::Prescribed),
                 (_, Some(path)) => file(path).map(Self::Arm),
                 _ => Err(format!(
-                    "unknown hand `{text}`: expected sine, arm, free, file:MOTION.csv or arm:file:MOTION.csv"
+                    "unknown hand `{text}`: expected sine, arm, free, file:MOTION or arm:file:MOTION"
                 )),
             },
         }

@@ -6,6 +6,8 @@ use device_io::fake::{AfterEnd, FakeRig, Hand, Motion, Recording, RigProperties}
 use device_io::link::Connector;
 use haptic_core::passivity::RigLosses;
 use haptic_ipc::regular_file;
+use haptic_motion::{MotionError, Rows};
+use std::path::Path;
 use std::sync::Arc;
 
 /// The rig: simulated, or behind a link.
@@ -103,10 +105,20 @@ impl Options {
                     Some(AfterEndName::Loop) => AfterEnd::Loop,
                     Some(AfterEndName::Hold) | None => AfterEnd::Hold,
                 };
-                let file = regular_file::open(path);
-                let recording = Recording::read_opened(path, file, scale, after_end)?;
+                let recording = Recording::new(path, &samples_of(path)?, scale, after_end)?;
                 Ok(Motion::Recorded(Arc::new(recording)))
             }
         }
     }
+}
+
+/// Times (s) and positions (m) of a motion file.
+fn samples_of(path: &Path) -> Result<Vec<(f64, f64)>, MotionError> {
+    let file = regular_file::open(path).map_err(|source| MotionError::Open {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    Rows::new(path, file)?
+        .map(|row| row.map(|row| (row.t_s, row.position_m)))
+        .collect()
 }

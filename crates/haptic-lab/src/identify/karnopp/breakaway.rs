@@ -2,6 +2,7 @@
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
+use crate::identify::smoothing::whole;
 
 /// A load is slow when it takes at least so long to reach the breakaway, s. At a coupling of 25000 N/m and a
 /// limit of 4 N that is a hand at 1.6 mm/s. A faster one goes on rising while the mass sets off:
@@ -12,7 +13,7 @@ const SLOWEST_LOAD_S: f64 = 0.1;
 const LONGEST_LINE_S: f64 = 0.1;
 
 /// Largest part of the force by which it may rise while the instant is uncertain.
-const LARGEST_RISE: f64 = 0.04;
+const LARGEST_RISE: f64 = 0.06;
 
 /// The start is read off two distances, the farther one reached in so many times the time of the nearer one.
 const FARTHER: f64 = 1.5;
@@ -61,15 +62,15 @@ pub(super) fn find(grid: &Grid, motion: &Motion, force: &[f64]) -> Vec<Breakaway
         // A load that lets go again, a creep, or a slip shorter than that.
         let rests_between =
             |other: &std::ops::Range<usize>| other.start > quiet && other.start < second && other.end > first;
-        let longest = (LONGEST_START_S / grid.period_s) as usize;
+        let longest = whole(LONGEST_START_S / grid.period_s);
         if same != sense || second > first + longest || motion.rests.iter().any(rests_between) {
             return None;
         }
         // It sets off along a parabola.
-        let start = ((second - first) as f64 / (FARTHER - 1.0)).round() as usize;
+        let start = whole(((second - first) as f64 / (FARTHER - 1.0)).round());
         let onset = first.saturating_sub(start).max(quiet);
         let uncertain_s = ((first - onset) as f64 * 0.5 + 1.0) * grid.period_s;
-        let length = ((LONGEST_LINE_S / grid.period_s) as usize).min(onset - rest.start);
+        let length = whole(LONGEST_LINE_S / grid.period_s).min(onset - rest.start);
         let line = onset.checked_sub(length).filter(|_| length >= 8)?..onset;
         if !grid.is_valid[line.clone()].iter().all(|valid| *valid) {
             return None;

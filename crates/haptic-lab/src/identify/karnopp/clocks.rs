@@ -5,6 +5,7 @@
 
 use super::regression::{Rows, Shape, Unknown, fit, student};
 use crate::identify::grid::Grid;
+use crate::identify::smoothing::{weighted, whole};
 use nalgebra::{DMatrix, DVector};
 
 /// Rows that the search over whole samples looks at.
@@ -34,7 +35,7 @@ pub(super) fn find(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, long
     let mut found = None;
     for _ in 0..5 {
         let force = grid.force_shifted(value_s);
-        let rates = rows.force_rates(&force, grid.period_s);
+        let rates = rows.force_rates(&force);
         let forces = without_inertia(rows, rows.forces(&force), known_mass);
         let fit = fit(rows, &forces, &rates, shape).ok()?;
         let more = fit.value(Unknown::Shift)?;
@@ -63,7 +64,7 @@ pub(super) fn without_inertia(rows: &Rows, mut forces: Vec<f64>, known_mass: f64
 
 /// The best shift by whole samples, s.
 fn search(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, longest_s: f64) -> Option<f64> {
-    let longest = (longest_s / grid.period_s).ceil() as usize;
+    let longest = whole((longest_s / grid.period_s).ceil());
     let step = (rows.window.reach / 8).max(1);
     let reach = longest + rows.window.reach;
     let thinned: Vec<_> = rows
@@ -87,8 +88,7 @@ fn search(grid: &Grid, rows: &Rows, shape: Shape, known_mass: f64, longest_s: f6
             thinned.len(),
             thinned.iter().map(|row| {
                 let at = row.at.saturating_add_signed(shift);
-                crate::identify::smoothing::weighted(&rows.window.mean, &grid.force_n, at, 0.0)
-                    - known_mass * row.acceleration
+                weighted(&rows.window.mean, &grid.force_n, at, 0.0) - known_mass * row.acceleration
             }),
         );
         let right = design.tr_mul(&forces);

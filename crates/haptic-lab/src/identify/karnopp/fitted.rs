@@ -39,7 +39,9 @@ pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
 
 fn even(grid: &Grid, found: &Identified) -> Record {
     Record {
-        t_s: (0..grid.len()).map(|index| grid.start_s + index as f64 * grid.period_s).collect(),
+        t_s: (0..grid.len())
+            .map(|index| grid.start_s + index as f64 * grid.period_s)
+            .collect(),
         position_m: grid.position_m.clone(),
         velocity_mps: None,
         force_n: grid.force_shifted(found.shift_s),

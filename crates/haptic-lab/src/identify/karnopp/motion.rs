@@ -1,7 +1,7 @@
 //! Where the mass slides, which way, and where it rests.
 
 use crate::identify::grid::Grid;
-use crate::identify::smoothing::{encoder_step, slope, slope_noise, white_noise};
+use crate::identify::smoothing::{encoder_step, slope, slope_noise, white_noise, whole};
 use std::ops::Range;
 
 /// Longest time over which velocity is taken as even, s.
@@ -34,21 +34,25 @@ impl Motion {
     pub(super) fn new(grid: &Grid, resolution_m: Option<f64>) -> Self {
         let (x, period_s) = (&grid.position_m, grid.period_s);
         let step_m = resolution_m.or_else(|| encoder_step(x)).unwrap_or(0.0);
-        let longest = ((LONGEST_SLOPE_S / period_s) as usize).max(2);
+        let longest = whole(LONGEST_SLOPE_S / period_s).max(2);
         let rough = slope(x, longest, period_s);
         let fastest = rough.iter().fold(0.0_f64, |fastest, v| fastest.max(v.abs()));
         let moves: Vec<bool> = rough.iter().map(|v| v.abs() > 0.1 * fastest).collect();
         let noise_m = white_noise(x, &moves).max(step_m / 12.0_f64.sqrt());
         let usual = (rough.iter().map(|v| v * v).sum::<f64>() / rough.len() as f64).sqrt();
-        // The shortest slope whose noise is a hundredth of the usual velocity.
+        // The shortest slope whose noise leaves directions certain from a fiftieth of the usual velocity on.
         let reach = (2..longest)
-            .find(|reach| CERTAIN_DEVIATIONS * noise_m * slope_noise(*reach, period_s) <= 0.01 * usual)
+            .find(|reach| CERTAIN_DEVIATIONS * noise_m * slope_noise(*reach, period_s) <= 0.02 * usual)
             .unwrap_or(longest);
         let velocity_mps = slope(x, reach, period_s);
         let slowest_mps = (CERTAIN_DEVIATIONS * noise_m * slope_noise(reach, period_s)).max(1e-9);
         let turn_m = CERTAIN_DEVIATIONS * noise_m;
-        let sense = senses(&velocity_mps, slowest_mps, reach, |turn| is_quick(x, turn, turn_m));
-        let rests = rests(x, 8.0 * noise_m + 1.1 * step_m, (SHORTEST_REST_S / period_s) as usize);
+        let longest_turn = whole(LONGEST_TURN_S / period_s);
+        let mut sense = senses(&velocity_mps, slowest_mps, reach, |turn| {
+            is_quick(x, turn, turn_m, longest_turn)
+        });
+        leave_out_creeping(&velocity_mps, &mut sense, whole(LONGEST_CREEP_S / period_s));
+        let rests = rests(x, 8.0 * noise_m + 1.1 * step_m, whole(SHORTEST_REST_S / period_s));
         Self {
             velocity_mps,
             sense,
@@ -73,12 +77,31 @@ impl Motion {
     }
 }
 
-/// Longest time at a turn within the position's noise, in samples: so long a rest may be hidden there.
-const LONGEST_TURN: usize = 2;
+/// Slower than this share of the fast slides for longer than this time, s, a motion may be made of slips and rests that
+/// are too short to be seen.
+const CREEP_SHARE: f64 = 0.05;
+const LONGEST_CREEP_S: f64 = 0.1;
+
+/// Leaves out where it creeps.
+fn leave_out_creeping(velocity: &[f64], sense: &mut [i8], longest: usize) {
+    let mut speeds: Vec<f64> = velocity.iter().map(|v| v.abs()).collect();
+    speeds.sort_unstable_by(f64::total_cmp);
+    let limit = CREEP_SHARE * speeds[speeds.len() * 19 / 20];
+    let mut begin = 0;
+    for run in velocity.chunk_by(|a, b| (a.abs() < limit) == (b.abs() < limit)) {
+        if run[0].abs() < limit && run.len() > longest {
+            sense[begin..begin + run.len()].fill(0);
+        }
+        begin += run.len();
+    }
+}
+
+/// Longest time at a turn within the position's noise, s: so long a rest may be hidden there.
+const LONGEST_TURN_S: f64 = 2.5e-3;
 
 /// Whether a turn somewhere in `range` is seen to be one, and not a short rest: hardly a sample is as far as
 /// the farthest.
-fn is_quick(x: &[f64], range: Range<usize>, tolerance: f64) -> bool {
+fn is_quick(x: &[f64], range: Range<usize>, tolerance: f64, longest: usize) -> bool {
     let near = |extreme: f64| {
         x[range.clone()]
             .iter()
@@ -89,7 +112,7 @@ fn is_quick(x: &[f64], range: Range<usize>, tolerance: f64) -> bool {
         .iter()
         .fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
     let is_high = x[range.start].max(x[range.end - 1]) < f64::midpoint(low, high);
-    near(if is_high { high } else { low }) <= LONGEST_TURN
+    near(if is_high { high } else { low }) <= longest
 }
 
 /// The direction of each sample. A velocity that passes through zero in a quick turn turns in the middle of its
@@ -99,33 +122,33 @@ fn senses(velocity: &[f64], slowest: f64, reach: usize, is_quick: impl Fn(Range<
         .iter()
         .map(|v| i8::from(*v > slowest) - i8::from(*v < -slowest))
         .collect();
-    let mut begin = 0;
+    let mut begin = 1;
     while begin < sense.len() {
-        if sense[begin] != 0 {
+        let is_turn = sense[begin] * sense[begin - 1] == -1;
+        if sense[begin] != 0 && !is_turn {
             begin += 1;
             continue;
         }
-        let end = sense[begin..]
-            .iter()
-            .position(|each| *each != 0)
-            .map_or(sense.len(), |length| begin + length);
-        let before = begin.checked_sub(1).map_or(0, |index| sense[index]);
-        let after = sense.get(end).copied().unwrap_or(0);
+        let slow = sense[begin..].iter().position(|each| *each != 0);
+        let end = slow.map_or(sense.len(), |length| begin + length);
+        let (before, after) = (sense[begin - 1], sense.get(end).copied().unwrap_or(0));
         let around = begin.saturating_sub(reach)..(end + reach).min(sense.len());
         if end - begin <= reach && before * after == -1 && is_quick(around) {
             let middle = usize::midpoint(begin, end);
             sense[begin..middle].fill(before);
             sense[middle..end].fill(after);
+            begin = end + 1;
         } else {
-            let last = (end + reach).min(sense.len());
-            sense[begin.saturating_sub(reach)..end].fill(0);
-            // What lies behind is looked at again, but no farther than this rest reaches.
-            let next = sense[end..last].iter().position(|each| *each == -after);
-            sense[end..next.map_or(last, |length| end + length)].fill(0);
-            begin = last;
-            continue;
+            // A slope that reaches into a rest is slower than the motion, and one that reaches out of it faster.
+            let last = (end + 2 * reach).min(sense.len());
+            sense[begin.saturating_sub(2 * reach)..last].fill(0);
+            begin = last + 1;
         }
-        begin = end;
+    }
+    if sense.first() == Some(&0) {
+        let length = sense.iter().position(|each| *each != 0).unwrap_or(sense.len());
+        let last = (length + 2 * reach).min(sense.len());
+        sense[..last].fill(0);
     }
     sense
 }
@@ -166,8 +189,11 @@ mod tests {
         stop.extend([0.0; 8]);
         stop.extend([-0.1; 10]);
         let sense = senses(&stop, 0.015, 3, |_| true);
-        assert_eq!(&sense[..8], &[1, 1, 1, 1, 1, 1, 1, 0]);
-        assert_eq!(&sense[20..22], &[0, -1]);
+        assert_eq!(&sense[2..6], &[1, 1, 0, 0]);
+        assert_eq!(&sense[22..26], &[0, 0, -1, -1]);
+        // A turn without a slow sample may hide a rest as well.
+        let sense = senses(&[[0.1; 20], [-0.1; 20]].concat(), 0.015, 3, |_| false);
+        assert_eq!(&sense[12..28], &[1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1]);
     }
 
     #[test]

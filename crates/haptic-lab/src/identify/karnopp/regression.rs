@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 const FULL_WEIGHT_DEVIATIONS: f64 = 3.0;
 
 /// Most rows of a fit; of longer records every second, third ... is taken.
-const MOST_ROWS: usize = 20_000;
+const MOST_ROWS: usize = 8000;
 
 /// Parts that are left out one after another. So many hold the slow errors of a record of a dozen strokes,
 /// and still tell a variance.
@@ -24,6 +24,8 @@ const LARGEST_CONDITION: f64 = 1e9;
 pub(super) struct Row {
     /// Sample in its middle.
     pub(super) at: usize,
+    /// Its place in the record, from -0.5 to 0.5.
+    pub(super) place: f64,
     /// Acceleration, m/s^2.
     pub(super) acceleration: f64,
     /// Velocity while it is positive, and while it is negative, m/s.
@@ -47,7 +49,7 @@ impl Rows {
         let reach = window.reach;
         let mut rows = Vec::new();
         if grid.len() > 2 * reach {
-            let step = (reach / 4).max(1).max(grid.len() / MOST_ROWS);
+            let step = (reach / 3).max(1).max(grid.len() / MOST_ROWS);
             let is_bad: Vec<bool> = motion
                 .sense
                 .iter()
@@ -75,18 +77,10 @@ impl Rows {
     }
 
     /// Each row's change of force with time, N/s.
-    pub(super) fn force_rates(&self, force: &[f64], period_s: f64) -> Vec<f64> {
-        // By parts, on the differences of the window.
-        let mean = &self.window.mean;
-        let weight = |index: usize| -> f64 {
-            let before = index.checked_sub(1).map_or(0.0, |before| mean[before]);
-            let after = mean.get(index + 1).copied().unwrap_or(0.0);
-            (before - after) / (2.0 * period_s)
-        };
-        let weights: Vec<f64> = (0..mean.len()).map(weight).collect();
+    pub(super) fn force_rates(&self, force: &[f64]) -> Vec<f64> {
         self.rows
             .iter()
-            .map(|row| weighted(&weights, force, row.at, force[row.at]))
+            .map(|row| weighted(&self.window.slope, force, row.at, force[row.at]))
             .collect()
     }
 }
@@ -104,8 +98,17 @@ fn row(grid: &Grid, motion: &Motion, window: &Window, at: usize) -> Row {
         }
     }
     let x = &grid.position_m;
+    // Through one direction the velocity passes the same filter as all the rest.
+    if motion.sense[at - reach..=at + reach]
+        .iter()
+        .all(|sense| *sense == motion.sense[at])
+    {
+        velocity = [0.0; 2];
+        velocity[usize::from(motion.sense[at] < 0)] = weighted(&window.slope, x, at, x[at]);
+    }
     Row {
         at,
+        place: at as f64 / grid.len() as f64 - 0.5,
         acceleration: weighted(&window.curvature, x, at, x[at]),
         velocity,
         positive_share,
@@ -136,6 +139,8 @@ pub(super) enum Unknown {
     /// Alike: the dynamic force, and the offset. Separate: the force of a slow slide in the positive and in
     /// the negative direction, `Fd+ + offset` and `offset - Fd-`.
     Level(usize),
+    /// How much the force's zero drifts over the record, N.
+    Drift,
     /// The force's delay, s.
     Shift,
 }
@@ -153,6 +158,7 @@ impl Shape {
         }
         let levels = if self.is_separate { self.sides } else { [true; 2] };
         unknowns.extend((0..2).filter(|side| levels[*side]).map(Unknown::Level));
+        unknowns.push(Unknown::Drift);
         if self.has_shift {
             unknowns.push(Unknown::Shift);
         }
@@ -169,6 +175,7 @@ impl Shape {
             (Unknown::Level(_), false) => 1.0,
             (Unknown::Level(0), true) => p,
             (Unknown::Level(_), true) => n,
+            (Unknown::Drift, _) => row.place,
             (Unknown::Shift, _) => -rate,
         }
     }
@@ -288,7 +295,7 @@ pub(super) fn fit(rows: &Rows, forces: &[f64], rates: &[f64], shape: Shape) -> R
         for (weight, residual) in weights.iter_mut().zip(residuals.iter()) {
             *weight = (limit / residual.abs().max(f64::MIN_POSITIVE)).min(1.0);
         }
-        if change <= 1e-9 * values.amax() {
+        if change <= 1e-6 * values.amax() {
             break;
         }
     }

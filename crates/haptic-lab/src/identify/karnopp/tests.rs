@@ -1,127 +1,58 @@
 //! Identification of records whose truth is known.
 
+use crate::identify::study::{Experiment, Movement, Sensors, Truth};
 use crate::identify::{Directions, Identified, ModelKind, Options, Record, identify};
-use crate::motion::DeviceSample;
-use crate::simulate::{Simulator, Start};
-use haptic_core::{Directional, Scene, Scheme};
+use haptic_core::Directional;
+use haptic_core::friction::{Friction, Karnopp};
 
-/// What is true of a synthetic record.
-#[derive(Clone, Copy, Debug)]
-struct Truth {
-    mass: f64,
-    dynamic: Directional,
-    viscous: Directional,
-    r#static: Directional,
-    offset: f64,
-}
-
-const TRUTH: Truth = Truth {
-    mass: 0.5,
-    dynamic: Directional::both(3.5),
-    viscous: Directional::both(10.0),
-    r#static: Directional::both(5.0),
-    offset: 0.0,
-};
-
-/// Noise that is the same in every run.
-struct Noise(u64);
-
-impl Noise {
-    fn uniform(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        let mixed = (self.0 ^ (self.0 >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        (mixed >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn normal(&mut self) -> f64 {
-        let (u, v) = (1.0 - self.uniform(), self.uniform());
-        (-2.0 * u.ln()).sqrt() * (2.0 * std::f64::consts::PI * v).cos()
+fn alike() -> Karnopp {
+    Karnopp {
+        viscous: Directional::both(10.0),
+        ..Karnopp::new(5.0, 3.5)
     }
 }
 
-/// The hand: sines from 0.5 to 3 Hz, then slow ramps to and fro.
-fn hand(t: f64, sines_s: f64) -> (f64, f64) {
-    let turn = 2.0 * std::f64::consts::PI;
-    let sines = |t: f64| {
-        [(0.5, 0.02, 0.0), (1.3, 0.012, 1.0), (2.9, 0.005, 2.0)]
-            .iter()
-            .fold((0.0, 0.0), |(p, v), (f, a, phase)| {
-                let angle = turn * f * t + phase;
-                (p + a * angle.sin(), v + a * turn * f * angle.cos())
-            })
-    };
-    if t < sines_s {
-        return sines(t);
-    }
-    // 0.8 mm/s for 2 s each way, with a rest at either end.
-    let (end, _) = sines(sines_s);
-    let phase = (t - sines_s) % 5.0;
-    let (p, v) = match phase {
-        p if p < 2.0 => (0.8e-3 * p, 0.8e-3),
-        p if p < 2.5 => (1.6e-3, 0.0),
-        p if p < 4.5 => (1.6e-3 - 0.8e-3 * (p - 2.5), -0.8e-3),
-        _ => (0.0, 0.0),
-    };
-    (end + p, v)
+fn experiment(friction: Karnopp) -> Experiment {
+    Experiment::thorough(Truth {
+        mass_kg: 0.5,
+        friction: Friction::Karnopp(friction),
+        offset_n: 0.0,
+    })
 }
 
-/// A block on its coupling, solved exactly, seen by an encoder of 10 um and a sensor with noise of 0.1 N.
-fn record(truth: &Truth, seed: u64, period_s: f64) -> Record {
-    let scene: Scene = serde_json::from_value(serde_json::json!({
-        "name": "truth",
-        "block": { "mass": truth.mass },
-        "coupling": { "stiffness": 25000, "damping": 10 },
-        "friction": {
-            "law": "karnopp",
-            "static_force": truth.r#static,
-            "dynamic_force": truth.dynamic,
-            "viscous": truth.viscous,
-        },
-    }))
-    .expect("a scene");
-    let mut noise = Noise(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-    let at = |t: f64| {
-        let (position_m, velocity_mps) = hand(t, 12.0);
-        DeviceSample {
-            t_s: t,
-            position_m,
-            velocity_mps,
-        }
-    };
-    // The block is solved at 10 kHz at least, and seen at the record's rate.
-    let every = (period_s / 1e-4).round().max(1.0) as usize;
-    let fine_s = period_s / every as f64;
-    let mut simulator =
-        Simulator::new(&scene, Scheme::Exact, fine_s, &at(0.0), Start::default()).expect("it can be rendered");
-    let mut record = Record::default();
-    let count = (27.0 / fine_s) as usize;
-    let mut events = Vec::new();
-    for index in 0..count {
-        let sample = at(index as f64 * fine_s);
-        let row = simulator.step(&sample, &mut events);
-        if index % every == 0 {
-            record.t_s.push(sample.t_s);
-            record.position_m.push((row.block_position_m / 1e-5).round() * 1e-5);
-            record
-                .force_n
-                .push(row.coupling_force_n + truth.offset + 0.1 * noise.normal());
-        }
+/// What sensors see of the experiment. The mass is moved at 10 kHz, so that its grip is smooth between samples.
+fn watched(friction: Karnopp, seed: u64, rate_hz: f64) -> Record {
+    let mut fine = experiment(friction);
+    fine.sensors.rate_hz = 10_000.0;
+    let mut motion = fine.motion().expect("it can be rendered");
+    let every = (fine.sensors.rate_hz / rate_hz) as usize;
+    for column in [&mut motion.t_s, &mut motion.position_m, &mut motion.force_n] {
+        *column = column.iter().copied().step_by(every).collect();
     }
-    record
+    let sensors = Sensors {
+        rate_hz,
+        ..Sensors::USUAL
+    };
+    sensors.watch(&motion, seed)
+}
+
+fn record(friction: Karnopp, seed: u64) -> Record {
+    watched(friction, seed, 1000.0)
 }
 
 fn found(record: &Record) -> Identified {
     identify(record, &Options::new(ModelKind::Karnopp)).expect("a record")
 }
 
+fn refused(found: &Identified) -> Vec<&str> {
+    found.refused.iter().map(|each| each.parameter.as_str()).collect()
+}
+
 /// Every parameter that is reported, with its truth and how far it may be from it.
-fn pairs(found: &Identified, truth: &Truth) -> Vec<(&'static str, f64, f64, f64)> {
+fn pairs(found: &Identified, mass_kg: f64, truth: &Karnopp, offset_n: f64) -> Vec<(&'static str, f64, f64, f64)> {
     let mut pairs = Vec::new();
     if let Some(mass) = found.mass_kg {
-        pairs.push(("mass_kg", mass, truth.mass, 0.01));
+        pairs.push(("mass_kg", mass, mass_kg, 0.01));
     }
     let mut both = |names: [&'static str; 2], value: Option<Directional>, truth: Directional, within: f64| {
         if let Some(value) = value {
@@ -132,7 +63,7 @@ fn pairs(found: &Identified, truth: &Truth) -> Vec<(&'static str, f64, f64, f64)
     both(
         ["dynamic_force_N.positive", "dynamic_force_N.negative"],
         found.dynamic_force_n,
-        truth.dynamic,
+        truth.dynamic_force,
         0.005,
     );
     both(
@@ -144,73 +75,219 @@ fn pairs(found: &Identified, truth: &Truth) -> Vec<(&'static str, f64, f64, f64)
     both(
         ["static_force_N.positive", "static_force_N.negative"],
         found.static_force_n,
-        truth.r#static,
+        truth.static_force,
         0.05,
     );
     if let Some(offset) = found.offset_n {
-        pairs.push(("offset_N", offset, truth.offset, 0.05));
+        pairs.push(("offset_N", offset, offset_n, 0.05));
     }
     pairs
 }
 
+/// Whether every interval of what is reported holds, and within how many of its halves.
+fn held(found: &Identified, mass_kg: f64, truth: &Karnopp, offset_n: f64, halves: f64) {
+    for (name, value, truth, _) in pairs(found, mass_kg, truth, offset_n) {
+        let [low, high] = found.intervals[name];
+        let half = (high - low) / 2.0;
+        assert!(
+            (value - truth).abs() <= halves * half,
+            "{name} = {value} +- {half} for {truth}: {:#?}",
+            found.notes
+        );
+    }
+}
+
 #[test]
 fn the_truth_is_found_and_its_intervals_hold() {
-    let seeds = test_run::extent(6, 100);
-    let mut held = std::collections::BTreeMap::<&str, u32>::new();
+    let seeds: u64 = test_run::extent(5, 100);
+    let mut held = std::collections::BTreeMap::<&str, u64>::new();
     for seed in 1..=seeds {
-        let found = found(&record(&TRUTH, seed as u64, 1e-3));
+        let found = found(&record(alike(), seed));
         assert!(found.refused.is_empty(), "{:?}", found.refused);
-        if seed == 1 {
-            println!("{found:#?}");
-        }
-        for (name, value, truth, within) in pairs(&found, &TRUTH) {
+        for (name, value, truth, within) in pairs(&found, 0.5, &alike(), 0.0) {
             assert!(
                 (value - truth).abs() <= within * truth.abs().max(1.0),
                 "{seed}: {name} = {value}"
             );
-            if let Some([low, high]) = found.intervals.get(name) {
-                *held.entry(name).or_default() += u32::from((*low..=*high).contains(&truth));
-                println!("{seed} {name} {value:.5} in [{low:.5}, {high:.5}]");
-            }
+            let [low, high] = found.intervals[name];
+            *held.entry(name).or_default() += u64::from((low..=high).contains(&truth));
         }
     }
-    println!("{held:?} of {seeds}");
+    println!("intervals that hold the truth, of {seeds}: {held:?}");
     for (name, count) in held {
-        assert!(
-            count as usize * 10 >= seeds as usize * 9 - 5,
-            "{name}: {count} of {seeds}"
-        );
+        // Of five runs one may miss; of 100, ten.
+        assert!(count + 1 + seeds / 11 >= seeds, "{name}: {count} of {seeds}");
     }
 }
 
 #[test]
 fn friction_that_differs_by_direction_is_found_and_its_offset_refused() {
-    let truth = Truth {
-        dynamic: Directional {
-            positive: 3.5,
-            negative: 3.0,
-        },
-        viscous: Directional {
-            positive: 10.0,
-            negative: 12.0,
-        },
-        r#static: Directional {
-            positive: 5.0,
-            negative: 4.0,
-        },
-        ..TRUTH
+    let pair = |positive, negative| Directional { positive, negative };
+    let truth = Karnopp {
+        static_force: pair(5.0, 4.0),
+        dynamic_force: pair(3.5, 3.0),
+        viscous: pair(10.0, 12.0),
+        ..alike()
     };
-    let found = found(&record(&truth, 1, 1e-3));
-    let refused: Vec<&str> = found.refused.iter().map(|each| each.parameter.as_str()).collect();
-    assert_eq!(refused, ["offset_N"], "{found:#?}");
-    let pairs = pairs(&found, &truth);
-    assert_eq!(pairs.len(), 7);
+    let record = record(truth, 1);
+    let found = found(&record);
+    assert_eq!(refused(&found), ["offset_N"], "{found:#?}");
+    held_within(&found, &truth);
+    // With a known offset nothing is refused, even where the viscous friction is alike.
+    let known = Options {
+        offset_n: Some(0.0),
+        ..Options::new(ModelKind::Karnopp)
+    };
+    let found = identify(&record, &known).expect("a record");
+    assert!(found.refused.is_empty(), "{found:#?}");
+    held_within(&found, &truth);
+}
+
+fn held_within(found: &Identified, truth: &Karnopp) {
+    let pairs = pairs(found, 0.5, truth, 0.0);
+    assert!(pairs.len() >= 7);
     for (name, value, truth, within) in pairs {
         assert!(
-            (value - truth).abs() <= within * truth.abs().max(1.0),
-            "{name} = {value}"
+            (value - truth).abs() <= 1.5 * within * truth.abs().max(1.0),
+            "{name} = {value}: {found:#?}"
         );
     }
+}
+
+#[test]
+fn a_constant_force_is_the_offset_of_friction_that_is_alike() {
+    let mut shifted = record(alike(), 3);
+    shifted.force_n.iter_mut().for_each(|force| *force -= 1.2);
+    let found = found(&shifted);
+    assert!(found.refused.is_empty(), "{found:#?}");
+    held(&found, 0.5, &alike(), -1.2, 1.6);
+}
+
+#[test]
+fn clocks_that_differ_are_aligned_and_the_shift_told() {
+    let truth = record(alike(), 4);
+    for samples in [4_usize, 25] {
+        let mut late = truth.clone();
+        // The force is stamped so many samples later than it was.
+        late.force_n.rotate_right(samples);
+        let found = found(&late);
+        let shift_s = samples as f64 * 1e-3;
+        assert!(
+            (found.shift_s - shift_s).abs() < 3e-4,
+            "{} for {shift_s}",
+            found.shift_s
+        );
+        let [low, high] = found.intervals["shift_s"];
+        assert!(low <= shift_s && shift_s <= high, "{low} to {high}");
+        held(&found, 0.5, &alike(), 0.0, 2.0);
+    }
+    assert!(found(&truth).shift_s.abs() < 2e-4);
+}
+
+#[test]
+fn other_rates_units_and_directions_tell_the_same() {
+    for rate_hz in [100.0, 250.0, 5000.0] {
+        let found = found(&watched(alike(), 5, rate_hz));
+        assert!(
+            found.mass_kg.is_some() && found.dynamic_force_n.is_some(),
+            "{rate_hz}: {found:#?}"
+        );
+        held(&found, 0.5, &alike(), 0.0, 2.0);
+    }
+    let mut turned = record(alike(), 6);
+    for value in turned.position_m.iter_mut().chain(&mut turned.force_n) {
+        *value = 5.0 - *value;
+    }
+    let found = found(&turned);
+    held(&found, 0.5, &alike(), 5.0, 2.0);
+}
+
+#[test]
+fn a_glitch_a_drift_and_a_clipped_force_do_not_deceive() {
+    let mut glitches = record(alike(), 7);
+    for force in glitches.force_n.iter_mut().step_by(997) {
+        *force += 60.0;
+    }
+    held(&found(&glitches), 0.5, &alike(), 0.0, 2.0);
+    let mut drifts = record(alike(), 8);
+    for (force, t) in drifts.force_n.iter_mut().zip(&drifts.t_s) {
+        *force += 0.3 * (t / 15.0 - 1.0);
+    }
+    held(&found(&drifts), 0.5, &alike(), 0.0, 2.0);
+    let mut clipped = record(alike(), 9);
+    for force in &mut clipped.force_n {
+        *force = force.clamp(-6.0, 6.0);
+    }
+    let found = found(&clipped);
+    assert!(
+        found.notes.iter().any(|note| note.contains("saturated")),
+        "{:?}",
+        found.notes
+    );
+    held(&found, 0.5, &alike(), 0.0, 2.0);
+}
+
+#[test]
+fn what_the_motion_cannot_tell_is_refused_by_name() {
+    let of = |movements: &[Movement]| {
+        let experiment = experiment(alike()).with_movements(movements);
+        found(&experiment.record(1).expect("it can be rendered"))
+    };
+    let chirp = Movement::Chirp {
+        from_hz: 0.5,
+        to_hz: 3.0,
+        stroke_m: 0.03,
+        duration_s: 12.0,
+    };
+    let fast_only = of(&[chirp]);
+    assert_eq!(refused(&fast_only), ["static_force_N"], "{fast_only:#?}");
+    assert!(fast_only.refused[0].instead.contains("1 mm/s"));
+    held(&fast_only, 0.5, &alike(), 0.0, 2.0);
+
+    let one_speed = of(&[Movement::Ramp {
+        speed_mps: 0.05,
+        stroke_m: 0.05,
+        duration_s: 20.0,
+    }]);
+    let names = refused(&one_speed);
+    assert!(
+        names.contains(&"viscous_Ns_per_m") && names.contains(&"dynamic_force_N"),
+        "{one_speed:#?}"
+    );
+
+    let one_way = of(&[Movement::Ramp {
+        speed_mps: 0.02,
+        stroke_m: 0.5,
+        duration_s: 20.0,
+    }]);
+    let names = refused(&one_way);
+    assert!(
+        names.contains(&"offset_N") && names.contains(&"dynamic_force_N"),
+        "{one_way:#?}"
+    );
+
+    let still = of(&[Movement::Rest { duration_s: 5.0 }]);
+    assert_eq!(refused(&still).len(), 5, "{still:#?}");
+    assert!(still.refused[0].reason.contains("stroke"), "{still:#?}");
+
+    let slow = of(&[Movement::Ramp {
+        speed_mps: 0.001,
+        stroke_m: 0.0015,
+        duration_s: 20.0,
+    }]);
+    held(&slow, 0.5, &alike(), 0.0, 2.0);
+    assert!(refused(&slow).contains(&"viscous_Ns_per_m"), "{slow:#?}");
+}
+
+#[test]
+fn a_known_mass_is_taken_and_not_identified() {
+    let options = Options {
+        mass_kg: Some(0.5),
+        ..Options::new(ModelKind::Karnopp)
+    };
+    let found = identify(&record(alike(), 2), &options).expect("a record");
+    assert_eq!((found.mass_kg, found.intervals.get("mass_kg")), (Some(0.5), None));
+    assert!(found.refused.is_empty(), "{found:#?}");
 }
 
 #[test]
@@ -237,7 +314,7 @@ fn a_real_drive_gives_the_figures_of_an_independent_fit() {
             },
         )
         .expect("a record");
-        println!("{found:#?} in {:?}", began.elapsed());
+        println!("{} N left in {:?}", found.residual_rms_n, began.elapsed());
         if directions == Directions::Separate {
             continue;
         }

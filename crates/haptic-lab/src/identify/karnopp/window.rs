@@ -59,8 +59,7 @@ pub(super) fn choose(problem: &Problem<'_>, shape: Shape) -> Result<Rows, Unfit>
     }
     let best = fits.iter().map(|(score, _)| *score).fold(f64::INFINITY, f64::min);
     fits.into_iter()
-        .filter(|(score, _)| *score <= best + LARGEST_LOSS.ln())
+        .rfind(|(score, _)| *score <= best + LARGEST_LOSS.ln())
         .map(|(_, rows)| rows)
-        .last()
         .ok_or(unfit)
 }

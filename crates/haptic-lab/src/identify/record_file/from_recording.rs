@@ -45,15 +45,17 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         .iter()
         .filter(|row| row.state == RigState::Engaged)
         .collect();
+    // What the rig's motor did by itself, where it was moved to be identified.
+    let excited: Vec<&Sample> = recording.rows.iter().filter(|row| is_excited(row)).collect();
     let is_block = match source.moving {
         MovingMass::Block => true,
         MovingMass::Device => false,
-        MovingMass::Auto => has_block && !engaged.is_empty(),
+        MovingMass::Auto => has_block && !engaged.is_empty() && excited.is_empty(),
     };
-    let rows = if is_block {
-        engaged
-    } else {
-        recording.rows.iter().collect()
+    let rows = match (is_block, excited.is_empty()) {
+        (true, _) => engaged,
+        (false, false) => excited,
+        (false, true) => recording.rows.iter().collect(),
     };
     let stretch = rows
         .chunk_by(|a, b| !is_block || a.revision == b.revision)

@@ -220,10 +220,11 @@ pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
 fn velocity_note(record: &Record) -> Option<String> {
     let velocity = record.velocity_mps.as_ref()?;
     let (mut product, mut square) = (0.0, 0.0);
-    for index in 8..record.t_s.len().checked_sub(8)? {
-        let width_s = record.t_s[index + 8] - record.t_s[index - 8];
-        let slope = (record.position_m[index + 8] - record.position_m[index - 8]) / width_s;
-        product += slope * velocity[index];
+    let last = record.t_s.len().checked_sub(16)?;
+    for (index, velocity) in velocity.iter().skip(8).take(last).enumerate() {
+        let width_s = record.t_s[index + 16] - record.t_s[index];
+        let slope = (record.position_m[index + 16] - record.position_m[index]) / width_s;
+        product += slope * velocity;
         square += slope * slope;
     }
     let ratio = product / square;

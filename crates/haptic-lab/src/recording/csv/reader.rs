@@ -18,6 +18,8 @@ pub(crate) struct Reader<R> {
     line: u64,
     text: Vec<u8>,
     ending: Option<Ending>,
+    /// Bytes of damaged lines, so far.
+    dropped: u64,
 }
 
 impl<R: BufRead> Reader<R> {
@@ -102,6 +104,7 @@ impl<R: BufRead> Reader<R> {
             line,
             text,
             ending: None,
+            dropped: 0,
         })
     }
 
@@ -115,13 +118,19 @@ impl<R: BufRead> Reader<R> {
         self.ending
     }
 
+    /// Bytes that could not be read, so far. After an error reading goes on with the next line.
+    pub(crate) const fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
     /// The next row or mark; nothing at its end.
     ///
     /// # Errors
     /// A line is damaged.
     pub(crate) fn entry(&mut self) -> Result<Option<Entry>, RecordingError> {
         while self.ending.is_none() {
-            match next_line(&mut self.input, &mut self.line, &mut self.text)? {
+            let next = next_line(&mut self.input, &mut self.line, &mut self.text);
+            match next.inspect_err(|_| self.dropped += self.text.len() as u64)? {
                 Line::None => self.ending = Some(Ending::Open),
                 Line::Partial => {
                     self.ending = Some(Ending::BrokenOff {
@@ -130,7 +139,8 @@ impl<R: BufRead> Reader<R> {
                     });
                 }
                 Line::Whole => {
-                    let entry = parse(self.line, trimmed(&self.text), self.columns)?;
+                    let entry = parse(self.line, trimmed(&self.text), self.columns)
+                        .inspect_err(|_| self.dropped += self.text.len() as u64)?;
                     if matches!(entry, Some(Entry::Mark(Mark::End { .. }))) {
                         self.ending = Some(Ending::Complete);
                     }

@@ -60,6 +60,15 @@ impl<W: Write> Writer<W> {
         self.out.flush()
     }
 
+    /// Passes on what is in memory; returns the bytes written in all.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) fn finish(mut self) -> io::Result<u64> {
+        self.flush()?;
+        Ok(self.out.bytes)
+    }
+
     /// Bytes written.
     pub(crate) const fn bytes(&self) -> u64 {
         self.out.bytes

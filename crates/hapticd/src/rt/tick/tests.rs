@@ -124,6 +124,7 @@ const SETTINGS: Settings = Settings {
     stale_ns: STALE_NS,
     stop_button: Some(0),
     enable_button: None,
+    compensation: None,
 };
 
 /// The same with another slew limit, N/s.

@@ -60,11 +60,11 @@ const WRONG_WAY: (f64, f64) = (5.0, 1e-4);
 
 /// What a rig is moved with.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bounds {
+pub struct Bounds {
     /// Largest force, N.
-    pub(super) force_n: f64,
+    pub force_n: f64,
     /// Travel to either side, m.
-    pub(super) travel_m: f64,
+    pub travel_m: f64,
     /// Farthest that the daemon allows, m.
     most_m: f64,
     resolution_m: f64,
@@ -72,7 +72,8 @@ pub(super) struct Bounds {
 
 impl Bounds {
     /// The bounds that were asked for, or else usual ones.
-    pub(super) fn new(rig: &IdentificationReply, force_n: Option<f64>, travel_m: Option<f64>) -> Self {
+    #[must_use]
+    pub fn new(rig: &IdentificationReply, force_n: Option<f64>, travel_m: Option<f64>) -> Self {
         let usual_n = rig
             .friction_n
             .map_or(0.0, |friction_n| TIMES_FRICTION * friction_n)
@@ -105,7 +106,8 @@ impl Bounds {
     }
 
     /// From slow to quick, for the mass and the viscous term; `share` of its usual amplitude.
-    pub(super) fn chirp(&self, duration_s: f64, share: f64) -> Excitation {
+    #[must_use]
+    pub fn chirp(&self, duration_s: f64, share: f64) -> Excitation {
         let (from_hz, to_hz) = CHIRP_HZ;
         self.excitation(Course::Chirp {
             amplitude_m: share * CHIRP_M.min(self.travel_m),
@@ -116,7 +118,8 @@ impl Bounds {
     }
 
     /// So slow that the handle breaks away again and again, for the static limits.
-    pub(super) fn ramps(&self, rounds: u32) -> Excitation {
+    #[must_use]
+    pub fn ramps(&self, rounds: u32) -> Excitation {
         self.excitation(Course::Sweep {
             travel_m: RAMP_M.min(self.travel_m),
             speed_mps: RAMP_MPS,
@@ -125,7 +128,8 @@ impl Bounds {
     }
 
     /// Below the force that broke the handle away, N, for what gives way before it slides.
-    pub(super) fn strokes(&self, breakaway_n: f64) -> Excitation {
+    #[must_use]
+    pub fn strokes(&self, breakaway_n: f64) -> Excitation {
         let stiffness = self.excitation(self.ramps(1).course).stiffness_n_per_m;
         let amplitude_m = (STROKE_SHARE * breakaway_n / stiffness).clamp(1e-5, self.travel_m);
         self.excitation(Course::Chirp {
@@ -137,11 +141,64 @@ impl Bounds {
     }
 
     /// All the travel at one speed, for friction and cogging by the position.
-    pub(super) fn sweep(&self) -> Excitation {
+    #[must_use]
+    pub fn sweep(&self) -> Excitation {
         self.excitation(Course::Sweep {
             travel_m: self.travel_m,
             speed_mps: SWEEP_MPS,
             rounds: 1,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_ipc::Peer;
+
+    #[test]
+    fn whatever_the_rig_its_motions_are_within_what_it_allows() {
+        for force_limit_n in [0.1, 1.0, 10.0, 200.0] {
+            for range_m in [2e-3, 0.03, 0.1, 0.6] {
+                for friction_n in [None, Some(0.01), Some(3.0)] {
+                    let rig = rig(force_limit_n, range_m, friction_n);
+                    let bounds = Bounds::new(&rig, None, None);
+                    let motions = [
+                        bounds.chirp(12.0, 1.0),
+                        bounds.ramps(2),
+                        bounds.strokes(bounds.force_n),
+                        bounds.sweep(),
+                    ];
+                    for motion in motions {
+                        assert_eq!(motion.check(), Ok(()), "{motion:?}");
+                        assert!(motion.force_limit_n <= force_limit_n, "{motion:?}");
+                        assert!(motion.travel_limit_m <= rig.travel_limit_m, "{motion:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    fn rig(force_limit_n: f64, range_m: f64, friction_n: Option<f64>) -> IdentificationReply {
+        IdentificationReply {
+            by: Peer::default(),
+            rig: "mine".to_owned(),
+            firmware: "mine 1.0".to_owned(),
+            moving: false,
+            ended: None,
+            force_limit_n,
+            range_m,
+            middle_m: 0.0,
+            travel_limit_m: 0.5 * range_m,
+            friction_n,
+            friction: None,
+            resolution_m: 1e-5,
+            ramp_ms: 20.0,
+            position_m: 0.0,
+            excitations: 0,
+            gone_s: None,
+            last: None,
+            path: None,
+        }
     }
 }

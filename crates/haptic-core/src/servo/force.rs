@@ -1,0 +1,129 @@
+//! From where the hand is to the force on it: scene, compensation, limits, passivity.
+
+use super::Servo;
+use super::fault::Fault;
+use super::force_offset::ForceOffset;
+use crate::compensation::Motion;
+use crate::limiter::NonFiniteForce;
+
+impl Servo {
+    /// The force in the coupling and the force on the hand, N.
+    pub(super) fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64, resolution: f64) -> (f64, f64) {
+        self.carry_on_change(our_elapsed_s);
+        let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
+        if !self.was_live || !self.rig.is_live() {
+            // Without force the block goes with the hand. So force begins wherever the hand has
+            // come to meanwhile, and at the very bottom of the ramp.
+            self.scene.renderer.start_at(position, velocity);
+            self.offset = ForceOffset::default();
+            self.sensing.rest();
+            self.rest();
+            return (0.0, 0.0);
+        }
+        if !self.limiter.allows_speed(velocity) {
+            self.rig.fail(Fault::TooFast);
+            return (0.0, 0.0);
+        }
+        let elapsed_s = if elapsed_s > 0.0 && self.sensing.is_silent() {
+            // All force had decayed: the surface grips the hand anew where it is, without the force
+            // that the way there would have built up.
+            self.scene.renderer.start_at(position, velocity);
+            0.0
+        } else {
+            elapsed_s
+        };
+        let gain = self.rig.advance(our_elapsed_s) * self.sensing.share(self.now_ns, our_elapsed_s);
+        let mut coupling_force = self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force;
+        if let Some(fading) = &mut self.fading {
+            coupling_force += fading.tick(elapsed_s, position, velocity, coupling_force);
+        }
+        if !self.rig.is_live() {
+            // The ramp has come to its end in this step.
+            self.rest();
+            return (coupling_force, 0.0);
+        }
+        let on_hand = -(coupling_force + self.offset.fade(elapsed_s));
+        let limited = if self.scene.renderer.is_motion() {
+            self.limit_motion(on_hand, gain, our_elapsed_s)
+        } else {
+            let compensation = if self.compensator.is_some() {
+                self.compensate(elapsed_s, resolution)
+            } else {
+                0.0
+            };
+            self.apply_limits(on_hand, compensation, gain, elapsed_s, our_elapsed_s)
+        };
+        match limited {
+            Ok(force) => (coupling_force, force),
+            Err(_) => {
+                self.rig.fail(Fault::NonFiniteForce);
+                (0.0, 0.0)
+            }
+        }
+    }
+
+    /// The force of a pulse or an excitation, N. It is bounded by itself and gives energy on purpose:
+    /// nothing is added to it.
+    #[inline(never)]
+    fn limit_motion(&mut self, on_hand: f64, gain: f64, our_elapsed_s: f64) -> Result<f64, NonFiniteForce> {
+        self.passivity.rest();
+        if let Some(compensator) = &mut self.compensator {
+            compensator.rest();
+        }
+        self.limiter.limit(on_hand, gain, our_elapsed_s)
+    }
+
+    /// The force that compensates the rig's own friction, N.
+    #[inline(never)]
+    fn compensate(&mut self, elapsed_s: f64, resolution: f64) -> f64 {
+        let motion = Motion {
+            elapsed_s,
+            position: self.sensing.position_m(),
+            velocity: self.sensing.velocity_mps(),
+            resolution,
+            period_s: self.sensing.period_s(),
+        };
+        self.compensator
+            .as_mut()
+            .map_or(0.0, |compensator| compensator.force(motion))
+    }
+
+    /// No force flows from this step on, or none did.
+    fn rest(&mut self) {
+        self.limiter.zero();
+        self.passivity.rest();
+        if let Some(compensator) = &mut self.compensator {
+            compensator.rest();
+        }
+        self.was_live = self.rig.is_live();
+    }
+
+    /// The force that passes the limits, with the compensation and what the passivity controller
+    /// adds, N.
+    fn apply_limits(
+        &mut self,
+        on_hand: f64,
+        compensation: f64,
+        gain: f64,
+        elapsed_s: f64,
+        our_elapsed_s: f64,
+    ) -> Result<f64, NonFiniteForce> {
+        let before = self.limiter;
+        let surface = self.limiter.limit(on_hand, gain, our_elapsed_s)?;
+        let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
+        // The energy of the compensation counts as made: it is no part of the surface.
+        let added = compensation + self.passivity.observe(elapsed_s, position, velocity, surface);
+        let force = if added == 0.0 {
+            surface
+        } else {
+            self.limiter = before;
+            let force = self.limiter.limit(on_hand + added, gain, our_elapsed_s)?;
+            self.passivity.applied(force);
+            force
+        };
+        if let Some(compensator) = &mut self.compensator {
+            compensator.applied(force);
+        }
+        Ok(force)
+    }
+}

@@ -1,0 +1,162 @@
+//! A handle that is left alone, on a rig whose friction is lower than what was identified.
+
+use super::*;
+use crate::Directional;
+use crate::compensation::{Compensation, LARGEST_SHARE};
+use crate::friction::{Friction, Viscous};
+use crate::rig_friction::RigFriction;
+
+const IDENTIFIED_N: f64 = 0.8;
+
+const END_STOP_M: f64 = 0.1;
+
+const END_STOP_N_PER_M: f64 = 8000.0;
+
+const STEP_S: f64 = 1e-3;
+
+/// Steps of the handle's motion in one of the servo.
+const SUB_STEPS: u32 = 50;
+
+/// A handle between two end stops, read by an encoder and moved by a motor.
+#[derive(Clone, Debug)]
+struct Handle {
+    mass: f64,
+    friction_n: f64,
+    position: f64,
+    velocity: f64,
+}
+
+impl Handle {
+    /// Goes on for a step of the servo; friction stops a motion and does not turn it round.
+    fn go_on(&mut self, force_n: f64) {
+        let h = STEP_S / f64::from(SUB_STEPS);
+        for _ in 0..SUB_STEPS {
+            // The end stops are springs, which give all of it back.
+            let over_m = self.position - self.position.clamp(-END_STOP_M, END_STOP_M);
+            let free = self.velocity + h * (force_n - END_STOP_N_PER_M * over_m) / self.mass;
+            let stops = h * self.friction_n / self.mass;
+            self.velocity = if free.abs() <= stops {
+                0.0
+            } else {
+                free - libm::copysign(stops, free)
+            };
+            self.position += h * self.velocity;
+        }
+    }
+}
+
+/// A rig and what is compensated of it.
+#[derive(Clone, Copy, Debug)]
+struct Rig {
+    /// Real friction over the identified one.
+    real: f64,
+    share: f64,
+    resolution: f64,
+    /// Steps from a sample to the force that it leads to.
+    delay: usize,
+    mass: f64,
+    /// Whether there is a surface that holds by a spring; otherwise there is none at all.
+    surface: bool,
+}
+
+/// Runs a rig whose handle is pushed once, from 1 s to 1.02 s; returns its velocities.
+fn push(rig: Rig, force_n: f64, steps: usize) -> Vec<f64> {
+    let scene = Scene {
+        block: None,
+        coupling: None,
+        friction: Friction::Viscous(Viscous {
+            viscous: Directional::both(0.0),
+        }),
+        ..Scene::paper()
+    };
+    let mut held = Scene::paper();
+    held.coupling.as_mut().expect("a coupling").stiffness = 1000.0;
+    let scene = if rig.surface { held } else { scene };
+    let renderer = Renderer::new(&scene, Scheme::Exact, STEP_S).expect("a valid scene");
+    let settings = Settings {
+        compensation: Some(Compensation {
+            share: rig.share,
+            friction: RigFriction {
+                mass: rig.mass,
+                dynamic_force: Directional::both(IDENTIFIED_N),
+                viscous: Directional::both(0.0),
+                cogging: None,
+            },
+        }),
+        ..SETTINGS
+    };
+    let mut servo = Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1)));
+    let mut handle = Handle {
+        mass: rig.mass,
+        friction_n: rig.real * IDENTIFIED_N,
+        position: 0.0,
+        velocity: 0.0,
+    };
+    let mut waiting = alloc::collections::VecDeque::from(alloc::vec![0.0; rig.delay]);
+    let mut velocities = Vec::new();
+    for step in 0..steps {
+        let counted = libm::round(handle.position / rig.resolution) * rig.resolution;
+        let sequence = u32::try_from(step).expect("few");
+        let outputs = servo.step(
+            &Inputs {
+                elapsed_ns: MS,
+                sample: Ok(Measurement::new(sequence, u64::from(sequence) * MS, counted)),
+                device_resolution_m: rig.resolution,
+                device_force_limit_n: f64::INFINITY,
+                events: Events::default(),
+                command: (step == 10).then_some(Command::Engage),
+            },
+            None,
+        );
+        waiting.push_back(outputs.force_n);
+        let motor_n = waiting.pop_front().expect("one was put in");
+        let hand_n = if (1000..1020).contains(&step) { force_n } else { 0.0 };
+        handle.go_on(motor_n + hand_n);
+        velocities.push(handle.velocity);
+    }
+    assert_eq!(servo.state(), RigState::Engaged, "{rig:?}");
+    velocities
+}
+
+fn rig() -> impl Strategy<Value = Rig> {
+    let resolution = prop::sample::select(&[1e-6, 1e-5, 4e-5][..]);
+    (
+        0.5..1.3f64,
+        0.0..=LARGEST_SHARE,
+        resolution,
+        0..3_usize,
+        0.3..3.0f64,
+        any::<bool>(),
+    )
+        .prop_map(|(real, share, resolution, delay, mass, surface)| Rig {
+            real,
+            share,
+            resolution,
+            delay,
+            mass,
+            surface,
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: test_run::extent(24, 200),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    /// Pushed to up to 1 m/s between end stops that throw it back, with a force that comes up to two
+    /// steps late, and friction that is down to half of the identified one.
+    // hazard: F20
+    #[test]
+    fn a_handle_that_was_pushed_and_left_alone_comes_to_rest_and_stays_there(
+        rig in rig(), speed in 0.05..1.0f64,
+    ) {
+        let velocities = push(rig, speed * rig.mass / 0.02, 80_000);
+        prop_assert!(velocities[1000..1100].iter().any(|velocity| *velocity != 0.0), "it was pushed");
+        // All that the push, a full account and the end stops leave to the friction beyond the assured share.
+        let rests = |velocities: &[f64]| velocities.iter().all(|velocity| *velocity == 0.0);
+        prop_assert!(rests(&velocities[..1000]), "it starts by itself");
+        prop_assert!(rests(&velocities[75_000..]), "it goes on, {} m/s", velocities[79_999]);
+    }
+}

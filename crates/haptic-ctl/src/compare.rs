@@ -1,0 +1,103 @@
+//! `compare`: the recording of a rendered surface against the record of the real one.
+
+use crate::failure::Failure;
+use crate::output;
+use clap::{Args, ValueEnum};
+use haptic_lab::compare::{self, AlignedBy, Options};
+use haptic_lab::drawing::PlotFormat;
+use haptic_lab::identify::record_file::{self, Loaded, Source};
+use haptic_lab::recording;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+pub(crate) const HELP: &str = "\
+Both files are recordings of hapticd in any of its formats, or CSV with the columns t_s, position_m and force_N, where \
+the force drives the moving mass, positive along the position. Of a recording the block's motion and the coupling's \
+force are taken while the rig was engaged. Exit code 1 where the two have no motion in common.";
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Record of the real surface
+    real: PathBuf,
+
+    /// Recording of the rendered surface
+    rendered: PathBuf,
+
+    /// Moving mass, kg, whose inertia is taken out of both forces; 0 leaves it in [default: the mass of
+    /// the recorded scene's block]
+    #[arg(long, value_name = "KG", allow_hyphen_values = true)]
+    mass: Option<f64>,
+
+    /// How the two are aligned [default: by time where the motions are the same, else by velocity]
+    #[arg(long, value_name = "BY")]
+    align: Option<Align>,
+
+    /// Plot: an image, or a page with the levels
+    #[arg(long, value_name = "FILE.svg|.html")]
+    plot: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Align {
+    Time,
+    Velocity,
+}
+
+pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+    let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
+    let plot = arguments.plot.as_deref();
+    let format = plot.map(PlotFormat::of).transpose().map_err(|error| usage(&error))?;
+    if let Some(mass) = arguments.mass.filter(|mass| !(0.0..=1000.0).contains(mass)) {
+        return Err(Failure::Usage(format!(
+            "mass = {mass} kg is out of range: 0 to 1000 kg"
+        )));
+    }
+    let (real, rendered) = (read(&arguments.real)?, read(&arguments.rendered)?);
+    let options = Options {
+        mass_kg: arguments
+            .mass
+            .or_else(|| rendered_mass_kg(&arguments.rendered))
+            .filter(|mass| *mass > 0.0),
+        align: arguments.align.map(|align| match align {
+            Align::Time => AlignedBy::Time,
+            Align::Velocity => AlignedBy::Velocity,
+        }),
+    };
+    let mut comparison = compare::compare(&real.record, &rendered.record, &options)
+        .map_err(|error| Failure::NotComparable(error.to_string()))?;
+    for (side, loaded) in [("real", &real), ("rendered", &rendered)] {
+        let of_side = loaded.notes.iter().map(|note| format!("{side}: {note}"));
+        comparison.notes.extend(of_side);
+    }
+    if let (Some(path), Some(format)) = (plot, format) {
+        let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let names = [name(&arguments.real), name(&arguments.rendered)];
+        compare::page(&comparison, names.each_ref().map(String::as_str))
+            .write(path, format)
+            .map_err(|error| Failure::File(format!("{}: {error}", path.display())))?;
+    }
+    if as_json {
+        return output::json(&json!(comparison));
+    }
+    output::line(&compare::summary(&comparison))?;
+    output::line(&output::table(&compare::table(&comparison).rows))?;
+    for note in &comparison.notes {
+        output::line(&format!("note: {note}"))?;
+    }
+    Ok(())
+}
+
+fn read(path: &Path) -> Result<Loaded, Failure> {
+    let loaded = record_file::read(&Source::new(path)).map_err(|error| Failure::Usage(error.to_string()))?;
+    loaded
+        .record
+        .check()
+        .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    Ok(loaded)
+}
+
+/// The mass of the block that was rendered, kg, where the record is a recording.
+fn rendered_mass_kg(path: &Path) -> Option<f64> {
+    let reader = recording::open(path).ok()?;
+    Some(reader.metadata().scene.block?.mass)
+}

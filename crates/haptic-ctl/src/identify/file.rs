@@ -1,0 +1,177 @@
+//! `identify FILE`: a record of any laboratory, or a recording of hapticd.
+
+use super::report;
+use crate::failure::Failure;
+use crate::progress;
+use clap::ValueEnum;
+use haptic_lab::identify::record_file::{self, Columns, MovingMass, Source};
+use haptic_lab::identify::{self, Directions, Identified, ModelKind, Options};
+use std::path::{Path, PathBuf};
+
+/// Shift that is looked for where the forces have a recorder of their own, s.
+const SHIFT_OF_TWO_RECORDERS_S: f64 = 0.5;
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Model {
+    Karnopp,
+    Dahl,
+    Lugre,
+    Auto,
+}
+
+impl From<Model> for ModelKind {
+    fn from(model: Model) -> Self {
+        match model {
+            Model::Karnopp => Self::Karnopp,
+            Model::Dahl => Self::Dahl,
+            Model::Lugre => Self::Lugre,
+            Model::Auto => Self::Auto,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum AlikeOrSeparate {
+    Auto,
+    Alike,
+    Separate,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Moving {
+    Auto,
+    Block,
+    Device,
+}
+
+/// What is identified, and what is known of it.
+#[derive(Debug, clap::Args)]
+pub(super) struct Wanted {
+    /// Friction law; auto takes the one that predicts best, which takes longer
+    #[arg(long, value_enum, default_value = "karnopp")]
+    model: Model,
+
+    /// Known mass, kg; then it is not identified
+    #[arg(long, value_name = "KG", allow_hyphen_values = true)]
+    mass: Option<f64>,
+
+    /// Known constant force, N: 0 for a zeroed sensor on a level axis. Without it a constant force and a difference
+    /// of friction by direction cannot be told apart
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    offset: Option<f64>,
+
+    /// Friction by direction: alike, separate, or separate where the record shows it
+    #[arg(long, value_enum, default_value = "auto", conflicts_with = "offset")]
+    directions: AlikeOrSeparate,
+}
+
+/// A record in a file, and how it is read.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Options of FILE")]
+#[group(id = "of_file")]
+pub(super) struct Arguments {
+    /// Record of motion and force: CSV of any laboratory, or a recording
+    #[arg(value_name = "FILE", required_unless_present_any = ["run", "rig"], conflicts_with_all = ["run", "rig"])]
+    file: Option<PathBuf>,
+
+    /// Column of times [default: t_s, time, ...]
+    #[arg(long, value_name = "NAME", requires = "file")]
+    time_column: Option<String>,
+
+    /// Column of positions [default: block_position_m, position_m, device_position_m, ...]
+    #[arg(long, value_name = "NAME", requires = "file")]
+    position_column: Option<String>,
+
+    /// Column of velocities, which is only held against the positions [default: velocity_mps, ...]
+    #[arg(long, value_name = "NAME", requires = "file")]
+    velocity_column: Option<String>,
+
+    /// Column of the force that drives the moving mass [default: coupling_force_N, force_N, ...]
+    #[arg(long, value_name = "NAME", requires = "file")]
+    force_column: Option<String>,
+
+    /// Newtons a unit of the force column; negative where the sensor points against the position
+    #[arg(long, value_name = "N", default_value_t = 1.0, allow_hyphen_values = true)]
+    force_gain: f64,
+
+    /// Metres a unit of the position column
+    #[arg(long, value_name = "M", default_value_t = 1.0, allow_hyphen_values = true)]
+    position_gain: f64,
+
+    /// File of another recorder with its own clock, which holds the forces
+    #[arg(long, value_name = "OTHER.csv", requires = "file")]
+    force_file: Option<PathBuf>,
+
+    /// Moving mass of a recording: the block by its coupling, or the device by its motor [default: the device where
+    /// the recording is of identify --run, else the block]
+    #[arg(long, value_enum, default_value = "auto", hide_default_value = true)]
+    moving: Moving,
+}
+
+impl Wanted {
+    pub(super) fn options(&self) -> Options {
+        Options {
+            mass_kg: self.mass,
+            offset_n: self.offset,
+            directions: match self.directions {
+                AlikeOrSeparate::Auto => Directions::Auto,
+                AlikeOrSeparate::Alike => Directions::Alike,
+                AlikeOrSeparate::Separate => Directions::Separate,
+            },
+            ..Options::new(self.model.into())
+        }
+    }
+}
+
+impl Arguments {
+    pub(super) fn path(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    fn source(&self, path: &Path) -> Source {
+        Source {
+            path: path.to_path_buf(),
+            force_path: self.force_file.clone(),
+            columns: Columns {
+                time: self.time_column.clone(),
+                position: self.position_column.clone(),
+                velocity: self.velocity_column.clone(),
+                force: self.force_column.clone(),
+            },
+            force_gain: self.force_gain,
+            position_gain: self.position_gain,
+            moving: match self.moving {
+                Moving::Auto => MovingMass::Auto,
+                Moving::Block => MovingMass::Block,
+                Moving::Device => MovingMass::Device,
+            },
+        }
+    }
+}
+
+/// Reads and identifies a file.
+pub(super) fn run(
+    path: &Path,
+    arguments: &Arguments,
+    wanted: &Wanted,
+    output: &report::Arguments,
+    json: bool,
+) -> Result<(), Failure> {
+    let inputs = [Some(path), arguments.force_file.as_deref()];
+    output.refuse_overwriting(inputs.into_iter().flatten())?;
+    let source = arguments.source(path);
+    let bar = progress::busy("identifying");
+    let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
+    let loaded = record_file::read(&source).map_err(|error| usage(&error))?;
+    let mut options = wanted.options();
+    options.offset_n = options.offset_n.or(loaded.offset_n);
+    if source.force_path.is_some() {
+        options.longest_shift_s = SHIFT_OF_TWO_RECORDERS_S;
+    }
+    let mut found: Identified = identify::identify(&loaded.record, &options)
+        .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
+    found.notes.splice(0..0, loaded.notes);
+    bar.finish_and_clear();
+    output.write(&path.display().to_string(), &loaded.record, &found)?;
+    report::show(&found, json)
+}

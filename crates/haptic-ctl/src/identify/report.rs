@@ -1,0 +1,240 @@
+//! What was identified: a table for people, JSON for scripts, a scene to feel, and plots.
+
+use crate::failure::Failure;
+use crate::output;
+use haptic_lab::drawing::{Page, PlotFormat, Table, UnknownEnding};
+use haptic_lab::identify::{self, Identified, Interval, Record};
+use std::path::{Path, PathBuf};
+
+/// Where the results go.
+#[derive(Debug, clap::Args)]
+#[group(id = "of_results")]
+pub(super) struct Arguments {
+    /// Output: the scene that feels like it
+    #[arg(long, value_name = "SCENE.toml")]
+    out: Option<PathBuf>,
+
+    /// Plot of force against velocity, position and time, and what the fit leaves: an image, or a page with the values
+    #[arg(long, value_name = "FILE.svg|.html", value_parser = plot_file)]
+    plot: Option<(PathBuf, PlotFormat)>,
+}
+
+/// A file for a plot, whose ending says its format.
+fn plot_file(text: &str) -> Result<(PathBuf, PlotFormat), UnknownEnding> {
+    let path = PathBuf::from(text);
+    PlotFormat::of(&path).map(|format| (path, format))
+}
+
+impl Arguments {
+    /// No output may take the place of an input.
+    pub(super) fn refuse_overwriting<'a>(&self, mut inputs: impl Iterator<Item = &'a Path>) -> Result<(), Failure> {
+        let same = |a: &Path, b: &Path| match (a.canonicalize(), b.canonicalize()) {
+            (Ok(a), Ok(b)) => a == b,
+            _ => a == b,
+        };
+        let Some(out) = &self.out else { return Ok(()) };
+        match inputs.find(|input| same(out, input)) {
+            Some(input) => Err(Failure::Usage(format!(
+                "{} would be written over {}: name another file",
+                out.display(),
+                input.display()
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes what was asked for. A scene is not written where the record does not determine one; the report says so.
+    pub(super) fn write(&self, origin: &str, record: &Record, found: &Identified) -> Result<(), Failure> {
+        if let Some((path, format)) = &self.plot {
+            let (even, force_n) = identify::fitted(record, found);
+            let page = Page {
+                title: format!("Identified from {origin}"),
+                paragraphs: found.notes.clone(),
+                charts: identify::plots(&even, found, &force_n),
+                tables: vec![Table {
+                    caption: heading(found),
+                    rows: rows(found),
+                }],
+            };
+            page.write(path, *format)
+                .map_err(|error| Failure::File(format!("{}: {error}", path.display())))?;
+        }
+        let Some(path) = &self.out else { return Ok(()) };
+        let failed = |reason: String| Failure::File(format!("{}: {reason}", path.display()));
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let made = match found.scene(&name) {
+            Ok(made) => made,
+            Err(reason) => {
+                eprintln!("haptic-ctl: {} is not written: {reason}", path.display());
+                return Ok(());
+            }
+        };
+        let mut text = format!(
+            "# Identified from {origin} by haptic-ctl identify; residual {:.4} N rms.\n",
+            found.residual_rms_n
+        );
+        for assumption in &made.assumptions {
+            text.push_str(&format!("# {assumption}\n"));
+        }
+        text.push_str(&toml::to_string(&made.scene).map_err(|error| failed(error.to_string()))?);
+        std::fs::write(path, text).map_err(|error| failed(error.to_string()))
+    }
+}
+
+/// Prints the result. What the model's scene needs and the record does not determine ends with exit code 1.
+pub(super) fn show(found: &Identified, json: bool) -> Result<(), Failure> {
+    if json {
+        output::json(found)?;
+    } else {
+        output::line(&text(found))?;
+    }
+    if found.missing().is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::Silent(1))
+    }
+}
+
+/// The values with their units and intervals, under the names of the columns.
+fn rows(found: &Identified) -> Vec<Vec<String>> {
+    let mut rows = vec![["", "value", "unit", "95 % interval"].map(str::to_owned).to_vec()];
+    let mut row = |what: &str, value: Option<f64>, unit: &str, name: &str| {
+        let Some(value) = value else { return };
+        let interval = found.intervals.get(name);
+        let digits = decimals(value, interval);
+        let interval = interval.map_or_else(
+            || "given".to_owned(),
+            |[low, high]| format!("{low:.digits$} to {high:.digits$}"),
+        );
+        rows.push(vec![
+            what.to_owned(),
+            format!("{value:.digits$}"),
+            unit.to_owned(),
+            interval,
+        ]);
+    };
+    row("mass", found.mass_kg, "kg", "mass_kg");
+    for (what, value, unit, name) in [
+        ("dynamic friction", found.dynamic_force_n, "N", "dynamic_force_N"),
+        ("viscous friction", found.viscous_ns_per_m, "N s/m", "viscous_Ns_per_m"),
+        ("static friction", found.static_force_n, "N", "static_force_N"),
+    ] {
+        row(
+            &format!("{what} +"),
+            value.map(|value| value.positive),
+            unit,
+            &format!("{name}.positive"),
+        );
+        row(
+            &format!("{what} -"),
+            value.map(|value| value.negative),
+            unit,
+            &format!("{name}.negative"),
+        );
+    }
+    row("offset", found.offset_n, "N", "offset_N");
+    row(
+        "presliding stiffness",
+        found.stiffness_n_per_m,
+        "N/m",
+        "stiffness_N_per_m",
+    );
+    row("Dahl's exponent", found.exponent, "", "exponent");
+    row(
+        "Stribeck velocity",
+        found.stribeck_velocity_mps,
+        "m/s",
+        "stribeck_velocity_mps",
+    );
+    row(
+        "bristle damping",
+        found.bristle_damping_ns_per_m,
+        "N s/m",
+        "bristle_damping_Ns_per_m",
+    );
+    rows
+}
+
+/// The model, and what it leaves.
+fn heading(found: &Identified) -> String {
+    let model = serde_json::to_value(found.model)
+        .map_or_else(|_| String::new(), |name| name.as_str().unwrap_or_default().to_owned());
+    format!("{model}, residual {:.4} N rms", found.residual_rms_n)
+}
+
+fn text(found: &Identified) -> String {
+    let (mut text, rows) = (heading(found), rows(found));
+    if let Some(why) = &found.chosen_because {
+        text.push_str(&format!("\nchosen because {why}"));
+    }
+    if rows.len() > 1 {
+        text.push_str(&format!("\n\n{}", output::table(&rows)));
+    }
+    if !found.refused.is_empty() {
+        text.push_str("\n\nThe record does not determine");
+        for refusal in &found.refused {
+            text.push_str(&format!(
+                "\n- {}: {}.\n  Record instead: {}.",
+                refusal.parameter, refusal.reason, refusal.instead
+            ));
+        }
+    }
+    if !found.notes.is_empty() {
+        text.push('\n');
+    }
+    for note in &found.notes {
+        text.push_str(&format!("\n- {note}"));
+    }
+    text
+}
+
+/// Decimals that show two digits of the interval.
+fn decimals(value: f64, interval: Option<&Interval>) -> usize {
+    let scale = interval.map_or(value.abs() * 1e-2, |[low, high]| (high - low) / 2.0);
+    if !(scale > 0.0 && scale.is_finite()) {
+        return 4;
+    }
+    let first = -scale.log10().floor();
+    // A scale of 0.03 has its first digit two places behind the point.
+    (first + 1.0).clamp(0.0, 9.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::Directional;
+    use haptic_lab::identify::{ModelKind, Refusal};
+
+    #[test]
+    fn people_read_values_with_units_intervals_and_what_to_record_instead() {
+        let found = Identified {
+            mass_kg: Some(0.50063),
+            dynamic_force_n: Some(Directional {
+                positive: 3.4998,
+                negative: 3.01,
+            }),
+            residual_rms_n: 0.017,
+            intervals: [
+                ("mass_kg".to_owned(), [0.49889, 0.50238]),
+                ("dynamic_force_N.positive".to_owned(), [3.4925, 3.5071]),
+            ]
+            .into(),
+            refused: vec![Refusal {
+                parameter: "static_force_N".to_owned(),
+                reason: "no slow load".to_owned(),
+                instead: "push slowly".to_owned(),
+            }],
+            ..Identified::empty(ModelKind::Karnopp)
+        };
+        let text = text(&found);
+        for part in [
+            "karnopp, residual 0.0170 N rms",
+            "mass                0.5006",
+            "0.4989 to 0.5024",
+            "dynamic friction +  3.4998",
+            "- static_force_N: no slow load.\n  Record instead: push slowly.",
+        ] {
+            assert!(text.contains(part), "{part} in\n{text}");
+        }
+    }
+}

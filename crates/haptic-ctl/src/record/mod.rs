@@ -1,0 +1,354 @@
+//! `record`: every tick into a file, with what happened meanwhile.
+
+mod link_watch;
+mod person;
+
+use crate::condition::{Condition, Observations};
+use crate::daemon::Daemon;
+use crate::duration::duration;
+use crate::failure::Failure;
+use crate::recording::copy::exists;
+use crate::recording::report::{Report, shown};
+use crate::recording::summary::Summary;
+use crate::{complete, progress};
+use clap::ValueHint;
+use clap_complete::engine::ArgValueCompleter;
+use haptic_ipc::{ClientError, Event, Request, SceneReply, Status, SubscribeReply, Topic, regular_file};
+use haptic_lab::recording::{self, CreateError, Format, Mark, Metadata, Recorder};
+use indicatif::ProgressBar;
+use link_watch::LinkWatch;
+use person::{Input, Person};
+use serde::Deserialize;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use tokio::signal::unix::{Signal, SignalKind, signal};
+
+/// For the help text.
+pub(crate) const HELP: &str = "\
+The file's ending says its format: .mcap, which robotics tools open; .csv, which everything opens; .parquet, the \
+smallest. `haptic-ctl recording` shows, converts, cuts and repairs recordings.
+
+On a terminal, m sets a marker, so do 1 to 9, and q ends the recording. No key of this program stops the rig: that is \
+`haptic-ctl stop`.
+
+On a full disk, without a daemon (exit code 3) or after a kill, the file reads as far as it was written. A daemon \
+that starts again is recorded in another file.";
+
+/// Largest notes, bytes. They stand in one line of a CSV.
+const LARGEST_NOTES: u64 = 1 << 16;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Recording: a new file whose name ends in .mcap, .csv or .parquet
+    #[arg(value_hint = ValueHint::FilePath)]
+    file: PathBuf,
+
+    /// Duration, as in 10s [default: until interrupted]
+    #[arg(long = "for", value_name = "TIME", value_parser = duration, allow_hyphen_values = true)]
+    length: Option<Duration>,
+
+    /// End when a condition holds, as in state=stopped; see `haptic-ctl wait --help`
+    #[arg(long, value_name = "CONDITION", add = ArgValueCompleter::new(complete::conditions))]
+    until: Option<Condition>,
+
+    /// Rate of samples, Hz [default: every tick]
+    #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
+    rate: Option<f64>,
+
+    /// Notes to keep in the recording
+    #[arg(long, value_name = "TEXT")]
+    notes: Option<String>,
+
+    /// File of notes to keep in the recording
+    #[arg(long, value_name = "FILE", conflicts_with = "notes", value_hint = ValueHint::FilePath)]
+    notes_file: Option<PathBuf>,
+
+    /// Set a marker for each line of standard input, with the line as its text
+    #[arg(long)]
+    markers_from_stdin: bool,
+
+    /// Replace an existing file
+    #[arg(long)]
+    force: bool,
+}
+
+impl Arguments {
+    /// The requests, in order; a wrong command line is refused.
+    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
+        if self.file == Path::new("-") {
+            return Err(Failure::Usage(
+                "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl watch --rate \
+                 all --json`"
+                    .to_owned(),
+            ));
+        }
+        Format::of(&self.file).map_err(|error| Failure::Usage(error.to_string()))?;
+        if !self.force && self.file.exists() {
+            return Err(exists(&self.file));
+        }
+        Ok(vec![Request::Status {}, self.subscription(), Request::get()])
+    }
+
+    fn subscription(&self) -> Request {
+        Request::Subscribe {
+            // What is told each second shows that the daemon is there, however slow the samples.
+            topics: vec![Topic::State, Topic::Timing, Topic::Samples],
+            rate_hz: self.rate,
+            batch_ms: Some(20),
+        }
+    }
+
+    fn notes(&self) -> Result<Option<String>, Failure> {
+        let notes = match &self.notes_file {
+            None => self.notes.clone(),
+            Some(path) => Some(
+                regular_file::read_text_of(path, LARGEST_NOTES)
+                    .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?,
+            ),
+        };
+        match &notes {
+            Some(text) if text.len() as u64 > LARGEST_NOTES => Err(Failure::Usage(format!(
+                "--notes has {} bytes: at most {LARGEST_NOTES} are kept",
+                text.len()
+            ))),
+            _ => Ok(notes),
+        }
+    }
+}
+
+/// Why a recording ended.
+enum End {
+    /// The time or the condition of the command line was reached.
+    Reached,
+    /// By a signal, or by a key.
+    Interrupted,
+    /// The daemon is gone, or does not answer.
+    Lost(Failure),
+    /// The file cannot be written.
+    NotWritten(io::Error),
+}
+
+/// The signals that end a recording.
+struct Signals([Signal; 3]);
+
+impl Signals {
+    fn new() -> io::Result<Self> {
+        Ok(Self([
+            signal(SignalKind::interrupt())?,
+            signal(SignalKind::terminate())?,
+            signal(SignalKind::hangup())?,
+        ]))
+    }
+
+    /// Safe to drop half-way.
+    async fn any(&mut self) {
+        let [interrupt, terminate, hang_up] = &mut self.0;
+        tokio::select! {
+            _ = interrupt.recv() => {}
+            _ = terminate.recv() => {}
+            _ = hang_up.recv() => {}
+        }
+    }
+}
+
+pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    // Caught from here on, so that the file gets its end.
+    let signals = Signals::new()?;
+    let notes = arguments.notes()?;
+    let configuration: serde_json::Value = daemon.ask(Request::Status {}).await?;
+    let status = Status::deserialize(&configuration).map_err(ClientError::BadAnswer)?;
+    let subscribed: SubscribeReply = daemon.ask(arguments.subscription()).await?;
+    // Asked after subscribing: a change in between is told of again, and not missed.
+    let scene: SceneReply = daemon.ask(Request::get()).await?;
+    let metadata = Metadata {
+        server: daemon.hello().server.clone(),
+        device: status.device.description,
+        loop_rate_hz: status.rate_hz,
+        rate_hz: subscribed.rate_hz,
+        started_unix_s: SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or_default()
+            .as_secs_f64(),
+        revision: scene.revision,
+        scene: scene.scene,
+        servo: subscribed.servo,
+        notes,
+        configuration: Some(configuration),
+    };
+    let recorder = recording::create(&arguments.file, &metadata, arguments.force)
+        .map_err(|error| not_created(&arguments.file, &error))?;
+    let mut session = Session {
+        arguments,
+        recorder,
+        link: LinkWatch::new(status.device.link.and_then(|link| link.device)),
+        observations: Observations::default(),
+        next_tick: status.tick,
+        markers: 0,
+    };
+    let end = session.record(daemon, signals).await;
+    session.end(end, json)
+}
+
+/// A recording that runs.
+struct Session<'a> {
+    arguments: &'a Arguments,
+    recorder: Recorder,
+    link: LinkWatch,
+    observations: Observations,
+    /// The tick after the newest that was heard of.
+    next_tick: u64,
+    markers: u64,
+}
+
+impl Session<'_> {
+    async fn record(&mut self, daemon: &mut Daemon, mut signals: Signals) -> End {
+        let mut person = Person::new(self.arguments.markers_from_stdin);
+        let bar = progress::bar(self.arguments.length, person.keys());
+        let end = loop {
+            tokio::select! {
+                event = daemon.regular_event() => {
+                    if let Some(end) = self.take(event) {
+                        break end;
+                    }
+                    let totals = self.recorder.totals();
+                    bar.set_position(progress::position(totals.length_s));
+                    bar.set_message(shown(&totals, self.markers));
+                }
+                Some(input) = person.next() => {
+                    if self.hear(input, &bar) {
+                        break End::Interrupted;
+                    }
+                }
+                () = signals.any() => break End::Interrupted,
+            }
+        };
+        bar.finish_and_clear();
+        end
+    }
+
+    /// Takes an event; gives the reason where it is the last.
+    fn take(&mut self, event: Result<Event, Failure>) -> Option<End> {
+        let mut event = match event {
+            Ok(event) => event,
+            Err(failure) => {
+                let text = format!("lost the daemon: {failure}");
+                self.recorder.mark(Mark::Link {
+                    tick: self.next_tick,
+                    text,
+                });
+                return Some(End::Lost(failure));
+            }
+        };
+        let length = self.arguments.length;
+        let is_full = length.is_some_and(|length| cut(&mut event, self.recorder.first_s(), length));
+        match &event {
+            Event::Samples(samples) => {
+                let newest = samples.rows.last().map_or(0, |row| row.tick + 1);
+                self.next_tick = self.next_tick.max(newest);
+            }
+            // Changes overtake the rows on their way. A marker that is set after a change comes after it.
+            Event::State(state) => self.next_tick = self.next_tick.max(state.tick),
+            _ => {}
+        }
+        for mark in self.link.marks(&event, self.next_tick) {
+            self.recorder.mark(mark);
+        }
+        let mut written = self.recorder.event(&event);
+        if matches!(event, Event::Timing(_)) {
+            written = written.and_then(|()| self.recorder.flush());
+        }
+        if let Err(error) = written {
+            return Some(End::NotWritten(error));
+        }
+        let until = self.arguments.until.as_ref();
+        let holds = until.is_some_and(|condition| self.observations.take(event, condition));
+        (is_full || holds).then_some(End::Reached)
+    }
+
+    /// Takes what a person wants; says whether that is the end.
+    fn hear(&mut self, input: Input, bar: &ProgressBar) -> bool {
+        match input {
+            Input::Marker(text) => {
+                self.markers += 1;
+                let text = text.unwrap_or_else(|| format!("marker {}", self.markers));
+                bar.set_prefix(format!("marker `{text}`; {}", person::KEYS));
+                self.recorder.mark(Mark::Marker {
+                    tick: self.next_tick,
+                    text,
+                });
+                false
+            }
+            Input::OtherKey => {
+                bar.set_prefix(person::OTHER_KEY);
+                false
+            }
+            Input::End => true,
+        }
+    }
+
+    fn end(self, end: End, json: bool) -> Result<(), Failure> {
+        let file = &self.arguments.file;
+        let (written, failure) = match end {
+            End::NotWritten(error) => (Err(error), None),
+            End::Lost(failure) => (self.recorder.break_off(), Some(failure)),
+            End::Reached => (self.recorder.finish(), None),
+            End::Interrupted => {
+                // Without a time or a condition, an interrupt is how a recording ends.
+                let is_early = self.arguments.length.is_some() || self.arguments.until.is_some();
+                (self.recorder.finish(), is_early.then_some(Failure::Interrupted))
+            }
+        };
+        match written {
+            Ok(totals) => {
+                let is_complete = !matches!(failure, Some(Failure::Client(_) | Failure::NoAnswer(_)));
+                let report = Report {
+                    file,
+                    totals,
+                    markers: self.markers,
+                    is_complete,
+                };
+                report.show(json)?;
+                failure.map_or(Ok(()), Err)
+            }
+            Err(error) => Err(Failure::File(match Summary::read(file) {
+                Ok(summary) => format!(
+                    "{}: {error}; the recording ends there: {} s, {} rows, which read",
+                    file.display(),
+                    summary.length_s(),
+                    summary.rows
+                ),
+                Err(unreadable) => format!("{}: {error}; nothing of it reads: {unreadable}", file.display()),
+            })),
+        }
+    }
+}
+
+fn not_created(file: &Path, error: &CreateError) -> Failure {
+    match error {
+        CreateError::File { source, .. } => match source.kind() {
+            io::ErrorKind::AlreadyExists => exists(file),
+            io::ErrorKind::NotFound
+            | io::ErrorKind::PermissionDenied
+            | io::ErrorKind::IsADirectory
+            | io::ErrorKind::NotADirectory
+            | io::ErrorKind::ReadOnlyFilesystem => Failure::Usage(error.to_string()),
+            _ => Failure::File(error.to_string()),
+        },
+        _ => Failure::Usage(error.to_string()),
+    }
+}
+
+/// Takes the samples beyond the length out of an event; says whether the length has been reached.
+fn cut(event: &mut Event, first_s: Option<f64>, length: Duration) -> bool {
+    let Event::Samples(samples) = event else { return false };
+    let Some(first_s) = first_s.or(samples.rows.first().map(|row| row.t_s)) else {
+        return false;
+    };
+    // Times of ticks are not exact to the last bit; a tenth of the shortest period is.
+    let end_s = first_s + length.as_secs_f64() - 5e-6;
+    let kept = samples.rows.partition_point(|row| row.t_s < end_s);
+    let full = kept < samples.rows.len();
+    samples.rows.truncate(kept);
+    full
+}

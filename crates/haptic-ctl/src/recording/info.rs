@@ -1,0 +1,145 @@
+//! `recording info`: what a recording holds.
+
+use super::summary::{Event, Summary, What};
+use super::unreadable;
+use crate::failure::Failure;
+use crate::{output, progress};
+use clap::ValueHint;
+use haptic_lab::recording::Ending;
+use jiff::Timestamp;
+use jiff::tz::TimeZone;
+use serde_json::json;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Recording
+    #[arg(value_hint = ValueHint::FilePath)]
+    file: PathBuf,
+}
+
+pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    let bar = progress::busy("reading");
+    let summary = Summary::read(&arguments.file).map_err(|error| unreadable(&arguments.file, &error))?;
+    bar.finish_and_clear();
+    if json {
+        return output::json(&as_json(arguments, &summary));
+    }
+    output::line(&as_text(arguments, &summary))
+}
+
+fn as_json(arguments: &Arguments, summary: &Summary) -> serde_json::Value {
+    let metadata = &summary.metadata;
+    json!({
+        "file": arguments.file,
+        "format": summary.format.ending(),
+        "bytes": summary.bytes,
+        "server": metadata.server,
+        "device": metadata.device,
+        "started_unix_s": metadata.started_unix_s,
+        "loop_rate_hz": metadata.loop_rate_hz,
+        "rate_hz": metadata.rate_hz,
+        "scene": metadata.scene.name,
+        "law": metadata.scene.friction.law(),
+        "revision": metadata.revision,
+        "rows": summary.rows,
+        "ticks": summary.ticks,
+        "length_s": summary.length_s(),
+        "lost": summary.lost,
+        "gaps": summary.gaps,
+        "missed": summary.missed,
+        "events": summary.events,
+        "notes": metadata.notes,
+        "configuration": metadata.configuration,
+        "complete": summary.ending == Ending::Complete,
+        "ending": summary.ending.to_string(),
+    })
+}
+
+fn as_text(arguments: &Arguments, summary: &Summary) -> String {
+    let metadata = &summary.metadata;
+    let scene = &metadata.scene;
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    #[expect(clippy::cast_precision_loss, reason = "a size in megabytes")]
+    let megabytes = summary.bytes as f64 * 1e-6;
+    let mut rows = vec![
+        row(
+            "recording",
+            format!("{}: {}, {megabytes:.2} MB", arguments.file.display(), summary.format),
+        ),
+        row("begun", when(metadata.started_unix_s, &TimeZone::system())),
+        row("by", metadata.server.clone()),
+        row("device", metadata.device.clone()),
+        row(
+            "rate",
+            if metadata.rate_hz == metadata.loop_rate_hz {
+                format!("{} Hz, every tick", metadata.rate_hz)
+            } else {
+                format!("{} Hz, of {} Hz ticks", metadata.rate_hz, metadata.loop_rate_hz)
+            },
+        ),
+        row(
+            "scene",
+            format!(
+                "{} ({}), revision {}",
+                scene.name,
+                scene.friction.law(),
+                metadata.revision
+            ),
+        ),
+        row("length", format!("{:.3} s, {} rows", summary.length_s(), summary.rows)),
+        row(
+            "ticks",
+            summary
+                .ticks
+                .map_or_else(|| "none".to_owned(), |[first, last]| format!("{first} to {last}")),
+        ),
+        row("lost", format!("{} rows in {} gaps", summary.lost, summary.gaps)),
+        row("missed", format!("{} periods", summary.missed)),
+        row("ending", summary.ending.to_string()),
+    ];
+    if let Some(notes) = &metadata.notes {
+        rows.extend(notes.lines().enumerate().map(|(index, line)| {
+            let name = if index == 0 { "notes" } else { "" };
+            row(name, line.to_owned())
+        }));
+    }
+    let mut text = output::table(&rows);
+    if !summary.events.is_empty() {
+        text.push_str("\n\n");
+        text.push_str(&output::table(
+            &summary.events.iter().map(event_row).collect::<Vec<_>>(),
+        ));
+    }
+    text
+}
+
+/// Time, kind and text of an event.
+fn event_row(event: &Event) -> Vec<String> {
+    let (kind, text) = match &event.what {
+        What::Scene { name, law, revision } => ("scene", format!("{name} ({law}), revision {revision}")),
+        What::State { state, fault: None } => ("state", state.to_string()),
+        What::State {
+            state,
+            fault: Some(fault),
+        } => ("state", format!("{state}: {fault}")),
+        What::Marker { text } => ("marker", text.clone()),
+        What::Link { text } => ("link", text.clone()),
+    };
+    vec![
+        format!("{:10.3} s", event.t_s),
+        format!("tick {}", event.tick),
+        kind.to_owned(),
+        text,
+    ]
+}
+
+/// A time for people, in their time zone.
+fn when(unix_s: f64, zone: &TimeZone) -> String {
+    #[expect(clippy::cast_possible_truncation, reason = "whole milliseconds; the cast saturates")]
+    let milliseconds = (unix_s * 1e3).round() as i64;
+    Timestamp::from_millisecond(milliseconds).map_or_else(
+        |_| format!("{unix_s} s after 1970"),
+        |time| time.to_zoned(zone.clone()).strftime("%Y-%m-%d %H:%M:%S %Z").to_string(),
+    )
+}

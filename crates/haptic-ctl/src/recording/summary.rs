@@ -1,0 +1,134 @@
+//! What a recording holds, from one pass over it.
+
+use haptic_ipc::RigState;
+use haptic_lab::recording::{self, Ending, Entry, Format, Mark, Metadata, RecordingError};
+use serde::Serialize;
+use std::path::Path;
+
+/// What a recording holds.
+#[derive(Debug)]
+pub(crate) struct Summary {
+    pub(crate) format: Format,
+    pub(crate) metadata: Metadata,
+    pub(crate) rows: u64,
+    /// The first and the last tick, and their times, s.
+    pub(crate) ticks: Option<[u64; 2]>,
+    times_s: Option<[f64; 2]>,
+    /// Rows that are missing.
+    pub(crate) lost: u64,
+    /// Places where some are missing.
+    pub(crate) gaps: u64,
+    /// Periods that the loop missed.
+    pub(crate) missed: u64,
+    /// Scenes, states, markers and link events, in their order.
+    pub(crate) events: Vec<Event>,
+    pub(crate) ending: Ending,
+    pub(crate) bytes: u64,
+}
+
+/// Something that happened.
+#[derive(Debug, Serialize)]
+pub(crate) struct Event {
+    /// Time from the first row, s; of an event before that, zero.
+    pub(crate) t_s: f64,
+    pub(crate) tick: u64,
+    #[serde(flatten)]
+    pub(crate) what: What,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub(crate) enum What {
+    Scene {
+        name: String,
+        law: String,
+        revision: u64,
+    },
+    State {
+        state: RigState,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        fault: Option<String>,
+    },
+    Marker {
+        text: String,
+    },
+    Link {
+        text: String,
+    },
+}
+
+impl Summary {
+    pub(crate) fn read(path: &Path) -> Result<Self, RecordingError> {
+        let mut reader = recording::open(path)?;
+        let mut summary = Self {
+            format: reader.format(),
+            metadata: reader.metadata().clone(),
+            rows: 0,
+            ticks: None,
+            times_s: None,
+            lost: 0,
+            gaps: 0,
+            missed: 0,
+            events: Vec::new(),
+            ending: Ending::Open,
+            bytes: path.metadata().map_or(0, |metadata| metadata.len()),
+        };
+        let mut timed = 0;
+        while let Some(entry) = reader.next().transpose()? {
+            match entry {
+                Entry::Row(row) => {
+                    summary.rows += 1;
+                    let [first, _] = summary.times_s.unwrap_or([row.t_s; 2]);
+                    let [first_tick, _] = summary.ticks.unwrap_or([row.tick; 2]);
+                    summary.times_s = Some([first, row.t_s]);
+                    summary.ticks = Some([first_tick, row.tick]);
+                    // A mark stands before the first row that it concerns.
+                    summary.time_events(&mut timed);
+                }
+                Entry::Mark(mark) => summary.mark(mark),
+            }
+        }
+        summary.time_events(&mut timed);
+        summary.ending = reader.ending().unwrap_or(Ending::Open);
+        Ok(summary)
+    }
+
+    /// Time from the first row to the last, s.
+    pub(crate) fn length_s(&self) -> f64 {
+        self.times_s.map_or(0.0, |[first, last]| last - first)
+    }
+
+    fn time_events(&mut self, timed: &mut usize) {
+        let now_s = self.length_s();
+        for event in &mut self.events[*timed..] {
+            event.t_s = now_s;
+        }
+        *timed = self.events.len();
+    }
+
+    fn mark(&mut self, mark: Mark) {
+        let (tick, what) = match mark {
+            Mark::Scene {
+                tick,
+                revision,
+                name,
+                law,
+                ..
+            } => (tick, What::Scene { name, law, revision }),
+            Mark::State { tick, state, fault } => (tick, What::State { state, fault }),
+            Mark::Marker { tick, text } => (tick, What::Marker { text }),
+            Mark::Link { tick, text } => (tick, What::Link { text }),
+            Mark::Lost { rows } => {
+                self.lost = self.lost.saturating_add(rows);
+                self.gaps += 1;
+                return;
+            }
+            Mark::Missed { periods, .. } => {
+                self.missed = self.missed.saturating_add(periods);
+                return;
+            }
+            Mark::End { .. } => return,
+        };
+        self.events.push(Event { t_s: 0.0, tick, what });
+    }
+}

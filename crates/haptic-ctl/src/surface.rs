@@ -1,0 +1,108 @@
+//! `surface`: what a lab would record of a surface, simulated by the reference solver.
+
+use crate::failure::Failure;
+use crate::scene::reference;
+use crate::{output, progress};
+use clap::Args;
+use haptic_lab::identify::study::Sensors;
+use haptic_lab::surface;
+use serde_json::json;
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Scene of the surface, a TOML file: its friction and the mass of its block
+    #[arg(value_name = "SCENE.toml")]
+    scene: PathBuf,
+
+    /// Record: CSV with the columns t_s, position_m and force_N
+    #[arg(long, value_name = "REAL.csv")]
+    out: PathBuf,
+
+    /// Motion of the hand that drives the mass: CSV with the columns t_s and position_m, as `hapticd
+    /// --hand file:` takes it
+    #[arg(long, value_name = "HAND.csv")]
+    hand: Option<PathBuf>,
+
+    /// Mass that slides, kg [default: that of the scene's block]
+    #[arg(long, value_name = "KG", allow_hyphen_values = true)]
+    mass: Option<f64>,
+
+    /// Noise of the force sensor, N rms
+    #[arg(long, value_name = "N", allow_hyphen_values = true, default_value = "0.1")]
+    noise: f64,
+
+    /// Step of the encoder, m
+    #[arg(long, value_name = "M", allow_hyphen_values = true, default_value = "1e-5")]
+    resolution: f64,
+
+    /// Seed of the noise
+    #[arg(long, value_name = "N", default_value = "1")]
+    seed: u64,
+}
+
+pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+    let scene = reference::file(&arguments.scene)?;
+    let name = arguments.scene.display();
+    let Some(block) = scene.block else {
+        return Err(Failure::Usage(format!(
+            "{name}: the scene has no block, and so nothing that slides"
+        )));
+    };
+    let within = |name: &str, value: f64, low: f64, high: f64, unit: &str| {
+        if (low..=high).contains(&value) {
+            Ok(value)
+        } else {
+            Err(Failure::Usage(format!(
+                "{name} = {value} {unit} is out of range: {low} to {high} {unit}"
+            )))
+        }
+    };
+    let mass_kg = within("mass", arguments.mass.unwrap_or(block.mass), 1e-3, 100.0, "kg")?;
+    let sensors = Sensors {
+        force_noise_n: within("noise", arguments.noise, 0.0, 10.0, "N")?,
+        resolution_m: within("resolution", arguments.resolution, 0.0, 1e-3, "m")?,
+        ..Sensors::USUAL
+    };
+    let bar = progress::busy("solving");
+    let recorded = surface::record(&surface::experiment(mass_kg, scene.friction, sensors), arguments.seed);
+    bar.finish_and_clear();
+    let record = &recorded.mass;
+    let rows = record.t_s.iter().zip(&record.position_m).zip(&record.force_n);
+    let rows = rows.map(|((t, position), force)| format!("{t:.4},{position:.7},{force:.5}"));
+    write(&arguments.out, "t_s,position_m,force_N", rows)?;
+    if let Some(path) = &arguments.hand {
+        let rows = recorded.hand.iter();
+        let rows = rows.map(|sample| format!("{:.4},{:.7}", sample.t_s, sample.position_m));
+        write(path, "t_s,position_m", rows)?;
+    }
+    let length_s = record.t_s.last().copied().unwrap_or(0.0);
+    if as_json {
+        return output::json(&json!({
+            "file": arguments.out,
+            "rows": record.t_s.len(),
+            "length_s": length_s,
+            "mass_kg": mass_kg,
+        }));
+    }
+    output::line(&format!(
+        "{}: {mass_kg} kg on the surface of {}, {length_s:.1} s, {} rows",
+        arguments.out.display(),
+        scene.name,
+        record.t_s.len()
+    ))
+}
+
+fn write(path: &Path, header: &str, rows: impl Iterator<Item = String>) -> Result<(), Failure> {
+    let write = || {
+        let mut file = BufWriter::new(File::create(path)?);
+        writeln!(file, "{header}")?;
+        for row in rows {
+            writeln!(file, "{row}")?;
+        }
+        file.flush()
+    };
+    write().map_err(|error: std::io::Error| Failure::File(format!("{}: {error}", path.display())))
+}

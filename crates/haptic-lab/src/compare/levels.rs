@@ -1,0 +1,274 @@
+//! Levels of friction by direction: while sliding, and where a pull sets off.
+
+use super::signal::{Signal, count_of};
+use serde::Serialize;
+
+/// Shortest slide that counts, and shortest rest before a breakaway, s.
+const LEAST_S: f64 = 0.05;
+/// Slides count from this share of the fastest speeds on: at a turn it is not sure which way friction
+/// points.
+const SLOWEST_SHARE: f64 = 0.05;
+/// Samples that are faster than this share of them do not decide which speeds are fast.
+const FASTEST_SHARE: f64 = 0.95;
+/// A breakaway is over after this way or this time: a rendered block sets off once its coupling is
+/// stretched, 0.2 mm for 2 N at 25 N/mm after a turn.
+const BREAKAWAY_M: f64 = 5e-4;
+const BREAKAWAY_S: f64 = 1.0;
+/// Fastest breakaway that counts, m/s: beyond it the peak is inertia's.
+const SLOW_MPS: f64 = 0.01;
+/// Half the time over which the force is averaged where its peak is looked for, s: a sensor's noise
+/// has peaks of its own.
+const HALF_MEAN_S: f64 = 0.005;
+/// Velocities at which force is compared, by direction.
+const BINS: usize = 20;
+
+/// A level of both records.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Level {
+    /// Of the real record, N, against the motion.
+    #[serde(rename = "real_N")]
+    pub real_n: f64,
+    /// Of the rendered record, N, against the motion.
+    #[serde(rename = "rendered_N")]
+    pub rendered_n: f64,
+    /// Rendered less real, N.
+    #[serde(rename = "difference_N")]
+    pub difference_n: f64,
+    /// The same in percent of the real level.
+    pub difference_percent: f64,
+    /// Slides, breakaways or velocities that it is taken from.
+    pub count: usize,
+}
+
+/// A level by direction of motion; absent where a record does not hold it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Levels {
+    /// In positive direction.
+    pub positive: Option<Level>,
+    /// In negative direction.
+    pub negative: Option<Level>,
+}
+
+impl Levels {
+    fn of(level: impl Fn(f64) -> Option<Level>) -> Self {
+        Self {
+            positive: level(1.0),
+            negative: level(-1.0),
+        }
+    }
+}
+
+fn level(real_n: f64, rendered_n: f64, count: usize) -> Level {
+    let difference_n = rendered_n - real_n;
+    Level {
+        real_n,
+        rendered_n,
+        difference_n,
+        difference_percent: 100.0 * difference_n / real_n.abs(),
+        count,
+    }
+}
+
+/// What a record must hold for a level, for people.
+pub(super) fn what_it_takes(name: &str) -> &'static str {
+    match name {
+        "sliding" => "both records have to slide that way for 50 ms or longer",
+        _ => "both records have to rest for 50 ms, and then be pulled that way at 1 mm/s or slower",
+    }
+}
+
+/// Speeds at which a motion counts as sliding.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SlidingLimits {
+    slowest_mps: f64,
+    fastest_mps: f64,
+}
+
+impl SlidingLimits {
+    /// The limits that hold for both.
+    pub(super) fn of(signals: [&Signal; 2]) -> Self {
+        let fastest_mps = signals.map(fast_speed).into_iter().fold(f64::INFINITY, f64::min);
+        let noise = signals
+            .map(|signal| signal.step_m / LEAST_S)
+            .into_iter()
+            .fold(0.0, f64::max);
+        Self {
+            slowest_mps: (SLOWEST_SHARE * fastest_mps).max(noise),
+            fastest_mps,
+        }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index")]
+fn fast_speed(signal: &Signal) -> f64 {
+    let mut speeds: Vec<f64> = signal.velocity_mps.iter().map(|velocity| velocity.abs()).collect();
+    speeds.sort_unstable_by(f64::total_cmp);
+    speeds[(FASTEST_SHARE * count_of(speeds.len() - 1)) as usize]
+}
+
+/// Sliding levels of two signals of the same motion. A slide is counted from where it becomes fast
+/// enough to where it is no longer: at both ends it has the same speed, so that what inertia adds at
+/// first it takes away in the end.
+pub(super) fn sliding_together(real: &Signal, rendered: &Signal, limits: &SlidingLimits) -> Levels {
+    let least = real.samples_in(LEAST_S);
+    Levels::of(|direction| {
+        let (mut own, mut other, mut samples, mut slides) = (0.0, 0.0, 0, 0);
+        let mut begin = 0;
+        for run in real
+            .velocity_mps
+            .chunk_by(|a, b| (a * direction > limits.slowest_mps) == (b * direction > limits.slowest_mps))
+        {
+            let range = begin..begin + run.len();
+            begin = range.end;
+            if run[0] * direction > limits.slowest_mps && run.len() >= least {
+                own += real.force_n[range.clone()].iter().sum::<f64>();
+                other += rendered.force_n[range].iter().sum::<f64>();
+                (samples, slides) = (samples + run.len(), slides + 1);
+            }
+        }
+        let mean = |sum: f64| direction * sum / count_of(samples);
+        (slides > 0).then(|| level(mean(own), mean(other), slides))
+    })
+}
+
+/// Mean forces of both at a velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bin {
+    pub(super) velocity_mps: f64,
+    pub(super) real_n: f64,
+    pub(super) rendered_n: f64,
+}
+
+/// Forces of both at the velocities that both have.
+pub(super) fn by_velocity(real: &Signal, rendered: &Signal, limits: &SlidingLimits) -> Vec<Bin> {
+    let (slowest, fastest) = (limits.slowest_mps, limits.fastest_mps);
+    let width = (fastest - slowest) / count_of(BINS);
+    if width <= 0.0 || !width.is_finite() {
+        return Vec::new();
+    }
+    let means = |signal: &Signal, direction: f64| {
+        let mut sums = [(0.0, 0_usize); BINS];
+        for (velocity, force) in signal.velocity_mps.iter().zip(&signal.friction_n) {
+            let place = (velocity * direction - slowest) / width;
+            if place >= 0.0 && place < count_of(BINS) {
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is a bin")]
+                let bin = &mut sums[place as usize];
+                *bin = (bin.0 + force, bin.1 + 1);
+            }
+        }
+        let least = signal.samples_in(0.5 * LEAST_S);
+        sums.map(|(sum, count)| (count >= least).then(|| sum / count_of(count)))
+    };
+    let curve = [-1.0, 1.0].into_iter().flat_map(|direction| {
+        let pairs = means(real, direction).into_iter().zip(means(rendered, direction));
+        pairs.enumerate().filter_map(move |(index, (real_n, rendered_n))| {
+            Some(Bin {
+                velocity_mps: direction * (slowest + (count_of(index) + 0.5) * width),
+                real_n: real_n?,
+                rendered_n: rendered_n?,
+            })
+        })
+    });
+    let mut curve: Vec<Bin> = curve.collect();
+    curve.sort_by(|a, b| a.velocity_mps.total_cmp(&b.velocity_mps));
+    curve
+}
+
+/// Sliding levels of two signals of different motions: the means over the velocities that both have.
+pub(super) fn sliding_at_common_speeds(curve: &[Bin]) -> Levels {
+    Levels::of(|direction| {
+        let bins: Vec<&Bin> = curve.iter().filter(|bin| bin.velocity_mps * direction > 0.0).collect();
+        let mean =
+            |force: fn(&Bin) -> f64| direction * bins.iter().map(|bin| force(bin)).sum::<f64>() / count_of(bins.len());
+        (!bins.is_empty()).then(|| level(mean(|bin| bin.real_n), mean(|bin| bin.rendered_n), bins.len()))
+    })
+}
+
+/// A slow pull that sets off: its samples from the rest on, and its direction.
+#[derive(Clone, Debug)]
+struct Breakaway {
+    samples: std::ops::Range<usize>,
+    direction: f64,
+}
+
+/// The breakaways of a signal.
+fn breakaways(signal: &Signal) -> Vec<Breakaway> {
+    let rest_m = (1.5 * signal.step_m).max(1e-6);
+    let (rest, longest) = (signal.samples_in(LEAST_S), signal.samples_in(BREAKAWAY_S));
+    let mut found = Vec::new();
+    let mut begin = 0;
+    while begin < signal.len() {
+        let away = |index: &usize| signal.position_m[*index] - signal.position_m[begin];
+        let Some(leaves) = (begin..signal.len()).find(|index| away(index).abs() > rest_m) else {
+            break;
+        };
+        if leaves - begin < rest {
+            begin += 1;
+            continue;
+        }
+        let direction = away(&leaves).signum();
+        let latest = (leaves + longest).min(signal.len());
+        let end = (leaves..latest)
+            .find(|index| away(index).abs() > BREAKAWAY_M)
+            .unwrap_or(latest);
+        let is_slow = signal.velocity_mps[leaves..end]
+            .iter()
+            .all(|velocity| velocity.abs() < SLOW_MPS);
+        // A rest that is only jostled is not one that is left.
+        let is_left = away(&(end - 1)) * direction > 4.0 * rest_m;
+        if is_slow && is_left {
+            found.push(Breakaway {
+                samples: leaves - rest..end,
+                direction,
+            });
+        }
+        begin = leaves;
+    }
+    found
+}
+
+/// The greatest force of a breakaway, N, along its direction.
+fn greatest(force_n: &[f64], breakaway: &Breakaway) -> f64 {
+    let forces = force_n[breakaway.samples.clone()].iter();
+    forces
+        .map(|force| breakaway.direction * force)
+        .fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    let (middle, count) = (values.len() / 2, values.len());
+    match count {
+        0 => None,
+        _ if count % 2 == 1 => Some(values[middle]),
+        _ => Some(0.5 * (values[middle - 1] + values[middle])),
+    }
+}
+
+fn peaks(signal: &Signal, breakaways: &[Breakaway], direction: f64) -> Vec<f64> {
+    let force_n = signal.mean_force(signal.samples_in(HALF_MEAN_S));
+    let that_way = breakaways.iter().filter(|breakaway| breakaway.direction == direction);
+    that_way.map(|breakaway| greatest(&force_n, breakaway)).collect()
+}
+
+/// Breakaway levels of two signals of the same motion: those of the same pulls.
+pub(super) fn breakaway_together(real: &Signal, rendered: &Signal) -> Levels {
+    let pulls = breakaways(real);
+    breakaway_levels((real, &pulls), (rendered, &pulls))
+}
+
+/// Breakaway levels of two signals of different motions.
+pub(super) fn breakaway_apart(real: &Signal, rendered: &Signal) -> Levels {
+    breakaway_levels((real, &breakaways(real)), (rendered, &breakaways(rendered)))
+}
+
+fn breakaway_levels(real: (&Signal, &[Breakaway]), rendered: (&Signal, &[Breakaway])) -> Levels {
+    Levels::of(|direction| {
+        let (own, other) = (
+            peaks(real.0, real.1, direction),
+            peaks(rendered.0, rendered.1, direction),
+        );
+        let count = own.len().min(other.len());
+        Some(level(median(own)?, median(other)?, count))
+    })
+}

@@ -1,0 +1,316 @@
+//! A real surface against its rendering: how far the two forces are apart where the motion is the
+//! same.
+//!
+//! Both records hold the force that drives the moving mass, positive along the position. Where the
+//! motions are the same but for their clocks, they are laid over one another in time, and the forces
+//! compared sample by sample. Where they differ, force is compared at the same velocity.
+
+mod align;
+mod levels;
+mod plot;
+mod signal;
+
+pub use levels::{Level, Levels};
+pub use plot::{page, summary, table};
+
+use crate::derivatives::usual_period_s;
+use crate::identify::Record;
+use align::Alignment;
+use serde::Serialize;
+use signal::Signal;
+use thiserror::Error;
+
+/// How two records are laid over one another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AlignedBy {
+    /// By time: the motions are the same but for a shift.
+    Time,
+    /// By velocity: the motions differ.
+    Velocity,
+}
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Moving mass, kg, whose inertia is taken out of what the plots show, and of the forces that are
+    /// compared at the same velocity.
+    pub mass_kg: Option<f64>,
+    /// How they are aligned; by time where the motions are the same, else by velocity, where absent.
+    pub align: Option<AlignedBy>,
+}
+
+/// Which of the two records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The record of the real surface.
+    Real,
+    /// The record of the rendered one.
+    Rendered,
+}
+
+impl std::fmt::Display for Side {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Real => "real",
+            Self::Rendered => "rendered",
+        })
+    }
+}
+
+/// Why two records cannot be compared.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum CompareError {
+    /// A record is too short.
+    #[error("the {side} record holds {length_s:.2} s; at least {least_s} s are needed")]
+    TooShort {
+        /// Which one.
+        side: Side,
+        /// Its length, s.
+        length_s: f64,
+        /// Shortest that is taken, s.
+        least_s: f64,
+    },
+    /// A record holds no motion.
+    #[error(
+        "the {side} record holds no motion: its positions span {span_um:.1} um, its encoder's step is {step_um:.1} um"
+    )]
+    NoMotion {
+        /// Which one.
+        side: Side,
+        /// Extent of its positions, um.
+        span_um: f64,
+        /// Step of its encoder, um.
+        step_um: f64,
+    },
+    /// They were to be aligned by time, and their motions differ.
+    #[error(
+        "the motions are not the same: at the best shift, {shift_s:.3} s, they overlap for {overlap_s:.1} s and their positions \
+         agree by {agreement:.3}, less than {LEAST_AGREEMENT}; --align velocity compares force at the same velocity"
+    )]
+    OtherMotion {
+        /// The best shift, s.
+        shift_s: f64,
+        /// Time that both hold then, s.
+        overlap_s: f64,
+        /// Agreement of the positions.
+        agreement: f64,
+    },
+    /// There is no velocity at which both slide.
+    #[error(
+        "the records have no motion in common: the real one slides at {real} mm/s, the rendered one at {rendered} mm/s; \
+         record the rendered surface under a motion like the real one's"
+    )]
+    NoCommonMotion {
+        /// Velocities of the real record, mm/s.
+        real: String,
+        /// Velocities of the rendered record, mm/s.
+        rendered: String,
+    },
+}
+
+/// Shortest record, s.
+const LEAST_S: f64 = 1.0;
+/// Least agreement of the positions of one motion: their difference is a fifth of their extent. A rig
+/// that replays a motion reaches 0.999.
+const LEAST_AGREEMENT: f64 = 0.98;
+
+/// How far the forces are apart. Differences are those of rendered less real.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// How the records are laid over one another.
+    pub aligned_by: AlignedBy,
+    /// How much the clock of the rendered record is ahead, s: its time less that of the real one.
+    pub shift_s: Option<f64>,
+    /// Position of the rendered record less that of the real one, m.
+    pub position_offset_m: Option<f64>,
+    /// Agreement of the positions at the best shift: 1 for the same motion.
+    pub position_agreement: f64,
+    /// Time that was compared, s; by velocity, that of the shorter record.
+    pub overlap_s: f64,
+    /// Mass whose inertia was taken out of what the plots show, and by velocity of the forces, kg.
+    pub mass_kg: Option<f64>,
+    /// Root mean square of the difference of the forces, N.
+    #[serde(rename = "force_rms_difference_N")]
+    pub force_rms_difference_n: f64,
+    /// Largest difference of the forces, N.
+    #[serde(rename = "force_peak_difference_N")]
+    pub force_peak_difference_n: f64,
+    /// Root mean square of the real force, N.
+    #[serde(rename = "force_rms_N")]
+    pub force_rms_n: f64,
+    /// Force while sliding, without inertia.
+    #[serde(rename = "sliding_force_N")]
+    pub sliding_force_n: Levels,
+    /// Force at which a slow pull sets off.
+    #[serde(rename = "breakaway_force_N")]
+    pub breakaway_force_n: Levels,
+    /// Remarks for people.
+    pub notes: Vec<String>,
+    /// What the plots show.
+    #[serde(skip)]
+    pub curves: Curves,
+}
+
+/// What the plots show of a comparison.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curves {
+    /// Velocity (m/s), position (m) and force less inertia (N) of the real record, by sample.
+    pub real: Vec<[f64; 3]>,
+    /// The same of the rendered record.
+    pub rendered: Vec<[f64; 3]>,
+    /// Difference of the forces: over time (s), or over velocity (m/s).
+    pub difference: Vec<[f64; 2]>,
+}
+
+/// Compares the record of a rendered surface with that of the real one.
+///
+/// # Errors
+/// A record is too short or holds no motion, or they have none in common.
+pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Comparison, CompareError> {
+    let period_s = usual_period_s(&real.t_s).max(usual_period_s(&rendered.t_s));
+    let (own, other) = (
+        Signal::new(real, period_s, options.mass_kg, Side::Real)?,
+        Signal::new(rendered, period_s, options.mass_kg, Side::Rendered)?,
+    );
+    let alignment = align::find(&own, &other);
+    let is_same = alignment.agreement >= LEAST_AGREEMENT;
+    let aligned_by = options
+        .align
+        .unwrap_or(if is_same { AlignedBy::Time } else { AlignedBy::Velocity });
+    let mut comparison = match aligned_by {
+        AlignedBy::Time if !is_same => {
+            return Err(CompareError::OtherMotion {
+                shift_s: alignment.shift_s,
+                overlap_s: alignment.overlap_s,
+                agreement: alignment.agreement,
+            });
+        }
+        AlignedBy::Time => by_time(&own, &other, &alignment),
+        AlignedBy::Velocity => by_velocity(&own, &other, &alignment)?,
+    };
+    comparison.mass_kg = options.mass_kg;
+    for (side, record) in [(Side::Real, real), (Side::Rendered, rendered)] {
+        let longest_s = 1.5 * usual_period_s(&record.t_s);
+        let gaps = record
+            .t_s
+            .windows(2)
+            .filter(|pair| pair[1] - pair[0] > longest_s)
+            .count();
+        if gaps > 0 {
+            comparison.notes.push(format!(
+                "{gaps} gaps in the {side} record are bridged by straight lines"
+            ));
+        }
+    }
+    if options.align.is_none() && !is_same {
+        comparison.notes.push(format!(
+            "the motions differ (their positions agree by {:.3} at best), so force is compared at the same velocity",
+            alignment.agreement
+        ));
+    }
+    for (name, levels) in [
+        ("sliding", &comparison.sliding_force_n),
+        ("breakaway", &comparison.breakaway_force_n),
+    ] {
+        for (direction, level) in [("positive", &levels.positive), ("negative", &levels.negative)] {
+            if level.is_none() {
+                comparison.notes.push(format!(
+                    "no {name} level in {direction} direction: {}",
+                    levels::what_it_takes(name)
+                ));
+            }
+        }
+    }
+    Ok(comparison)
+}
+
+fn by_time(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Comparison {
+    let (real, rendered) = alignment.common(real, rendered);
+    let differences: Vec<f64> = rendered.force_n.iter().zip(&real.force_n).map(|(b, a)| b - a).collect();
+    let limits = levels::SlidingLimits::of([&real, &rendered]);
+    let (sliding, breakaway) = (
+        levels::sliding_together(&real, &rendered, &limits),
+        levels::breakaway_together(&real, &rendered),
+    );
+    Comparison {
+        aligned_by: AlignedBy::Time,
+        shift_s: Some(alignment.shift_s),
+        position_offset_m: Some(alignment.position_offset_m),
+        position_agreement: alignment.agreement,
+        overlap_s: real.length_s(),
+        mass_kg: None,
+        force_rms_difference_n: rms(&differences),
+        force_peak_difference_n: peak(&differences),
+        force_rms_n: rms(&real.force_n),
+        sliding_force_n: sliding,
+        breakaway_force_n: breakaway,
+        notes: Vec::new(),
+        curves: Curves {
+            difference: (0..)
+                .map(|index| real.time_s(index))
+                .zip(differences)
+                .map(|(t, d)| [t, d])
+                .collect(),
+            real: real.course(),
+            rendered: rendered.course(),
+        },
+    }
+}
+
+fn by_velocity(real: &Signal, rendered: &Signal, alignment: &Alignment) -> Result<Comparison, CompareError> {
+    let limits = levels::SlidingLimits::of([real, rendered]);
+    let curve = levels::by_velocity(real, rendered, &limits);
+    if curve.is_empty() {
+        let speeds = |signal: &Signal| {
+            let (low, high) = signal.velocities();
+            format!("{:.1} to {:.1}", low * 1e3, high * 1e3)
+        };
+        return Err(CompareError::NoCommonMotion {
+            real: speeds(real),
+            rendered: speeds(rendered),
+        });
+    }
+    let differences: Vec<f64> = curve.iter().map(|bin| bin.rendered_n - bin.real_n).collect();
+    Ok(Comparison {
+        aligned_by: AlignedBy::Velocity,
+        shift_s: None,
+        position_offset_m: None,
+        position_agreement: alignment.agreement,
+        overlap_s: real.length_s().min(rendered.length_s()),
+        mass_kg: None,
+        force_rms_difference_n: rms(&differences),
+        force_peak_difference_n: peak(&differences),
+        force_rms_n: rms(&real.force_n),
+        sliding_force_n: levels::sliding_at_common_speeds(&curve),
+        breakaway_force_n: levels::breakaway_apart(real, rendered),
+        notes: Vec::new(),
+        curves: Curves {
+            difference: curve
+                .iter()
+                .zip(differences)
+                .map(|(bin, d)| [bin.velocity_mps, d])
+                .collect(),
+            real: real.course(),
+            rendered: rendered.course(),
+        },
+    })
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// The value of the largest size, with its sign.
+fn peak(values: &[f64]) -> f64 {
+    values
+        .iter()
+        .copied()
+        .max_by(|a, b| a.abs().total_cmp(&b.abs()))
+        .unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests;

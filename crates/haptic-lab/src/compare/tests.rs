@@ -1,0 +1,231 @@
+use super::*;
+use crate::motion::DeviceSample;
+use crate::simulate::{Start, simulate};
+use haptic_core::friction::{Friction, Karnopp};
+use haptic_core::scene::Block;
+use haptic_core::{Directional, Scene, Scheme};
+use std::f64::consts::TAU;
+
+/// Position (m) and velocity (m/s) at a time, s.
+type Course = fn(f64) -> (f64, f64);
+
+/// A rest, strokes that become faster, and a slow ramp to and fro.
+fn usual(t: f64) -> (f64, f64) {
+    match t {
+        ..1.0 => (0.0, 0.0),
+        1.0..6.0 => {
+            let (t, growth) = (t - 1.0, 0.22);
+            let (phase, rate) = (TAU * (0.5 + growth * t) * t, TAU * (0.5 + 2.0 * growth * t));
+            (0.02 * (1.0 - phase.cos()), 0.02 * rate * phase.sin())
+        }
+        _ => {
+            let way = (0.001 * (t - 6.0)).rem_euclid(0.004);
+            if way < 0.002 {
+                (way, 0.001)
+            } else {
+                (0.004 - way, -0.001)
+            }
+        }
+    }
+}
+
+/// A record of `law` under 1 kg that follows the course from `start_s` to `end_s` on a clock that is
+/// `ahead_s` ahead.
+fn record(law: Karnopp, course: Course, (start_s, end_s): (f64, f64), rate_hz: f64, ahead_s: f64) -> Record {
+    let scene = Scene {
+        block: Some(Block { mass: 1.0 }),
+        friction: Friction::Karnopp(law),
+        ..Scene::paper()
+    };
+    let motion: Vec<DeviceSample> = (0..((end_s - start_s) * rate_hz) as usize)
+        .map(|k| start_s + k as f64 / rate_hz)
+        .map(|t| DeviceSample {
+            t_s: t + ahead_s,
+            position_m: course(t).0,
+            velocity_mps: course(t).1,
+        })
+        .collect();
+    let run = simulate(&scene, Scheme::Exact, &motion, Start::default()).expect("a valid scene");
+    Record {
+        t_s: motion.iter().map(|sample| sample.t_s).collect(),
+        position_m: run
+            .rows
+            .iter()
+            .map(|row| (row.block_position_m / 1e-5).round() * 1e-5)
+            .collect(),
+        force_n: run.rows.iter().map(|row| row.coupling_force_n).collect(),
+        ..Record::default()
+    }
+}
+
+fn levels(pair: Levels) -> [Level; 2] {
+    [pair.positive, pair.negative].map(|level| level.expect("a level"))
+}
+
+#[test]
+fn two_clocks_rates_and_origins_are_aligned_and_levels_differ_as_the_laws_do() {
+    let real = record(Karnopp::new(2.2, 2.0), usual, (0.0, 14.0), 1000.0, 0.0);
+    let rendered = Karnopp {
+        static_force: Directional {
+            positive: 3.3,
+            negative: 2.2,
+        },
+        dynamic_force: Directional {
+            positive: 3.0,
+            negative: 2.0,
+        },
+        ..Karnopp::new(3.3, 3.0)
+    };
+    let mut rendered = record(rendered, usual, (0.2, 13.5), 800.0, 371.2345);
+    for position in &mut rendered.position_m {
+        *position += 0.25;
+    }
+    let found = compare(&real, &rendered, &Options::default()).expect("one motion");
+    assert_eq!(found.aligned_by, AlignedBy::Time);
+    let shift = found.shift_s.expect("a shift");
+    assert!((shift - 371.2345).abs() < 2e-4, "{shift}");
+    let offset = found.position_offset_m.expect("an offset");
+    assert!((offset - 0.25).abs() < 5e-5, "{offset}");
+    assert!((found.overlap_s - 13.3).abs() < 0.01, "{}", found.overlap_s);
+    let [positive, negative] = levels(found.sliding_force_n);
+    for (level, real, rendered) in [(positive, 2.0, 3.0), (negative, 2.0, 2.0)] {
+        assert!((level.real_n - real).abs() < 0.02 * real, "{level:?}");
+        assert!((level.rendered_n - rendered).abs() < 0.02 * rendered, "{level:?}");
+        assert!(level.count > 3, "{level:?}");
+    }
+    assert!((positive.difference_percent - 50.0).abs() < 2.0, "{positive:?}");
+    let [positive, negative] = levels(found.breakaway_force_n);
+    for (level, real, rendered) in [(positive, 2.2, 3.3), (negative, 2.2, 2.2)] {
+        // The mean over 10 ms cuts the peak of a rise of 25 N/s.
+        assert!((level.real_n - real).abs() < 0.1, "{level:?}");
+        assert!((level.rendered_n - rendered).abs() < 0.1, "{level:?}");
+    }
+    assert!(found.force_peak_difference_n > 0.9, "{}", found.force_peak_difference_n);
+    assert!(
+        (0.3..1.0).contains(&found.force_rms_difference_n),
+        "{}",
+        found.force_rms_difference_n
+    );
+    assert_eq!(found.notes, Vec::<String>::new());
+    let mut torn = rendered;
+    for values in [&mut torn.t_s, &mut torn.position_m, &mut torn.force_n] {
+        values.drain(5000..5003);
+    }
+    let found = compare(&real, &torn, &Options::default()).expect("one motion");
+    assert_eq!(
+        found.notes,
+        ["gaps in the rendered record, bridged by straight lines: 1"]
+    );
+}
+
+#[test]
+fn the_same_record_differs_by_nothing() {
+    let real = record(Karnopp::new(2.2, 2.0), usual, (0.0, 10.0), 1000.0, 0.0);
+    let found = compare(&real, &real, &Options::default()).expect("one motion");
+    assert!(found.shift_s.expect("a shift").abs() < 1e-5, "{:?}", found.shift_s);
+    assert!(found.force_rms_difference_n < 0.01, "{}", found.force_rms_difference_n);
+    let value = serde_json::to_value(&found).expect("it writes");
+    for name in [
+        "aligned_by",
+        "shift_s",
+        "force_rms_difference_N",
+        "force_peak_difference_N",
+        "overlap_s",
+    ] {
+        assert!(!value[name].is_null(), "{name}: {value}");
+    }
+    assert!(value["sliding_force_N"]["positive"]["rendered_N"].is_f64(), "{value}");
+    assert!(value.get("curves").is_none());
+}
+
+#[test]
+fn inertia_is_taken_out_where_the_mass_is_known() {
+    let law = Karnopp::new(2.0, 2.0);
+    let real = record(law, usual, (0.0, 6.0), 1000.0, 0.0);
+    let fast = |found: &Comparison| found.curves.real.iter().map(|row| row[2].abs()).fold(0.0, f64::max);
+    let with = compare(&real, &real, &Options::default()).expect("one motion");
+    let options = Options {
+        mass_kg: Some(1.0),
+        ..Options::default()
+    };
+    let without = compare(&real, &real, &options).expect("one motion");
+    assert!(fast(&with) > 6.0, "{}", fast(&with));
+    assert!(fast(&without) < 5.0, "{}", fast(&without));
+    assert_eq!(without.mass_kg, Some(1.0));
+}
+
+#[test]
+fn other_motions_are_compared_at_the_same_velocity() {
+    let sine: Course = |t| (0.03 * (TAU * 0.9 * t).cos(), -0.03 * TAU * 0.9 * (TAU * 0.9 * t).sin());
+    let real = record(Karnopp::new(2.0, 2.0), usual, (0.0, 6.0), 1000.0, 0.0);
+    let rendered = record(Karnopp::new(3.0, 3.0), sine, (0.0, 9.0), 1000.0, 0.0);
+    let found = compare(&real, &rendered, &Options::default()).expect("they have velocities in common");
+    assert_eq!((found.aligned_by, found.shift_s), (AlignedBy::Velocity, None));
+    assert!(found.notes[0].starts_with("the motions differ"), "{:?}", found.notes);
+    for level in levels(found.sliding_force_n) {
+        assert!((level.difference_n - 1.0).abs() < 0.25, "{level:?}");
+    }
+    assert!(
+        (found.force_rms_difference_n - 1.0).abs() < 0.3,
+        "{}",
+        found.force_rms_difference_n
+    );
+    assert!(found.breakaway_force_n.positive.is_none());
+    assert!(
+        found.notes.iter().any(|note| note.starts_with("no breakaway level")),
+        "{:?}",
+        found.notes
+    );
+    // The same course at half the size is another motion.
+    let half: Course = |t| (0.5 * usual(t).0, 0.5 * usual(t).1);
+    let smaller = record(Karnopp::new(2.0, 2.0), half, (0.0, 6.0), 1000.0, 0.0);
+    let found_smaller = compare(&real, &smaller, &Options::default()).expect("velocities in common");
+    assert_eq!(found_smaller.aligned_by, AlignedBy::Velocity);
+    let by_time = Options {
+        align: Some(AlignedBy::Time),
+        ..Options::default()
+    };
+    let refused = compare(&real, &rendered, &by_time).expect_err("refused").to_string();
+    assert!(refused.contains("--align velocity"), "{refused}");
+}
+
+#[test]
+fn records_without_a_velocity_in_common_are_refused() {
+    let there: Course = |t| (0.02 * t, 0.02);
+    let back: Course = |t| (-0.02 * t, -0.02);
+    let law = Karnopp::new(2.0, 2.0);
+    let real = record(law, there, (0.0, 3.0), 1000.0, 0.0);
+    let rendered = record(law, back, (0.0, 3.0), 1000.0, 0.0);
+    let refused = compare(&real, &rendered, &Options::default())
+        .expect_err("refused")
+        .to_string();
+    assert!(
+        refused.contains("no motion in common") && refused.contains("to 25.0 mm/s"),
+        "{refused}"
+    );
+    let still: Course = |_| (0.1, 0.0);
+    let still = record(law, still, (0.0, 3.0), 1000.0, 0.0);
+    let refused = compare(&real, &still, &Options::default())
+        .expect_err("refused")
+        .to_string();
+    assert!(refused.contains("the rendered record holds no motion"), "{refused}");
+}
+
+#[test]
+fn the_page_has_both_over_one_another_the_difference_below_and_the_levels() {
+    let real = record(Karnopp::new(2.2, 2.0), usual, (0.0, 10.0), 1000.0, 0.0);
+    let found = compare(&real, &real, &Options::default()).expect("one motion");
+    let page = page(&found, ["a.csv", "b.csv"]);
+    let titles: Vec<&str> = page.charts.iter().map(|chart| chart.title.as_str()).collect();
+    assert_eq!(
+        titles,
+        [
+            "Force against velocity",
+            "Force against position",
+            "Force over time",
+            "Difference"
+        ]
+    );
+    assert_eq!(page.tables[0].rows.len(), 5);
+    assert!(!page.html().contains("NaN"));
+}

@@ -1,0 +1,117 @@
+//! What an identification fits, and how well, for people.
+
+use super::{Identified, Record};
+use crate::derivatives::{less_inertia, usual_period_s, velocity};
+use crate::drawing::{Chart, Trace};
+use haptic_core::Directional;
+
+/// Force against velocity and against position, force over time, and what the fit leaves below.
+/// `fitted_force` is the force of the fit at each sample of the record, N.
+#[must_use]
+pub fn plots(record: &Record, identified: &Identified, fitted_force: &[f64]) -> Vec<Chart> {
+    let period_s = usual_period_s(&record.t_s);
+    let velocity_mps = velocity(&record.position_m, period_s);
+    let friction = |force: &[f64]| match identified.mass_kg {
+        Some(mass_kg) => less_inertia(force, &record.position_m, mass_kg, period_s),
+        None => force.to_vec(),
+    };
+    let (measured, fitted) = (friction(&record.force_n), friction(fitted_force));
+    let label = match identified.mass_kg {
+        Some(mass_kg) => format!("Force less inertia of {mass_kg:.3} kg (N)"),
+        None => "Force (N)".to_owned(),
+    };
+    let against = |across: &[f64], force: &[f64]| {
+        across
+            .iter()
+            .copied()
+            .zip(force.iter().copied())
+            .map(<[f64; 2]>::from)
+            .collect()
+    };
+    let over_time =
+        |force: &mut dyn Iterator<Item = f64>| record.t_s.iter().copied().zip(force).map(|(t, f)| [t, f]).collect();
+    let mut of_velocity = Chart::new("Force against velocity", "Velocity (m/s)", label.as_str())
+        .with(Trace::dots("measured", against(&velocity_mps, &measured)));
+    if let Some(law) = law(identified, &velocity_mps) {
+        of_velocity = of_velocity.with(Trace::line("fitted while sliding", law));
+    }
+    let mut left = Chart::new("Measured less fitted", "Time (s)", "Force (N)").with(Trace::line(
+        "residual",
+        over_time(
+            &mut record
+                .force_n
+                .iter()
+                .zip(fitted_force)
+                .map(|(force, fitted)| force - fitted),
+        ),
+    ));
+    left.height_px = 150.0;
+    vec![
+        of_velocity,
+        Chart::new("Force against position", "Position (m)", label)
+            .with(Trace::dots("measured", against(&record.position_m, &measured)))
+            .with(Trace::dots("fitted", against(&record.position_m, &fitted))),
+        Chart::new("Force over time", "Time (s)", "Force (N)")
+            .with(Trace::line("measured", over_time(&mut record.force_n.iter().copied())))
+            .with(Trace::line("fitted", over_time(&mut fitted_force.iter().copied()))),
+        left,
+    ]
+}
+
+/// Dynamic and viscous friction with the offset, over the velocities of the record.
+fn law(identified: &Identified, velocity_mps: &[f64]) -> Option<Vec<[f64; 2]>> {
+    let dynamic = identified.dynamic_force_n?;
+    let viscous = identified.viscous_ns_per_m.unwrap_or(Directional::both(0.0));
+    let offset = identified.offset_n.unwrap_or(0.0);
+    let fastest = |sign: f64| velocity_mps.iter().map(|velocity| sign * velocity).fold(0.0, f64::max);
+    let (up, down) = (fastest(1.0), -fastest(-1.0));
+    Some(vec![
+        [down, offset - dynamic.negative + viscous.negative * down],
+        [0.0, offset - dynamic.negative],
+        [f64::NAN, f64::NAN],
+        [0.0, offset + dynamic.positive],
+        [up, offset + dynamic.positive + viscous.positive * up],
+    ])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::ModelKind;
+
+    #[test]
+    fn the_law_goes_through_what_was_measured_while_sliding() {
+        let t_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * 1e-3).collect();
+        let position = |t: &f64| 0.02 * (6.0 * t).sin();
+        let record = Record {
+            position_m: t_s.iter().map(position).collect(),
+            // 1 kg, 2 N and 3 N s/m.
+            force_n: t_s
+                .iter()
+                .map(|t| (0.12 * (6.0 * t).cos(), -36.0 * position(t)))
+                .map(|(v, a)| a + 2.0 * v.signum() + 3.0 * v)
+                .collect(),
+            t_s,
+            ..Record::default()
+        };
+        let identified = Identified {
+            mass_kg: Some(1.0),
+            dynamic_force_n: Some(Directional::both(2.0)),
+            viscous_ns_per_m: Some(Directional::both(3.0)),
+            ..Identified::empty(ModelKind::Karnopp)
+        };
+        let charts = plots(&record, &identified, &record.force_n);
+        let [data, law] = &charts[0].traces[..] else {
+            panic!("{:?}", charts[0].title)
+        };
+        let fastest = law.points[law.points.len() - 1];
+        assert!(
+            (fastest[0] - 0.12).abs() < 1e-3 && (fastest[1] - 2.36).abs() < 5e-3,
+            "{fastest:?}"
+        );
+        for [v, force] in data.points.iter().filter(|point| point[0] > 0.05) {
+            assert!((force - 2.0 - 3.0 * v).abs() < 0.02, "{force} N at {v} m/s");
+        }
+        assert!(charts[3].traces[0].points.iter().all(|point| point[1] == 0.0));
+    }
+}

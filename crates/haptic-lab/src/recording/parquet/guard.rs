@@ -1,0 +1,67 @@
+//! Keeps a damaged file from harm: the Parquet library trusts the sizes that a file names.
+
+use parquet::column::page::{Page, PageMetadata, PageReader};
+use parquet::errors::{ParquetError, Result};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Runs the library. It panics on some damaged files; that is an error here.
+///
+/// # Errors
+/// The library's own, as text, or its panic's.
+pub(super) fn guarded<T>(run: impl FnOnce() -> Result<T>) -> std::result::Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(result) => result.map_err(|error| error.to_string()),
+        Err(panic) => {
+            let said = panic.downcast_ref::<String>().map(String::as_str);
+            let said = said.or(panic.downcast_ref::<&str>().copied()).unwrap_or_default();
+            Err(format!("the file is damaged: {said}"))
+        }
+    }
+}
+
+/// Pages of a column, of which none names more values than it can hold.
+pub(super) struct Pages {
+    pub(super) inner: Box<dyn PageReader>,
+    /// Values of the column.
+    pub(super) values: u64,
+}
+
+impl PageReader for Pages {
+    fn get_next_page(&mut self) -> Result<Option<Page>> {
+        let page = self.inner.get_next_page()?;
+        if let Some(page) = &page {
+            let most = if page.is_data_page() {
+                self.values
+            } else {
+                page.buffer().len() as u64
+            };
+            let values = page.num_values();
+            if u64::from(values) > most {
+                return Err(ParquetError::General(format!(
+                    "a page of {values} values where {most} are possible"
+                )));
+            }
+        }
+        Ok(page)
+    }
+
+    fn peek_next_page(&mut self) -> Result<Option<PageMetadata>> {
+        self.inner.peek_next_page()
+    }
+
+    fn skip_next_page(&mut self) -> Result<()> {
+        self.inner.skip_next_page()
+    }
+
+    fn at_record_boundary(&mut self) -> Result<bool> {
+        self.inner.at_record_boundary()
+    }
+}
+
+impl Iterator for Pages {
+    type Item = Result<Page>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.get_next_page().transpose()
+    }
+}

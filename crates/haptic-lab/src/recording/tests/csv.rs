@@ -1,0 +1,159 @@
+//! CSV alone.
+
+use super::*;
+use haptic_ipc::SAMPLE_COLUMNS;
+
+fn recording(rows: &[Sample]) -> Vec<u8> {
+    written(Format::Csv, &metadata(), &entries(rows)).0
+}
+
+#[test]
+fn a_recording_reads_as_its_description_shows_it() {
+    let text = String::from_utf8(recording(&[sample(1)])).expect("text");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines[0], "# hapticd recording 1");
+    assert!(
+        lines[1].starts_with(r##"# {"server":"hapticd 0.1.0","device":"fake rig, \"of glass\"","loop_rate_hz""##),
+        "{}",
+        lines[1]
+    );
+    assert_eq!(lines[2], SAMPLE_COLUMNS.join(","));
+    assert_eq!(
+        lines[3],
+        "1,0.001,engaged,-1,0.1,-0.2,0.3333333333333333,0.0,5.5,-5.5,7,100,200,0,0,0,0,0.0,0,0"
+    );
+    assert_eq!(lines[4], r##"# {"mark":"end","rows":1,"lost":0,"missed":0}"##);
+}
+
+#[test]
+fn a_recording_that_was_broken_off_reads_up_to_its_last_whole_row() {
+    let rows: Vec<Sample> = (1..6).map(sample).collect();
+    let whole = recording(&rows);
+    let text = String::from_utf8(whole.clone()).expect("text");
+    let header_ends = text.match_indices('\n').nth(2).expect("three lines").0 + 1;
+    for length in header_ends..whole.len() {
+        let cut = read_bytes(&whole[..length]).expect("what is whole reads");
+        let whole_lines = text[header_ends..length].matches('\n').count();
+        assert_eq!(cut.rows, rows[..whole_lines], "cut at {length}");
+        if text[..length].ends_with('\n') {
+            assert_eq!(cut.ending, Ending::Open, "cut at {length}");
+        } else {
+            assert!(matches!(cut.ending, Ending::BrokenOff { .. }), "cut at {length}");
+            assert!(cut.ending.to_string().contains("broken off in line"), "{}", cut.ending);
+        }
+    }
+    assert_eq!(read_bytes(&whole).expect("reads").ending, Ending::Complete);
+    let error = read_bytes(&whole[..header_ends - 1]).expect_err("there is no row");
+    assert!(error.to_string().contains("before its first row"), "{error}");
+}
+
+#[test]
+fn a_writer_that_dies_has_passed_on_all_but_its_last_second() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("dies.csv");
+    let mut writer = Writer::create(&path, &metadata(), false).expect("begun");
+    assert_eq!(read(&path).expect("the header is there at once").ending, Ending::Open);
+    writer.rows(&[sample(1)]).expect("written");
+    std::thread::sleep(std::time::Duration::from_millis(1010));
+    writer.rows(&[sample(2)]).expect("written");
+    let found = read(&path).expect("reads while it is being written");
+    assert_eq!(found.rows.len(), 2);
+    // As a process that is killed: what is in memory is lost.
+    std::mem::forget(writer);
+}
+
+#[test]
+fn what_is_no_recording_is_refused_by_its_line() {
+    let whole = String::from_utf8(recording(&[sample(1), sample(2)])).expect("text");
+    for (damaged, parts) in [
+        (String::new(), vec!["line 1"]),
+        (
+            "t_s,device_position_m\n0,0\n".to_owned(),
+            vec!["begins with `t_s,device_position_m`"],
+        ),
+        ("\u{7f}ELF".to_owned(), vec!["not a recording"]),
+        (
+            whole.replace("recording 1", "recording 2"),
+            vec!["version 2", "reads version 1"],
+        ),
+        (whole.replace("\"rate_hz\"", "\"rate\""), vec!["metadata", "rate_hz"]),
+        (whole.replace("# {\"server", "# {server"), vec!["line 2", "metadata"]),
+        (
+            whole.replace("block_position_m", "block_m"),
+            vec!["line 3", "column 7", "`block_position_m`", "`block_m`"],
+        ),
+        (whole.replace("2,0.002,", "2,soon,"), vec!["line 5", "soon"]),
+        (
+            whole.replace("2,0.002,engaged", "2,0.002,asleep"),
+            vec!["line 5", "asleep"],
+        ),
+        (
+            whole.replacen(",0.0,0,0\n2,", "\n2,", 1),
+            vec!["line 4", "is no row", "17 cells of 20"],
+        ),
+        (
+            whole.replace("\"rows\":2", "\"rows\":two"),
+            vec!["line 6", "is no mark"],
+        ),
+        (format!("{}\n", "9".repeat(2 << 20)), vec!["line 1 is longer"]),
+    ] {
+        let error = read_bytes(damaged.as_bytes()).expect_err("damaged").to_string();
+        for part in parts {
+            assert!(error.contains(part), "{error} lacks {part}");
+        }
+    }
+    let error = read(std::path::Path::new("/nonexistent.csv"))
+        .expect_err("no file")
+        .to_string();
+    assert!(error.contains("/nonexistent.csv"), "{error}");
+}
+
+#[test]
+fn remarks_and_what_a_later_version_adds_are_passed_over() {
+    let whole = String::from_utf8(recording(&[sample(1)])).expect("text");
+    let later = whole.replace("error_detail\n", "error_detail,mood\n").replace(
+        ",0.0,0,0\n",
+        ",0.0,0,0,good\n\n# a remark\n# {\"mark\":\"weather\",\"wind\":3}\n",
+    );
+    assert_ne!(later, whole);
+    assert_eq!(
+        read_bytes(later.as_bytes()).expect("reads"),
+        read_bytes(whole.as_bytes()).expect("reads")
+    );
+    let windows = whole.replace('\n', "\r\n");
+    assert_eq!(
+        read_bytes(windows.as_bytes()).expect("reads"),
+        read_bytes(whole.as_bytes()).expect("reads")
+    );
+}
+
+#[test]
+fn a_recording_of_an_earlier_version_reads_without_the_columns_that_it_lacks() {
+    let whole = String::from_utf8(recording(&[sample(1)])).expect("text");
+    let added = SAMPLE_COLUMNS[haptic_ipc::FIRST_SAMPLE_COLUMNS..].join(",");
+    let earlier = whole
+        .replace(&format!(",{added}"), "")
+        .replace(",0,0,0,0.0,0,0\n", "\n");
+    let lines: Vec<&str> = earlier.lines().collect();
+    assert!(lines[2].ends_with(",device_round_trip_ns"), "{}", lines[2]);
+    assert_eq!(lines[2].split(',').count(), lines[3].split(',').count(), "{}", lines[3]);
+    assert_eq!(read_bytes(earlier.as_bytes()).expect("reads").rows, [sample(1)]);
+}
+
+#[test]
+fn a_full_disk_is_an_error_and_not_a_short_recording() {
+    if !Path::new("/dev/full").exists() {
+        test_run::skip("/dev/full", "run on Linux");
+        return;
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("full.csv");
+    std::os::unix::fs::symlink("/dev/full", &path).expect("a link");
+    let error = Writer::create(&path, &metadata(), true)
+        .map(drop)
+        .expect_err("nothing fits");
+    let CreateError::File { source, .. } = error else {
+        panic!("{error}");
+    };
+    assert_eq!(source.kind(), std::io::ErrorKind::StorageFull);
+}

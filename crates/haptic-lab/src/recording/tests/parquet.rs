@@ -1,0 +1,134 @@
+//! Parquet alone, read by the crate's own reader of rows as well.
+
+use super::*;
+use ::parquet::basic::{Compression, Encoding};
+use ::parquet::file::reader::{FileReader, SerializedFileReader};
+use ::parquet::record::RowAccessor;
+use bytes::Bytes;
+
+fn rows(count: u64) -> Vec<Sample> {
+    (1..=count).map(sample).collect()
+}
+
+#[test]
+fn a_file_has_the_columns_encodings_and_keys_that_its_description_says() {
+    let about = Metadata {
+        notes: Some("a note".into()),
+        ..metadata()
+    };
+    let (bytes, totals) = written(Format::Parquet, &about, &entries(&rows(5000)));
+    assert_eq!(totals.bytes, bytes.len() as u64);
+    let file = SerializedFileReader::new(Bytes::from(bytes)).expect("whole");
+    let group = file.metadata().row_group(0);
+    assert_eq!((file.metadata().num_row_groups(), group.num_rows()), (1, 5000));
+    for (column, ours) in group.columns().iter().zip(COLUMNS) {
+        assert_eq!(column.column_path().string(), ours.name);
+        assert_eq!(column.compression(), Compression::LZ4_RAW);
+        let encodings: Vec<Encoding> = column.encodings().collect();
+        let wanted = match ours.name {
+            "state" => Encoding::RLE_DICTIONARY,
+            "t_s" | "sample_position_m" => Encoding::BYTE_STREAM_SPLIT,
+            name if name.ends_with("_m") || name.ends_with("_N") || name.ends_with("_mps") => {
+                Encoding::BYTE_STREAM_SPLIT
+            }
+            _ => Encoding::DELTA_BINARY_PACKED,
+        };
+        assert!(encodings.contains(&wanted), "{}: {encodings:?}", ours.name);
+    }
+    let keys = file
+        .metadata()
+        .file_metadata()
+        .key_value_metadata()
+        .expect("there are some");
+    let value = |key: &str| {
+        keys.iter()
+            .find(|pair| pair.key == key)
+            .and_then(|pair| pair.value.clone())
+    };
+    assert_eq!(value("hapticd.version").as_deref(), Some("1"));
+    assert_eq!(value("hapticd.notes").as_deref(), Some("a note"));
+    assert_eq!(value("hapticd.loop_rate_hz").as_deref(), Some("1000.0"));
+    assert_eq!(
+        value("hapticd.marks").as_deref(),
+        Some(r#"[[5000,{"mark":"end","rows":5000,"lost":0,"missed":0}]]"#)
+    );
+    let second = file
+        .get_row_iter(None)
+        .expect("rows")
+        .nth(1)
+        .expect("a row")
+        .expect("reads");
+    assert_eq!(second.get_ulong(0).expect("the tick"), 2);
+    assert_eq!(second.get_string(2).expect("the state"), "engaged");
+    assert_eq!(second.get_byte(3).expect("the contact"), -1);
+}
+
+#[test]
+fn what_is_killed_is_beside_it_and_reads_under_its_name() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("r.parquet");
+    let spool = directory.path().join("r.parquet.partial.mcap");
+    let mut writer = Writer::create(&path, &metadata(), false).expect("begun");
+    assert_eq!(read(&path).expect("it is there at once").ending, Ending::Open);
+    writer.rows(&rows(300)).expect("written");
+    // As a process that is killed.
+    std::mem::forget(writer);
+    let found = read(&path).expect("reads");
+    assert_eq!((found.rows, found.ending), (rows(300), Ending::Open));
+    let error = Writer::create(&path, &metadata(), false)
+        .map(drop)
+        .expect_err("it is there");
+    assert!(error.to_string().contains("r.parquet.partial.mcap"), "{error}");
+    let repaired = repair(&path, &path, true).expect("repaired");
+    assert_eq!((repaired.totals.rows, repaired.dropped_bytes), (300, 0));
+    assert!(!spool.exists());
+    let found = read(&path).expect("reads");
+    assert_eq!((found.rows.len(), found.ending), (300, Ending::Complete));
+    assert_eq!(open(&path).expect("reads").format(), Format::Parquet);
+    // One that replaces it begins anew.
+    let mut writer = Writer::create(&path, &metadata(), true).expect("begun");
+    writer.rows(&rows(2)).expect("written");
+    assert_eq!(writer.break_off().expect("written").rows, 2);
+    assert!(!spool.exists());
+    assert_eq!(read(&path).expect("reads").ending, Ending::Open);
+}
+
+#[test]
+fn what_does_not_go_over_stays_beside_it() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("r.parquet");
+    let mut writer = Writer::create(&path, &metadata(), false).expect("begun");
+    writer.rows(&rows(300)).expect("written");
+    writer.flush().expect("written");
+    // The spool is damaged before its end is reached.
+    let spool = directory.path().join("r.parquet.partial.mcap");
+    let damaged = std::fs::read(&spool).expect("it is there");
+    let place = damaged
+        .windows(8)
+        .position(|bytes| bytes == 0.1_f64.to_le_bytes())
+        .expect("a row");
+    let file = std::fs::OpenOptions::new().write(true).open(&spool).expect("opened");
+    std::os::unix::fs::FileExt::write_all_at(&file, &[1], place as u64).expect("written");
+    let error = writer.finish().expect_err("it cannot be read").to_string();
+    assert!(
+        error.contains("checksum") && error.contains("r.parquet.partial.mcap"),
+        "{error}"
+    );
+    assert!(spool.exists());
+    assert_eq!(std::fs::metadata(&path).expect("it is there").len(), 0);
+}
+
+#[test]
+fn what_is_not_whole_is_refused() {
+    let whole = written(Format::Parquet, &metadata(), &entries(&rows(3))).0;
+    let error = read_bytes(&whole[..whole.len() - 1])
+        .expect_err("no footer")
+        .to_string();
+    assert!(error.contains("without its footer"), "{error}");
+    let mut other = whole.clone();
+    while let Some(place) = other.windows(8).position(|bytes| bytes == b"hapticd.") {
+        other[place] = b'H';
+    }
+    let error = read_bytes(&other).expect_err("another program's").to_string();
+    assert!(error.contains("hapticd did not write this Parquet file"), "{error}");
+}

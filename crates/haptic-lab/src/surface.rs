@@ -1,0 +1,136 @@
+//! A real surface, simulated: what a lab would record of it.
+//!
+//! The mass is moved by the reference solver, which shares no line with the daemon's scheme: so a
+//! record of it can stand for a surface that hapticd has never rendered.
+
+use crate::accuracy::reference;
+use crate::identify::Record;
+use crate::identify::study::{Experiment, Movement, Sensors, Truth};
+use crate::motion::DeviceSample;
+use crate::simulate::Start;
+use haptic_core::Scene;
+use haptic_core::friction::Friction;
+use haptic_core::scene::Block;
+
+/// What a lab does with a surface: a rest, in which a rig can be engaged that replays the motion,
+/// strokes of 30 mm at 0.5 to 3 Hz, and ramps of 1 mm/s for the static friction.
+#[must_use]
+pub fn experiment(mass_kg: f64, friction: Friction, sensors: Sensors) -> Experiment {
+    let truth = Truth {
+        mass_kg,
+        friction,
+        offset_n: 0.0,
+    };
+    Experiment {
+        sensors,
+        ..Experiment::thorough(truth)
+    }
+    .with_movements(&[
+        Movement::Rest { duration_s: 2.0 },
+        Movement::Chirp {
+            from_hz: 0.5,
+            to_hz: 3.0,
+            stroke_m: 0.03,
+            duration_s: 12.0,
+        },
+        Movement::Rest { duration_s: 0.5 },
+        Movement::Ramp {
+            speed_mps: 0.001,
+            stroke_m: 0.0015,
+            duration_s: 12.0,
+        },
+        Movement::Rest { duration_s: 0.5 },
+    ])
+}
+
+/// What a lab has recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recorded {
+    /// The mass and the force that drives it, as their sensors see them.
+    pub mass: Record,
+    /// Motion of the hand, which holds the mass by the grip.
+    pub hand: Vec<DeviceSample>,
+}
+
+/// The record of an experiment: the true motion, as its sensors see it.
+///
+/// # Panics
+/// The truth is not valid as a scene.
+#[must_use]
+pub fn record(experiment: &Experiment, seed: u64) -> Recorded {
+    let scene = Scene {
+        name: String::new(),
+        block: Some(Block {
+            mass: experiment.truth.mass_kg,
+        }),
+        coupling: Some(experiment.grip),
+        friction: experiment.truth.friction,
+    };
+    let hand = hand(experiment);
+    let truth = reference::solve(&scene, &hand, Start::default());
+    let motion = Record {
+        t_s: truth.rows.iter().map(|row| row.device.t_s).collect(),
+        position_m: truth.rows.iter().map(|row| row.block_position_m).collect(),
+        force_n: truth
+            .rows
+            .iter()
+            .map(|row| row.coupling_force_n + experiment.truth.offset_n)
+            .collect(),
+        ..Record::default()
+    };
+    Recorded {
+        mass: experiment.sensors.watch(&motion, seed),
+        hand,
+    }
+}
+
+/// The hand's motion, each movement from where the one before ended.
+#[expect(clippy::cast_precision_loss, reason = "a count of samples")]
+fn hand(experiment: &Experiment) -> Vec<DeviceSample> {
+    let rate_hz = experiment.sensors.rate_hz;
+    let mut samples = vec![DeviceSample::default()];
+    for movement in &experiment.movements {
+        let from_m = samples.last().map_or(0.0, |sample| sample.position_m);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a count of samples"
+        )]
+        for index in 1..=(movement.duration_s() * rate_hz).round() as usize {
+            let (displacement_m, velocity_mps) = movement.at(index as f64 / rate_hz);
+            samples.push(DeviceSample {
+                t_s: samples.len() as f64 / rate_hz,
+                position_m: from_m + displacement_m,
+                velocity_mps,
+            });
+        }
+    }
+    samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::friction::Karnopp;
+
+    #[test]
+    fn the_record_is_that_of_the_law_as_its_sensors_see_it() {
+        let friction = Friction::Karnopp(Karnopp::new(2.2, 2.0));
+        let mut experiment = experiment(1.0, friction, Sensors::USUAL);
+        // The ramps alone, and no noise.
+        experiment.movements.drain(..2);
+        experiment.sensors.force_noise_n = 0.0;
+        let record = record(&experiment, 1).mass;
+        assert_eq!(record.t_s.len(), 13_001);
+        let greatest = record.force_n.iter().copied().fold(0.0, f64::max);
+        let least = record.force_n.iter().copied().fold(0.0, f64::min);
+        // A pull of 20 N/mm at 1 mm/s rises by 0.02 N from sample to sample, and goes on to rise until the
+        // mass is as fast, within 5 ms.
+        for limit in [greatest, -least] {
+            assert!((2.18..2.26).contains(&limit), "{limit}");
+        }
+        let counts = record.position_m.iter().map(|position| position / 1e-5);
+        assert!(counts.clone().all(|count| (count - count.round()).abs() < 1e-6));
+        assert!(counts.fold(0.0, f64::max) > 100.0);
+    }
+}

@@ -1,0 +1,154 @@
+//! Motions in Parquet.
+
+use crate::columns::{Column, Columns};
+use crate::{MotionError, Place, Row};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
+use parquet::errors::ParquetError;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+/// The first bytes of a file.
+pub(crate) const MAGIC: &[u8] = b"PAR1";
+
+/// Rows read at a time.
+const BATCH: usize = 4096;
+
+pub(crate) struct ParquetTable {
+    path: PathBuf,
+    reader: SerializedFileReader<File>,
+    columns: Columns,
+    next_group: usize,
+    group: Option<Group>,
+    rows: u64,
+}
+
+/// The columns of a group of rows, and those of their cells that have been read.
+struct Group {
+    readers: Vec<(Column, ColumnReader)>,
+    cells: Vec<Vec<f64>>,
+    taken: usize,
+}
+
+impl ParquetTable {
+    pub(crate) fn new(path: &Path, file: File) -> Result<Self, MotionError> {
+        let reader = SerializedFileReader::new(file).map_err(|error| MotionError::format(path, error))?;
+        let schema = reader.metadata().file_metadata().schema_descr_ptr();
+        let header: Vec<String> = schema.columns().iter().map(|column| column.path().string()).collect();
+        let columns = Columns::find(path, &header.iter().map(String::as_str).collect::<Vec<_>>())?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            reader,
+            columns,
+            next_group: 0,
+            group: None,
+            rows: 0,
+        })
+    }
+
+    pub(crate) fn columns(&self) -> &Columns {
+        &self.columns
+    }
+
+    pub(crate) fn row(&mut self) -> Result<Option<(Place, Row)>, MotionError> {
+        loop {
+            if let Some(group) = &mut self.group
+                && group.fill(&self.path, self.rows)?
+            {
+                self.rows += 1;
+                let at = group.taken;
+                group.taken += 1;
+                let row = Row {
+                    t_s: group.cells[0][at],
+                    position_m: group.cells[1][at],
+                    velocity_mps: group.cells.get(2).map(|cells| cells[at]),
+                };
+                return Ok(Some((Place::Row(self.rows), row)));
+            }
+            if self.next_group == self.reader.num_row_groups() {
+                return Ok(None);
+            }
+            let opened = Group::open(&self.reader, self.next_group, &self.columns);
+            self.group = Some(opened.map_err(|error| MotionError::format(&self.path, error))?);
+            self.next_group += 1;
+        }
+    }
+}
+
+impl Group {
+    fn open(reader: &SerializedFileReader<File>, index: usize, columns: &Columns) -> Result<Self, ParquetError> {
+        let group = reader.get_row_group(index)?;
+        let columns = [Some(columns.time), Some(columns.position), columns.velocity];
+        let readers = columns
+            .into_iter()
+            .flatten()
+            .map(|column| Ok((column, group.get_column_reader(column.index)?)))
+            .collect::<Result<Vec<_>, ParquetError>>()?;
+        Ok(Self {
+            cells: vec![Vec::new(); readers.len()],
+            readers,
+            taken: 0,
+        })
+    }
+
+    /// Reads further cells where all have been taken; says whether there is one.
+    fn fill(&mut self, path: &Path, rows_before: u64) -> Result<bool, MotionError> {
+        if self.taken < self.cells[0].len() {
+            return Ok(true);
+        }
+        self.taken = 0;
+        for ((column, reader), cells) in self.readers.iter_mut().zip(&mut self.cells) {
+            cells.clear();
+            let read = match reader {
+                ColumnReader::DoubleColumnReader(reader) => read(reader, cells, |value| value),
+                ColumnReader::FloatColumnReader(reader) => read(reader, cells, f64::from),
+                other => {
+                    return Err(MotionError::ColumnType {
+                        path: path.to_path_buf(),
+                        column: column.name,
+                        found: kind(other).to_owned(),
+                    });
+                }
+            };
+            if let Some(empty) = read.map_err(|error| MotionError::format(path, error))? {
+                let place = Place::Row(rows_before + 1 + empty as u64);
+                return Err(MotionError::not_a_number(path, place, column.name, ""));
+            }
+        }
+        let count = self.cells[0].len();
+        if self.cells.iter().any(|cells| cells.len() != count) {
+            return Err(MotionError::format(
+                path,
+                "its columns differ in length: the file is damaged",
+            ));
+        }
+        Ok(count > 0)
+    }
+}
+
+/// Reads a batch of cells. Gives the place in the batch of the first that is empty.
+fn read<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    cells: &mut Vec<f64>,
+    number: impl Fn(T::T) -> f64,
+) -> Result<Option<usize>, ParquetError> {
+    let (mut levels, mut values) = (Vec::new(), Vec::new());
+    let (rows, read, _) = reader.read_records(BATCH, Some(&mut levels), None, &mut values)?;
+    cells.extend(values.into_iter().map(number));
+    // Levels are given where a cell may be empty; the highest is that of a cell that is not.
+    let full = levels.iter().max().copied().unwrap_or(0);
+    Ok((read < rows).then(|| levels.iter().position(|level| *level < full.max(1)).unwrap_or(0)))
+}
+
+fn kind(reader: &ColumnReader) -> &'static str {
+    match reader {
+        ColumnReader::BoolColumnReader(_) => "boolean",
+        ColumnReader::Int32ColumnReader(_) => "int32",
+        ColumnReader::Int64ColumnReader(_) => "int64",
+        ColumnReader::Int96ColumnReader(_) => "int96",
+        ColumnReader::FloatColumnReader(_) => "float32",
+        ColumnReader::DoubleColumnReader(_) => "float64",
+        ColumnReader::ByteArrayColumnReader(_) | ColumnReader::FixedLenByteArrayColumnReader(_) => "text",
+    }
+}

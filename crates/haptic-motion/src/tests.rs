@@ -1,0 +1,270 @@
+use super::*;
+use parquet::data_type::{DoubleType, FloatType, Int64Type};
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::parser::parse_message_type;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+fn rows_of(bytes: &[u8]) -> Result<Vec<Row>, MotionError> {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("motion");
+    std::fs::write(&path, bytes).expect("written");
+    Rows::open(&path)?.collect()
+}
+
+fn error_of(bytes: &[u8]) -> String {
+    rows_of(bytes).expect_err("not a motion").to_string()
+}
+
+fn row(k: u32) -> Row {
+    Row {
+        t_s: f64::from(k) * 1e-3,
+        position_m: f64::from(k).sin(),
+        velocity_mps: Some(f64::from(k).cos()),
+    }
+}
+
+/// A recording's channel after one that is something else.
+fn mcap(count: u32, schema: &str, cells: fn(Row) -> Vec<u8>) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let options = mcap::WriteOptions::new().use_chunks(false);
+    let mut writer = options.create(&mut bytes).expect("begun");
+    let text = writer.add_schema("text", "jsonschema", b"{}").expect("a schema");
+    let events = writer
+        .add_channel(text, "/events", "json", &BTreeMap::new())
+        .expect("a channel");
+    let struct_of = writer
+        .add_schema("Sample", "ros2msg", schema.as_bytes())
+        .expect("a schema");
+    let samples = writer
+        .add_channel(struct_of, "/samples", "cdr", &BTreeMap::new())
+        .expect("a channel");
+    for k in 0..count {
+        for (channel_id, data) in [(events, b"{}".to_vec()), (samples, cells(row(k)))] {
+            let header = mcap::records::MessageHeader {
+                channel_id,
+                sequence: k,
+                log_time: u64::from(k),
+                publish_time: u64::from(k),
+            };
+            writer.write_to_known_channel(&header, &data).expect("written");
+        }
+    }
+    writer.finish().expect("ended");
+    drop(writer);
+    bytes.into_inner()
+}
+
+const SCHEMA: &str = "uint64 tick\nuint8 state\nfloat64 t_s\nfloat64 device_position_m\nfloat32 device_velocity_mps\n";
+
+fn cdr(row: Row) -> Vec<u8> {
+    #[expect(clippy::cast_possible_truncation, reason = "the column is of this type")]
+    let velocity = row.velocity_mps.unwrap_or_default() as f32;
+    [
+        &[0, 1, 0, 0][..],
+        &7_u64.to_le_bytes(),
+        &[3, 0, 0, 0, 0, 0, 0, 0],
+        &row.t_s.to_le_bytes(),
+        &row.position_m.to_le_bytes(),
+        &velocity.to_le_bytes(),
+    ]
+    .concat()
+}
+
+/// Groups of 1000 rows; positions may be empty, and are every tenth where that is asked for.
+fn parquet(count: u32, schema: &str, with_gaps: bool) -> Vec<u8> {
+    let schema = Arc::new(parse_message_type(schema).expect("a schema"));
+    let mut bytes = Vec::new();
+    let properties = Arc::new(WriterProperties::builder().build());
+    let mut writer = SerializedFileWriter::new(&mut bytes, schema, properties).expect("begun");
+    let all: Vec<Row> = (0..count).map(row).collect();
+    for rows in all.chunks(1000) {
+        let mut group = writer.next_row_group().expect("a group");
+        let mut place = 0;
+        while let Some(mut column) = group.next_column().expect("a column") {
+            match place {
+                0 => {
+                    let ticks: Vec<i64> = (0..).take(rows.len()).collect();
+                    column.typed::<Int64Type>().write_batch(&ticks, None, None)
+                }
+                1 => {
+                    let times: Vec<f64> = rows.iter().map(|row| row.t_s).collect();
+                    column.typed::<DoubleType>().write_batch(&times, None, None)
+                }
+                2 => {
+                    let is_there = |index: usize| !with_gaps || index % 10 != 9;
+                    let levels: Vec<i16> = (0..rows.len()).map(|index| i16::from(is_there(index))).collect();
+                    let cells = rows.iter().enumerate().filter(|(index, _)| is_there(*index));
+                    let positions: Vec<f64> = cells.map(|(_, row)| row.position_m).collect();
+                    column
+                        .typed::<DoubleType>()
+                        .write_batch(&positions, Some(&levels), None)
+                }
+                _ => {
+                    #[expect(clippy::cast_possible_truncation, reason = "the column is of this type")]
+                    let velocities: Vec<f32> = rows
+                        .iter()
+                        .map(|row| row.velocity_mps.unwrap_or_default() as f32)
+                        .collect();
+                    column.typed::<FloatType>().write_batch(&velocities, None, None)
+                }
+            }
+            .expect("written");
+            column.close().expect("closed");
+            place += 1;
+        }
+        group.close().expect("closed");
+    }
+    writer.close().expect("ended");
+    bytes
+}
+
+const COLUMNS: &str = "message rows { required int64 tick; required double t_s; optional double position_m; \
+                       required float velocity_mps; }";
+
+fn assert_rows(found: &[Row], count: u32) {
+    assert_eq!(found.len(), count as usize);
+    for (k, found) in (0..).zip(found) {
+        let wanted = row(k);
+        assert_eq!((found.t_s, found.position_m), (wanted.t_s, wanted.position_m));
+        let (found, wanted) = (
+            found.velocity_mps.expect("measured"),
+            wanted.velocity_mps.expect("measured"),
+        );
+        assert!((found - wanted).abs() < 1e-6, "row {k}: {found} for {wanted}");
+    }
+}
+
+#[test]
+fn each_format_gives_the_same_rows() {
+    assert_rows(&rows_of(&mcap(5000, SCHEMA, cdr)).expect("a motion"), 5000);
+    assert_rows(&rows_of(&parquet(5000, COLUMNS, false)).expect("a motion"), 5000);
+    let lines: String = (0..5000)
+        .map(row)
+        .map(|row| {
+            format!(
+                "x, {},{},{}\n",
+                row.position_m,
+                row.velocity_mps.unwrap_or_default(),
+                row.t_s
+            )
+        })
+        .collect();
+    let text = format!("# from a tracker\nnote,device_position_m,velocity_mps,t_s\n{lines}");
+    assert_rows(&rows_of(text.as_bytes()).expect("a motion"), 5000);
+}
+
+#[test]
+fn a_recording_in_csv_reads_up_to_its_last_newline() {
+    let whole = "# hapticd recording 1\n# {\"server\":\"hapticd\"}\nt_s,device_position_m\n0.0,1.0\n# {\"mark\":\"lost\",\"rows\":2}\n0.003,2.0\n";
+    assert_eq!(rows_of(whole.as_bytes()).expect("a motion").len(), 2);
+    for torn in ["0.004,0.1", "0.004", "0"] {
+        let rows = rows_of(format!("{whole}{torn}").as_bytes()).expect("a motion");
+        assert_eq!(rows.last().map(|row| row.position_m), Some(2.0), "{torn}");
+    }
+    // Another program may leave the last newline out.
+    assert_eq!(rows_of(b"t_s,position_m\n0,0\n1,1").expect("a motion").len(), 2);
+    // Lines are those of the file.
+    let damaged = format!("{whole}0.004,no\n");
+    assert!(
+        error_of(damaged.as_bytes()).contains("line 7"),
+        "{}",
+        error_of(damaged.as_bytes())
+    );
+}
+
+#[test]
+fn an_mcap_that_was_broken_off_reads_up_to_its_last_whole_row() {
+    let whole = mcap(500, SCHEMA, cdr);
+    let mut before = 0;
+    for length in (400..whole.len()).step_by(97) {
+        let rows = rows_of(&whole[..length]).expect("what is there reads");
+        assert_rows(&rows, rows.len().try_into().expect("few"));
+        assert!(rows.len() >= before);
+        before = rows.len();
+    }
+    assert!(before >= 400, "{before}");
+}
+
+#[test]
+fn a_column_that_could_be_two_is_refused() {
+    for (header, parts) in [
+        (
+            "t_s,position_m,device_position_m",
+            vec!["`position_m`", "`device_position_m`"],
+        ),
+        (
+            "t_s,position_m,velocity_mps,device_velocity_mps",
+            vec!["`velocity_mps`", "`device_velocity_mps`"],
+        ),
+        ("t_s,position_m,position_m", vec!["2 columns `position_m`"]),
+        ("t_s,x", vec!["`position_m` is missing", "device_position_m", "`t_s,x`"]),
+        ("time,position_m", vec!["`t_s` is missing", "`time,position_m`"]),
+    ] {
+        let message = error_of(format!("{header}\n0,0,0,0\n").as_bytes());
+        for part in parts {
+            assert!(message.contains(part), "{message} lacks {part}");
+        }
+    }
+}
+
+#[test]
+fn what_is_not_a_motion_is_refused_by_its_row() {
+    let integers = SCHEMA.replace("float64 t_s", "int64 t_s");
+    let no_motion = "uint64 tick\nfloat64 x\n";
+    for (bytes, parts) in [
+        (mcap(3, &integers, cdr), vec!["`t_s`", "int64", "float64"]),
+        (mcap(3, no_motion, cdr), vec!["`t_s` is missing", "`tick,x`"]),
+        (
+            mcap(3, SCHEMA, |row| {
+                cdr(Row {
+                    position_m: f64::NAN,
+                    ..row
+                })
+            }),
+            vec!["row 1", "device_position_m", "NaN"],
+        ),
+        (
+            mcap(3, SCHEMA, |row| cdr(Row { t_s: 1.0, ..row })),
+            vec!["row 2", "t_s = 1 s"],
+        ),
+        (mcap(3, SCHEMA, |row| cdr(row)[..20].to_vec()), vec!["row 1", "shorter"]),
+        (mcap(3, SCHEMA, |_| vec![9]), vec!["row 1", "not in CDR"]),
+        (parquet(2000, COLUMNS, true), vec!["row 10", "position_m = ``"]),
+        (
+            parquet(1, &COLUMNS.replace("t_s", "time"), false),
+            vec!["`t_s` is missing", "`tick,time,position_m,velocity_mps`"],
+        ),
+        (b"PAR1 and nothing else".to_vec(), vec!["Parquet"]),
+        (b"t_s,position_m\n0,inf\n".to_vec(), vec!["line 2", "inf"]),
+        (b"t_s,position_m\n0,2e12\n".to_vec(), vec!["line 2", "2000000000000"]),
+        (
+            b"t_s,position_m,force_N\n0,0,1\n1,0\n".to_vec(),
+            vec!["line 3", "2 of 3 cells", "force_N"],
+        ),
+        (
+            b"t_s,position_m\n0,0,7\n".to_vec(),
+            vec!["line 2", "3 cells", "2 columns"],
+        ),
+    ] {
+        let message = error_of(&bytes);
+        for part in parts {
+            assert!(message.contains(part), "{message} lacks {part}");
+        }
+    }
+    let missing = Rows::open(Path::new("/nowhere.csv"))
+        .err()
+        .expect("no file")
+        .to_string();
+    assert!(missing.contains("/nowhere.csv: No such file"), "{missing}");
+}
+
+#[test]
+fn nothing_follows_an_error() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("motion.csv");
+    std::fs::write(&path, "t_s,position_m\n0,0\n1,no\n2,0\n").expect("written");
+    let found: Vec<bool> = Rows::open(&path).expect("a motion").map(|row| row.is_ok()).collect();
+    assert_eq!(found, [true, false]);
+}

@@ -1,0 +1,195 @@
+//! `haptic-ctl identify FILE`.
+
+use haptic_core::Directional;
+use haptic_core::friction::{Friction, Karnopp};
+use haptic_lab::identify::study::{Experiment, Movement, Truth};
+use serde_json::Value;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use system_tests::{Daemon, binary, machine_record};
+
+fn identify(arguments: &[&str]) -> Output {
+    Command::new(binary("haptic-ctl"))
+        .arg("identify")
+        .args(arguments)
+        .output()
+        .expect("haptic-ctl runs")
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| {
+        panic!("{error}: {} {}", text(&output.stdout), text(&output.stderr));
+    })
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A record of 0.5 kg on a known surface, as a lab with its own names, units and signs writes it.
+fn write(directory: &Path, movements: Option<&[Movement]>) -> PathBuf {
+    let mut experiment = Experiment::thorough(Truth {
+        mass_kg: 0.5,
+        friction: Friction::Karnopp(Karnopp {
+            viscous: Directional::both(10.0),
+            ..Karnopp::new(5.0, 3.5)
+        }),
+        offset_n: 0.0,
+    });
+    if let Some(movements) = movements {
+        experiment = experiment.with_movements(movements);
+    }
+    let record = experiment.record(1).expect("it can be rendered");
+    let mut text = "# bench 3\nclock (ms);encoder;load cell\n".to_owned();
+    for ((t, x), force) in record.t_s.iter().zip(&record.position_m).zip(&record.force_n) {
+        writeln!(text, "{};{};{}", 1e3 * t + 500.0, -1e6 * x, -force / 4.0).expect("a string takes it");
+    }
+    let path = directory.join("bench.csv");
+    std::fs::write(&path, text).expect("written");
+    path
+}
+
+const COLUMNS: [&str; 14] = [
+    "--model",
+    "karnopp",
+    "--time-column",
+    "clock (ms)",
+    "--position-column",
+    "encoder",
+    "--position-gain",
+    "-1e-6",
+    "--force-column",
+    "load cell",
+    "--force-gain",
+    "-4",
+    "--directions",
+    "auto",
+];
+
+#[test]
+fn a_labs_record_becomes_a_scene_that_the_daemon_renders() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (file, scene) = (write(directory.path(), None), directory.path().join("bench.toml"));
+    let (file, scene) = (file.to_str().expect("text"), scene.to_str().expect("text"));
+    let output = identify(&[&[file, "--json", "--out", scene], &COLUMNS[..]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let found = json(&output);
+    assert_eq!(found["model"], "karnopp");
+    assert!(
+        (found["mass_kg"].as_f64().expect("a number") - 0.5).abs() < 0.005,
+        "{found}"
+    );
+    for (name, truth, within) in [
+        ("dynamic_force_N", 3.5, 0.0175),
+        ("viscous_Ns_per_m", 10.0, 0.1),
+        ("static_force_N", 5.0, 0.25),
+    ] {
+        for direction in ["positive", "negative"] {
+            let value = found[name][direction].as_f64().expect("a number");
+            assert!((value - truth).abs() < within, "{name}.{direction} = {value}");
+            let interval = &found["intervals"][format!("{name}.{direction}")];
+            assert!(interval[0].as_f64() < interval[1].as_f64(), "{found}");
+        }
+    }
+    assert!(found["offset_N"].as_f64().expect("a number").abs() < 0.02);
+    assert!(found["residual_rms_N"].as_f64().expect("a number") < 0.1);
+    assert_eq!(found["refused"], serde_json::json!([]));
+
+    let written = std::fs::read_to_string(scene).expect("a scene");
+    assert!(written.starts_with("# Identified from"), "{written}");
+    let daemon = Daemon::start(&[]);
+    daemon.ctl_ok(&["scene", "load", scene]);
+    let mass: Value = serde_json::from_str(&daemon.ctl_ok(&["get", "mass", "--json"])).expect("JSON");
+    assert!(
+        mass.to_string().contains("0.5") || mass.to_string().contains("0.49"),
+        "{mass}"
+    );
+
+    let table = identify(&[&[file], &COLUMNS[..]].concat());
+    let table = text(&table.stdout);
+    for part in ["karnopp, residual", "mass", "kg", "95 % interval", "static friction -"] {
+        assert!(table.contains(part), "{part} in\n{table}");
+    }
+}
+
+#[test]
+fn what_cannot_be_determined_is_refused_by_name_and_ends_with_1() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let slow = [Movement::Ramp {
+        speed_mps: 0.05,
+        stroke_m: 0.05,
+        duration_s: 15.0,
+    }];
+    let file = write(directory.path(), Some(&slow));
+    let scene = directory.path().join("none.toml");
+    let (file, scene) = (file.to_str().expect("text"), scene.to_str().expect("text"));
+    let output = identify(&[&[file, "--json", "--out", scene], &COLUMNS[..]].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let found = json(&output);
+    let refused: Vec<&str> = found["refused"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|each| each["parameter"].as_str().expect("a name"))
+        .collect();
+    assert!(refused.contains(&"viscous_Ns_per_m"), "{found}");
+    assert!(found["viscous_Ns_per_m"].is_null(), "{found}");
+    assert!(found["refused"][0]["instead"].is_string());
+    assert!(!Path::new(scene).exists(), "no scene of half a surface");
+    assert!(
+        text(&output.stderr).contains("is not written"),
+        "{}",
+        text(&output.stderr)
+    );
+}
+
+#[test]
+fn a_wrong_file_or_column_is_wrong_usage_and_no_input_is_written_over() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("wrong.csv");
+    std::fs::write(&file, "t_s,position_m,force_N\n0,0,1\n0.001,zero,1\n").expect("written");
+    let file = file.to_str().expect("text");
+    for (arguments, part) in [
+        (vec![file], "line 3: position_m = `zero`"),
+        (vec![file, "--force-column", "load"], "no force column"),
+        (vec![file, "--out", file], "written over"),
+        (vec!["missing.csv"], "missing.csv"),
+        (vec![], "FILE"),
+        (vec![file, "--run"], "--run"),
+    ] {
+        let output = identify(&arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(
+            text(&output.stderr).contains(part),
+            "{part} in {}",
+            text(&output.stderr)
+        );
+    }
+}
+
+#[test]
+fn a_real_drive_gives_the_figures_of_an_independent_fit() {
+    let Some(path) = machine_record() else {
+        test_run::skip("emps-pulses.csv", "the real machine's record, in ../shared/data");
+        return;
+    };
+    let output = identify(&[path.to_str().expect("text"), "--model", "karnopp", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let found = json(&output);
+    for (value, truth) in [
+        (&found["mass_kg"], 93.6),
+        (&found["viscous_Ns_per_m"]["positive"], 211.0),
+        (&found["viscous_Ns_per_m"]["negative"], 211.0),
+        (&found["dynamic_force_N"]["positive"], 20.9),
+        (&found["dynamic_force_N"]["negative"], 20.9),
+        (&found["offset_N"], -3.2),
+    ] {
+        let value = value.as_f64().expect("a number");
+        assert!((value - truth).abs() <= 0.03 * f64::abs(truth), "{value} for {truth}");
+    }
+    assert!(
+        found["residual_rms_N"].as_f64().expect("a number") <= 1.05 * 2.1,
+        "{found}"
+    );
+}

@@ -1,0 +1,410 @@
+//! A rig is moved by its own motor to be identified: the real programs, and whatever ends it ends its force.
+
+use haptic_core::{Course, Excitation};
+use haptic_ipc::{
+    Client, ErrorCode, ExcitationEnd, IdentificationReply, LeaseReply, Request, RigState, Sample, SceneRef, StateReply,
+};
+use serde_json::Value;
+use std::time::Instant;
+use system_tests::commissioning::{OWN, Ticks, daemon, daemon_with, let_go, refused, renders_the_scene};
+use system_tests::fake_rig::FakeRig;
+use system_tests::{Daemon, PATIENCE, pause, status, wait_for, wait_for_state};
+
+/// To and fro over some millimetres, for many seconds.
+fn excitation() -> Excitation {
+    Excitation {
+        course: Course::Sweep {
+            travel_m: 0.01,
+            speed_mps: 0.02,
+            rounds: 10,
+        },
+        force_limit_n: 3.0,
+        slew_limit_n_per_s: 200.0,
+        stiffness_n_per_m: 1000.0,
+        damping_ns_per_m: 20.0,
+        travel_limit_m: 0.015,
+        speed_limit_mps: 0.3,
+        lag_limit_m: 0.006,
+        wrong_way_limit_m: 1e-4,
+    }
+}
+
+/// A client that has the rig alone, of 100 mm of range.
+fn begun(daemon: &Daemon) -> Client {
+    let mut client = daemon.client();
+    let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+    let _: IdentificationReply = client
+        .request(Request::IdentifyBegin { range_m: Some(0.1) })
+        .expect("the rig is idle");
+    client
+}
+
+fn excite(client: &mut Client) {
+    let excitation = excitation();
+    let _: IdentificationReply = client
+        .request(Request::IdentifyExcite { excitation })
+        .expect("it is bounded");
+}
+
+fn identification(client: &mut Client) -> IdentificationReply {
+    client.request(Request::IdentifyStatus {}).expect("it is ours")
+}
+
+/// Asks until the excitation has ended.
+fn after_it(client: &mut Client) -> IdentificationReply {
+    let began = Instant::now();
+    loop {
+        let reply = identification(client);
+        if !reply.moving {
+            return reply;
+        }
+        assert!(began.elapsed() < PATIENCE, "it does not end: {reply:?}");
+        pause();
+    }
+}
+
+/// Waits until the motor of a rig pulls under an excitation; whether it did before that ended, which a busy machine may
+/// bring about.
+fn pulls(rig: &mut FakeRig, client: &mut Client) -> bool {
+    loop {
+        if rig.force().now_n.abs() > 0.3 {
+            return true;
+        }
+        if !identification(client).moving {
+            return false;
+        }
+        pause();
+    }
+}
+
+/// Begins an excitation, until one pulls.
+fn pulling(rig: &mut FakeRig, daemon: &Daemon, client: &mut Client) -> Client {
+    let began = Instant::now();
+    loop {
+        let mut identifier = begun(daemon);
+        excite(&mut identifier);
+        if pulls(rig, &mut identifier) {
+            return identifier;
+        }
+        println!("once more, the machine is busy: {:?}", identification(&mut identifier));
+        drop(identifier);
+        wait_for(client, "its end", |status| status.commissioning.is_none());
+        let_go(client);
+        assert!(began.elapsed() < 4 * PATIENCE, "no force was seen");
+    }
+}
+
+// hazard: F20
+#[test]
+fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
+    let mut rig = FakeRig::start(&["--hand", "free"]);
+    let (daemon, mut client) = daemon(&rig, &[]);
+    let began = Instant::now();
+    loop {
+        let mut identifier = pulling(&mut rig, &daemon, &mut client);
+        let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+        let reply = after_it(&mut identifier);
+        let is_by_the_stop = reply.ended.as_deref() == Some("the rig was stopped");
+        if is_by_the_stop {
+            let last = reply.last.as_ref().expect("it had begun");
+            assert_eq!(last.end, ExcitationEnd::Interrupted);
+            let error = refused(
+                &mut identifier,
+                Request::IdentifyExcite {
+                    excitation: excitation(),
+                },
+            );
+            assert_eq!(error.code, ErrorCode::Stopped, "{error}");
+        }
+        assert_eq!(status(&mut client).commissioning, None);
+        let_go(&mut client);
+        if is_by_the_stop {
+            break;
+        }
+        println!("once more, the machine is busy: {:?}", reply.ended);
+        assert!(began.elapsed() < 4 * PATIENCE, "{reply:?}");
+    }
+    renders_the_scene(&daemon, &mut client);
+}
+
+// hazard: F20
+#[test]
+fn a_client_that_dies_in_an_excitation_takes_its_force_with_it() {
+    let mut rig = FakeRig::start(&["--hand", "free"]);
+    // A ramp that is longer than any test waits: along it the force would go on.
+    let (daemon, mut client) = daemon_with(&rig, &["--ramp-ms", "600"]);
+    let began = Instant::now();
+    loop {
+        let identifier = pulling(&mut rig, &daemon, &mut client);
+        let ticks = Ticks::of(&daemon);
+        drop(identifier);
+        let is_over = |row: &Sample| !matches!(row.state, RigState::Engaged | RigState::Releasing);
+        let rows = ticks.until("the end", is_over);
+        wait_for(&mut client, "the end of it", |status| status.commissioning.is_none());
+        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+        let ended = rows.last().map(|row| row.state);
+        let released: Vec<&Sample> = rows.iter().filter(|row| row.state == RigState::Releasing).collect();
+        let_go(&mut client);
+        if ended == Some(RigState::Idle) && !released.is_empty() {
+            // The tick that begins the release may be the one that takes the motion away.
+            let forces = released.iter().filter(|row| row.command_force_n != 0.0).count();
+            assert!(forces <= 50, "{forces} ticks with force on the way out");
+            break;
+        }
+        println!("once more, the machine is busy: {ended:?}");
+        assert!(began.elapsed() < 4 * PATIENCE, "never seen to the end");
+    }
+    renders_the_scene(&daemon, &mut client);
+}
+
+// hazard: H13
+#[test]
+fn a_motor_of_the_wrong_sign_ends_an_excitation_within_millimetres() {
+    let mut rig = FakeRig::start(&["--hand", "free", "--reversed"]);
+    let (daemon, mut client) = daemon(&rig, &[]);
+    let began = Instant::now();
+    loop {
+        let mut identifier = begun(&daemon);
+        excite(&mut identifier);
+        let reply = after_it(&mut identifier);
+        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+        let end = reply.last.as_ref().map(|last| last.end);
+        if end == Some(ExcitationEnd::WrongWay) {
+            let last = reply.last.as_ref().expect("a report");
+            let why = reply.ended.as_deref().unwrap_or_default();
+            assert!(why.contains("wired the other way"), "{why}");
+            let way_m = last.greatest_m - last.least_m;
+            println!("{way_m} m, {} N", last.largest_force_n);
+            assert!(way_m < 5e-3, "{last:?}");
+            break;
+        }
+        println!("once more, the machine is busy: {reply:?}");
+        drop(identifier);
+        wait_for(&mut client, "its end", |status| status.commissioning.is_none());
+        let_go(&mut client);
+        assert!(began.elapsed() < 4 * PATIENCE, "{reply:?}");
+    }
+    wait_for_state(&mut client, RigState::Idle);
+}
+
+// hazard: F20
+#[test]
+fn a_hand_that_takes_the_handle_away_feels_no_more_than_the_limit_and_ends_it() {
+    // It moves 30 mm to and fro whatever the motor does.
+    let mut rig = FakeRig::start(&["--hand", "sine"]);
+    let (daemon, mut client) = daemon(&rig, &[]);
+    let began = Instant::now();
+    loop {
+        let mut identifier = begun(&daemon);
+        rig.force();
+        excite(&mut identifier);
+        let reply = after_it(&mut identifier);
+        let felt_n = rig.force().largest_n.abs();
+        wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+        assert!(felt_n <= 3.0 + 1e-3, "{felt_n} N");
+        let end = reply.last.as_ref().map(|last| last.end);
+        drop(identifier);
+        wait_for(&mut client, "its end", |status| status.commissioning.is_none());
+        let_go(&mut client);
+        if matches!(
+            end,
+            Some(ExcitationEnd::Lag | ExcitationEnd::Travel | ExcitationEnd::WrongWay | ExcitationEnd::Speed)
+        ) {
+            println!("{:?}", reply.last);
+            break;
+        }
+        println!("once more, the machine is busy: {reply:?}");
+        assert!(began.elapsed() < 4 * PATIENCE, "{reply:?}");
+    }
+}
+
+// hazard: F20
+#[test]
+fn a_rig_that_is_unplugged_in_an_excitation_ends_it_and_comes_back_without_force() {
+    let mut rig = FakeRig::start(&["--hand", "free"]);
+    let (daemon, mut client) = daemon(&rig, &[]);
+    let mut identifier = pulling(&mut rig, &daemon, &mut client);
+    rig.fail("hang-up 0.3");
+    let reply = after_it(&mut identifier);
+    assert!(reply.ended.is_some(), "{reply:?}");
+    wait_for(&mut client, "the rig again", |status| {
+        matches!(status.state, RigState::Idle | RigState::Faulted)
+    });
+    wait_for(&mut client, "zero force", |_| rig.force().now_n == 0.0);
+    let error = refused(
+        &mut identifier,
+        Request::IdentifyExcite {
+            excitation: excitation(),
+        },
+    );
+    assert!(error.message.contains("has ended"), "{error}");
+    let_go(&mut client);
+    assert_eq!(rig.force().now_n, 0.0);
+}
+
+// hazard: H13
+#[test]
+fn only_a_commissioned_rig_of_a_known_range_is_identified() {
+    let rig = FakeRig::start(&OWN);
+    let (daemon, mut client) = daemon(&rig, &[]);
+    let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+    let error = refused(&mut client, Request::IdentifyBegin { range_m: Some(0.1) });
+    assert_eq!(error.code, ErrorCode::NotCommissioned, "{error}");
+    drop((daemon, client, rig));
+    let daemon = Daemon::start(&["--hand=free"]);
+    let mut client = daemon.client();
+    let _: LeaseReply = client.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+    let error = refused(&mut client, Request::IdentifyBegin { range_m: None });
+    assert!(error.message.contains("range"), "{error}");
+}
+
+// hazard: F20
+#[test]
+fn nobody_else_moves_the_rig_meanwhile_and_bounds_are_refused_by_name() {
+    let daemon = Daemon::start(&["--hand=free"]);
+    let mut other = daemon.client();
+    let error = refused(&mut other, Request::IdentifyBegin { range_m: Some(0.1) });
+    assert!(error.message.contains("lease"), "{error}");
+    let mut identifier = begun(&daemon);
+    let by = status(&mut other).commissioning.expect("somebody").to_string();
+    for request in [
+        Request::Engage {},
+        Request::load(SceneRef::Name("viscous-drag".to_owned())),
+        Request::CommissionBegin {},
+        Request::IdentifyBegin { range_m: Some(0.1) },
+    ] {
+        let _: LeaseReply = other.request(Request::Lease { timeout_ms: 2000 }).expect("a lease");
+        let error = refused(&mut other, request);
+        assert_eq!(error.code, ErrorCode::Commissioning, "{error}");
+        assert!(
+            error.message.contains(&by) && error.message.contains("identifying"),
+            "{error}"
+        );
+    }
+    for (excitation, field, unit) in [
+        (
+            Excitation {
+                force_limit_n: 10.1,
+                ..excitation()
+            },
+            "force_limit_N",
+            "N",
+        ),
+        (
+            Excitation {
+                travel_limit_m: 0.051,
+                ..excitation()
+            },
+            "travel_limit_m",
+            "m",
+        ),
+        (
+            Excitation {
+                speed_limit_mps: 0.6,
+                ..excitation()
+            },
+            "speed_limit_mps",
+            "m/s",
+        ),
+        (
+            Excitation {
+                slew_limit_n_per_s: 1e5,
+                ..excitation()
+            },
+            "slew_limit_N_per_s",
+            "N/s",
+        ),
+    ] {
+        let error = refused(&mut identifier, Request::IdentifyExcite { excitation });
+        let facts = (error.code, error.param.as_deref(), error.unit.as_deref());
+        assert_eq!(facts, (ErrorCode::OutOfRange, Some(field), Some(unit)), "{error}");
+        assert!(
+            error.value.is_some() && error.min.is_some() && error.max.is_some(),
+            "{error}"
+        );
+    }
+    let ended: IdentificationReply = identifier.request(Request::IdentifyEnd {}).expect("it is ours");
+    assert_eq!(ended.ended.as_deref(), Some("its client has ended it"));
+    let _: Value = other
+        .request(Request::set([("mass".to_owned(), 1.5)].into_iter().collect()))
+        .expect("the rig is everybody's again");
+}
+
+/// Runs `haptic-ctl identify` to its end; again where a busy machine faulted the rig on the way. What it printed.
+fn identified(daemon: &Daemon, arguments: &[&str]) -> Value {
+    let usual = [
+        "--json",
+        "identify",
+        "--yes",
+        "--range-mm=100",
+        "--chirp-s=6",
+        "--ramps=1",
+    ];
+    let began = Instant::now();
+    loop {
+        let output = daemon.ctl(&[&usual[..], arguments].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        if output.status.success() {
+            println!("{said}");
+            return serde_json::from_slice(&output.stdout).expect("findings");
+        }
+        let busy = ["faulted", "disconnected", "loses records"]
+            .iter()
+            .any(|why| said.contains(why));
+        assert!(busy && began.elapsed() < 8 * PATIENCE, "{said}");
+        println!("once more, the machine is busy: {said}");
+        let_go(&mut daemon.client());
+    }
+}
+
+#[test]
+fn haptic_ctl_measures_the_rig_itself_and_then_what_is_on_it() {
+    let daemon = Daemon::start(&[
+        "--hand=free",
+        "--rig-mass-kg=1.2",
+        "--rig-friction-n=0.6",
+        "--rig-damping-ns-per-m=2",
+    ]);
+    let number = |found: &Value, pointer: &str| {
+        let value = found.pointer(pointer).and_then(Value::as_f64);
+        value.unwrap_or_else(|| panic!("{found} lacks {pointer}"))
+    };
+    let near = |found: &Value, pointer: &str, truth: f64, tolerance: f64| {
+        let value = number(found, pointer);
+        assert!(
+            (value - truth).abs() <= tolerance * truth,
+            "{pointer} = {value}, truly {truth}"
+        );
+    };
+    let rig = identified(&daemon, &["--rig"]);
+    println!("{rig}");
+    near(&rig, "/mass_kg", 1.2, 0.03);
+    for direction in ["positive", "negative"] {
+        near(&rig, &format!("/dynamic_force_N/{direction}"), 0.6, 0.03);
+        near(&rig, &format!("/viscous_Ns_per_m/{direction}"), 2.0, 0.1);
+    }
+    let path = rig["path"].as_str().expect("a path");
+    let kept = std::fs::read_to_string(path).expect("it is kept");
+    assert!(kept.contains("mass_kg"), "{kept}");
+
+    // Nothing is on it: of the rig nothing is left, and with it all is there again.
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("run.csv");
+    let whole = identified(
+        &daemon,
+        &["--run", "--whole", "--record", file.to_str().expect("a path")],
+    );
+    println!("{whole}");
+    near(&whole, "/mass_kg", 1.2, 0.03);
+    let recording = haptic_lab::recording::read(&file).expect("it is whole");
+    let excited = recording
+        .rows
+        .iter()
+        .filter(|row| row.input_flags >> 22 & 1 == 1)
+        .count();
+    assert!(excited > 10_000, "{excited} of {} rows", recording.rows.len());
+    assert!(recording.metadata.notes.expect("notes").contains("drives the handle"));
+    let daemon_state = status(&mut daemon.client()).state;
+    assert_eq!(daemon_state, RigState::Idle);
+}

@@ -1,0 +1,177 @@
+//! The truth of a plant is found again from the motions by which a rig is identified: the plant of the fake rig and the
+//! daemon's own estimator and excitation, in a 1 kHz loop without a clock.
+
+use device_io::Device;
+use device_io::fake::{FakeRig, Hand, RigProperties};
+use haptic_core::block::Contact;
+use haptic_core::velocity::{Estimator, Method};
+use haptic_core::{Excitation, PulseShape, Renderer};
+use haptic_ipc::{IdentificationReply, Peer};
+use haptic_lab::identify::Record;
+use haptic_lab::identify::cogging::{SweepSample, at_speed};
+use haptic_lab::identify::plan::Bounds;
+use haptic_lab::identify::rig_itself::{self, RigItself};
+
+const PERIOD_NS: u64 = 1_000_000;
+
+/// Ticks without force between two motions.
+const REST_TICKS: usize = 200;
+
+/// A rig that is moved, tick by tick.
+struct Loop {
+    rig: FakeRig,
+    velocity: Estimator,
+    now_ns: u64,
+    last_n: f64,
+    record: Record,
+}
+
+impl Loop {
+    fn new(properties: RigProperties) -> Self {
+        Self {
+            rig: FakeRig::new(properties, Hand::Free),
+            velocity: Estimator::new(Method::default(), 1e-3, properties.resolution_m),
+            now_ns: 0,
+            last_n: 0.0,
+            record: Record {
+                resolution_m: Some(properties.resolution_m),
+                ..Record::default()
+            },
+        }
+    }
+
+    /// A tick of a renderer; returns position and force.
+    fn tick(&mut self, renderer: &mut Renderer) -> (f64, f64) {
+        let sample = self.rig.read(self.now_ns).expect("it is there");
+        let speed = self.velocity.update(1e-3, sample.position_m);
+        let force_n = -renderer.tick(1e-3, sample.position_m, speed).coupling_force;
+        self.rig.write(force_n, true).expect("it is there");
+        self.record.t_s.push(self.now_ns as f64 * 1e-9);
+        self.record.position_m.push(sample.position_m);
+        self.record.force_n.push(0.5 * (self.last_n + force_n));
+        self.last_n = force_n;
+        self.now_ns += PERIOD_NS;
+        (sample.position_m, force_n)
+    }
+
+    /// A motion from rest to rest: what a sweep is judged by.
+    fn excite(&mut self, excitation: Excitation) -> Vec<SweepSample> {
+        let mut rest = Renderer::pulse(PulseShape::REST, 1e-3).expect("bounded");
+        rest.start_at(self.rig.plant().position_m(), 0.0);
+        for _ in 0..REST_TICKS {
+            self.tick(&mut rest);
+        }
+        let mut renderer = Renderer::excitation(excitation, 1e-3).expect("bounded");
+        renderer.take_over(&rest);
+        let mut ticks = Vec::new();
+        loop {
+            let (position_m, force_n) = self.tick(&mut renderer);
+            let reference = renderer.state();
+            if reference.contact == Contact::Stuck {
+                return at_speed(&ticks, 1e-3);
+            }
+            ticks.push((position_m, reference.velocity, force_n));
+        }
+    }
+}
+
+/// What `haptic-ctl identify --rig` finds on a plant.
+fn measured(properties: RigProperties) -> RigItself {
+    let mut rig = Loop::new(properties);
+    let bounds = Bounds::new(&of_rig(properties.resolution_m), None, None);
+    let chirp = bounds.chirp(12.0, 1.0);
+    rig.excite(chirp);
+    rig.excite(bounds.ramps(1));
+    let sweep = rig.excite(bounds.sweep());
+    let least_s = chirp.duration_s() + bounds.ramps(1).duration_s() + bounds.sweep().duration_s();
+    let record_s = rig.record.t_s.len() as f64 * 1e-3;
+    assert!(
+        record_s > least_s,
+        "no motion has ended early: {record_s} s of {least_s} s"
+    );
+    rig_itself::measure(&rig.record, &sweep).expect("a usable record")
+}
+
+/// A rig of 20 N with 100 mm of range.
+fn of_rig(resolution_m: f64) -> IdentificationReply {
+    IdentificationReply {
+        by: Peer::default(),
+        rig: "fake".to_owned(),
+        firmware: "fake".to_owned(),
+        moving: false,
+        ended: None,
+        force_limit_n: 10.0,
+        range_m: 0.1,
+        middle_m: 0.0,
+        travel_limit_m: 0.05,
+        friction_n: None,
+        friction: None,
+        resolution_m,
+        ramp_ms: 20.0,
+        position_m: 0.0,
+        excitations: 0,
+        gone_s: None,
+        last: None,
+        path: None,
+    }
+}
+
+#[track_caller]
+fn is_within(name: &str, value: f64, truth: f64, tolerance: f64) {
+    println!("{name}: {value:.4}, truly {truth}");
+    assert!(
+        (value - truth).abs() <= tolerance * truth,
+        "{name}: {value}, truly {truth}"
+    );
+}
+
+#[test]
+fn mass_friction_by_direction_and_cogging_of_a_rig_are_found() {
+    let truth = RigProperties {
+        mass_kg: 1.0,
+        friction_n: 0.9,
+        negative_friction_n: Some(0.7),
+        damping_ns_per_m: 3.0,
+        cogging_n: 0.25,
+        cogging_pitch_m: 0.006,
+        ..RigProperties::default()
+    };
+    let found = measured(truth);
+    println!("{found:#?}");
+    let friction = found.friction().expect("all of it was found");
+    is_within("mass, kg", friction.mass, 1.0, 0.02);
+    is_within("friction +, N", friction.dynamic_force.positive, 0.9, 0.02);
+    is_within("friction -, N", friction.dynamic_force.negative, 0.7, 0.02);
+    is_within("viscous +, N s/m", friction.viscous.positive, 3.0, 0.05);
+    is_within("viscous -, N s/m", friction.viscous.negative, 3.0, 0.05);
+    let cogging = found.cogging.expect("it was found");
+    is_within("cogging, N", cogging.amplitude_n, 0.25, 0.05);
+    is_within("period, m", cogging.cogging.period_m, 0.006, 0.005);
+    // Against the positive axis: the plant's own force, the other way round.
+    is_within("its sine, N", cogging.cogging.harmonics[0].sine, 0.25, 0.05);
+}
+
+#[test]
+fn a_rig_that_breaks_away_above_its_friction_has_its_static_limits_and_no_cogging() {
+    let truth = RigProperties {
+        friction_n: 0.8,
+        breakaway_ratio: 1.4,
+        ..RigProperties::default()
+    };
+    let found = measured(truth);
+    println!("{found:#?}");
+    assert_eq!(found.cogging, None);
+    assert!(
+        found
+            .identified
+            .refused
+            .iter()
+            .any(|refusal| refusal.parameter == "cogging")
+    );
+    is_within("mass, kg", found.identified.mass_kg.expect("found"), 1.4, 0.02);
+    let dynamic = found.identified.dynamic_force_n.expect("found");
+    is_within("friction, N", dynamic.positive, 0.8, 0.02);
+    let limits = found.identified.static_force_n.expect("found");
+    is_within("static limit +, N", limits.positive, 1.12, 0.05);
+    is_within("static limit -, N", limits.negative, 1.12, 0.05);
+}
