@@ -196,7 +196,9 @@ fn decimals(value: f64, interval: Option<&Interval>) -> usize {
     }
     let first = -scale.log10().floor();
     // A scale of 0.03 has its first digit two places behind the point.
-    (first + 1.0).clamp(0.0, 9.0) as usize
+    #[expect(clippy::cast_sign_loss, reason = "it is clamped")]
+    let decimals = (first + 1.0).clamp(0.0, 9.0) as usize;
+    decimals
 }
 
 #[cfg(test)]

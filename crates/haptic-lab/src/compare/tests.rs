@@ -37,7 +37,9 @@ fn record(law: Karnopp, course: Course, (start_s, end_s): (f64, f64), rate_hz: f
         friction: Friction::Karnopp(law),
         ..Scene::paper()
     };
-    let motion: Vec<DeviceSample> = (0..((end_s - start_s) * rate_hz) as usize)
+    #[expect(clippy::cast_sign_loss, reason = "an end comes after its start")]
+    let count = ((end_s - start_s) * rate_hz) as usize;
+    let motion: Vec<DeviceSample> = (0..count)
         .map(|k| start_s + k as f64 / rate_hz)
         .map(|t| DeviceSample {
             t_s: t + ahead_s,

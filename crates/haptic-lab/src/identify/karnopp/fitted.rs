@@ -11,7 +11,7 @@ const HALF_S: f64 = 15e-3;
 /// The record on an even grid and on one clock, and the force of the fit at each of its samples, N; NaN at rest and at
 /// the ends, where sliding friction says nothing.
 #[must_use]
-pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
+pub(crate) fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
     let grid = Grid::new(record);
     let motion = Motion::new(&grid, record.resolution_m);
     let window = Window::new(HALF_S.max(6.0 * grid.period_s), grid.period_s);

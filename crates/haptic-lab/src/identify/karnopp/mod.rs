@@ -19,7 +19,7 @@ mod regression;
 mod statics;
 mod window;
 
-pub use fitted::fitted;
+pub(super) use fitted::fitted;
 
 use super::grid::Grid;
 use super::smoothing::white_noise;

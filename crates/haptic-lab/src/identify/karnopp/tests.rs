@@ -25,6 +25,7 @@ fn watched(friction: Karnopp, seed: u64, rate_hz: f64) -> Record {
     let mut fine = experiment(friction);
     fine.sensors.rate_hz = 10_000.0;
     let mut motion = fine.motion().expect("it can be rendered");
+    #[expect(clippy::cast_sign_loss, reason = "rates are positive")]
     let every = (fine.sensors.rate_hz / rate_hz) as usize;
     for column in [&mut motion.t_s, &mut motion.position_m, &mut motion.force_n] {
         *column = column.iter().copied().step_by(every).collect();
