@@ -23,7 +23,7 @@ const BUDGETS: [(&str, f64); 21] = [
     ("the same with DV", 360.0),
     ("the same, asymmetric", 383.0),
     ("asymmetric with rising Fs", 392.0),
-    ("Karnopp with Stribeck behind a block", 675.0),
+    ("Karnopp with Stribeck behind a block", 747.0),
     ("Dahl behind a block", 1392.0),
     ("LuGre behind a block", 1858.0),
     ("elasto-plastic behind a block", 2306.0),

@@ -191,6 +191,10 @@ mod tests {
             .iter()
             .map(|marker| (marker.t_s, marker.text.as_str()))
             .collect();
-        assert_eq!(at, [(0.101, "pull"), (0.103, "turn"), (0.103, "end")]);
+        let of_tick = |tick: u64| tick as f64 * 1e-3;
+        assert_eq!(
+            at,
+            [(of_tick(101), "pull"), (of_tick(103), "turn"), (of_tick(103), "end")]
+        );
     }
 }

@@ -168,7 +168,7 @@ fn not_identified(device: &ConnectedDevice, friction: &KnownFriction) -> Option<
     let why = match friction {
         KnownFriction::Identified(_) => return None,
         KnownFriction::Never => "it was never identified",
-        KnownFriction::Unusable(why) => why,
+        KnownFriction::Unusable(why) | KnownFriction::Unread(why) => why,
     };
     let what = format!(
         "`--compensate` needs the own friction of the rig {} ({}): {why}",

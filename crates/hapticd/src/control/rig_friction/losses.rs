@@ -13,6 +13,9 @@ use std::time::Duration;
 /// Time between two looks for another rig.
 const WATCH_PERIOD: Duration = Duration::from_millis(50);
 
+/// Time after which a file that could not be read is tried again.
+const RETRY_PERIOD: Duration = Duration::from_millis(500);
+
 /// What is known of the connected rig's friction, as far as its file was read.
 fn known(rig: &RigHandle) -> KnownFriction {
     ConnectedDevice::find(&rig.facts)
@@ -100,10 +103,7 @@ pub(in crate::control) fn status(rig: &RigHandle) -> RigFrictionStatus {
         damping_from,
         identified: known.identified(),
         compensated_share: compensation(rig, &known).map(|compensation| compensation.share),
-        problem: match known {
-            KnownFriction::Unusable(why) => Some(why),
-            KnownFriction::Never | KnownFriction::Identified(_) => None,
-        },
+        problem: known.problem().map(str::to_owned),
     }
 }
 
@@ -115,10 +115,16 @@ pub(crate) async fn watch(rig: &RigHandle) {
         let Some(device) = ConnectedDevice::find(&rig.facts) else {
             continue;
         };
-        if rig.frictions().known(device.connection).is_some() {
-            continue;
+        let before = rig.frictions().known(device.connection);
+        match before {
+            None => {}
+            Some(KnownFriction::Unread(_)) => tokio::time::sleep(RETRY_PERIOD).await,
+            Some(_) => continue,
         }
-        if let KnownFriction::Unusable(why) = rig.frictions().of(&rig.facts.state_dir, &device).await {
+        let known = rig.frictions().of(&rig.facts.state_dir, &device).await;
+        if let Some(why) = known.problem()
+            && before.as_ref() != Some(&known)
+        {
             crate::say(&format!("the rig's own friction is not used: {why}"));
         }
     }

@@ -25,13 +25,23 @@ pub(in crate::control) enum KnownFriction {
     Identified(RigFriction),
     /// There is a record that does not hold, and why.
     Unusable(String),
+    /// Its file could not be read, and why: a disk that was busy may answer next time.
+    Unread(String),
 }
 
 impl KnownFriction {
     pub(in crate::control) fn identified(&self) -> Option<RigFriction> {
         match self {
             Self::Identified(friction) => Some(*friction),
-            Self::Never | Self::Unusable(_) => None,
+            Self::Never | Self::Unusable(_) | Self::Unread(_) => None,
+        }
+    }
+
+    /// Why there is nothing, though there may be a file.
+    pub(in crate::control) fn problem(&self) -> Option<&str> {
+        match self {
+            Self::Never | Self::Identified(_) => None,
+            Self::Unusable(why) | Self::Unread(why) => Some(why),
         }
     }
 }
@@ -62,10 +72,11 @@ impl RigFrictions {
         (*of == connection).then(|| known.clone())
     }
 
-    /// What is known of the friction of a rig; its file is read once for a connection.
+    /// What is known of the friction of a rig; its file is read until it was read once for a connection.
     pub(in crate::control) async fn of(&self, state_dir: &Path, device: &ConnectedDevice) -> KnownFriction {
-        if let Some(known) = self.known(device.connection) {
-            return known;
+        match self.known(device.connection) {
+            None | Some(KnownFriction::Unread(_)) => {}
+            Some(known) => return known,
         }
         let known = match self.folder.read::<FrictionRecord>(state_dir, &device.rig.key).await {
             Ok(None) => KnownFriction::Never,
@@ -76,7 +87,7 @@ impl RigFrictions {
                     KnownFriction::Unusable(format!("{}: {why}", path.display()))
                 }
             },
-            Err(why) => KnownFriction::Unusable(why),
+            Err(why) => KnownFriction::Unread(why),
         };
         *self.newest.borrow_mut() = Some((device.connection, known.clone()));
         known
