@@ -3,11 +3,12 @@
 use haptic_ipc::{
     AdviceReply, Client, ErrorCode, LossSource, Request, RigState, Status, SubscribeReply, Topic, WireError,
 };
+use haptic_lab::recording;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use system_tests::commissioning::{daemon_at, refused};
 use system_tests::fake_rig::FakeRig;
-use system_tests::{Daemon, binary, engage, status, wait_for};
+use system_tests::{Daemon, binary, ctl_offline, engage, status, wait_for};
 
 /// Leaves what was identified of a rig in a state directory, as the daemon does.
 fn identified(directory: &Path, key: &str, firmware: &str, friction: &str) {
@@ -169,6 +170,19 @@ fn the_share_is_felt_told_and_recorded() {
         .basis
         .expect("a basis");
     assert!((basis.friction_n - 0.4).abs() < 1e-12 && basis.compensated_share == Some(0.5));
+    let file = directory.path().join("session.mcap");
+    let mut recorder = Command::new(binary("haptic-ctl"))
+        .arg("record")
+        .arg(&file)
+        .args(["--for", "2s", "--socket"])
+        .arg(daemon.socket())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    while !recording::read(&file).is_ok_and(|recording| recording.rows.len() > 300) {
+        assert!(recorder.try_wait().expect("a child").is_none(), "it recorded nothing");
+        std::thread::yield_now();
+    }
     engage(&mut client);
     wait_for(&mut client, "engaged", |status| status.state == RigState::Engaged);
     let reply: SubscribeReply = client
@@ -188,6 +202,12 @@ fn the_share_is_felt_told_and_recorded() {
         (compensation.share, compensation.friction.dynamic_force.positive),
         (0.5, 0.8)
     );
+    // A replay computes it too.
+    assert!(recorder.wait().expect("it ends").success());
+    let output = ctl_offline(&["replay", file.to_str().expect("a plain path"), "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(report["differing"], 0, "{report}");
+    assert!(report["compared"].as_u64() > Some(500), "{report}");
 }
 
 #[test]

@@ -97,7 +97,7 @@ pub(crate) struct Motion {
     pub(crate) velocity: f64,
     /// Distance between two positions that the device can tell apart, m.
     pub(crate) resolution: f64,
-    /// Usual time between two samples, s (> 0).
+    /// Nominal time between two samples, s (> 0).
     pub(crate) period_s: f64,
 }
 
@@ -113,6 +113,8 @@ pub(crate) struct Compensator {
     before: Option<Before>,
     /// Time without a way, s.
     still_s: f64,
+    /// Time between the last two samples, s: a slow device's force stays for as long.
+    sample_s: f64,
 }
 
 /// What there was at the sample before.
@@ -141,6 +143,7 @@ impl Compensator {
             account_j: 0.0,
             before: None,
             still_s: 0.0,
+            sample_s: 0.0,
         }
     }
 
@@ -149,6 +152,7 @@ impl Compensator {
         self.account_j = 0.0;
         self.before = None;
         self.still_s = 0.0;
+        self.sample_s = 0.0;
     }
 
     /// All force of the motor until the next sample, N.
@@ -166,6 +170,9 @@ impl Compensator {
     }
 
     fn keep_account(&mut self, motion: Motion) {
+        if motion.elapsed_s > 0.0 {
+            self.sample_s = motion.elapsed_s;
+        }
         let Some(before) = &mut self.before else {
             self.before = Some(Before {
                 position: motion.position,
@@ -220,7 +227,7 @@ impl Compensator {
             .map_or(0.0, |cogging| cogging.force(motion.position));
         let whole_n = self.share * (copysign(along_n, motion.velocity) + cogging_n);
         // Until the next sample no more than there is may be given.
-        let coming_j = whole_n.abs() * speed * motion.period_s;
+        let coming_j = whole_n.abs() * speed * self.sample_s.max(motion.period_s);
         let funded = (self.account_j / self.reserve_j.max(coming_j)).min(1.0);
         whole_n * moving * funded
     }

@@ -143,7 +143,7 @@ pub(crate) struct Newest {
 }
 
 /// What a series leaves out where its law makes no more of it later, N.
-pub(crate) const USUAL_TOLERANCE_N: f64 = 6e-10;
+pub(crate) const USUAL_TOLERANCE_N: f64 = 2e-10;
 /// And where it does: the border of a regime or the speed at which a slide sets off moves with it.
 pub(crate) const FINE_TOLERANCE_N: f64 = 2e-11;
 

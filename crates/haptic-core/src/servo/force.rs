@@ -81,7 +81,8 @@ impl Servo {
             position: self.sensing.position_m(),
             velocity: self.sensing.velocity_mps(),
             resolution,
-            period_s: self.sensing.period_s(),
+            // Not the device's own, which is measured: a replay does not know what was before it.
+            period_s: self.settings.period_s,
         };
         self.compensator
             .as_mut()

@@ -2,12 +2,14 @@
 
 use crate::recording::{Entry, Mark, Metadata};
 use crate::replay::{NotCompared, Report, replay};
+use haptic_core::compensation::Compensation;
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
+use haptic_core::rig_friction::RigFriction;
 use haptic_core::sample::{DeviceError, ErrorCode, Measurement};
 use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, Settings};
 use haptic_core::velocity::Method;
-use haptic_core::{Renderer, Scene, Scheme};
+use haptic_core::{Directional, Renderer, Scene, Scheme};
 use haptic_ipc::{Sample, SceneArrival, SceneRamp, ServoSetup};
 
 const PERIOD_NS: u64 = 1_000_000;
@@ -28,7 +30,18 @@ pub(super) fn setup() -> ServoSetup {
                 friction: 0.05,
             },
             passivity_control_n: 1.0,
-            compensation: None,
+            compensation: Some(Compensation {
+                share: 0.5,
+                friction: RigFriction {
+                    mass: 0.5,
+                    dynamic_force: Directional {
+                        positive: 0.8,
+                        negative: 0.6,
+                    },
+                    viscous: Directional::both(0.3),
+                    cogging: None,
+                },
+            }),
             velocity: Method::AlphaBetaGamma,
             stale_ns: 20_000_000,
             stop_button: None,

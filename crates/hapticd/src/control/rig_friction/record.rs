@@ -202,10 +202,12 @@ mod tests {
         );
         std::fs::write(&path, "friction = 3").expect("written");
         again.connection = 3;
-        let KnownFriction::Unusable(why) = frictions.of(directory.path(), &again).await else {
-            panic!("it is no record");
-        };
+        let known = frictions.of(directory.path(), &again).await;
+        let why = known.problem().expect("it is no record");
         assert!(why.contains(&path.display().to_string()), "{why}");
+        // What could not be read is tried again.
+        std::fs::remove_file(&path).expect("removed");
+        assert_eq!(frictions.of(directory.path(), &again).await, KnownFriction::Never);
         let wrong = RigFriction {
             mass: f64::NAN,
             ..FRICTION
