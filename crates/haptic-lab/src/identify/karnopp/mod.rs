@@ -44,11 +44,11 @@ const NOISE_FALL: f64 = 1.3;
 const SIGNIFICANT: f64 = 3.9;
 
 /// No calibration is better than this share of a value, however narrow the fit's own interval.
-const CALIBRATION_SHARE: f64 = 1e-3;
+pub(super) const CALIBRATION_SHARE: f64 = 1e-3;
 
 /// The same for a mass. A grip of stiffness `K` bends the force between two samples, so that its mean differs from the
 /// samples by `K T^2 / 12` times the acceleration: 1.7 g at 20 kN/m and 1 kHz.
-const SAMPLING_SHARE: f64 = 3e-3;
+pub(super) const SAMPLING_SHARE: f64 = 3e-3;
 
 /// A record on its way through the fit.
 #[derive(Debug)]

@@ -22,6 +22,7 @@ pub(super) use fitted::fitted;
 pub(super) use laws::PathLaw;
 
 use super::bootstrap::{Spread, World};
+use super::karnopp::{CALIBRATION_SHARE, SAMPLING_SHARE};
 use super::{Identified, ModelKind, Options, Record, Refusal, karnopp};
 use fastrand::Rng;
 use fit::{Assumed, Estimate};
@@ -219,7 +220,14 @@ fn report(best: &Found, options: &Options) -> Identified {
     }
     for (at, quantity) in quantities.iter().enumerate() {
         let (value, [low, high]) = spread.interval(at, truth[at]);
-        let interval = [low, high].map(|end| quantity.itself(end));
+        let share = if *quantity == Quantity::Mass {
+            SAMPLING_SHARE
+        } else {
+            CALIBRATION_SHARE
+        };
+        // Drawn records know nothing of what sampling and calibration do to real ones.
+        let [low, high] = [low, high].map(|end| quantity.itself(end));
+        let interval = [low - share * low.abs(), high + share * high.abs()];
         if let Some(refusal) = refusal::by_interval(*quantity, interval, prepared, estimate) {
             refuse(&mut found, refusal);
         }
