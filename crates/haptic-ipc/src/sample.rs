@@ -102,49 +102,58 @@ macro_rules! sample {
     };
 }
 
-sample! {
-    /// Number of the tick; consecutive unless samples were thinned or dropped.
-    tick "tick": u64,
-    /// Time of the tick on the daemon's monotonic clock, s since the loop began.
-    t_s "t_s": f64,
-    /// State of the rig.
-    state "state": RigState,
-    /// 0 stuck, +1 and -1 sliding.
-    contact "contact": i8,
-    /// Position of the device, m.
-    device_position_m "device_position_m": f64,
-    /// Velocity of the device as estimated, m/s.
-    device_velocity_mps "device_velocity_mps": f64,
-    /// Position of the block, m.
-    block_position_m "block_position_m": f64,
-    /// Velocity of the block, m/s.
-    block_velocity_mps "block_velocity_mps": f64,
-    /// Force in the coupling, which drives the block, N.
-    coupling_force_n "coupling_force_N": f64,
-    /// Force commanded on the hand after ramps and limits, N.
-    command_force_n "command_force_N": f64,
-    /// Revision of the scene that this tick rendered.
-    revision "revision": u64,
-    /// How long after its deadline the tick began, ns.
-    wake_latency_ns "wake_latency_ns": u64,
-    /// How long the tick took, the device's read and write included, ns.
-    tick_ns "tick_ns": u64,
-    /// How long the device's read and write took, ns; 0 where the rig is in the daemon itself.
-    device_round_trip_ns "device_round_trip_ns": u64,
-    /// Time since the tick before on the daemon's clock, ns. With the columns that follow it is
-    /// what the servo was stepped with.
-    elapsed_ns "elapsed_ns": u64 = 0,
-    /// Number of the device's sample, which wraps around.
-    device_sequence "device_sequence": u32 = 0,
-    /// When the device took the sample, on its own clock, ns.
-    device_time_ns "device_time_ns": u64 = 0,
-    /// Position as the device reported it, m, before anything was made of it.
-    sample_position_m "sample_position_m": f64 = 0.0,
-    /// The other inputs, bit by bit ([`InputWord`](haptic_core::servo::InputWord)).
-    input_flags "input_flags": u32 = 0,
-    /// Detail of an error that the device reported.
-    error_detail "error_detail": u32 = 0,
+/// Calls a macro with the columns of a sample, in the order of a row: for each its documentation, the
+/// field of [`Sample`], the column's name, the type, and the value where an earlier server has none.
+#[macro_export]
+macro_rules! sample_columns {
+    ($callback:ident) => {
+        $callback! {
+            /// Number of the tick; consecutive unless samples were thinned or dropped.
+            tick "tick": u64,
+            /// Time of the tick on the daemon's monotonic clock, s since the loop began.
+            t_s "t_s": f64,
+            /// State of the rig.
+            state "state": RigState,
+            /// 0 stuck, +1 and -1 sliding.
+            contact "contact": i8,
+            /// Position of the device, m.
+            device_position_m "device_position_m": f64,
+            /// Velocity of the device as estimated, m/s.
+            device_velocity_mps "device_velocity_mps": f64,
+            /// Position of the block, m.
+            block_position_m "block_position_m": f64,
+            /// Velocity of the block, m/s.
+            block_velocity_mps "block_velocity_mps": f64,
+            /// Force in the coupling, which drives the block, N.
+            coupling_force_n "coupling_force_N": f64,
+            /// Force commanded on the hand after ramps and limits, N.
+            command_force_n "command_force_N": f64,
+            /// Revision of the scene that this tick rendered.
+            revision "revision": u64,
+            /// How long after its deadline the tick began, ns.
+            wake_latency_ns "wake_latency_ns": u64,
+            /// How long the tick took, the device's read and write included, ns.
+            tick_ns "tick_ns": u64,
+            /// How long the device's read and write took, ns; 0 where the rig is in the daemon itself.
+            device_round_trip_ns "device_round_trip_ns": u64,
+            /// Time since the tick before on the daemon's clock, ns. With the columns that follow it is
+            /// what the servo was stepped with.
+            elapsed_ns "elapsed_ns": u64 = 0,
+            /// Number of the device's sample, which wraps around.
+            device_sequence "device_sequence": u32 = 0,
+            /// When the device took the sample, on its own clock, ns.
+            device_time_ns "device_time_ns": u64 = 0,
+            /// Position as the device reported it, m, before anything was made of it.
+            sample_position_m "sample_position_m": f64 = 0.0,
+            /// The other inputs, bit by bit ([`InputWord`](haptic_core::servo::InputWord)).
+            input_flags "input_flags": u32 = 0,
+            /// Detail of an error that the device reported.
+            error_detail "error_detail": u32 = 0,
+        }
+    };
 }
+
+sample_columns!(sample);
 
 #[cfg(test)]
 mod tests {

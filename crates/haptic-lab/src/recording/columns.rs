@@ -115,7 +115,7 @@ impl Cell for RigState {
 }
 
 macro_rules! columns {
-    ($($field:ident $name:literal : $type:ty),* $(,)?) => {
+    ($($(#[$doc:meta])* $field:ident $name:literal : $type:ty $(= $default:expr)?),* $(,)?) => {
         /// The columns in the order of [`SAMPLE_COLUMNS`](haptic_ipc::SAMPLE_COLUMNS).
         pub(super) const COLUMNS: &[Column] = &[$(Column {
             name: $name,
@@ -132,28 +132,7 @@ macro_rules! columns {
     };
 }
 
-columns! {
-    tick "tick": u64,
-    t_s "t_s": f64,
-    state "state": RigState,
-    contact "contact": i8,
-    device_position_m "device_position_m": f64,
-    device_velocity_mps "device_velocity_mps": f64,
-    block_position_m "block_position_m": f64,
-    block_velocity_mps "block_velocity_mps": f64,
-    coupling_force_n "coupling_force_N": f64,
-    command_force_n "command_force_N": f64,
-    revision "revision": u64,
-    wake_latency_ns "wake_latency_ns": u64,
-    tick_ns "tick_ns": u64,
-    device_round_trip_ns "device_round_trip_ns": u64,
-    elapsed_ns "elapsed_ns": u64,
-    device_sequence "device_sequence": u32,
-    device_time_ns "device_time_ns": u64,
-    sample_position_m "sample_position_m": f64,
-    input_flags "input_flags": u32,
-    error_detail "error_detail": u32,
-}
+haptic_ipc::sample_columns!(columns);
 
 #[cfg(test)]
 mod tests {
