@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod advise;
+mod beginning;
 mod change;
 mod colour;
 mod commission;

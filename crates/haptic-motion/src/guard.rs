@@ -5,30 +5,41 @@ use parquet::errors::{ParquetError, Result};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Runs the library. It panics on some damaged files; that is an error here.
-pub(crate) fn guarded<T>(run: impl FnOnce() -> Result<T>) -> Result<T> {
-    catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| Err(ParquetError::General("the file is damaged".to_owned())))
+///
+/// # Errors
+/// The library's own, as text, or its panic's.
+pub fn guarded<T>(run: impl FnOnce() -> Result<T>) -> std::result::Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(result) => result.map_err(|error| error.to_string()),
+        Err(panic) => {
+            let said = panic.downcast_ref::<String>().map(String::as_str);
+            let said = said.or(panic.downcast_ref::<&str>().copied()).unwrap_or_default();
+            Err(format!("the file is damaged: {said}"))
+        }
+    }
 }
 
 /// Pages of a column, of which none names more values than it can hold.
-pub(crate) struct Pages {
-    pub(crate) inner: Box<dyn PageReader>,
+pub struct Pages {
+    /// The library's own.
+    pub inner: Box<dyn PageReader>,
     /// Values of the column.
-    pub(crate) values: u64,
+    pub values: u64,
 }
 
 impl PageReader for Pages {
     fn get_next_page(&mut self) -> Result<Option<Page>> {
         let page = self.inner.get_next_page()?;
         if let Some(page) = &page {
-            let possible = if page.is_data_page() {
+            let most = if page.is_data_page() {
                 self.values
             } else {
                 page.buffer().len() as u64
             };
-            if u64::from(page.num_values()) > possible {
-                let found = page.num_values();
+            let values = page.num_values();
+            if u64::from(values) > most {
                 return Err(ParquetError::General(format!(
-                    "a page names {found} values where {possible} are possible"
+                    "a page of {values} values where {most} are possible"
                 )));
             }
         }

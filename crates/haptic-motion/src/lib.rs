@@ -23,7 +23,7 @@
 mod columns;
 mod csv_table;
 mod error;
-mod guard;
+pub mod guard;
 mod mcap_table;
 mod parquet_table;
 mod whole_lines;

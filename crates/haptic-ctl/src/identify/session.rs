@@ -4,16 +4,16 @@ use super::ticks::Ticks;
 use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::progress;
+use crate::{beginning, progress};
 use haptic_core::Excitation;
 use haptic_core::rig_friction::RigFriction;
 use haptic_ipc::{
     Event, ExcitationEnd, ExcitationReport, IdentificationReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, Request,
-    SceneReply, Status, SubscribeReply, Topic,
+    Topic,
 };
-use haptic_lab::recording::{self, Metadata, Recorder};
+use haptic_lab::recording::{self, Recorder};
 use std::path::Path;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 /// Time between two polls of an excitation.
 const POLL_PERIOD: Duration = Duration::from_millis(50);
@@ -69,33 +69,14 @@ impl<'a> Session<'a> {
 
     /// Hears every tick from here on, and keeps them in a file where one is given.
     pub(super) async fn listen(&mut self, file: Option<&Path>, replace: bool, notes: &str) -> Result<(), Failure> {
-        let status: Status = self.daemon.ask(Request::Status {}).await?;
-        let subscribed: SubscribeReply = self
-            .daemon
-            .ask(Request::Subscribe {
-                topics: vec![Topic::State, Topic::Samples],
-                rate_hz: None,
-                batch_ms: Some(20),
-            })
-            .await?;
+        let subscription = Request::Subscribe {
+            topics: vec![Topic::State, Topic::Samples],
+            rate_hz: None,
+            batch_ms: Some(20),
+        };
+        let (status, metadata) = beginning::subscribe(self.daemon, subscription, Some(notes.to_owned())).await?;
         self.period_s = 1.0 / status.rate_hz;
         let Some(file) = file else { return Ok(()) };
-        let scene: SceneReply = self.daemon.ask(Request::get()).await?;
-        let metadata = Metadata {
-            server: self.daemon.hello().server.clone(),
-            device: status.device.description.clone(),
-            loop_rate_hz: status.rate_hz,
-            rate_hz: subscribed.rate_hz,
-            started_unix_s: SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .unwrap_or_default()
-                .as_secs_f64(),
-            revision: scene.revision,
-            scene: scene.scene,
-            servo: subscribed.servo,
-            notes: Some(notes.to_owned()),
-            configuration: serde_json::to_value(&status).ok(),
-        };
         let recorder =
             recording::create(file, &metadata, replace).map_err(|error| Failure::Usage(error.to_string()))?;
         self.recorder = Some(recorder);

@@ -10,18 +10,17 @@ use crate::duration::duration;
 use crate::failure::Failure;
 use crate::recording::summary::Summary;
 use crate::recording::{exists, report};
-use crate::{complete, output, progress};
+use crate::{beginning, complete, output, progress};
 use clap::ValueHint;
 use clap_complete::engine::ArgValueCompleter;
-use haptic_ipc::{ClientError, Event, Request, SceneReply, Status, SubscribeReply, Topic, regular_file};
-use haptic_lab::recording::{self, CreateError, Format, Mark, Metadata, Recorder, Totals};
+use haptic_ipc::{Event, Request, Topic, regular_file};
+use haptic_lab::recording::{self, CreateError, Format, Mark, Recorder, Totals};
 use indicatif::ProgressBar;
 use link_watch::LinkWatch;
 use person::{Input, Person};
-use serde::Deserialize;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 use tick_clock::TickClock;
 use tokio::signal::unix::{Signal, SignalKind, signal};
 
@@ -157,26 +156,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     // Caught from here on, so that the file gets its end.
     let signals = Signals::new()?;
     let notes = arguments.notes()?;
-    let configuration: serde_json::Value = daemon.ask(Request::Status {}).await?;
-    let status = Status::deserialize(&configuration).map_err(ClientError::BadAnswer)?;
-    let subscribed: SubscribeReply = daemon.ask(arguments.subscription()).await?;
-    // Asked after subscribing: a change in between is told of again, and not missed.
-    let scene: SceneReply = daemon.ask(Request::get()).await?;
-    let metadata = Metadata {
-        server: daemon.hello().server.clone(),
-        device: status.device.description,
-        loop_rate_hz: status.rate_hz,
-        rate_hz: subscribed.rate_hz,
-        started_unix_s: SystemTime::now()
-            .duration_since(UNIX_EPOCH)
-            .unwrap_or_default()
-            .as_secs_f64(),
-        revision: scene.revision,
-        scene: scene.scene,
-        servo: subscribed.servo,
-        notes,
-        configuration: Some(configuration),
-    };
+    let (status, metadata) = beginning::subscribe(daemon, arguments.subscription(), notes).await?;
     let recorder =
         recording::create(&arguments.file, &metadata, arguments.force).map_err(|error| not_created(&error))?;
     let mut session = Session {

@@ -15,7 +15,6 @@
 //! `NAME.parquet` itself is empty meanwhile. At the end the rows go over and the MCAP file is
 //! deleted. As long as it is there it is the recording, and is read in the place of the other.
 
-mod guard;
 mod reader;
 mod spool;
 mod writer;

@@ -1,11 +1,11 @@
 //! Reads Parquet, some rows at a time.
 
-use super::guard::{Pages, guarded};
 use super::{KEY, MAGIC, MARKS, type_of};
 use crate::recording::columns::{COLUMNS, Column, Kind, STATES};
 use crate::recording::fields::from_fields;
 use crate::recording::{Ending, Entry, Mark, Metadata, Place, RecordingError};
 use haptic_ipc::{FIRST_SAMPLE_COLUMNS, Sample};
+use haptic_motion::guard::{Pages, guarded};
 use parquet::column::reader::ColumnReaderImpl;
 use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int32Type, Int64Type};
 use parquet::errors::Result;
