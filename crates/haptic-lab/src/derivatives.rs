@@ -6,13 +6,6 @@ use crate::identify::smoothing::{Window, slope, weighted};
 /// 0.1 mm/s, the acceleration to 20 mm/s^2, and 3 Hz come through.
 const HALF_WINDOW_S: f64 = 0.02;
 
-/// The median time between two samples, s.
-pub(crate) fn usual_period_s(t_s: &[f64]) -> f64 {
-    let mut periods: Vec<f64> = t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    periods.sort_unstable_by(f64::total_cmp);
-    periods.get(periods.len() / 2).copied().unwrap_or(1e-3)
-}
-
 /// Velocity of positions, m/s.
 pub(crate) fn velocity(position_m: &[f64], period_s: f64) -> Vec<f64> {
     #[expect(

@@ -8,6 +8,7 @@ pub mod cost;
 mod derivatives;
 pub mod drawing;
 pub mod identify;
+mod median;
 pub mod motion;
 pub mod recording;
 pub mod replay;

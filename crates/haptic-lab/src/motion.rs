@@ -1,5 +1,6 @@
 //! A device's motion, from a file in any of the formats of [`haptic_motion`].
 
+use crate::median;
 use haptic_core::velocity::AlphaBetaGamma;
 pub use haptic_motion::MotionError;
 use haptic_motion::{Row, Rows};
@@ -133,9 +134,7 @@ pub fn read(path: &Path) -> Result<Vec<DeviceSample>, MotionError> {
 /// The median time between samples, s; 1 ms where there is none.
 #[must_use]
 pub fn usual_period_s(motion: &[DeviceSample]) -> f64 {
-    let mut periods: Vec<f64> = motion.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
-    periods.sort_unstable_by(f64::total_cmp);
-    periods.get(periods.len() / 2).copied().unwrap_or(1e-3)
+    median::usual_period_s(motion.iter().map(|sample| sample.t_s))
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! A scene rendered along a motion, tick by tick as the daemon does it: the same in every run, to
 //! the last bit.
 
+use crate::median::median;
 use crate::motion::{DeviceSample, usual_period_s};
 use haptic_core::block::{BlockState, Contact, EventSink};
 use haptic_core::{Renderer, Scene, SceneError, Scheme};
@@ -198,11 +199,6 @@ fn renderer_at(
     }
     renderer.set_state(state);
     Ok(renderer)
-}
-
-fn median(values: &mut [f64]) -> Option<f64> {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }
 
 /// Cost of a tick on this machine.

@@ -6,6 +6,7 @@ use super::hands::{HANDS, laws_under_hands};
 use super::report::{Measurement, schemes};
 use super::targets::Target;
 use crate::cost::SceneCost;
+use crate::median::median;
 use haptic_core::Scheme;
 use std::fmt::Write;
 
@@ -68,11 +69,6 @@ fn at_bound(errors: &ForceErrors) -> String {
     } else {
         format!("{}, {} N", errors.at_bound, force(errors.at_bound_worst_n))
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 impl Tables<'_> {
@@ -244,13 +240,13 @@ impl Tables<'_> {
                 |value: &dyn Fn(&Measurement) -> f64| -> Vec<f64> { of_scheme.iter().map(|one| value(one)).collect() };
             let worst = |values: Vec<f64>| values.into_iter().fold(0.0, f64::max);
             let times: Vec<f64> = of_scheme.iter().filter_map(|one| one.error.event_time_s).collect();
-            let counts: Vec<f64> = of_scheme.iter().filter_map(|one| one.instructions).collect();
+            let mut counts: Vec<f64> = of_scheme.iter().filter_map(|one| one.instructions).collect();
             let blown_up = of_scheme.iter().filter(|one| one.blew_up).count();
             table.row(&[
                 scheme.to_string(),
-                format!("{:.0}", median(of(&|one| one.cost.median_ns))),
-                count((!counts.is_empty()).then(|| median(counts))),
-                force(median(of(&|one| one.error.force_n))),
+                format!("{:.0}", median(&mut of(&|one| one.cost.median_ns)).unwrap_or(f64::NAN)),
+                count(median(&mut counts)),
+                force(median(&mut of(&|one| one.error.force_n)).unwrap_or(f64::NAN)),
                 force(worst(of(&|one| one.error.force_n))),
                 format!(
                     "{} of {}, to {:.0e} s",

@@ -3,6 +3,7 @@
 use super::cases::{self, ToAndFro};
 use super::compare;
 use super::reference;
+use crate::median::median;
 use crate::motion::DeviceSample;
 use crate::simulate::{Start, measure_cost, renderer, simulate};
 use haptic_core::friction::{Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator};
@@ -100,11 +101,6 @@ fn accuracy(targets: &mut Vec<Target>) -> Result<(), SceneError> {
     Ok(())
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-}
-
 fn nanoseconds(work: impl FnOnce()) -> f64 {
     let began = Instant::now();
     work();
@@ -137,7 +133,7 @@ fn speed(targets: &mut Vec<Target>) -> Result<(), SceneError> {
         exact.push(measure_cost(&paper, Scheme::Exact, &steady, start)?.median_ns);
         literal.push(measure_cost(&paper, Scheme::LITERAL, &steady, start)?.median_ns);
     }
-    let (exact, literal) = (median(exact), median(literal));
+    let [exact, literal] = [exact, literal].map(|mut costs| median(&mut costs).unwrap_or(f64::NAN));
     targets.push(target(
         "steady exact tick, paper scene, median",
         "<= 40 ns",
@@ -185,7 +181,7 @@ fn slowest_tick(scene: &Scene, motion: &[DeviceSample], counts: impl Fn(u32) -> 
         let before = renderer.state();
         if counts(tick(&mut renderer, from, to)) {
             let after = renderer.state();
-            let costs = (0..REPEATS)
+            let mut costs: Vec<f64> = (0..REPEATS)
                 .map(|_| {
                     nanoseconds(|| {
                         for _ in 0..BATCH {
@@ -195,7 +191,7 @@ fn slowest_tick(scene: &Scene, motion: &[DeviceSample], counts: impl Fn(u32) -> 
                     }) / f64::from(BATCH)
                 })
                 .collect();
-            slowest = slowest.max(median(costs));
+            slowest = slowest.max(median(&mut costs).unwrap_or(f64::NAN));
             renderer.set_state(after);
         }
     }

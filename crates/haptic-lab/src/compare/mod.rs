@@ -13,8 +13,8 @@ mod signal;
 pub use levels::{Level, Levels};
 pub use plot::{page, summary, table};
 
-use crate::derivatives::usual_period_s;
 use crate::identify::Record;
+use crate::median::usual_period_s;
 use align::Alignment;
 use serde::Serialize;
 use signal::Signal;
@@ -169,7 +169,7 @@ pub struct Curves {
 /// # Errors
 /// A record is too short or holds no motion, or they have none in common.
 pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Comparison, CompareError> {
-    let period_s = usual_period_s(&real.t_s).max(usual_period_s(&rendered.t_s));
+    let period_s = usual_period_s(real.t_s.iter().copied()).max(usual_period_s(rendered.t_s.iter().copied()));
     let (own, other) = (
         Signal::new(real, period_s, options.mass_kg, Side::Real)?,
         Signal::new(rendered, period_s, options.mass_kg, Side::Rendered)?,
@@ -192,7 +192,7 @@ pub fn compare(real: &Record, rendered: &Record, options: &Options) -> Result<Co
     };
     comparison.mass_kg = options.mass_kg;
     for (side, record) in [(Side::Real, real), (Side::Rendered, rendered)] {
-        let longest_s = 1.5 * usual_period_s(&record.t_s);
+        let longest_s = 1.5 * usual_period_s(record.t_s.iter().copied());
         let gaps = record
             .t_s
             .windows(2)

@@ -17,10 +17,14 @@
 
 use super::Interval;
 use haptic_core::rig_friction::{COGGING_HARMONICS, Cogging, Harmonic};
+use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
 /// Bins over the way of the sweep.
 const BINS: usize = 400;
+
+/// Smallest pivot of a normal matrix that can be solved: its entries are counts of bins.
+const LEAST_PIVOT: f64 = 1e-9;
 
 /// Fewest samples of a bin that counts.
 const LEAST_SAMPLES: usize = 3;
@@ -252,7 +256,7 @@ fn fit(bins: &[Bin], period_m: f64) -> Option<Fit> {
         }
         row
     };
-    let mut normal = [[0.0; 2 * COEFFICIENTS]; COEFFICIENTS];
+    let mut normal = [[0.0; COEFFICIENTS]; COEFFICIENTS];
     let mut right = [0.0; COEFFICIENTS];
     for bin in bins {
         let row = row(bin);
@@ -263,16 +267,16 @@ fn fit(bins: &[Bin], period_m: f64) -> Option<Fit> {
             right[i] += row[i] * bin.force_n;
         }
     }
-    for i in 0..count {
-        normal[i][COEFFICIENTS + i] = 1.0;
+    let lu = DMatrix::from_fn(count, count, |i, j| normal[i][j]).lu();
+    if lu.u().diagonal().amin() < LEAST_PIVOT {
+        return None;
     }
-    invert(&mut normal, count)?;
-    let inverse = |i: usize, j: usize| normal[i][COEFFICIENTS + j];
+    let inverse = lu.try_inverse()?;
     let mut coefficients = [0.0; COEFFICIENTS];
     let mut spread = [0.0; COEFFICIENTS];
     for i in 0..count {
-        coefficients[i] = (0..count).map(|j| inverse(i, j) * right[j]).sum();
-        spread[i] = inverse(i, i);
+        coefficients[i] = (0..count).map(|j| inverse[(i, j)] * right[j]).sum();
+        spread[i] = inverse[(i, i)];
     }
     let left = bins
         .iter()
@@ -287,31 +291,6 @@ fn fit(bins: &[Bin], period_m: f64) -> Option<Fit> {
         spread,
         left,
     })
-}
-
-/// Gauss and Jordan with pivots, on a matrix with the unit matrix beside it; nothing where it is singular.
-fn invert(matrix: &mut [[f64; 2 * COEFFICIENTS]; COEFFICIENTS], count: usize) -> Option<()> {
-    for column in 0..count {
-        let pivot = (column..count).max_by(|a, b| matrix[*a][column].abs().total_cmp(&matrix[*b][column].abs()))?;
-        matrix.swap(column, pivot);
-        let scale = matrix[column][column];
-        if scale.abs() < 1e-9 {
-            return None;
-        }
-        for value in &mut matrix[column] {
-            *value /= scale;
-        }
-        let of_pivot = matrix[column];
-        for (index, row) in matrix.iter_mut().enumerate().take(count) {
-            if index != column {
-                let factor = row[column];
-                for (value, pivot) in row.iter_mut().zip(of_pivot) {
-                    *value -= factor * pivot;
-                }
-            }
-        }
-    }
-    Some(())
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::motion::Motion;
 use crate::identify::grid::Grid;
 use crate::identify::smoothing::{Window, weighted};
+use crate::median::median;
 use nalgebra::{DMatrix, DVector};
 
 /// A residual counts fully up to so many robust standard deviations. Wider than Huber's 1.345: what a law does not
@@ -368,9 +369,7 @@ fn solve(normal: &DMatrix<f64>, right: &DVector<f64>) -> Result<DVector<f64>, Un
 /// The standard deviation of normal values, from the median of their sizes.
 fn robust_deviation(values: &[f64]) -> f64 {
     let mut sizes: Vec<f64> = values.iter().map(|value| value.abs()).collect();
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    1.4826 * *median
+    1.4826 * median(&mut sizes).unwrap_or(0.0)
 }
 
 /// Student's quantile for the normal quantile `z`: Cornish and Fisher's series, within 1 % from 3 degrees

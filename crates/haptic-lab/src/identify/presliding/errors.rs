@@ -10,7 +10,8 @@
 //!
 //! `k` is the slope of the friction over the position under the test function.
 
-use super::path::{Path, median};
+use super::path::Path;
+use crate::median::median;
 
 /// Root mean square of where a turn was, in steps of the encoder: anywhere within one.
 const TURN_STEPS: f64 = 0.29;
@@ -56,7 +57,7 @@ impl Errors {
         if squares.len() < FEWEST_FLAT {
             return None;
         }
-        let of_force = (median(&mut squares) / MEDIAN_OF_SQUARES).max(1e-24);
+        let of_force = (median(&mut squares)? / MEDIAN_OF_SQUARES).max(1e-24);
         let turns = path.turns(STEPS_OF_A_TURN * path.resolution_m.max(1e-9));
         let of_turn = (TURN_STEPS * path.resolution_m).powi(2) / of_force;
         let mut errors = Self {

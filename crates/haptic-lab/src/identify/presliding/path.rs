@@ -139,12 +139,6 @@ fn turning_points(positions_m: &[f64]) -> Vec<f64> {
     via
 }
 
-/// The middle value.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
