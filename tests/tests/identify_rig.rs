@@ -96,6 +96,27 @@ fn pulling(rig: &mut FakeRig, daemon: &Daemon, client: &mut Client) -> Client {
 
 // hazard: F20
 #[test]
+fn a_longer_lease_ends_the_identification_and_its_force() {
+    let daemon = Daemon::start(&["--hand=free"]);
+    let mut identifier = begun(&daemon);
+    excite(&mut identifier);
+    let _: LeaseReply = identifier
+        .request(Request::Lease { timeout_ms: 60_000 })
+        .expect("a lease");
+    wait_for(&mut identifier, "no force", |status| status.state == RigState::Idle);
+    let ended = identification(&mut identifier).ended.expect("it has ended");
+    assert!(ended.contains("60000 ms") && ended.contains("2000 ms"), "{ended}");
+    let error = refused(
+        &mut identifier,
+        Request::IdentifyExcite {
+            excitation: excitation(),
+        },
+    );
+    assert!(error.message.contains("60000 ms"), "{error}");
+}
+
+// hazard: F20
+#[test]
 fn a_stop_in_an_excitation_acts_at_once_and_the_scene_comes_back() {
     let mut rig = FakeRig::start(&["--hand", "free"]);
     let (daemon, mut client) = daemon(&rig, &[]);

@@ -165,7 +165,7 @@ impl Compensator {
     /// The force that compensates the rig's friction at a sample, N.
     pub(crate) fn force(&mut self, motion: Motion) -> f64 {
         self.keep_account(motion);
-        // An account that is no number gives nothing either.
+        // A NaN account also gives zero.
         if self.account_j > 0.0 { self.wanted(motion) } else { 0.0 }
     }
 

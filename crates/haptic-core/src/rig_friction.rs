@@ -84,7 +84,7 @@ impl RigFriction {
     /// Whether every value is one that a rig can have.
     ///
     /// # Errors
-    /// The first field that is out of range, or no number.
+    /// The first field that is out of range or NaN.
     pub fn validate(&self) -> Result<(), RigFrictionError> {
         let (dynamic, viscous) = (self.dynamic_force, self.viscous);
         within("mass_kg", self.mass, 1e-3, 1000.0, "kg")?;

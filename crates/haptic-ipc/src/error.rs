@@ -81,7 +81,7 @@ pub enum ErrorCode {
     NoWatchdog,
     /// The rig was never commissioned, or has changed since.
     NotCommissioned,
-    /// The rig's own friction is to be compensated, and was never identified or has changed since.
+    /// `--compensate` needs the rig's own friction, which was never identified or has changed since.
     NotIdentified,
     /// A client is commissioning or identifying the rig; the message says who.
     Commissioning,

@@ -59,7 +59,7 @@ impl Person {
         self.terminal.as_ref().map(|_| KEYS)
     }
 
-    /// The next input; nothing where no more can come. Safe to drop half-way.
+    /// The next input; `None` after the last one. Safe to cancel.
     pub(super) async fn next(&mut self) -> Option<Input> {
         self.inputs.recv().await
     }

@@ -87,7 +87,7 @@ fn show_marker(ui: &mut Ui, tapes: &mut Tapes, view: &mut View, intents: &mut Ve
     }
 }
 
-/// The button that begins a recording, and what the file is to be.
+/// The button that begins a recording, and the choice of its format.
 fn show_beginning(ui: &mut Ui, metadata: Option<Metadata>, view: &mut View, intents: &mut Vec<Intent>) {
     let record = ui.add_enabled(metadata.is_some(), Button::new("Record").min_size(RECORD_SIZE));
     let ending = view.recording_format.ending();

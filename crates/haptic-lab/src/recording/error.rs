@@ -191,7 +191,7 @@ fn at_file(path: &std::path::Path, error: &RecordingError) -> String {
 /// How a recording ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// As whoever made it wanted.
+    /// Ended on purpose.
     Complete,
     /// Without an end: it is still being written, or its writer died between two entries.
     Open,

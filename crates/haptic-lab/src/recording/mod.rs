@@ -62,7 +62,7 @@ pub struct Metadata {
     /// What the rows are computed with; an earlier daemon did not tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<ServoSetup>,
-    /// What whoever made it wrote about it.
+    /// Notes of the person who made it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub notes: Option<String>,
     /// The daemon's whole answer to `status` when it began.
@@ -152,7 +152,7 @@ impl Mark {
         }
     }
 
-    /// Reads a mark from JSON; nothing where a later version has it and this one does not.
+    /// Reads a mark from JSON; `None` for a mark of a later version.
     fn from_json(text: &[u8]) -> serde_json::Result<Option<Self>> {
         #[derive(Deserialize)]
         struct Kind {

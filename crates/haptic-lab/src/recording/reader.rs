@@ -41,7 +41,7 @@ enum Source {
 /// is being made, or was broken off, it opens what there is of it beside.
 ///
 /// # Errors
-/// The file cannot be opened, is no recording, or was broken off before its metadata.
+/// The file cannot be opened, is not a recording, or was broken off before its metadata.
 pub fn open(path: &Path) -> Result<Reader, RecordingError> {
     if Format::of(path) == Ok(Format::Parquet) {
         let spool = parquet::spool_of(path);
@@ -81,7 +81,7 @@ impl Reader {
     /// Reads a recording that is in memory.
     ///
     /// # Errors
-    /// The bytes are no recording, or were broken off before its metadata.
+    /// The bytes are not a recording, or were broken off before its metadata.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, RecordingError> {
         if bytes.starts_with(parquet::MAGIC) {
             let parquet = parquet::Reader::new(Bytes::from(bytes))?;

@@ -27,17 +27,11 @@ impl Leases {
         self.held.borrow().len()
     }
 
-    /// Whether a client holds a lease.
-    pub(super) fn is_held_by(&self, session: u64) -> bool {
-        self.held.borrow().iter().any(|lease| lease.session == session)
-    }
-
-    /// The timeout of a client's lease, ms.
-    pub(super) fn timeout_ms(&self, session: u64) -> u32 {
+    /// The timeout of the lease that a client holds, ms.
+    pub(super) fn timeout_ms(&self, session: u64) -> Option<u32> {
         let held = self.held.borrow();
-        let lease = held.iter().find(|lease| lease.session == session);
-        let timeout_ns = lease.map_or(0, |lease| lease.timeout_ns);
-        u32::try_from(timeout_ns / 1_000_000).unwrap_or(u32::MAX)
+        let lease = held.iter().find(|lease| lease.session == session)?;
+        Some(u32::try_from(lease.timeout_ns / 1_000_000).unwrap_or(u32::MAX))
     }
 
     /// Time at which the next lease expires, ns.

@@ -32,7 +32,7 @@ struct PendingStop {
 pub(crate) struct Tick<D: Device + ?Sized> {
     shared: Arc<Shared>,
     outbox: Producer,
-    /// What is known of the rig that is to be engaged, if that may change.
+    /// Facts of the rig to engage, if they may change.
     rig_setups: Option<SetupReceiver>,
     servo: Servo,
     /// Missed periods, held against the late policy.

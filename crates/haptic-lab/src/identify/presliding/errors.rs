@@ -1,4 +1,4 @@
-//! The errors that rows are to be expected to have, and how to count them as if they were alike and independent.
+//! Expected errors of the rows, and weights that make them alike and independent.
 //!
 //! The force has white noise. What the encoder's steps leave of the position's error, the law makes a force of where it
 //! is steep. And where exactly the motion turned, within a step, nobody knows: that moves the whole stroke after it

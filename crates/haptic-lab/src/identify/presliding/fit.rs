@@ -24,7 +24,7 @@ pub(crate) struct Rows {
     velocity: [Vec<f64>; 2],
     /// Whether the position changes in sight.
     pub(crate) moves: Vec<bool>,
-    /// What errors are to be expected of each.
+    /// Expected error of each.
     pub(crate) errors: Errors,
 }
 

@@ -247,7 +247,7 @@ fn report(best: &Found, options: &Options) -> Identified {
             found.intervals.insert(quantity.interval(), interval);
         }
     }
-    // Static friction is the upper end of Stribeck's fall, and means nothing where that was not seen.
+    // Static friction is the upper end of Stribeck's fall, and is undetermined if the fall was not recorded.
     let fall = found
         .refused
         .iter()

@@ -6,7 +6,7 @@ use haptic_ipc::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS};
 use serde::Deserialize;
 use std::io::{BufRead, Read};
 
-/// Longest line taken, bytes: a file that is no recording is not read into memory whole.
+/// Longest line accepted, bytes: another kind of file is not read into memory whole.
 const LONGEST_LINE: u64 = 1 << 20;
 
 /// A CSV recording, read as it is needed.
@@ -26,7 +26,7 @@ impl<R: BufRead> Reader<R> {
     /// Reads what comes before the first row.
     ///
     /// # Errors
-    /// It is no recording, of another version, or broken off before its first row.
+    /// It is not a recording, is of another version, or broken off before its first row.
     pub(crate) fn new(mut input: R) -> Result<Self, RecordingError> {
         let (mut line, mut text) = (0, Vec::new());
         let mut next = |text: &mut Vec<u8>| -> Result<(u64, String), RecordingError> {
@@ -184,7 +184,7 @@ fn next_line<R: BufRead>(input: &mut R, line: &mut u64, text: &mut Vec<u8>) -> R
     })
 }
 
-/// Nothing where the line is empty or a remark.
+/// `None` for an empty line or a remark.
 fn parse(line: u64, text: &[u8], columns: usize) -> Result<Option<Entry>, RecordingError> {
     let place = Place::Line(line);
     if let Some(remark) = text.strip_prefix(b"#") {

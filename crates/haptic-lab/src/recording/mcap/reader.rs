@@ -45,7 +45,7 @@ impl<R: Read> Reader<R> {
     /// Reads up to the metadata. The magic bytes have been read already.
     ///
     /// # Errors
-    /// It is no recording of hapticd, of another version, or was broken off before its metadata.
+    /// It is not a recording of hapticd, is of another version, or was broken off before its metadata.
     pub(crate) fn new(input: R) -> Result<Self, RecordingError> {
         let mut records = Records::new(input, mcap::MAGIC.len() as u64);
         let metadata = loop {
@@ -232,7 +232,7 @@ impl<R: Read> Reader<R> {
     }
 }
 
-/// Opcode and body of the first record; nothing where it is not there as a whole.
+/// Opcode and body of the first record; `None` if it is incomplete.
 fn record(data: &[u8]) -> Option<(u8, &[u8])> {
     let (header, rest) = data.split_at_checked(RECORD_HEADER)?;
     let length = u64::from_le_bytes(bytes_at(header, 1));

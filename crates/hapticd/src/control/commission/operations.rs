@@ -10,7 +10,7 @@ use crate::control::journal::Completion;
 use crate::control::requester::Requester;
 use crate::control::rig_files::Origin;
 use crate::control::sole_use::state::{Commissioning, Work};
-use crate::control::sole_use::{self, largest_force_n, look, resting_device};
+use crate::control::sole_use::{self, begin_motion, largest_force_n, look, resting_device};
 use crate::telemetry::motion::Motion;
 use haptic_ipc::quantity::number;
 use haptic_ipc::{CommissionReply, ErrorCode, JournalEntry, WireError};
@@ -105,14 +105,7 @@ pub(in crate::control) async fn pulse(
     let shape = one_pulse::shape(force_n, duration_ms, device.resolution_m);
     // Now, while the client waits for the answer.
     let admission = admission::admit(rig, Purpose::Commissioning).await?;
-    let stops = {
-        let mut sole_use = rig.sole_use().borrow_mut();
-        let Some(current) = sole_use.as_mut().filter(|current| !current.moving) else {
-            return Err(WireError::new(ErrorCode::WrongState, "a pulse is under way"));
-        };
-        current.moving = true;
-        current.stops
-    };
+    let stops = begin_motion(rig, by.session)?;
     let (task_rig, peer) = (Rc::clone(rig), by.peer.clone());
     tokio::task::spawn_local(async move { one_pulse::run(&task_rig, shape, admission, stops, &peer).await });
     status(rig, by)

@@ -8,7 +8,7 @@ use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
 use crate::control::requester::Requester;
 use crate::control::sole_use::state::{Identification, Work};
-use crate::control::sole_use::{self, largest_force_n, look, resting_device};
+use crate::control::sole_use::{self, begin_motion, largest_force_n, look, resting_device};
 use crate::telemetry::excitation::ObservedExcitation;
 use crate::telemetry::motion::Motion;
 use haptic_core::rig_friction::RigFriction;
@@ -130,14 +130,7 @@ pub(in crate::control) async fn excite(
     excitation.check()?;
     // Now, while the client waits for the answer.
     let admission = admission::admit(rig, Purpose::Identification).await?;
-    let stops = {
-        let mut sole_use = rig.sole_use().borrow_mut();
-        let Some(current) = sole_use.as_mut().filter(|current| !current.moving) else {
-            return Err(WireError::new(ErrorCode::WrongState, "an excitation is under way"));
-        };
-        current.moving = true;
-        current.stops
-    };
+    let stops = begin_motion(rig, by.session)?;
     let (task_rig, peer) = (Rc::clone(rig), by.peer.clone());
     tokio::task::spawn_local(async move { one_excitation::run(&task_rig, excitation, admission, stops, &peer).await });
     status(rig, by)

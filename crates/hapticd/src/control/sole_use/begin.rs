@@ -43,7 +43,8 @@ pub(in crate::control) async fn begin(
     else {
         return wrong(&format!("cannot {verb}: no device is connected"));
     };
-    if !rig.leases().is_held_by(by.session) || rig.leases().timeout_ms(by.session) > LONGEST_COMMISSION_LEASE_MS {
+    let timeout_ms = rig.leases().timeout_ms(by.session);
+    if timeout_ms.is_none_or(|timeout_ms| timeout_ms > LONGEST_COMMISSION_LEASE_MS) {
         return wrong(&format!(
             "cannot {verb} without a lease: take one of at most {LONGEST_COMMISSION_LEASE_MS} ms first (`lease`), so \
              that the {name} ends if this client dies"
@@ -96,6 +97,22 @@ pub(in crate::control) fn resting_device(rig: &RigHandle) -> Result<ConnectedDev
         return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     }
     Ok(current.device.clone())
+}
+
+/// Begins a motion of a client that has the rig to itself; returns the count of stops when its sole
+/// use began.
+///
+/// # Errors
+/// Its sole use has ended, or a motion is under way.
+pub(in crate::control) fn begin_motion(rig: &RigHandle, session: u64) -> Result<u64, WireError> {
+    resting_device(rig)?;
+    let mut sole_use = rig.sole_use().borrow_mut();
+    // Another client may have begun while this one waited.
+    let Some(current) = sole_use.as_mut().filter(|current| current.session == session) else {
+        return Err(WireError::new(ErrorCode::WrongState, "another client has the rig to itself").about("state"));
+    };
+    current.moving = true;
+    Ok(current.stops)
 }
 
 /// The force limit of the rig, N: the smaller of the daemon's and the device's; and the largest

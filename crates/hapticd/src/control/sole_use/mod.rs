@@ -11,5 +11,5 @@ pub(in crate::control) mod lent_loop;
 pub(in crate::control) mod state;
 mod watch;
 
-pub(in crate::control) use begin::{begin, closed, end, largest_force_n, resting_device};
+pub(in crate::control) use begin::{begin, begin_motion, closed, end, largest_force_n, resting_device};
 pub(in crate::control) use watch::{by, keep_out, look};

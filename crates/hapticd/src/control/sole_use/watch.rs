@@ -2,7 +2,7 @@
 
 use crate::control::RigHandle;
 use crate::control::connected_device::ConnectedDevice;
-use haptic_ipc::{ErrorCode, Peer, WireError};
+use haptic_ipc::{ErrorCode, LONGEST_COMMISSION_LEASE_MS, Peer, WireError};
 
 /// The client that has the rig to itself.
 pub(in crate::control) fn by(rig: &RigHandle) -> Option<Peer> {
@@ -30,7 +30,8 @@ pub(in crate::control) fn keep_out(rig: &RigHandle, what: &str) -> Result<(), Wi
     Err(WireError::new(ErrorCode::Commissioning, message).about("state"))
 }
 
-/// Ends the sole use if the rig was stopped, its device has changed, or its lease has expired.
+/// Ends the sole use if the rig was stopped, its device has changed, or its lease has expired or was
+/// lengthened.
 pub(in crate::control) fn look(rig: &RigHandle) {
     let mut sole_use = rig.sole_use().borrow_mut();
     let Some(current) = sole_use.as_mut().filter(|current| current.ended.is_none()) else {
@@ -41,7 +42,16 @@ pub(in crate::control) fn look(rig: &RigHandle) {
         current.end("the rig was stopped");
     } else if connection != Some(current.device.connection) {
         current.end("the device was disconnected");
-    } else if !rig.leases().is_held_by(current.session) {
-        current.end("the lease of its client has expired");
+    } else {
+        match rig.leases().timeout_ms(current.session) {
+            None => current.end("the lease of its client has expired"),
+            Some(timeout_ms) if timeout_ms > LONGEST_COMMISSION_LEASE_MS => {
+                current.end(&format!(
+                    "its client has taken a lease of {timeout_ms} ms, and at most {LONGEST_COMMISSION_LEASE_MS} ms \
+                     are allowed"
+                ));
+            }
+            Some(_) => {}
+        }
     }
 }
