@@ -36,7 +36,7 @@ pub enum NotCompared {
     RowsLost,
     /// Force began to flow before the servo had settled.
     ForceTooSoon,
-    /// The recording does not hold the scene: a pulse of a commissioning, or a scene from before it began.
+    /// The recording does not hold the scene: a pulse, an excitation, or a scene from before it began.
     UnknownScene,
     /// The device fell silent. The force then depends on its period over a time before the recording.
     DeviceSilent,
@@ -49,7 +49,9 @@ impl std::fmt::Display for NotCompared {
             Self::BeganWithForce => "the recording began while force flowed",
             Self::RowsLost => "rows were lost before, and the force had not been zero since",
             Self::ForceTooSoon => "force began to flow before the estimate of velocity had settled",
-            Self::UnknownScene => "the scene is not in the recording (a commissioning pulse)",
+            Self::UnknownScene => {
+                "the scene is not in the recording (a pulse or an excitation, or one from before it began)"
+            }
             Self::DeviceSilent => "the device fell silent, and its exact period was set before the recording began",
         })
     }
@@ -172,6 +174,10 @@ impl Stepper {
             self.wait(NotCompared::RowsLost);
         }
         self.last_tick = Some(row.tick);
+        if word(row).is_motion() {
+            self.wait(NotCompared::UnknownScene);
+            return Ok(Stepped::Unknown(NotCompared::UnknownScene));
+        }
         if let Phase::Waiting(why) = self.phase {
             return self.begin(row, why);
         }

@@ -4,7 +4,7 @@ use super::session::{Happening, Session, compared, eventful, metadata, reasons};
 use crate::recording::{self, Entry, Mark};
 use crate::replay::{Comparison, NotCompared, replay};
 use haptic_core::Scene;
-use haptic_core::servo::Command;
+use haptic_core::servo::{Command, InputWord};
 use haptic_ipc::RigState;
 use std::time::{Duration, Instant};
 
@@ -127,6 +127,34 @@ fn the_ticks_of_a_scene_that_is_not_in_the_recording_are_not_compared() {
     let report = compared(&entries);
     assert_eq!(reasons(&report), [NotCompared::Settling, NotCompared::UnknownScene]);
     assert!(report.differing == 0 && report.with_force > 300, "{report:?}");
+}
+
+#[test]
+fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
+    let mut entries = eventful().entries;
+    let mut rows = entries.iter_mut().filter_map(|entry| match entry {
+        Entry::Row(row) => Some(row),
+        Entry::Mark(_) => None,
+    });
+    // While the rig is without force, it is lent to a motion that nothing else in the recording tells of.
+    for row in rows.by_ref().skip(50).take(40) {
+        row.input_flags = InputWord {
+            flags: row.input_flags,
+            detail: 0,
+        }
+        .with_motion(true)
+        .flags;
+        row.block_position_m += 1e-3;
+        row.command_force_n = 0.7;
+    }
+    let report = compared(&entries);
+    assert_eq!(report.differing, 0, "{report:?}");
+    let motion = report
+        .uncompared
+        .iter()
+        .find(|one| one.reason == NotCompared::UnknownScene);
+    assert_eq!(motion.expect("it is told").ticks, 40, "{report:?}");
+    assert!(report.with_force > 900 && report.is_exact(), "{report:?}");
 }
 
 #[test]
