@@ -118,7 +118,7 @@ enum Command {
     #[command(after_help = commission::HELP)]
     Commission(commission::Arguments),
     /// Identify mass and friction from a record of motion and force, of what the rig moves, or of the rig itself
-    Identify(identify::Arguments),
+    Identify(Box<identify::Arguments>),
     /// Wait until a condition holds, as in --until state=engaged
     #[command(after_help = wait::help())]
     Wait(wait::Arguments),

@@ -50,7 +50,7 @@ pub(crate) struct MotionArguments {
 
     /// Replace an existing recording
     #[arg(long, requires = "record")]
-    replace: bool,
+    force: bool,
 }
 
 /// The ticks of all motions.
@@ -79,7 +79,7 @@ impl MotionArguments {
         self.agree(session, &bounds, of_rig).await?;
         let notes = "haptic-ctl identify moved the rig: where bit 22 of input_flags is set, command_force_N drives the \
                      handle, and the block is the reference";
-        session.listen(self.record.as_deref(), self.replace, notes).await?;
+        session.listen(self.record.as_deref(), self.force, notes).await?;
         let chirp = self.chirp(session, &bounds).await?;
         let ramps = session.excite("ramps", bounds.ramps(self.ramps)).await?;
         let last = if of_rig {

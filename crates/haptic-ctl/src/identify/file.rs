@@ -74,7 +74,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "FILE", required_unless_present_any = ["run", "rig"], conflicts_with_all = ["run", "rig"])]
     file: Option<PathBuf>,
 
-    /// Column of times [default: t_s, time, ...]
+    /// Column of times, in s or in the unit at the end of its name (ms, us, ns) [default: t_s, time, ...]
     #[arg(long, value_name = "NAME", requires = "file")]
     time_column: Option<String>,
 
@@ -90,13 +90,15 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAME", requires = "file")]
     force_column: Option<String>,
 
-    /// Newtons a unit of the force column; negative where the sensor points against the position
-    #[arg(long, value_name = "N", default_value_t = 1.0, allow_hyphen_values = true)]
-    force_gain: f64,
+    /// Newtons a unit of the force column; negative where the sensor points against the position [default: the
+    /// unit at the end of the column's name, as in load_kN, else 1]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "file")]
+    force_gain: Option<f64>,
 
-    /// Metres a unit of the position column
-    #[arg(long, value_name = "M", default_value_t = 1.0, allow_hyphen_values = true)]
-    position_gain: f64,
+    /// Metres a unit of the position column [default: the unit at the end of its name, as in x_mm or "x [um]", else
+    /// 1]
+    #[arg(long, value_name = "M", allow_hyphen_values = true, requires = "file")]
+    position_gain: Option<f64>,
 
     /// File of another recorder with its own clock, which holds the forces
     #[arg(long, value_name = "OTHER.csv", requires = "file")]
@@ -167,11 +169,14 @@ pub(super) fn run(
     options.offset_n = options.offset_n.or(loaded.offset_n);
     if source.force_path.is_some() {
         options.longest_shift_s = SHIFT_OF_TWO_RECORDERS_S;
+    } else if loaded.has_one_clock {
+        options.longest_shift_s = 0.0;
     }
     let mut found: Identified = identify::identify(&loaded.record, &options)
         .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
     found.notes.splice(0..0, loaded.notes);
     bar.finish_and_clear();
+    let shown = report::show(&found, json);
     output.write(&path.display().to_string(), &loaded.record, &found)?;
-    report::show(&found, json)
+    shown
 }

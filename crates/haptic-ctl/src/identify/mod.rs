@@ -62,10 +62,12 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     if arguments.rig {
         return rig::run(daemon, &arguments.excite, arguments.absolute_position, json).await;
     }
+    arguments.output.check_folders()?;
     let options = arguments.wanted.options();
     let (record, found) = run::run(daemon, &arguments.excite, &options, arguments.whole).await?;
+    let shown = report::show(&found, json);
     arguments.output.write("the rig", &record, &found)?;
-    report::show(&found, json)
+    shown
 }
 
 /// Identifies a file.

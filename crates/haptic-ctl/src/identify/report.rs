@@ -43,6 +43,18 @@ impl Arguments {
         }
     }
 
+    /// Refuses outputs in folders that are not there, before the rig is moved for nothing.
+    pub(super) fn check_folders(&self) -> Result<(), Failure> {
+        let files = self.out.iter().chain(self.plot.iter().map(|(path, _)| path));
+        for file in files {
+            let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+            if folder.is_some_and(|folder| !folder.is_dir()) {
+                return Err(Failure::Usage(format!("{}: there is no such folder", file.display())));
+            }
+        }
+        Ok(())
+    }
+
     /// Writes what was asked for. A scene is not written where the record does not determine one; the report says so.
     pub(super) fn write(&self, origin: &str, record: &Record, found: &Identified) -> Result<(), Failure> {
         if let Some((path, format)) = &self.plot {

@@ -4,6 +4,7 @@ use super::ticks::Ticks;
 use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
+use crate::record::not_created;
 use crate::{beginning, progress};
 use haptic_core::Excitation;
 use haptic_core::rig_friction::RigFriction;
@@ -77,8 +78,7 @@ impl<'a> Session<'a> {
         let (status, metadata) = beginning::subscribe(self.daemon, subscription, Some(notes.to_owned())).await?;
         self.period_s = 1.0 / status.rate_hz;
         let Some(file) = file else { return Ok(()) };
-        let recorder =
-            recording::create(file, &metadata, replace).map_err(|error| Failure::Usage(error.to_string()))?;
+        let recorder = recording::create(file, &metadata, replace).map_err(|error| not_created(&error))?;
         self.recorder = Some(recorder);
         Ok(())
     }

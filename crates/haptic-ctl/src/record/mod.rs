@@ -318,7 +318,7 @@ fn not_written(file: &Path, error: &io::Error) -> Failure {
     })
 }
 
-fn not_created(error: &CreateError) -> Failure {
+pub(crate) fn not_created(error: &CreateError) -> Failure {
     match error {
         CreateError::File { path, source } => match source.kind() {
             io::ErrorKind::AlreadyExists => exists(path),

@@ -190,6 +190,9 @@ fn tell_drift(found: &mut Identified, slides: &Slides) {
 /// Finds the clocks' shift and gives the force on the positions' clock.
 fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &mut Identified) -> Vec<f64> {
     let unshifted = problem.grid.force_shifted(0.0);
+    if options.longest_shift_s <= 0.0 {
+        return unshifted;
+    }
     let of = |problem: &Problem<'_>| {
         let rows = window::choose(problem, shape).ok()?;
         clocks::find(problem.grid, &rows, shape, problem.known_mass, options.longest_shift_s)

@@ -174,6 +174,9 @@ pub(super) fn refuse_one_direction(found: &mut Identified, slides: &Slides, prob
 
 /// Takes back what the fit holds too loosely.
 pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides: &Slides, options: &Options) {
+    if refuse_reversed(found, options) {
+        return;
+    }
     refuse_poor_mass(found, slides, options);
     let (slow, fast) = speeds(problem.motion);
     if slides.fit.shape.sides != [true; 2] {
@@ -218,6 +221,38 @@ pub(super) fn refuse_poor(found: &mut Identified, problem: &Problem<'_>, slides:
     }
 }
 
+/// Refuses everything where friction would push: the force or the position has the other sign.
+fn refuse_reversed(found: &mut Identified, options: &Options) -> bool {
+    let highest = ["positive", "negative"].map(|direction| {
+        let interval = found.intervals.get(&format!("dynamic_force_N.{direction}"));
+        interval.map_or(f64::INFINITY, |[_, high]| *high)
+    });
+    let Some(dynamic) = found.dynamic_force_n.filter(|_| highest.iter().all(|high| *high < 0.0)) else {
+        return false;
+    };
+    let reason = format!(
+        "the force points against the motion: it would be a friction of {:.4} N in the positive and {:.4} N in the \
+         negative direction",
+        dynamic.positive, dynamic.negative
+    );
+    let names = ["mass_kg", "dynamic_force_N", "viscous_Ns_per_m", "static_force_N"];
+    found
+        .refused
+        .retain(|refusal| !names.contains(&refusal.parameter.as_str()));
+    for name in names {
+        if name == "mass_kg" && options.mass_kg.is_some() {
+            continue;
+        }
+        withdraw(
+            found,
+            name,
+            reason.clone(),
+            "check the signs: a sensor that points against the position wants a negative --force-gain",
+        );
+    }
+    true
+}
+
 fn refuse_poor_mass(found: &mut Identified, slides: &Slides, options: &Options) {
     if options.mass_kg.is_some() {
         return;
@@ -253,6 +288,7 @@ fn withdraw(found: &mut Identified, name: &str, reason: String, instead: &str) {
     match name {
         "mass_kg" => found.mass_kg = None,
         "viscous_Ns_per_m" => found.viscous_ns_per_m = None,
+        "static_force_N" => found.static_force_n = None,
         _ => found.dynamic_force_n = None,
     }
     found

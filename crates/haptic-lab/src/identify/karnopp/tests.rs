@@ -281,6 +281,24 @@ fn what_the_motion_cannot_tell_is_refused_by_name() {
 }
 
 #[test]
+fn a_force_that_points_against_the_motion_is_refused_with_its_cause() {
+    let mut record = record(alike(), 3);
+    record.force_n.iter_mut().for_each(|force| *force = -*force);
+    let found = found(&record);
+    assert!(found.mass_kg.is_none() && found.dynamic_force_n.is_none(), "{found:#?}");
+    assert!(found.viscous_ns_per_m.is_none() && found.static_force_n.is_none());
+    assert_eq!(
+        refused(&found),
+        ["mass_kg", "dynamic_force_N", "viscous_Ns_per_m", "static_force_N"],
+        "{found:#?}"
+    );
+    for refusal in &found.refused {
+        assert!(refusal.reason.contains("against the motion"), "{refusal:?}");
+        assert!(refusal.instead.contains("--force-gain"), "{refusal:?}");
+    }
+}
+
+#[test]
 fn a_known_mass_is_taken_and_not_identified() {
     let options = Options {
         mass_kg: Some(0.5),

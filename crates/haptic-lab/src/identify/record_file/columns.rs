@@ -41,6 +41,21 @@ impl Quantity {
         }
     }
 
+    /// SI units a unit of a column of this name: what its last word tells, else 1.
+    pub(super) fn unit(self, plain: &str) -> f64 {
+        match (self, plain.rsplit('_').next()) {
+            (Self::Time, Some("ms")) | (Self::Position, Some("mm")) | (Self::Force, Some("mn")) => 1e-3,
+            (Self::Time, Some("us")) | (Self::Position, Some("um")) => 1e-6,
+            (Self::Time, Some("ns")) => 1e-9,
+            (Self::Position, Some("cm")) => 1e-2,
+            (Self::Force, Some("kn")) => 1e3,
+            _ => {
+                let usual = self.usual().iter().find(|(usual, _)| *usual == plain);
+                usual.map_or(1.0, |(_, unit)| *unit)
+            }
+        }
+    }
+
     /// Names by which it is found, the likelier first, with SI units a unit.
     pub(super) const fn usual(self) -> &'static [(&'static str, f64)] {
         match self {

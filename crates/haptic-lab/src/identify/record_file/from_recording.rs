@@ -2,18 +2,24 @@
 
 use super::{Loaded, MovingMass, RecordFileError, Source};
 use crate::identify::Record;
-use crate::recording;
+use crate::recording::{self, Mark, Recording};
 use haptic_core::servo::InputWord;
 use haptic_ipc::{RigState, Sample};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// How a recording of each format begins.
-const BEGINNINGS: [&[u8]; 3] = [b"# hapticd recording", b"\x89MCAP", b"PAR1"];
+/// What a recording is, by its beginning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Beginning {
+    /// CSV.
+    Text,
+    /// MCAP or Parquet.
+    Binary,
+}
 
-/// Whether a file begins as a recording does.
-pub(super) fn is_recording(path: &Path) -> Result<bool, RecordFileError> {
+/// What a file is, if it begins as a recording does.
+pub(super) fn beginning(path: &Path) -> Result<Option<Beginning>, RecordFileError> {
     let mut beginning = Vec::new();
     File::open(path)
         .and_then(|file| file.take(32).read_to_end(&mut beginning))
@@ -21,7 +27,12 @@ pub(super) fn is_recording(path: &Path) -> Result<bool, RecordFileError> {
             path: path.to_path_buf(),
             source,
         })?;
-    Ok(BEGINNINGS.iter().any(|each| beginning.starts_with(each)))
+    let is = |each: &[u8]| beginning.starts_with(each);
+    Ok(if is(b"# hapticd recording") {
+        Some(Beginning::Text)
+    } else {
+        (is(b"\x89MCAP") || is(b"PAR1")).then_some(Beginning::Binary)
+    })
 }
 
 fn is_excited(row: &Sample) -> bool {
@@ -71,6 +82,7 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         })?;
     let mut loaded = Loaded {
         offset_n: is_block.then_some(0.0),
+        has_one_clock: true,
         ..Loaded::default()
     };
     loaded.notes.push(if is_block {
@@ -105,6 +117,41 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         record.velocity_mps.iter_mut().for_each(|all| all.push(velocity));
         record.force_n.push(force);
     }
+    if is_block && let Some(stiffness) = coupling_stiffness(&recording, stretch[0].revision) {
+        add_bend(&mut record, stiffness);
+    }
+    for position in &mut record.position_m {
+        *position *= source.position_gain.unwrap_or(1.0);
+    }
+    for velocity in record.velocity_mps.iter_mut().flatten() {
+        *velocity *= source.position_gain.unwrap_or(1.0);
+    }
+    for force in &mut record.force_n {
+        *force *= source.force_gain.unwrap_or(1.0);
+    }
     loaded.record = record;
     Ok(loaded)
+}
+
+/// Stiffness of the coupling of a scene, N/m, if the recording holds it.
+fn coupling_stiffness(recording: &Recording, revision: u64) -> Option<f64> {
+    let arrived = recording.marks.iter().find_map(|(_, mark)| match mark {
+        Mark::Scene {
+            revision: of,
+            arrival: Some(arrival),
+            ..
+        } if *of == revision => Some(&arrival.scene),
+        _ => None,
+    });
+    let first = (recording.metadata.revision == revision).then_some(&recording.metadata.scene);
+    arrived.or(first)?.coupling.map(|coupling| coupling.stiffness)
+}
+
+/// Adds to each force what the coupling's force bends by between two samples, `K/12` times the second
+/// difference of the block's position: its mean is less than that of the samples, and would take
+/// `K T^2/12` from the mass.
+fn add_bend(record: &mut Record, stiffness: f64) {
+    for (force, x) in record.force_n.iter_mut().skip(1).zip(record.position_m.windows(3)) {
+        *force += stiffness / 12.0 * (x[0] - 2.0 * x[1] + x[2]);
+    }
 }

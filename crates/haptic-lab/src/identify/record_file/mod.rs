@@ -19,6 +19,7 @@ mod table;
 pub use columns::Columns;
 
 use super::Record;
+use from_recording::Beginning;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -43,10 +44,11 @@ pub struct Source {
     pub force_path: Option<PathBuf>,
     /// Names of columns.
     pub columns: Columns,
-    /// Newtons a unit of the force column; negative where the sensor points the other way.
-    pub force_gain: f64,
-    /// Metres a unit of the position column.
-    pub position_gain: f64,
+    /// Newtons a unit of the force column; negative where the sensor points the other way. `None` for
+    /// the unit that the column's name tells, or N.
+    pub force_gain: Option<f64>,
+    /// Metres a unit of the position column; `None` for the unit that the column's name tells, or m.
+    pub position_gain: Option<f64>,
     /// What a recording of hapticd is to tell of.
     pub moving: MovingMass,
 }
@@ -59,8 +61,8 @@ impl Source {
             path: path.to_path_buf(),
             force_path: None,
             columns: Columns::default(),
-            force_gain: 1.0,
-            position_gain: 1.0,
+            force_gain: None,
+            position_gain: None,
             moving: MovingMass::Auto,
         }
     }
@@ -73,6 +75,8 @@ pub struct Loaded {
     pub record: Record,
     /// The constant force, N, where it is known: that of a computed force is 0.
     pub offset_n: Option<f64>,
+    /// Whether positions and forces are known to be of one clock.
+    pub has_one_clock: bool,
     /// Which columns were read, and what was left out.
     pub notes: Vec<String>,
 }
@@ -118,6 +122,12 @@ pub enum RecordFileError {
         header: String,
         /// Names that are found by themselves.
         usual: String,
+    },
+    /// Columns of a recording that is not text are named.
+    #[error("{}: the columns of a recording in MCAP or Parquet cannot be named; `haptic-ctl recording export` makes CSV of it", .path.display())]
+    NoTable {
+        /// The file.
+        path: PathBuf,
     },
     /// A name is there twice.
     #[error("{}: {count} columns are named `{column}`", .path.display())]
@@ -192,24 +202,21 @@ pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         ("--force-gain", source.force_gain),
         ("--position-gain", source.position_gain),
     ] {
-        if !value.is_finite() || value == 0.0 {
+        if let Some(value) = value.filter(|value| !value.is_finite() || *value == 0.0) {
             return Err(RecordFileError::Gain { option, value });
         }
     }
-    let mut loaded = if from_recording::is_recording(&source.path)? && source.columns == Columns::default() {
-        from_recording::read(source)?
-    } else {
-        table::read(source)?
+    let beginning = from_recording::beginning(&source.path)?;
+    let mut loaded = match beginning {
+        Some(Beginning::Text) if source.columns != Columns::default() => table::read(source)?,
+        Some(Beginning::Binary) if source.columns != Columns::default() => {
+            return Err(RecordFileError::NoTable {
+                path: source.path.clone(),
+            });
+        }
+        Some(_) => from_recording::read(source)?,
+        None => table::read(source)?,
     };
-    for position in &mut loaded.record.position_m {
-        *position *= source.position_gain;
-    }
-    for velocity in loaded.record.velocity_mps.iter_mut().flatten() {
-        *velocity *= source.position_gain;
-    }
-    for force in &mut loaded.record.force_n {
-        *force *= source.force_gain;
-    }
     if let Some(note) = velocity_note(&loaded.record) {
         loaded.notes.push(note);
     }

@@ -64,6 +64,7 @@ fn loaded(mut table: Table, force_n: Vec<f64>) -> Loaded {
             resolution_m: None,
         },
         offset_n: None,
+        has_one_clock: false,
         notes: table.notes,
     }
 }
@@ -148,7 +149,10 @@ impl Table {
             places
                 .iter()
                 .flatten()
-                .map(|(place, _)| names[*place])
+                .map(|(place, unit)| match unit {
+                    1.0 => names[*place].to_owned(),
+                    unit => format!("{} (x {unit})", names[*place]),
+                })
                 .collect::<Vec<_>>()
                 .join(", ")
         ));
@@ -224,24 +228,19 @@ fn find(
             }),
         }
     };
+    // A gain that is given is what a unit of the column is, whatever its name tells.
+    let gain = match quantity {
+        Quantity::Time => None,
+        Quantity::Position | Quantity::Velocity => source.position_gain,
+        Quantity::Force => source.force_gain,
+    };
     if let Some(name) = source.columns.named(quantity) {
         let place = at(name, &|other| other == name)?.ok_or_else(missing)?;
-        // A name that tells its unit is believed; one that tells none is in SI units.
-        let plain = plain(name);
-        let unit = match (quantity, plain.rsplit('_').next()) {
-            (Quantity::Time, Some("ms")) => 1e-3,
-            (Quantity::Time, Some("us")) => 1e-6,
-            (Quantity::Time, Some("ns")) => 1e-9,
-            _ => {
-                let usual = quantity.usual().iter().find(|(usual, _)| *usual == plain);
-                usual.map_or(1.0, |(_, unit)| *unit)
-            }
-        };
-        return Ok(Some((place, unit)));
+        return Ok(Some((place, gain.unwrap_or_else(|| quantity.unit(&plain(name))))));
     }
     for (usual, unit) in quantity.usual() {
         if let Some(place) = at(usual, &|other| plain(other) == *usual)? {
-            return Ok(Some((place, *unit)));
+            return Ok(Some((place, gain.unwrap_or(*unit))));
         }
     }
     if quantity == Quantity::Velocity {

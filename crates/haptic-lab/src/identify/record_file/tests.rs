@@ -42,12 +42,32 @@ fn gains_and_names_say_what_a_column_is() {
         source.columns.time = Some("clock".to_owned());
         source.columns.position = Some("encoder".to_owned());
         source.columns.force = Some("cell".to_owned());
-        source.position_gain = -1e-5;
-        source.force_gain = 35.15;
+        source.position_gain = Some(-1e-5);
+        source.force_gain = Some(35.15);
     })
     .expect("a record");
     assert!((loaded.record.position_m[0] + 0.04).abs() < 1e-12);
     assert!((loaded.record.force_n[1] - 87.875).abs() < 1e-9);
+}
+
+#[test]
+fn the_unit_in_a_name_counts_unless_a_gain_says_otherwise() {
+    let text = "Zeit (ms);Weg [mm];load_kN\n0;4,5;0,002\n1;4,6;0,002\n";
+    let read = |position_gain| {
+        let loaded = read_text(text, |source| {
+            source.columns.time = Some("Zeit (ms)".to_owned());
+            source.columns.position = Some("Weg [mm]".to_owned());
+            source.columns.force = Some("load_kN".to_owned());
+            source.position_gain = position_gain;
+        });
+        let Loaded { record, notes, .. } = loaded.expect("a record");
+        assert!(notes[0].contains("load_kN (x 1000)"), "{notes:?}");
+        assert!((record.t_s[1] - 1e-3).abs() < 1e-15 && (record.force_n[0] - 2.0).abs() < 1e-12);
+        record.position_m[0]
+    };
+    assert!((read(None) - 4.5e-3).abs() < 1e-15);
+    assert!((read(Some(1e-3)) - 4.5e-3).abs() < 1e-15);
+    assert!((read(Some(-2e-3)) + 9e-3).abs() < 1e-15);
 }
 
 #[test]
@@ -67,7 +87,7 @@ fn a_bad_file_is_refused_by_line_and_column() {
             assert!(message.contains(part), "{message} lacks {part}");
         }
     }
-    let message = read_text("t,x,f\n0,1,2\n", |source| source.force_gain = 0.0)
+    let message = read_text("t,x,f\n0,1,2\n", |source| source.force_gain = Some(0.0))
         .expect_err("a gain")
         .to_string();
     assert!(message.contains("--force-gain = 0"), "{message}");
@@ -102,6 +122,19 @@ fn forces_come_from_another_file_with_its_own_rate_and_clock() {
         loaded.notes.iter().any(|note| note.contains("no time in common")),
         "{:?}",
         loaded.notes
+    );
+}
+
+#[test]
+fn the_columns_of_a_binary_recording_cannot_be_named() {
+    let (_folder, path) = write("r.mcap", "\u{89}MCAP0\r\n");
+    std::fs::write(&path, b"\x89MCAP0\r\n").expect("written");
+    let mut source = Source::new(&path);
+    source.columns.force = Some("command_force_N".to_owned());
+    let message = read(&source).expect_err("no table").to_string();
+    assert!(
+        message.contains("MCAP or Parquet") && message.contains("recording export"),
+        "{message}"
     );
 }
 
