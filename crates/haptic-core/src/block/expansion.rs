@@ -124,6 +124,8 @@ impl Start {
         expansion
     }
 
+    /// Adds orders where the series are: none is copied while its newest coefficients are on their
+    /// way to memory.
     #[inline(never)]
     fn add_orders<R: Recurrence>(&self, viscous: f64, law: &mut R, expansion: &mut Expansion) {
         let mut growing = Growing {

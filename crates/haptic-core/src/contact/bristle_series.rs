@@ -2,7 +2,6 @@
 //! follows it by its elastic share, `p' = sigma w rho`, and the friction `p + sigma1 w rho`.
 
 use super::level::FallSeries;
-use crate::block::Start;
 use crate::series::{Newest, Path, Products, RECIPROCAL, Recurrence, Series, inner, integral_of_product};
 
 /// A bristle this near its steady force, N, is there: its tail would be stiff, and is not felt.
@@ -20,33 +19,34 @@ pub(crate) struct BristleForce<const DAMPED: bool> {
     force: Series,
     /// `w rho`, m/s.
     taken: Series,
-    /// What of the newest coefficient of the speed it takes up, from order 1 on.
+    /// Share of the speed's newest coefficient in that of `w rho`, from order 1 on.
     uptake: f64,
     last: usize,
 }
 
 impl BristleForce<true> {
-    /// `stiffness` is `sigma`, N/m, `damping` `sigma1`, N s/m, and `force` what it has along the
-    /// motion, N.
+    /// `duration_s` is the series' own time, s, `stiffness` `sigma`, N/m, `damping` `sigma1`, N s/m,
+    /// and `force` what it has along the motion, N.
     #[inline(always)]
-    pub(crate) fn new(start: &Start, stiffness: f64, damping: f64, force: f64) -> Self {
-        Self::with(start, stiffness, damping, force)
+    pub(crate) fn new(duration_s: f64, stiffness: f64, damping: f64, force: f64) -> Self {
+        Self::with(duration_s, stiffness, damping, force)
     }
 }
 
 impl BristleForce<false> {
-    /// `stiffness` is `sigma`, N/m, and `force` what it has along the motion, N.
+    /// `duration_s` is the series' own time, s, `stiffness` `sigma`, N/m, and `force` what it has
+    /// along the motion, N.
     #[inline(always)]
-    pub(crate) fn undamped(start: &Start, stiffness: f64, force: f64) -> Self {
-        Self::with(start, stiffness, 0.0, force)
+    pub(crate) fn undamped(duration_s: f64, stiffness: f64, force: f64) -> Self {
+        Self::with(duration_s, stiffness, 0.0, force)
     }
 }
 
 impl<const DAMPED: bool> BristleForce<DAMPED> {
     #[inline(always)]
-    fn with(start: &Start, stiffness: f64, damping: f64, force: f64) -> Self {
+    fn with(duration_s: f64, stiffness: f64, damping: f64, force: f64) -> Self {
         Self {
-            rate: stiffness * start.remaining_s,
+            rate: stiffness * duration_s,
             damping,
             at_start: force,
             force: Series::ZERO,
@@ -66,17 +66,18 @@ impl<const DAMPED: bool> BristleForce<DAMPED> {
         self.force.get(n)
     }
 
-    /// Takes the coefficient of order 0 of `w rho`, and what of the speed's newest coefficient those
-    /// of the others take up beside what is known; gives that of the friction, N.
+    /// Takes the coefficient of order 0 of `w rho`, and the share of the speed's newest coefficient
+    /// that later ones contain. Gives the coefficient of the friction, N.
     #[inline(always)]
     pub(crate) fn begin(&mut self, taken: f64, uptake: f64) -> f64 {
         self.uptake = uptake;
         self.force.set(0, self.at_start);
-        self.take::<0>(taken)
+        self.take::<0>(taken);
+        self.friction::<0>(taken)
     }
 
-    /// Takes the coefficient of order `N` of `w rho`, from 1 on, as far as it is known without the
-    /// newest coefficient of the speed, and gives as much of that of the friction, N.
+    /// Takes the coefficient of order `N` of `w rho`, from 1 on, without that share. Gives the
+    /// coefficient of the friction without it, N.
     #[inline(always)]
     pub(crate) fn next<const N: usize>(&mut self, known: f64, newest: Newest) -> f64 {
         self.take::<N>(known + self.uptake * newest.speed);
@@ -84,11 +85,10 @@ impl<const DAMPED: bool> BristleForce<DAMPED> {
     }
 
     #[inline(always)]
-    fn take<const N: usize>(&mut self, taken: f64) -> f64 {
+    fn take<const N: usize>(&mut self, taken: f64) {
         self.taken.set(N, taken);
         self.force.set(N + 1, self.rate * RECIPROCAL[N + 1] * taken);
         self.last = N + 1;
-        self.friction::<N>(taken)
     }
 
     #[inline(always)]
@@ -97,7 +97,7 @@ impl<const DAMPED: bool> BristleForce<DAMPED> {
         if DAMPED { force + self.damping * taken } else { force }
     }
 
-    /// What the newest coefficient of the speed adds to that of the friction, N s/m.
+    /// [`Recurrence::newest_damping`].
     pub(crate) fn newest_damping(&self) -> f64 {
         self.damping * self.uptake
     }
@@ -130,7 +130,7 @@ impl<const DAMPED: bool> BristleForce<DAMPED> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TowardsLimit<const DAMPED: bool> {
     pub(crate) bristle: BristleForce<DAMPED>,
-    /// `r'` of what is taken up, over the series' own time.
+    /// Change of `r` by what is taken up, over the series' own time, s/m.
     rate: f64,
     rest_at_start: f64,
     rest: Series,
@@ -192,7 +192,7 @@ pub(crate) struct RatioSeries {
     pub(crate) at_start: f64,
     /// What a newton of the fall takes from it, 1/N.
     per_fall: f64,
-    /// What the newest coefficient of the speed adds to that of the ratio, s/m.
+    /// Share of the speed's newest coefficient in that of the ratio, s/m.
     pub(crate) per_speed: f64,
     fall: Option<FallSeries>,
     /// `E u` and `w u`.
@@ -218,7 +218,7 @@ impl RatioSeries {
         }
     }
 
-    /// Takes the order 0.
+    /// Sets the coefficients of order 0.
     #[inline(always)]
     pub(crate) fn begin(&mut self, newest: Newest) {
         let above = self.fall.as_ref().map_or(0.0, |fall| fall.at_start);
@@ -238,9 +238,8 @@ impl RatioSeries {
         self.fall.as_ref().map_or(0.0, FallSeries::size)
     }
 
-    /// Adds the coefficient of order `N`, from 1 on, for one of the force, N. Gives what of it is
-    /// known without the newest coefficient of the speed, and under a fall what of `w u` is known
-    /// without either.
+    /// Adds the coefficient of order `N`, from 1 on, for one of the force, N. Gives it without the
+    /// speed's newest coefficient, and under a fall the inner sum of `w u`.
     #[inline(always)]
     pub(crate) fn next<const N: usize>(&mut self, force: f64, newest: Newest) -> (f64, f64) {
         let (mut known, mut moved, mut above) = (self.inverse_level * force, 0.0, 0.0);

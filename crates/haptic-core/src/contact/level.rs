@@ -138,10 +138,11 @@ const COUNTS: f64 = 0.01;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FallSeries {
     inverse_square: f64,
-    /// What the newest coefficient of the speed adds to that of `q`, s/m, and to that of `E`, N s/m.
+    /// Share of the speed's newest coefficient in that of `q`, s/m.
     square_per_speed: f64,
+    /// And in that of `E`, N s/m.
     pub(crate) per_speed: f64,
-    /// N.
+    /// The force at the start, N.
     pub(crate) at_start: f64,
     /// `k q[k] E`, and the square of the speed.
     products: Products,
@@ -165,7 +166,7 @@ impl FallSeries {
         }
     }
 
-    /// Takes the order 0.
+    /// Sets the coefficients of order 0.
     #[inline(always)]
     pub(crate) fn begin(&mut self, newest: Newest) {
         self.products.set(0, [0.0, newest.speed], [self.at_start, newest.speed]);
@@ -182,8 +183,8 @@ impl FallSeries {
         COUNTS * self.newest.abs()
     }
 
-    /// Adds the coefficient of order `N`, N, from 1 on; gives what of it is known without the newest
-    /// coefficient of the speed.
+    /// Adds the coefficient of order `N`, N, from 1 on. Gives it without the speed's newest
+    /// coefficient.
     #[inline(always)]
     pub(crate) fn next<const N: usize>(&mut self, Newest { speed, .. }: Newest) -> f64 {
         let [fallen, squares] = self.products.inner::<N>();

@@ -225,7 +225,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
         if self.is_settled(along, kinetic) {
             return self.slide(start, falls_to);
         }
-        let bristle = BristleForce::new(start, self.stiffness, self.damping, along);
+        let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
         let viscous = self.viscous.get(direction);
         if along >= kinetic * (1.0 - 0.5 * BAND) {
             let mut series = TowardsLimit::new(bristle, kinetic, FINE_TOLERANCE_N);
@@ -246,7 +246,7 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
         let along = start.direction.sign() * self.force();
         let fraction = self.plasticity.fraction;
         let fall = FallSeries::new(fall, start.speed);
-        let bristle = BristleForce::new(start, self.stiffness, self.damping, along);
+        let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
         let viscous = self.viscous.get(start.direction);
         let ratio = along / (kinetic + fall.at_start);
         let (expansion, stops, leaves, bristle) = if ratio < fraction - 0.5 * BAND {
@@ -349,7 +349,7 @@ impl DelayedSeries {
         }
     }
 
-    /// Takes the order 0, and gives that of `rho`.
+    /// Sets the coefficients of order 0, and gives that of `rho`.
     #[inline(always)]
     fn begin(&mut self, newest: Newest) -> f64 {
         self.ratio.begin(newest);
@@ -361,8 +361,8 @@ impl DelayedSeries {
         share
     }
 
-    /// Adds the coefficient of order `N` of `rho`, from 1 on. Gives what of it is known without the
-    /// newest coefficient of the speed, and what of `w rho` without either.
+    /// Adds the coefficient of order `N` of `rho`, from 1 on. Gives it without the speed's newest
+    /// coefficient, and the inner sum of `w rho`.
     #[inline(always)]
     fn elastic_share<const N: usize>(&mut self, newest: Newest) -> (f64, f64) {
         let turned = self.turned.inner::<N>().map(|sum| RECIPROCAL[N] * sum);

@@ -176,7 +176,7 @@ impl PiecewiseContact for Bristle<Directional, AdhesionPlasticity> {
         if along.abs() < centre * (1.0 - 1e-12) {
             return self.stretch(start, centre, 0.0);
         }
-        let bristle = BristleForce::undamped(start, self.stiffness, along);
+        let bristle = BristleForce::undamped(start.remaining_s, self.stiffness, along);
         let viscous = self.viscous.get(direction);
         if self.plasticity.onset < NO_ONSET {
             let mut series = TowardsLimit::new(bristle, limit, FINE_TOLERANCE_N);
@@ -248,7 +248,7 @@ impl AdhesionSeries {
         }
     }
 
-    /// Takes the order 0.
+    /// Sets the coefficients of order 0.
     #[inline(always)]
     fn begin(&mut self, newest: Newest) {
         let [first, second, fourth, eighth] = self.powers;
@@ -257,8 +257,8 @@ impl AdhesionSeries {
         self.adhered.set(0, [eighth, first], [self.inverse; 2]);
     }
 
-    /// Adds the coefficient of order `N` of `rho`, from 1 on, for one of `u`; gives it, and what of
-    /// `w rho` is known before.
+    /// Adds the coefficient of order `N` of `rho`, from 1 on, for one of `u`. Gives it, and the inner
+    /// sum of `w rho`.
     #[inline(always)]
     fn elastic_share<const N: usize>(&mut self, ratio: f64, newest: Newest) -> (f64, f64) {
         let [inverted, adhered] = self.adhered.inner::<N>();

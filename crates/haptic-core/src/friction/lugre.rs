@@ -168,14 +168,14 @@ impl<L: Level> PiecewiseContact for Bristle<L, FullPlasticity> {
             None if kinetic == 0.0 && along != 0.0 => self.let_go(start),
             None if self.is_settled(along, kinetic) => self.slide(start, falls_to),
             None => {
-                let bristle = BristleForce::new(start, self.stiffness, self.damping, along);
+                let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
                 let mut series = TowardsLimit::new(bristle, kinetic, USUAL_TOLERANCE_N);
                 let mut expansion = start.expand(self.viscous.get(direction), &mut series);
                 let speed = expansion.falls_to(falls_to).then_some(falls_to);
                 self.bend(start, &expansion, speed, &series.bristle)
             }
             Some(fall) => {
-                let bristle = BristleForce::new(start, self.stiffness, self.damping, along);
+                let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
                 let ratio = RatioSeries::new(along, kinetic, Some(FallSeries::new(&fall, start.speed)));
                 let mut series = UnderCurve {
                     bristle,

@@ -6,8 +6,10 @@
 //! that sum, and a law finishes it. Its terms add up in a fixed order: the same bits in every build.
 //! The order is a constant to the compiler, so that nothing is left of the loops.
 //!
-//! A series is bound by how long each order waits for the one before it. So a law has what is known
-//! already apart from what the newest coefficients add, and few operations from one to the other.
+//! A series is bound by how long each order waits for the one before it. So a law keeps what the
+//! newest coefficients add apart from what is known already, and few operations lie between them;
+//! the share of the speed's newest coefficient in the friction does not pass through the law at all
+//! ([`Recurrence::newest_damping`]). A law with several products forms them in pairs ([`Products`]).
 
 mod products;
 mod roots;
@@ -58,7 +60,7 @@ impl Series {
 }
 
 /// The sum over `k` from 1 to `N - 1` of `a[k] b[N - k]`: of order `N` of the product what is known
-/// before its own coefficients.
+/// before its own coefficients. For several products see [`Products`].
 #[inline(always)]
 pub(crate) fn inner<const N: usize>(a: &Series, b: &Series) -> f64 {
     if N < 2 {
@@ -160,8 +162,8 @@ pub(crate) trait Recurrence {
     /// the other, from 0.
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64;
 
-    /// What the newest coefficient of the speed adds to that of the friction, N s/m; known once the
-    /// order 0 has been asked for. The next order of the motion then does not wait for the law.
+    /// Share of the speed's newest coefficient in that of the friction, N s/m, from order 1 on. It is
+    /// asked for once, after order 0. The motion's next order then does not wait for the law.
     fn newest_damping(&self) -> f64 {
         0.0
     }
