@@ -4,7 +4,7 @@
 use crate::export::{self, Picture, Rows};
 use crate::intent::Format;
 use crate::model::Model;
-use crate::recording::{Loaded, WhatIfTape};
+use crate::recording::{self, Listed, Loaded, WhatIfTape};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use egui::{ColorImage, Rect};
@@ -30,6 +30,8 @@ pub struct Files {
     writer: Writer,
     /// Ends the rendering that is under way.
     what_if_is_over: Arc<AtomicBool>,
+    /// Ends the listing that is under way.
+    list_is_over: Arc<AtomicBool>,
 }
 
 /// Starts the threads.
@@ -49,6 +51,7 @@ impl Files {
             updates,
             writer: Writer { sender, busy },
             what_if_is_over: Arc::default(),
+            list_is_over: Arc::default(),
         }
     }
 
@@ -69,6 +72,21 @@ impl Files {
         self.writer.work(&what, move || {
             let result = Loaded::read(&path).map(Box::new);
             Update::Opened { path, result }
+        });
+    }
+
+    /// Lists the recordings of a folder, in place of the listing before. What is known is not read again.
+    pub fn list(&mut self, folder: PathBuf, known: Vec<Listed>) {
+        self.list_is_over.store(true, Ordering::Release);
+        let is_over = Arc::new(AtomicBool::new(false));
+        self.list_is_over = Arc::clone(&is_over);
+        let sender = self.writer.sender.clone();
+        self.writer.work_unnoticed(move || {
+            let result = recording::list(&folder, &known, &is_over, |listed| {
+                let (folder, listed) = (folder.clone(), Box::new(listed));
+                sender.send(Update::Listed { folder, listed }).unwrap_or_default();
+            });
+            Update::ListRead { folder, result }
         });
     }
 
@@ -134,14 +152,23 @@ impl Writer {
         });
     }
 
+    /// Works on a thread of its own, and tells so.
     fn work(&self, what: &str, work: impl FnOnce() -> Update + Send + 'static) {
+        let told = self.clone();
+        let what = what.to_owned();
+        self.work_unnoticed(move || {
+            told.tell(Update::Busy(what));
+            work()
+        });
+    }
+
+    fn work_unnoticed(&self, work: impl FnOnce() -> Update + Send + 'static) {
         if self.busy.fetch_add(1, Ordering::AcqRel) >= MOST_AT_ONCE {
             self.busy.fetch_sub(1, Ordering::AcqRel);
             let why = format!("{MOST_AT_ONCE} files are being read or written already; their disk may not answer");
             self.tell(Update::Exported(Err(why)));
             return;
         }
-        self.tell(Update::Busy(what.to_owned()));
         let (sender, place) = (self.sender.clone(), Place(Arc::clone(&self.busy)));
         let works = move || {
             // Of this thread alone. If that is refused, the work is done all the same.

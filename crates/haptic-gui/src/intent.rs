@@ -1,5 +1,6 @@
 //! The intents of the user.
 
+use crate::recording::Listed;
 use haptic_core::{Direction, Scene};
 use haptic_ipc::{ChangeOptions, Request, SceneRef};
 use haptic_lab::recording::{self, Metadata};
@@ -114,6 +115,13 @@ pub enum Intent {
         /// Its file.
         path: PathBuf,
     },
+    /// List the recordings of a folder.
+    List {
+        /// The folder.
+        folder: PathBuf,
+        /// What is known of it, and is not read again.
+        known: Vec<Listed>,
+    },
     /// Render another scene along a recording's motion.
     WhatIf {
         /// Number of this question, which its answer has too.
@@ -196,6 +204,7 @@ impl Intent {
             | Self::Marker { .. }
             | Self::EndRecording
             | Self::Open { .. }
+            | Self::List { .. }
             | Self::WhatIf { .. }
             | Self::CancelWhatIf => return None,
         })
@@ -227,6 +236,7 @@ impl fmt::Display for Intent {
             Self::Marker { text, .. } => write!(f, "mark {text}"),
             Self::EndRecording => f.write_str("end the recording"),
             Self::Open { path } => write!(f, "open {}", path.display()),
+            Self::List { folder, .. } => write!(f, "list {}", folder.display()),
             Self::WhatIf { path, scene, .. } => write!(f, "render {} along {}", scene.name, path.display()),
             Self::CancelWhatIf => f.write_str("give the rendering up"),
         }

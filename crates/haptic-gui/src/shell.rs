@@ -1,9 +1,10 @@
-//! The panel as a whole: it owns the keys, the top bar, Stop and the places of everything else.
+//! The panel as a whole: it owns the keys, the top bar, Stop, the messages and the connection, so that no page
+//! can lose them. The page has what is left of the window.
 
 use crate::intent::Intent;
 use crate::model::Model;
-use crate::{plots, readouts, scene, stop_button, timing_panel, top_bar};
-use egui::{CentralPanel, Panel, Ui};
+use crate::{page_row, pages, scene, stop_button, timing_panel, top_bar};
+use egui::{Panel, Ui};
 use std::time::Instant;
 
 /// Draws the panel into the whole of `ui` and returns the user's intents, a stop always first.
@@ -33,31 +34,18 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         intents.clear();
         intents.push(Intent::Stop);
     }
+    page_row::take_keys(ui, &mut model.view.page);
     scene::take_keys(ui, &model.daemon.scene, &model.view.tuning, &mut intents);
+    pages::take_marker_key(ui, model, &mut intents);
+    take_dropped_file(ui, &mut intents);
+    Panel::top("pages").show(ui, |ui| page_row::show(ui, model));
     if model.is_connected() {
         let Model { daemon, tapes, view } = &mut *model;
         Panel::bottom("timing").show(ui, |ui| {
             timing_panel::show(ui, daemon, tapes.clipping(), &mut view.histograms_shown);
         });
-        Panel::left("scene")
-            .resizable(false)
-            .exact_size(scene::WIDTH)
-            .show(ui, |ui| scene::show(ui, &daemon.scene, &mut view.tuning, &mut intents));
     }
-    CentralPanel::default_margins().show(ui, |ui| {
-        let has_samples = model.view.scope.has_samples(&model.tapes);
-        if !model.is_connected() && model.tapes.opened().is_none() {
-            top_bar::explain_no_daemon(ui, &model.daemon, has_samples);
-        }
-        if model.is_connected() || has_samples {
-            readouts::show(ui, &model.daemon, &model.tapes);
-            plots::show(ui, model, &mut intents);
-        } else {
-            ui.add_space(12.0);
-            ui.horizontal(|ui| plots::recordings::show(ui, model, &mut intents));
-            plots::recordings::show_news(ui, &model.tapes, &mut model.view.file_notice);
-        }
-    });
+    pages::show(model.view.page, ui, model, &mut intents);
     keep_keyboard(ui, had_keyboard);
     model.view.tuning.note_sent(&intents);
     let (changes, wait) = model.due(now);
@@ -66,6 +54,12 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         ui.ctx().request_repaint_after(wait);
     }
     intents
+}
+
+/// A file that is dropped on the window is opened.
+fn take_dropped_file(ui: &Ui, intents: &mut Vec<Intent>) {
+    let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
+    intents.extend(dropped.map(|path| Intent::Open { path }));
 }
 
 /// Enter ends the typing in a field. The focus stays there: otherwise the next Tab would begin at the top of

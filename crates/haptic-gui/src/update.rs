@@ -1,7 +1,7 @@
 //! Updates: what the daemon sends, and news of connection, files and stops.
 
 use crate::intent::Intent;
-use crate::recording::{Loaded, RecordingNews, WhatIfTape};
+use crate::recording::{Listed, Loaded, RecordingNews, WhatIfTape};
 use haptic_ipc::{
     AdviceReply, ChangeReply, Description, Event, Hello, LogReply, SceneDiffReply, SceneListReply, SceneReply,
     SceneSaveReply, StateReply, Status, SubscribeReply, WireError,
@@ -68,6 +68,20 @@ pub enum Update {
         path: PathBuf,
         /// Its content.
         result: Result<Box<Loaded>, String>,
+    },
+    /// A recording of a folder.
+    Listed {
+        /// The folder.
+        folder: PathBuf,
+        /// The recording.
+        listed: Box<Listed>,
+    },
+    /// The recordings of a folder are all told, or why they cannot be.
+    ListRead {
+        /// The folder.
+        folder: PathBuf,
+        /// The outcome.
+        result: Result<(), String>,
     },
     /// What would have been felt along the opened recording.
     WhatIf {

@@ -3,6 +3,7 @@
 
 pub(crate) mod advice;
 pub(crate) mod daemon;
+pub(crate) mod recordings;
 pub(crate) mod scene;
 pub(crate) mod scope;
 pub(crate) mod stop;
@@ -12,6 +13,7 @@ pub(crate) mod view;
 
 use crate::intent::Intent;
 use crate::notice::{self, Notice};
+use crate::page::Page;
 use crate::recording::{Loaded, RecordingNews};
 use crate::update::{Answer, Update};
 use daemon::{Daemon, Link};
@@ -70,6 +72,8 @@ impl Model {
             }
             Update::Recording(news) => self.take_recording(news),
             Update::Opened { path, result } => self.take_opened(path, result),
+            Update::Listed { folder, listed } => view.recordings.take(&folder, *listed),
+            Update::ListRead { folder, result } => view.recordings.end(&folder, result),
             Update::WhatIf { number, result } => {
                 if let Some(why) = self.tapes.take_what_if(number, result) {
                     view.file_notice = Some(Notice::new(Err(why)));
@@ -101,8 +105,19 @@ impl Model {
 
     /// Sets the length of time that the plots show, s.
     pub fn show_span(&mut self, span_s: f64) {
-        let factor = self.view.scope.span_s() / span_s;
-        self.view.scope.zoom(factor, 0.0);
+        let scope = self.view.scope_mut(&self.tapes);
+        scope.zoom(scope.span_s() / span_s, 0.0);
+    }
+
+    /// The page that is shown.
+    #[must_use]
+    pub const fn page(&self) -> Page {
+        self.view.page
+    }
+
+    /// Turns to a page.
+    pub fn turn_to(&mut self, page: Page) {
+        self.view.page = page;
     }
 
     /// Where the plots were drawn, points.
@@ -163,7 +178,8 @@ impl Model {
         match result {
             Ok(mut loaded) => {
                 loaded.opened.path = path;
-                self.view.scope.open(&loaded.tape);
+                self.view.recorded.open(&loaded.tape);
+                self.view.page = Page::Record;
                 self.tapes.open(*loaded);
                 self.view.file_notice = None;
             }
@@ -174,6 +190,7 @@ impl Model {
     fn take_recording(&mut self, news: RecordingNews) {
         if let RecordingNews::Ended { path, .. } = &news {
             self.view.open_path = path.display().to_string();
+            self.view.recordings.note_change();
         }
         if let Some(told) = self.tapes.take_recording(news) {
             self.view.file_notice = Some(Notice::new(told));
@@ -198,7 +215,7 @@ impl Model {
 
 /// The scene of the samples in sight: the active one, or that of the newest sample of a recording.
 pub(crate) fn scene_seen<'a>(daemon: &'a Daemon, tapes: &'a Tapes, scope: &Scope) -> Option<&'a Scene> {
-    let Some(opened) = tapes.opened() else {
+    let Some(opened) = tapes.opened().filter(|_| !scope.is_of_rig()) else {
         return daemon.scene.active.as_ref();
     };
     let newest = scope.tape(tapes).at(scope.seen(tapes).to_s)?;

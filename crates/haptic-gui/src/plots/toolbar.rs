@@ -1,6 +1,6 @@
 //! The tools of the plots: run and freeze, zoom and move, choose, trigger, measure, export.
 
-use super::{recordings, trigger_bar};
+use super::trigger_bar;
 use crate::intent::{Format, Intent};
 use crate::model::Model;
 use crate::model::scope::Scope;
@@ -27,12 +27,12 @@ const SPAN_SIZE: Vec2 = vec2(60.0, 22.0);
 
 /// Shows the tools. A wide window has room for the readings of both cursors.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut Vec<Intent>) {
-    let is_live = model.tapes.opened().is_none();
+    let Model { tapes, view, .. } = model;
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        let Model { tapes, view, .. } = &mut *model;
-        let scope = &mut view.scope;
-        if is_live {
+        let scope = view.scope_mut(tapes);
+        let is_of_rig = scope.is_of_rig();
+        if is_of_rig {
             show_running(ui, tapes, scope);
         }
         show_moving(ui, tapes, scope);
@@ -43,20 +43,18 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut 
         }
         show_axes(ui, scope);
         ui.separator();
-        if is_live {
+        if is_of_rig {
             trigger_bar::show_mode(ui, scope);
         }
         show_cursors_toggle(ui, tapes, scope);
-        show_export(ui, &mut view.export_folder, intents);
-        recordings::show(ui, model, intents);
+        show_export(ui, &mut view.folder, intents);
     });
-    let Model { tapes, view, .. } = model;
-    recordings::show_news(ui, tapes, &mut view.file_notice);
-    if is_live && view.scope.trigger.mode() != Mode::Off {
-        ui.horizontal_wrapped(|ui| trigger_bar::show(ui, &mut view.scope));
+    let scope = view.scope_mut(tapes);
+    if scope.is_of_rig() && scope.trigger.mode() != Mode::Off {
+        ui.horizontal_wrapped(|ui| trigger_bar::show(ui, scope));
     }
-    if view.scope.cursors.shown {
-        show_cursors(ui, tapes, &mut view.scope, is_wide);
+    if scope.cursors.shown {
+        show_cursors(ui, tapes, scope, is_wide);
     }
 }
 
