@@ -99,6 +99,9 @@ impl App {
             Intent::List { folder, known } => self.files.list(folder, known),
             Intent::WhatIf { number, path, scene } => self.files.what_if(number, path, *scene),
             Intent::CancelWhatIf => self.files.cancel_what_if(),
+            Intent::ReadHeadings { path } => self.files.read_headings(path),
+            Intent::Identify { number, question } => self.files.identify(number, *question),
+            Intent::CancelIdentify => self.files.cancel_identify(),
             intent => self.connection.send(intent),
         }
     }

@@ -2,6 +2,7 @@
 //! the window waiting.
 
 use crate::export::{self, Picture, Rows};
+use crate::identification::Question;
 use crate::intent::Format;
 use crate::model::Model;
 use crate::recording::{self, Listed, Loaded, WhatIfTape};
@@ -9,6 +10,7 @@ use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use egui::{ColorImage, Rect};
 use haptic_core::Scene;
+use haptic_lab::identify::record_file;
 use std::io::{BufWriter, Write as _};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -32,6 +34,8 @@ pub struct Files {
     what_if_is_over: Arc<AtomicBool>,
     /// Ends the listing that is under way.
     list_is_over: Arc<AtomicBool>,
+    /// Ends the identification that is under way.
+    identify_is_over: Arc<AtomicBool>,
 }
 
 /// Starts the threads.
@@ -52,6 +56,7 @@ impl Files {
             writer: Writer { sender, busy },
             what_if_is_over: Arc::default(),
             list_is_over: Arc::default(),
+            identify_is_over: Arc::default(),
         }
     }
 
@@ -105,6 +110,30 @@ impl Files {
     /// Gives the rendering up; its thread ends within a moment.
     pub fn cancel_what_if(&self) {
         self.what_if_is_over.store(true, Ordering::Release);
+    }
+
+    /// Reads the names of a file's columns.
+    pub fn read_headings(&self, path: PathBuf) {
+        self.writer.work_unnoticed(move || {
+            let result = record_file::headings(&path).map_err(|error| error.to_string());
+            Update::Headings { path, result }
+        });
+    }
+
+    /// Identifies mass and friction, in place of the identification before.
+    pub fn identify(&mut self, number: u64, question: Question) {
+        self.cancel_identify();
+        let is_over = Arc::new(AtomicBool::new(false));
+        self.identify_is_over = Arc::clone(&is_over);
+        self.writer.work_unnoticed(move || Update::Identified {
+            number,
+            result: question.answer(&is_over).map(Box::new),
+        });
+    }
+
+    /// Gives the identification up.
+    pub fn cancel_identify(&self) {
+        self.identify_is_over.store(true, Ordering::Release);
     }
 
     /// Writes the plots in sight as CSV or SVG into a new file in `folder`.

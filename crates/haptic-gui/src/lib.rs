@@ -19,6 +19,7 @@ pub mod export;
 mod files;
 mod frame_limiter;
 mod histogram;
+mod identification;
 mod intent;
 mod model;
 mod new_file;
@@ -44,6 +45,7 @@ mod wording;
 
 pub use app::App;
 pub use files::Files;
+pub use identification::{Found, Headings, Question};
 pub use intent::{Format, Intent, Target};
 pub use model::Model;
 pub use page::Page;

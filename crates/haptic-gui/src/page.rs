@@ -10,11 +10,13 @@ pub enum Page {
     Tune,
     /// Recordings: made, listed and looked at.
     Record,
+    /// From a record of force and motion to a scene.
+    Identify,
 }
 
 impl Page {
     /// All of them, in the order of the row.
-    pub const ALL: &[Self] = &[Self::Tune, Self::Record];
+    pub const ALL: &[Self] = &[Self::Tune, Self::Record, Self::Identify];
 
     /// Name in the row.
     #[must_use]
@@ -22,6 +24,7 @@ impl Page {
         match self {
             Self::Tune => "Tune",
             Self::Record => "Record",
+            Self::Identify => "Identify",
         }
     }
 
@@ -30,6 +33,7 @@ impl Page {
         match self {
             Self::Tune => "Change the scene and feel it",
             Self::Record => "Make recordings and look at them",
+            Self::Identify => "Find the mass and friction of a real surface, and feel it",
         }
     }
 }

@@ -39,7 +39,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
                 .accessible_name(format!("{} page", page.name()))
                 .on_hover_text(format!("{} (Ctrl+{})", page.hint(), place + 1));
         }
-        ui.separator();
+        ui.add_space(8.0);
         if let Some(written) = tapes.recording() {
             let palette = Palette::of(ui);
             let mut text = format!("Recording {}: {}", written.path.display(), amount(&written.totals));

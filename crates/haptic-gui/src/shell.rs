@@ -3,6 +3,8 @@
 
 use crate::intent::Intent;
 use crate::model::Model;
+use crate::model::view::View;
+use crate::page::Page;
 use crate::{page_row, pages, scene, stop_button, timing_panel, top_bar};
 use egui::{Panel, Ui};
 use std::time::Instant;
@@ -37,7 +39,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     page_row::take_keys(ui, &mut model.view.page);
     scene::take_keys(ui, &model.daemon.scene, &model.view.tuning, &mut intents);
     pages::take_marker_key(ui, model, &mut intents);
-    take_dropped_file(ui, &mut intents);
+    take_dropped_file(ui, &mut model.view, &mut intents);
     Panel::top("pages").show(ui, |ui| page_row::show(ui, model));
     if model.is_connected() {
         let Model { daemon, tapes, view } = &mut *model;
@@ -56,10 +58,13 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     intents
 }
 
-/// A file that is dropped on the window is opened.
-fn take_dropped_file(ui: &Ui, intents: &mut Vec<Intent>) {
+/// A file that is dropped on the window is opened, or identified on that page.
+fn take_dropped_file(ui: &Ui, view: &mut View, intents: &mut Vec<Intent>) {
     let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
-    intents.extend(dropped.map(|path| Intent::Open { path }));
+    match dropped {
+        Some(path) if view.page == Page::Identify => view.fitting.choose_file(&path),
+        dropped => intents.extend(dropped.map(|path| Intent::Open { path })),
+    }
 }
 
 /// Enter ends the typing in a field. The focus stays there: otherwise the next Tab would begin at the top of

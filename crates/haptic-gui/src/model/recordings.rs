@@ -40,7 +40,7 @@ impl Recordings {
     }
 
     /// Takes a recording of a folder.
-    pub(crate) fn take(&mut self, folder: &Path, listed: Listed) {
+    pub(crate) fn take(&mut self, folder: &Path, listed: &Listed) {
         if self.folder.as_deref() != Some(folder) {
             return;
         }

@@ -1,5 +1,6 @@
 //! View state: what the user looks at, types and was told.
 
+use super::fitting::Fitting;
 use super::recordings::Recordings;
 use super::scope::Scope;
 use super::tapes::Tapes;
@@ -18,6 +19,7 @@ pub(crate) struct View {
     /// The view of the opened recording.
     pub(crate) recorded: Scope,
     pub(crate) tuning: Tuning,
+    pub(crate) fitting: Fitting,
     pub(crate) layout: PlotLayout,
     /// Outcome of the last export, recording, or file to be opened.
     pub(crate) file_notice: Option<Notice>,
@@ -65,6 +67,7 @@ impl Default for View {
             scope: Scope::default(),
             recorded: Scope::of_recording(),
             tuning: Tuning::default(),
+            fitting: Fitting::default(),
             layout: PlotLayout {
                 chosen: PlotGroup::default(),
                 drawn: &[PlotGroup::OverTime],

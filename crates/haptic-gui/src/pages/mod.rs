@@ -1,5 +1,6 @@
 //! What each page shows. The shell has taken the keys that stop before a page is drawn.
 
+mod identify;
 mod record;
 mod tune;
 
@@ -15,6 +16,7 @@ pub(crate) fn show(page: Page, ui: &mut Ui, model: &mut Model, intents: &mut Vec
     let show = match page {
         Page::Tune => tune::show,
         Page::Record => record::show,
+        Page::Identify => identify::show,
     };
     show(ui, model, intents);
 }

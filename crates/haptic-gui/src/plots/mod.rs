@@ -4,7 +4,7 @@ pub(crate) mod axis;
 pub(crate) mod chart;
 pub(crate) mod contact_ribbon;
 pub(crate) mod force_velocity;
-mod frame;
+pub(crate) mod frame;
 pub(crate) mod over_time;
 mod toolbar;
 mod trigger_bar;

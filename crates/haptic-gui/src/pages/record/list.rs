@@ -15,7 +15,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let Model { tapes, view, .. } = model;
     ui.horizontal(|ui| {
         ui.label("Folder");
-        let again = ui.available_width() - 88.0;
+        let again = ui.available_width() - 96.0;
         let field = TextEdit::singleline(&mut view.folder).desired_width(again);
         let field = ui.add(field).accessible_name("folder of recordings");
         let is_pressed = ui
