@@ -13,6 +13,7 @@
 //! [`App`] ties them together.
 
 mod app;
+mod closing;
 pub mod connection;
 mod drop_down;
 pub mod export;

@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::View;
 use crate::page::Page;
-use crate::{page_row, pages, scene, stop_button, timing_panel, top_bar};
+use crate::{closing, page_row, pages, scene, stop_button, timing_panel, top_bar};
 use egui::{Panel, Ui};
 use std::time::Instant;
 
@@ -23,7 +23,10 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     let had_keyboard = ui.memory(egui::Memory::focused);
     // Before any widget: a text field would take the space, and a focused button would be clicked by it.
     let mut stop = stop_button::take_keys(ui);
-    Panel::top("top bar").show(ui, |ui| stop |= top_bar::show(ui, &model.daemon, &mut intents));
+    let is_at_recording = model.view.page == Page::Record && model.tapes.opened().is_some();
+    Panel::top("top bar").show(ui, |ui| {
+        stop |= top_bar::show(ui, &model.daemon, is_at_recording, &mut intents);
+    });
     if stop {
         // A half-typed number must not be set because the stop takes the focus from its field.
         model.view.tuning.discard_typing();
@@ -40,6 +43,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     scene::take_keys(ui, &model.daemon.scene, &model.view.tuning, &mut intents);
     pages::take_marker_key(ui, model, &mut intents);
     take_dropped_file(ui, &mut model.view, &mut intents);
+    closing::show(ui, model, &mut intents);
     Panel::top("pages").show(ui, |ui| page_row::show(ui, model));
     if model.is_connected() {
         let Model { daemon, tapes, view } = &mut *model;

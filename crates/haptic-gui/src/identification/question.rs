@@ -36,6 +36,15 @@ pub(crate) struct Samples {
 }
 
 impl Question {
+    /// What a file tells.
+    #[must_use]
+    pub const fn of_file(source: Source, options: Options) -> Self {
+        Self {
+            options,
+            data: Data::File(source),
+        }
+    }
+
     /// The file with its columns and gains; `None` for samples of a plot.
     #[must_use]
     pub fn file(&self) -> Option<&Source> {

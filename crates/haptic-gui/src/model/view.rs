@@ -23,8 +23,9 @@ pub(crate) struct View {
     pub(crate) layout: PlotLayout,
     /// Outcome of the last export, recording, or file to be opened.
     pub(crate) file_notice: Option<Notice>,
-    /// Whether the histograms are shown; `None` until the user has chosen.
-    pub(crate) histograms_shown: Option<bool>,
+    pub(crate) closing: Closing,
+    /// Whether the histograms are shown.
+    pub(crate) histograms_shown: bool,
     /// The folder for exports and recordings, as it is typed.
     pub(crate) folder: String,
     /// The recordings of that folder.
@@ -37,6 +38,17 @@ pub(crate) struct View {
     pub(crate) marker_text: String,
     /// The recording to open, as it is typed.
     pub(crate) open_path: String,
+}
+
+/// Whether the window is about to close.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Closing {
+    #[default]
+    No,
+    /// The user wants to close it while force is on.
+    Asked,
+    /// It closes as soon as the force is off.
+    WhenReleased,
 }
 
 /// Plots that are shown together.
@@ -74,7 +86,8 @@ impl Default for View {
                 area: Rect::NOTHING,
             },
             file_notice: None,
-            histograms_shown: None,
+            closing: Closing::default(),
+            histograms_shown: false,
             folder: std::env::var("HOME").unwrap_or_default(),
             recordings: Recordings::default(),
             recording_format: Format::Mcap,

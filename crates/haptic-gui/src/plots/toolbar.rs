@@ -23,7 +23,7 @@ const AXIS_FIELDS_AT: f32 = 96.0;
 
 /// Sizes of the button, for either name, and of the time seen: their neighbours must not move.
 const RUN_SIZE: Vec2 = vec2(60.0, 0.0);
-const SPAN_SIZE: Vec2 = vec2(60.0, 22.0);
+const SPAN_SIZE: Vec2 = vec2(68.0, 22.0);
 
 /// Shows the tools. A wide window has room for the readings of both cursors.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut Vec<Intent>) {
@@ -95,8 +95,26 @@ fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
             _ => scope.zoom(ZOOM_STEP, middle_s),
         }
     }
-    ui.add_sized(SPAN_SIZE, Label::new(duration(span_s)))
-        .on_hover_text("The time that is seen");
+    let (shortest_s, longest_s) = scope.reach_s();
+    let mut typed_s = span_s;
+    let field = DragValue::new(&mut typed_s)
+        .speed(span_s / 100.0)
+        .range(shortest_s..=longest_s)
+        .max_decimals(4)
+        .suffix(" s");
+    let field = ui.add_sized(SPAN_SIZE, field).accessible_name("time seen");
+    field.on_hover_text("The time that is seen, to be dragged or typed");
+    let usual_s = scope.usual_s();
+    let usual = ui.add_enabled(span_s != usual_s, Button::new("5 s"));
+    let usual = usual
+        .accessible_name("back to 5 s")
+        .on_hover_text("Shows five seconds again");
+    if usual.clicked() {
+        typed_s = usual_s;
+    }
+    if typed_s != span_s {
+        scope.zoom(span_s / typed_s, middle_s);
+    }
 }
 
 /// The ranges of the value axes, to be typed. The pointer sets them at the numbers of each axis.
@@ -210,13 +228,4 @@ fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
         });
     });
     button.on_hover_text("PNG and SVG as it is drawn, CSV with every column");
-}
-
-/// A time in words.
-fn duration(span_s: f64) -> String {
-    if span_s < 0.1 {
-        format!("{:.1} ms", span_s * 1e3)
-    } else {
-        format!("{span_s:.2} s")
-    }
 }

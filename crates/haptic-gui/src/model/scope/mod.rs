@@ -135,6 +135,16 @@ impl Scope {
         self.window.span_s()
     }
 
+    /// The shortest and the longest time that can be seen, s.
+    pub(crate) fn reach_s(&self) -> (f64, f64) {
+        self.window.reach_s()
+    }
+
+    /// The usual time that is seen, s.
+    pub(crate) fn usual_s(&self) -> f64 {
+        self.window.usual_s()
+    }
+
     /// The time that is seen.
     pub(crate) fn seen(&self, tapes: &Tapes) -> TimeRange {
         let (zero_s, (left_s, right_s)) = match (self.window.zero, self.caught()) {
