@@ -96,8 +96,9 @@ fn unplugged_it_is_disconnected_and_plugged_in_again_it_is_idle_within_two_secon
         pull(&mut rig, &mut client);
         let before = connections(&status(&mut client));
         rig.fail("hang-up 0.3");
+        // On a busy machine the line may be back before the loop has had a tick again.
         let gone = wait_for(&mut client, "the hang-up", |status| {
-            status.state == RigState::Disconnected || connections(status) > before
+            status.state == RigState::Disconnected || status.state != RigState::Engaged && connections(status) > before
         });
         assert_eq!(gone.command_force_n, 0.0);
         assert!(

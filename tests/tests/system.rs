@@ -48,14 +48,28 @@ mod transcripts;
 mod usb_kernel;
 mod window;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError};
 
 /// Waits until at most one other test runs that boots an init or depends on a link's time: more of them together, and
 /// the one that simulates a microcontroller, would keep the processors too busy for real time.
-fn one_of_two() -> MutexGuard<'static, ()> {
-    static RUNNING: [Mutex<()>; 2] = [const { Mutex::new(()) }; 2];
-    let [first, second] = &RUNNING;
-    first
-        .try_lock()
-        .unwrap_or_else(|_| second.lock().unwrap_or_else(PoisonError::into_inner))
+fn one_of_two() -> OneOfTwo {
+    let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut running = ENDED
+        .wait_while(running, |running| *running == 2)
+        .unwrap_or_else(PoisonError::into_inner);
+    *running += 1;
+    OneOfTwo
+}
+
+static RUNNING: Mutex<u32> = Mutex::new(0);
+static ENDED: Condvar = Condvar::new();
+
+/// One of two tests that may run at the same time, until it is dropped.
+struct OneOfTwo;
+
+impl Drop for OneOfTwo {
+    fn drop(&mut self) {
+        *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        ENDED.notify_one();
+    }
 }
