@@ -27,10 +27,10 @@ const TOLERANCE: u8 = 48;
 const MOST_DIFFERENT: f64 = 0.001;
 
 /// Where the field of the mass is, pixels.
-const MASS_FIELD: (usize, usize) = (255, 194);
+const MASS_FIELD: (usize, usize) = (262, 243);
 
 /// The rail of its slider, from left to right, pixels.
-const MASS_SLIDER: ([usize; 4], usize) = ([60, 90, 120, 150], 194);
+const MASS_SLIDER: ([usize; 4], usize) = ([60, 90, 120, 150], 243);
 
 /// The red of the stop button, which is there as soon as anything is.
 const STOP_BUTTON: (usize, usize) = (1120, 20);
@@ -296,4 +296,12 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     wait_for(&mut client, "the panel again", |status| status.clients == 3);
     screen.act(&["key", "Escape"]);
     wait_for_state(&mut client, RigState::Stopped);
+    // The other pages stop as well.
+    for (page, key) in [("ctrl+2", "space"), ("ctrl+3", "Escape")] {
+        client.request::<StateReply>(Request::Reset {}).expect("it is reset");
+        wait_for_state(&mut client, RigState::Idle);
+        screen.act(&["key", page]);
+        screen.act(&["key", key]);
+        wait_for_state(&mut client, RigState::Stopped);
+    }
 }

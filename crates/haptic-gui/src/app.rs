@@ -4,6 +4,7 @@ use crate::connection::Connection;
 use crate::files::Files;
 use crate::intent::{Format, Intent};
 use crate::model::Model;
+use crate::page::Page;
 use crate::shell;
 use crate::stop_button::is_stop_key;
 use crate::update::Update;
@@ -30,6 +31,11 @@ impl App {
             files,
             stopped_by_key: false,
         }
+    }
+
+    /// Turns to a page.
+    pub fn turn_to(&mut self, page: Page) {
+        self.model.turn_to(page);
     }
 
     /// What the panel shows.
@@ -90,8 +96,12 @@ impl App {
             Intent::Stop if std::mem::take(&mut self.stopped_by_key) => {}
             Intent::Export { format, folder } => self.export(ctx, format, folder),
             Intent::Open { path } => self.files.open(path),
+            Intent::List { folder, known } => self.files.list(folder, known),
             Intent::WhatIf { number, path, scene } => self.files.what_if(number, path, *scene),
             Intent::CancelWhatIf => self.files.cancel_what_if(),
+            Intent::ReadHeadings { path } => self.files.read_headings(path),
+            Intent::Identify { number, question } => self.files.identify(number, *question),
+            Intent::CancelIdentify => self.files.cancel_identify(),
             intent => self.connection.send(intent),
         }
     }

@@ -39,6 +39,11 @@ pub(crate) fn show<T>(
     (chosen, response)
 }
 
+/// Whether Enter has ended the typing in a field.
+pub(crate) fn is_entered(ui: &Ui, field: &Response) -> bool {
+    field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
+}
+
 /// An item to choose, with a hint that may be empty.
 #[derive(Debug)]
 pub(crate) struct Item<T> {

@@ -2,13 +2,15 @@
 //! the window waiting.
 
 use crate::export::{self, Picture, Rows};
+use crate::identification::Question;
 use crate::intent::Format;
 use crate::model::Model;
-use crate::recording::{Loaded, WhatIfTape};
+use crate::recording::{self, Listed, Loaded, WhatIfTape};
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
 use egui::{ColorImage, Rect};
 use haptic_core::Scene;
+use haptic_lab::identify::record_file;
 use std::io::{BufWriter, Write as _};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -30,6 +32,10 @@ pub struct Files {
     writer: Writer,
     /// Ends the rendering that is under way.
     what_if_is_over: Arc<AtomicBool>,
+    /// Ends the listing that is under way.
+    list_is_over: Arc<AtomicBool>,
+    /// Ends the identification that is under way.
+    identify_is_over: Arc<AtomicBool>,
 }
 
 /// Starts the threads.
@@ -49,6 +55,8 @@ impl Files {
             updates,
             writer: Writer { sender, busy },
             what_if_is_over: Arc::default(),
+            list_is_over: Arc::default(),
+            identify_is_over: Arc::default(),
         }
     }
 
@@ -72,6 +80,21 @@ impl Files {
         });
     }
 
+    /// Lists the recordings of a folder, in place of the listing before. What is known is not read again.
+    pub fn list(&mut self, folder: PathBuf, known: Vec<Listed>) {
+        self.list_is_over.store(true, Ordering::Release);
+        let is_over = Arc::new(AtomicBool::new(false));
+        self.list_is_over = Arc::clone(&is_over);
+        let sender = self.writer.sender.clone();
+        self.writer.work_unnoticed(move || {
+            let result = recording::list(&folder, &known, &is_over, |listed| {
+                let (folder, listed) = (folder.clone(), Box::new(listed));
+                sender.send(Update::Listed { folder, listed }).unwrap_or_default();
+            });
+            Update::ListRead { folder, result }
+        });
+    }
+
     /// Renders another scene along the motion of a recording's file, in place of the rendering before.
     pub fn what_if(&mut self, number: u64, path: PathBuf, scene: Scene) {
         self.cancel_what_if();
@@ -87,6 +110,30 @@ impl Files {
     /// Gives the rendering up; its thread ends within a moment.
     pub fn cancel_what_if(&self) {
         self.what_if_is_over.store(true, Ordering::Release);
+    }
+
+    /// Reads the names of a file's columns.
+    pub fn read_headings(&self, path: PathBuf) {
+        self.writer.work_unnoticed(move || {
+            let result = record_file::headings(&path).map_err(|error| error.to_string());
+            Update::Headings { path, result }
+        });
+    }
+
+    /// Identifies mass and friction, in place of the identification before.
+    pub fn identify(&mut self, number: u64, question: Question) {
+        self.cancel_identify();
+        let is_over = Arc::new(AtomicBool::new(false));
+        self.identify_is_over = Arc::clone(&is_over);
+        self.writer.work_unnoticed(move || Update::Identified {
+            number,
+            result: question.answer(&is_over).map(Box::new),
+        });
+    }
+
+    /// Gives the identification up.
+    pub fn cancel_identify(&self) {
+        self.identify_is_over.store(true, Ordering::Release);
     }
 
     /// Writes the plots in sight as CSV or SVG into a new file in `folder`.
@@ -134,14 +181,23 @@ impl Writer {
         });
     }
 
+    /// Works on a thread of its own, and tells so.
     fn work(&self, what: &str, work: impl FnOnce() -> Update + Send + 'static) {
+        let told = self.clone();
+        let what = what.to_owned();
+        self.work_unnoticed(move || {
+            told.tell(Update::Busy(what));
+            work()
+        });
+    }
+
+    fn work_unnoticed(&self, work: impl FnOnce() -> Update + Send + 'static) {
         if self.busy.fetch_add(1, Ordering::AcqRel) >= MOST_AT_ONCE {
             self.busy.fetch_sub(1, Ordering::AcqRel);
             let why = format!("{MOST_AT_ONCE} files are being read or written already; their disk may not answer");
             self.tell(Update::Exported(Err(why)));
             return;
         }
-        self.tell(Update::Busy(what.to_owned()));
         let (sender, place) = (self.sender.clone(), Place(Arc::clone(&self.busy)));
         let works = move || {
             // Of this thread alone. If that is refused, the work is done all the same.

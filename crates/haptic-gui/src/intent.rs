@@ -1,10 +1,15 @@
 //! The intents of the user.
 
+use crate::identification::Question;
+use crate::recording::Listed;
 use haptic_core::{Direction, Scene};
 use haptic_ipc::{ChangeOptions, Request, SceneRef};
 use haptic_lab::recording::{self, Metadata};
 use std::fmt;
 use std::path::PathBuf;
+
+/// Time over which a scene is tried, ms: a hand has time to notice that the surface changes.
+const TRY_RAMP_MS: f64 = 200.0;
 
 /// A parameter, or one direction of it, by its name on the wire.
 ///
@@ -68,12 +73,14 @@ pub enum Intent {
         /// Its revision.
         revision: u64,
     },
-    /// Save the active scene to the library.
+    /// Save a scene to the library.
     Save {
         /// Its name there.
         name: String,
         /// Whether it may replace a scene of the same name.
         replace: bool,
+        /// The scene; the active one if absent.
+        scene: Option<Box<Scene>>,
     },
     /// List the differences between an active scene and another.
     Compare {
@@ -114,6 +121,13 @@ pub enum Intent {
         /// Its file.
         path: PathBuf,
     },
+    /// List the recordings of a folder.
+    List {
+        /// The folder.
+        folder: PathBuf,
+        /// What is known of it, and is not read again.
+        known: Vec<Listed>,
+    },
     /// Render another scene along a recording's motion.
     WhatIf {
         /// Number of this question, which its answer has too.
@@ -125,6 +139,35 @@ pub enum Intent {
     },
     /// Give the rendering up.
     CancelWhatIf,
+    /// Read the names of a file's columns.
+    ReadHeadings {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Identify mass and friction.
+    Identify {
+        /// Number of this question, which its answer has too.
+        number: u64,
+        /// The question.
+        question: Box<Question>,
+    },
+    /// Give the identification up.
+    CancelIdentify,
+    /// Hear what would be remarked on a scene; nothing changes.
+    Foresee {
+        /// The scene.
+        scene: Box<Scene>,
+    },
+    /// Take a lease, which releases the rig should the panel be lost, or end it with 0.
+    Lease {
+        /// Longest silence of the panel, ms.
+        timeout_ms: u32,
+    },
+    /// Activate a scene for a moment; the panel takes it back by itself.
+    Try {
+        /// The scene.
+        scene: Box<Scene>,
+    },
 }
 
 /// A format of an export.
@@ -182,22 +225,43 @@ impl Intent {
                     ..ChangeOptions::default()
                 },
             },
-            Self::Save { name, replace } => Request::SceneSave {
+            Self::Save { name, replace, scene } => Request::SceneSave {
                 name: name.clone(),
-                scene: None,
+                scene: scene.clone().map(SceneRef::Scene),
                 replace: *replace,
             },
             Self::Compare { scene, revision, .. } => Request::SceneDiff {
                 from: scene.clone(),
                 to: Some(SceneRef::Revision(*revision)),
             },
+            Self::Foresee { scene } => Request::SceneLoad {
+                scene: SceneRef::Scene(scene.clone()),
+                options: ChangeOptions {
+                    dry_run: true,
+                    ..ChangeOptions::default()
+                },
+            },
+            Self::Lease { timeout_ms } => Request::Lease {
+                timeout_ms: *timeout_ms,
+            },
+            Self::Try { scene } => Request::SceneLoad {
+                scene: SceneRef::Scene(scene.clone()),
+                options: ChangeOptions {
+                    ramp_ms: Some(TRY_RAMP_MS),
+                    ..ChangeOptions::default()
+                },
+            },
             Self::Export { .. }
             | Self::Record { .. }
             | Self::Marker { .. }
             | Self::EndRecording
             | Self::Open { .. }
+            | Self::List { .. }
             | Self::WhatIf { .. }
-            | Self::CancelWhatIf => return None,
+            | Self::CancelWhatIf
+            | Self::ReadHeadings { .. }
+            | Self::Identify { .. }
+            | Self::CancelIdentify => return None,
         })
     }
 
@@ -227,8 +291,15 @@ impl fmt::Display for Intent {
             Self::Marker { text, .. } => write!(f, "mark {text}"),
             Self::EndRecording => f.write_str("end the recording"),
             Self::Open { path } => write!(f, "open {}", path.display()),
+            Self::List { folder, .. } => write!(f, "list {}", folder.display()),
             Self::WhatIf { path, scene, .. } => write!(f, "render {} along {}", scene.name, path.display()),
             Self::CancelWhatIf => f.write_str("give the rendering up"),
+            Self::ReadHeadings { path } => write!(f, "read the columns of {}", path.display()),
+            Self::Identify { question, .. } => write!(f, "identify {}", question.origin()),
+            Self::CancelIdentify => f.write_str("give the identification up"),
+            Self::Foresee { scene } => write!(f, "foresee {}", scene.name),
+            Self::Lease { timeout_ms } => write!(f, "lease for {timeout_ms} ms"),
+            Self::Try { scene } => write!(f, "try {}", scene.name),
         }
     }
 }

@@ -13,16 +13,21 @@
 //! [`App`] ties them together.
 
 mod app;
+mod closing;
 pub mod connection;
 mod drop_down;
 pub mod export;
 mod files;
 mod frame_limiter;
 mod histogram;
+mod identification;
 mod intent;
 mod model;
 mod new_file;
 mod notice;
+mod page;
+mod page_row;
+mod pages;
 mod plots;
 mod readouts;
 mod recorder;
@@ -41,9 +46,11 @@ mod wording;
 
 pub use app::App;
 pub use files::Files;
+pub use identification::{Found, Headings, Question};
 pub use intent::{Format, Intent, Target};
 pub use model::Model;
-pub use recording::{Loaded, RecordingNews, WhatIfTape};
+pub use page::Page;
+pub use recording::{About, Length, Listed, Loaded, RecordingNews, WhatIfTape};
 pub use shell::ui;
 pub use stop_button::is_stop_key;
 pub use update::{Answer, StopNews, Update};

@@ -4,7 +4,7 @@ mod window;
 
 use clap::{Parser, ValueEnum};
 use haptic_gui::connection::{Connection, Patience};
-use haptic_gui::{App, Files, theme};
+use haptic_gui::{App, Files, Page, theme};
 use haptic_ipc::socket_path;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -26,6 +26,10 @@ struct Arguments {
     /// Recording to open; this needs no daemon.
     #[arg(long, value_name = "FILE")]
     open: Option<PathBuf>,
+
+    /// Page to begin with.
+    #[arg(long, value_name = "PAGE", value_enum, default_value_t = Page::default())]
+    page: Page,
 
     /// Colours of the panel.
     #[arg(long, value_name = "THEME", value_enum, default_value_t = Theme::System)]
@@ -75,7 +79,8 @@ fn main() -> ExitCode {
             };
             let files = Files::new(repaint.clone());
             let locate = move || socket_path::for_client(socket.as_deref());
-            let app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
+            let mut app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
+            app.turn_to(arguments.page);
             if let Some(path) = arguments.open {
                 app.files().open(path);
             }

@@ -35,7 +35,12 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     };
     let force = value(|sample| sample.command_force_n);
     let device = value(|sample| sample.device_position_m * MM_PER_M);
-    let block = value(|sample| sample.block_position_m * MM_PER_M);
+    let has_block = daemon.scene.active.as_ref().is_none_or(|scene| scene.block.is_some());
+    let block = if has_block {
+        value(|sample| sample.block_position_m * MM_PER_M)
+    } else {
+        "none".to_owned()
+    };
     ui.columns_const(|[first, second, third, fourth]| {
         show_one(first, "Force on the hand", &force, "N", Some(palette.device));
         show_one(second, "Device position", &device, "mm", Some(palette.device));

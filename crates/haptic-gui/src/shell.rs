@@ -1,9 +1,12 @@
-//! The panel as a whole: it owns the keys, the top bar, Stop and the places of everything else.
+//! The panel as a whole: it owns the keys, the top bar, Stop, the messages and the connection, so that no page
+//! can lose them. The page has what is left of the window.
 
 use crate::intent::Intent;
 use crate::model::Model;
-use crate::{plots, readouts, scene, stop_button, timing_panel, top_bar};
-use egui::{CentralPanel, Panel, Ui};
+use crate::model::view::View;
+use crate::page::Page;
+use crate::{closing, page_row, pages, scene, stop_button, timing_panel, top_bar};
+use egui::{Panel, Ui};
 use std::time::Instant;
 
 /// Draws the panel into the whole of `ui` and returns the user's intents, a stop always first.
@@ -20,7 +23,10 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     let had_keyboard = ui.memory(egui::Memory::focused);
     // Before any widget: a text field would take the space, and a focused button would be clicked by it.
     let mut stop = stop_button::take_keys(ui);
-    Panel::top("top bar").show(ui, |ui| stop |= top_bar::show(ui, &model.daemon, &mut intents));
+    let is_at_recording = model.view.page == Page::Record && model.tapes.opened().is_some();
+    Panel::top("top bar").show(ui, |ui| {
+        stop |= top_bar::show(ui, &model.daemon, is_at_recording, &mut intents);
+    });
     if stop {
         // A half-typed number must not be set because the stop takes the focus from its field.
         model.view.tuning.discard_typing();
@@ -33,31 +39,19 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         intents.clear();
         intents.push(Intent::Stop);
     }
+    page_row::take_keys(ui, &mut model.view.page);
     scene::take_keys(ui, &model.daemon.scene, &model.view.tuning, &mut intents);
+    pages::take_marker_key(ui, model, &mut intents);
+    take_dropped_file(ui, &mut model.view, &mut intents);
+    closing::show(ui, model, &mut intents);
+    Panel::top("pages").show(ui, |ui| page_row::show(ui, model));
     if model.is_connected() {
         let Model { daemon, tapes, view } = &mut *model;
         Panel::bottom("timing").show(ui, |ui| {
             timing_panel::show(ui, daemon, tapes.clipping(), &mut view.histograms_shown);
         });
-        Panel::left("scene")
-            .resizable(false)
-            .exact_size(scene::WIDTH)
-            .show(ui, |ui| scene::show(ui, &daemon.scene, &mut view.tuning, &mut intents));
     }
-    CentralPanel::default_margins().show(ui, |ui| {
-        let has_samples = model.view.scope.has_samples(&model.tapes);
-        if !model.is_connected() && model.tapes.opened().is_none() {
-            top_bar::explain_no_daemon(ui, &model.daemon, has_samples);
-        }
-        if model.is_connected() || has_samples {
-            readouts::show(ui, &model.daemon, &model.tapes);
-            plots::show(ui, model, &mut intents);
-        } else {
-            ui.add_space(12.0);
-            ui.horizontal(|ui| plots::recordings::show(ui, model, &mut intents));
-            plots::recordings::show_news(ui, &model.tapes, &mut model.view.file_notice);
-        }
-    });
+    pages::show(model.view.page, ui, model, &mut intents);
     keep_keyboard(ui, had_keyboard);
     model.view.tuning.note_sent(&intents);
     let (changes, wait) = model.due(now);
@@ -66,6 +60,15 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         ui.ctx().request_repaint_after(wait);
     }
     intents
+}
+
+/// A file that is dropped on the window is opened, or identified on that page.
+fn take_dropped_file(ui: &Ui, view: &mut View, intents: &mut Vec<Intent>) {
+    let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
+    match dropped {
+        Some(path) if view.page == Page::Identify => view.fitting.choose_file(&path),
+        dropped => intents.extend(dropped.map(|path| Intent::Open { path })),
+    }
 }
 
 /// Enter ends the typing in a field. The focus stays there: otherwise the next Tab would begin at the top of

@@ -16,18 +16,15 @@ fn count(ui: &mut Ui, text: String, is_clean: bool, hint: &str) {
     ui.label(text).on_hover_text(hint);
 }
 
-/// Height of the window from which the histograms are shown by default, points.
-const TALL: f32 = 760.0;
-
 /// Height of the window below which they would leave no room for the plots, points.
 const LOWEST: f32 = 560.0;
 
-/// Shows the lines, and the histograms above them unless the user hides them. `clipping` is the share of
+/// Shows the lines, and the histograms above them if the user wants them. `clipping` is the share of
 /// time at the force limit.
-pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>, histograms_shown: &mut Option<bool>) {
+pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>, histograms_shown: &mut bool) {
     let height = ui.ctx().content_rect().height();
     let has_room = height >= LOWEST;
-    let mut shows = has_room && histograms_shown.unwrap_or(height >= TALL);
+    let shows = has_room && *histograms_shown;
     if let Some(timing) = daemon.timing.as_ref().filter(|_| shows) {
         show_histograms(ui, &timing.last_10_s);
     }
@@ -39,8 +36,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>, histogra
             .on_disabled_hover_text("The window is too low for them")
             .clicked()
         {
-            shows = !shows;
-            *histograms_shown = Some(shows);
+            *histograms_shown = !shows;
         }
         ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| {
             show_lines(ui, daemon, clipping);

@@ -4,20 +4,26 @@ use crate::intent::Intent;
 use crate::model::daemon::{Daemon, Link};
 use crate::stop_button;
 use crate::theme::Palette;
-use egui::{Align, Button, Color32, Frame, Label, Layout, RichText, Ui, Vec2, vec2};
+use egui::{Align, Button, Color32, Frame, Label, Layout, Rect, RichText, TextStyle, Ui, UiBuilder, Vec2, vec2};
 use haptic_ipc::RigState;
 
 /// Size for the longest name of a state.
 const BADGE_SIZE: Vec2 = vec2(136.0, 36.0);
 const COMMAND_SIZE: Vec2 = vec2(84.0, 36.0);
 
-/// Shows the bar; returns whether Stop was pressed.
-pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) -> bool {
+/// Height of the bar, points: four lines in small type.
+const HEIGHT: f32 = 60.0;
+
+/// Letters of the reports that fit in a narrow window in usual type.
+const MOST_LETTERS: usize = 80;
+
+/// Shows the bar; returns whether Stop was pressed. Whoever looks at a recording needs no daemon.
+pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool, intents: &mut Vec<Intent>) -> bool {
     ui.add_space(4.0);
     let mut stop = false;
     ui.horizontal(|ui| {
-        ui.set_min_height(56.0);
-        show_state(ui, daemon, intents);
+        ui.set_height(HEIGHT);
+        show_state(ui, daemon, is_at_recording, intents);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             stop = stop_button::show(ui, daemon);
             show_theme_switch(ui);
@@ -58,19 +64,31 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon) {
         stop_button::report(ui, daemon),
     ];
     let reports: Vec<_> = reports.into_iter().flatten().collect();
-    ui.with_layout(Layout::top_down(Align::Max), |ui| {
-        // A single report stands in the middle of the bar.
-        ui.add_space(if reports.len() == 1 { 16.0 } else { 0.0 });
-        for (text, color) in reports {
-            ui.add(Label::new(RichText::new(text).color(color)).wrap());
-        }
-    });
+    let letters: usize = reports.iter().map(|(text, _)| text.len()).sum();
+    let style = if letters > MOST_LETTERS {
+        TextStyle::Small
+    } else {
+        TextStyle::Body
+    };
+    // It takes no part in the layout: the bar has the same height with and without it.
+    let place = ui.available_rect_before_wrap();
+    let place = Rect::from_center_size(place.center(), vec2(place.width(), HEIGHT));
+    let layout = Layout::top_down(Align::Max);
+    let mut child = ui.new_child(UiBuilder::new().max_rect(place).layout(layout));
+    child.spacing_mut().item_spacing.y = 0.0;
+    // A single report stands in the middle of the bar.
+    child.add_space(if letters < MOST_LETTERS / 2 { 16.0 } else { 0.0 });
+    for (text, color) in reports {
+        let label = RichText::new(&text).text_style(style.clone()).color(color);
+        child.add(Label::new(label).wrap()).on_hover_text(text);
+    }
 }
 
-fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
+fn show_state(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool, intents: &mut Vec<Intent>) {
     let palette = Palette::of(ui);
     let (badge, fill) = match (&daemon.link, daemon.rig()) {
         (Link::Connecting { .. }, _) => ("Connecting", palette.caution),
+        (Link::Lost { .. }, _) if is_at_recording && !daemon.was_connected => ("No daemon", palette.rest),
         (Link::Lost { .. }, _) => ("Not connected", palette.halt),
         (Link::Connected { .. }, None) => ("Connected", palette.rest),
         (Link::Connected { .. }, Some(rig)) => (describe(rig.state), palette.state(rig.state)),

@@ -1,10 +1,11 @@
 //! Updates: what the daemon sends, and news of connection, files and stops.
 
+use crate::identification::{Found, Headings};
 use crate::intent::Intent;
-use crate::recording::{Loaded, RecordingNews, WhatIfTape};
+use crate::recording::{Listed, Loaded, RecordingNews, WhatIfTape};
 use haptic_ipc::{
-    AdviceReply, ChangeReply, Description, Event, Hello, LogReply, SceneDiffReply, SceneListReply, SceneReply,
-    SceneSaveReply, StateReply, Status, SubscribeReply, WireError,
+    AdviceReply, ChangeReply, Description, Event, Hello, LeaseReply, LogReply, SceneDiffReply, SceneListReply,
+    SceneReply, SceneSaveReply, StateReply, Status, SubscribeReply, WireError,
 };
 use std::path::PathBuf;
 use std::time::Duration;
@@ -69,12 +70,47 @@ pub enum Update {
         /// Its content.
         result: Result<Box<Loaded>, String>,
     },
+    /// A recording of a folder.
+    Listed {
+        /// The folder.
+        folder: PathBuf,
+        /// The recording.
+        listed: Box<Listed>,
+    },
+    /// The recordings of a folder are all told, or why they cannot be.
+    ListRead {
+        /// The folder.
+        folder: PathBuf,
+        /// The outcome.
+        result: Result<(), String>,
+    },
     /// What would have been felt along the opened recording.
     WhatIf {
         /// Number of the question.
         number: u64,
         /// Its answer, or why there is none.
         result: Result<Box<WhatIfTape>, String>,
+    },
+    /// The columns of a file of text; `None` for a recording, whose columns are known.
+    Headings {
+        /// The file.
+        path: PathBuf,
+        /// Their names, or why they cannot be read.
+        result: Headings,
+    },
+    /// How far an identification is.
+    Identifying {
+        /// Number of the question.
+        number: u64,
+        /// Share that is done, from 0 to 1.
+        share: f64,
+    },
+    /// What was identified.
+    Identified {
+        /// Number of the question.
+        number: u64,
+        /// Its answer, or why there is none.
+        result: Result<Box<Found>, String>,
     },
     /// A line that this program cannot read; a later daemon may send some.
     Unreadable {
@@ -86,10 +122,13 @@ pub enum Update {
 /// The answer to a request that the daemon has carried out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
-    /// To [`Intent::Set`], [`Intent::Load`], [`Intent::Undo`], [`Intent::Redo`] and [`Intent::TakeBack`].
+    /// To [`Intent::Set`], [`Intent::Load`], [`Intent::Try`], [`Intent::Foresee`], [`Intent::Undo`], [`Intent::Redo`] and
+    /// [`Intent::TakeBack`].
     Changed(ChangeReply),
     /// To [`Intent::Engage`], [`Intent::Release`], [`Intent::Stop`] and [`Intent::Reset`].
     State(StateReply),
+    /// To [`Intent::Lease`].
+    Leased(LeaseReply),
     /// To [`Intent::Save`].
     Saved(SceneSaveReply),
     /// To [`Intent::Compare`].

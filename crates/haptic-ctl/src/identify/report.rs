@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::output;
 use haptic_lab::drawing::{Page, PlotFormat, Table, UnknownEnding};
-use haptic_lab::identify::{self, Identified, Interval, Record};
+use haptic_lab::identify::{self, FoundValue, Identified, Record};
 use std::path::{Path, PathBuf};
 
 /// Where the results go.
@@ -109,62 +109,12 @@ pub(super) fn show(found: &Identified, json: bool) -> Result<(), Failure> {
 
 /// The values with their units and intervals, under the names of the columns.
 fn rows(found: &Identified) -> Vec<Vec<String>> {
-    let mut rows = vec![["", "value", "unit", "95 % interval"].map(str::to_owned).to_vec()];
-    let mut row = |what: &str, value: Option<f64>, unit: &str, name: &str| {
-        let Some(value) = value else { return };
-        let interval = found.intervals.get(name);
-        let digits = decimals(value, interval);
-        let interval = interval.map_or_else(
-            || "given".to_owned(),
-            |[low, high]| format!("{low:.digits$} to {high:.digits$}"),
-        );
-        rows.push(vec![
-            what.to_owned(),
-            format!("{value:.digits$}"),
-            unit.to_owned(),
-            interval,
-        ]);
-    };
-    row("mass", found.mass_kg, "kg", "mass_kg");
-    for (what, value, unit, name) in [
-        ("dynamic friction", found.dynamic_force_n, "N", "dynamic_force_N"),
-        ("viscous friction", found.viscous_ns_per_m, "N s/m", "viscous_Ns_per_m"),
-        ("static friction", found.static_force_n, "N", "static_force_N"),
-    ] {
-        row(
-            &format!("{what} +"),
-            value.map(|value| value.positive),
-            unit,
-            &format!("{name}.positive"),
-        );
-        row(
-            &format!("{what} -"),
-            value.map(|value| value.negative),
-            unit,
-            &format!("{name}.negative"),
-        );
-    }
-    row("offset", found.offset_n, "N", "offset_N");
-    row(
-        "presliding stiffness",
-        found.stiffness_n_per_m,
-        "N/m",
-        "stiffness_N_per_m",
-    );
-    row("Dahl's exponent", found.exponent, "", "exponent");
-    row(
-        "Stribeck velocity",
-        found.stribeck_velocity_mps,
-        "m/s",
-        "stribeck_velocity_mps",
-    );
-    row(
-        "bristle damping",
-        found.bristle_damping_ns_per_m,
-        "N s/m",
-        "bristle_damping_Ns_per_m",
-    );
-    rows
+    let heading = ["", "value", "unit", "95 % interval"].map(str::to_owned).to_vec();
+    let row = |found: FoundValue| vec![found.what, found.value, found.unit.to_owned(), found.interval];
+    [heading]
+        .into_iter()
+        .chain(found.values().into_iter().map(row))
+        .collect()
 }
 
 /// The model, and what it leaves.
@@ -198,19 +148,6 @@ fn text(found: &Identified) -> String {
         text.push_str(&format!("\n- {note}"));
     }
     text
-}
-
-/// Decimals that show two digits of the interval.
-fn decimals(value: f64, interval: Option<&Interval>) -> usize {
-    let scale = interval.map_or(value.abs() * 1e-2, |[low, high]| (high - low) / 2.0);
-    if !(scale > 0.0 && scale.is_finite()) {
-        return 4;
-    }
-    let first = -scale.log10().floor();
-    // A scale of 0.03 has its first digit two places behind the point.
-    #[expect(clippy::cast_sign_loss, reason = "it is clamped")]
-    let decimals = (first + 1.0).clamp(0.0, 9.0) as usize;
-    decimals
 }
 
 #[cfg(test)]

@@ -288,9 +288,14 @@ fn answered(asked: Asked, result: Result<serde_json::Value, WireError>) -> Resul
         })),
         Asked::Intent(intent) => {
             let answer = match intent {
-                Intent::Set { .. } | Intent::Load { .. } | Intent::Undo | Intent::Redo | Intent::TakeBack { .. } => {
-                    read(result, &intent).map(Answer::Changed)
-                }
+                Intent::Set { .. }
+                | Intent::Load { .. }
+                | Intent::Try { .. }
+                | Intent::Foresee { .. }
+                | Intent::Undo
+                | Intent::Redo
+                | Intent::TakeBack { .. } => read(result, &intent).map(Answer::Changed),
+                Intent::Lease { .. } => read(result, &intent).map(Answer::Leased),
                 Intent::Save { .. } => read(result, &intent).map(Answer::Saved),
                 Intent::Compare { .. } => read(result, &intent).map(Answer::Differs),
                 _ => read(result, &intent).map(Answer::State),

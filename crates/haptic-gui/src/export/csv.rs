@@ -27,7 +27,8 @@ pub(crate) struct Rows {
 impl Rows {
     /// The samples in sight now. Nothing is copied.
     pub(crate) fn seen(model: &Model) -> Self {
-        let (scope, tapes) = (&model.view.scope, &model.tapes);
+        let tapes = &model.tapes;
+        let scope = model.view.scope(tapes);
         let seen = scope.seen(tapes);
         Self {
             tape: scope.tape(tapes).part(seen.from_s, seen.to_s),

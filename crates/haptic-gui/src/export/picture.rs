@@ -28,7 +28,7 @@ impl Picture {
     /// The plots in sight now. This costs as much as a frame.
     pub(crate) fn seen(model: &Model) -> Self {
         let Model { daemon, tapes, view } = model;
-        let scope = &view.scope;
+        let scope = view.scope(tapes);
         let groups = view.layout.drawn.iter().map(|group| match group {
             PlotGroup::OverTime => {
                 let seen = scope.seen(tapes);

@@ -12,6 +12,8 @@ use std::time::Duration;
 #[derive(Debug, Default)]
 pub(crate) struct Daemon {
     pub(crate) link: Link,
+    /// Whether there was a daemon since the window opened: its loss is told in red.
+    pub(crate) was_connected: bool,
     rig: Option<Rig>,
     pub(crate) scene: SceneFacts,
     pub(crate) timing: Option<Timing>,
@@ -74,6 +76,7 @@ impl Daemon {
     /// Forgets what a former connection stated; the outcome of a stop stays.
     pub(crate) fn reconnect(&mut self, link: Link) {
         *self = Self {
+            was_connected: self.was_connected || matches!(link, Link::Connected { .. }),
             link,
             stop: std::mem::take(&mut self.stop),
             ..Self::default()

@@ -3,6 +3,9 @@
 
 pub(crate) mod advice;
 pub(crate) mod daemon;
+pub(crate) mod fitting;
+pub(crate) mod question;
+pub(crate) mod recordings;
 pub(crate) mod scene;
 pub(crate) mod scope;
 pub(crate) mod stop;
@@ -12,6 +15,7 @@ pub(crate) mod view;
 
 use crate::intent::Intent;
 use crate::notice::{self, Notice};
+use crate::page::Page;
 use crate::recording::{Loaded, RecordingNews};
 use crate::update::{Answer, Update};
 use daemon::{Daemon, Link};
@@ -70,6 +74,11 @@ impl Model {
             }
             Update::Recording(news) => self.take_recording(news),
             Update::Opened { path, result } => self.take_opened(path, result),
+            Update::Listed { folder, listed } => view.recordings.take(&folder, &listed),
+            Update::ListRead { folder, result } => view.recordings.end(&folder, result),
+            Update::Headings { path, result } => view.fitting.take_headings(path, result),
+            Update::Identifying { number, share } => view.fitting.take_share(number, share),
+            Update::Identified { number, result } => view.fitting.take_found(number, result),
             Update::WhatIf { number, result } => {
                 if let Some(why) = self.tapes.take_what_if(number, result) {
                     view.file_notice = Some(Notice::new(Err(why)));
@@ -101,8 +110,19 @@ impl Model {
 
     /// Sets the length of time that the plots show, s.
     pub fn show_span(&mut self, span_s: f64) {
-        let factor = self.view.scope.span_s() / span_s;
-        self.view.scope.zoom(factor, 0.0);
+        let scope = self.view.scope_mut(&self.tapes);
+        scope.zoom(scope.span_s() / span_s, 0.0);
+    }
+
+    /// The page that is shown.
+    #[must_use]
+    pub const fn page(&self) -> Page {
+        self.view.page
+    }
+
+    /// Turns to a page.
+    pub fn turn_to(&mut self, page: Page) {
+        self.view.page = page;
     }
 
     /// Where the plots were drawn, points.
@@ -115,8 +135,9 @@ impl Model {
     /// hidden window must ask as well, because a try goes back while nobody looks.
     #[must_use = "an intent that is not sent has no effect"]
     pub fn due(&mut self, now: Instant) -> (Vec<Intent>, Option<Duration>) {
-        let tuning = &mut self.view.tuning;
-        let (intents, wait) = tuning.due(now, self.daemon.scene.revision);
+        let View { tuning, fitting, .. } = &mut self.view;
+        let (mut intents, wait) = tuning.due(now, self.daemon.scene.revision);
+        intents.extend(fitting.due(self.daemon.is_connected(), tuning.trial.is_active()));
         tuning.note_sent(&intents);
         (intents, wait)
     }
@@ -125,14 +146,16 @@ impl Model {
     pub(crate) fn expire_messages(&mut self, now: Instant) -> Option<Duration> {
         let file = notice::expire(&mut self.view.file_notice, now);
         let report = notice::expire(&mut self.view.tuning.report, now);
+        let fitting = notice::expire(&mut self.view.fitting.report, now);
         let stop = self.daemon.stop.age(now);
-        file.into_iter().chain(report).chain(stop).min()
+        file.into_iter().chain(report).chain(fitting).chain(stop).min()
     }
 
     /// Forgets the facts of a former connection.
     fn reconnect(&mut self, link: Link) {
         self.daemon.reconnect(link);
         self.view.tuning.forget();
+        self.view.fitting.lose_daemon();
         self.tapes.end_live();
     }
 
@@ -163,7 +186,8 @@ impl Model {
         match result {
             Ok(mut loaded) => {
                 loaded.opened.path = path;
-                self.view.scope.open(&loaded.tape);
+                self.view.recorded.open(&loaded.tape);
+                self.view.page = Page::Record;
                 self.tapes.open(*loaded);
                 self.view.file_notice = None;
             }
@@ -174,6 +198,7 @@ impl Model {
     fn take_recording(&mut self, news: RecordingNews) {
         if let RecordingNews::Ended { path, .. } = &news {
             self.view.open_path = path.display().to_string();
+            self.view.recordings.note_change();
         }
         if let Some(told) = self.tapes.take_recording(news) {
             self.view.file_notice = Some(Notice::new(told));
@@ -186,11 +211,14 @@ impl Model {
             return;
         }
         let change = match &result {
-            Ok(Answer::Changed(reply)) => self.daemon.scene.take_reply(reply),
+            Ok(Answer::Changed(reply)) if !reply.dry_run => self.daemon.scene.take_reply(reply),
             _ => SceneChange::default(),
         };
         self.view.tuning.take_scene_change(&change);
-        if let Some(result) = self.view.tuning.take_answer(intent, result) {
+        let View { tuning, fitting, .. } = &mut self.view;
+        let others = fitting.take_answer(intent, result);
+        let others = others.and_then(|result| tuning.take_answer(intent, result));
+        if let Some(result) = others {
             self.daemon.take_answer(result);
         }
     }
@@ -198,7 +226,7 @@ impl Model {
 
 /// The scene of the samples in sight: the active one, or that of the newest sample of a recording.
 pub(crate) fn scene_seen<'a>(daemon: &'a Daemon, tapes: &'a Tapes, scope: &Scope) -> Option<&'a Scene> {
-    let Some(opened) = tapes.opened() else {
+    let Some(opened) = tapes.opened().filter(|_| !scope.is_of_rig()) else {
         return daemon.scene.active.as_ref();
     };
     let newest = scope.tape(tapes).at(scope.seen(tapes).to_s)?;

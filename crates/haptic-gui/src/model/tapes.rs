@@ -130,15 +130,6 @@ impl Tapes {
         free(Some(std::mem::take(&mut self.what_if)));
     }
 
-    /// The markers of the tape in sight: those of the opened recording, or of the one being written.
-    pub(crate) fn markers(&self) -> &[Marker] {
-        match (&self.opened, &self.recording) {
-            (Some(loaded), _) => &loaded.opened.markers,
-            (None, Some(recording)) => &recording.markers,
-            (None, None) => &[],
-        }
-    }
-
     /// Sets a marker in the recording that is being written. Returns its tick.
     pub(crate) fn set_marker(&mut self, text: &str) -> Option<u64> {
         let Sample { tick, t_s, .. } = *self.newest()?;

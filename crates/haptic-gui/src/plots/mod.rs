@@ -4,9 +4,8 @@ pub(crate) mod axis;
 pub(crate) mod chart;
 pub(crate) mod contact_ribbon;
 pub(crate) mod force_velocity;
-mod frame;
+pub(crate) mod frame;
 pub(crate) mod over_time;
-pub(crate) mod recordings;
 mod toolbar;
 mod trigger_bar;
 
@@ -45,8 +44,9 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let height = ui.available_height();
     // The names of the axes reach into the margin.
     view.layout.area = ui.available_rect_before_wrap().expand2(vec2(AXIS_NAME_MARGIN, 0.0));
-    let scene = scene_seen(daemon, tapes, &view.scope);
-    let scope = &mut view.scope;
+    let chosen = view.layout.chosen;
+    let scope = view.scope_mut(tapes);
+    let scene = scene_seen(daemon, tapes, scope);
     if is_wide {
         let column = ui.available_width() * COLUMN_SHARE;
         ui.horizontal_top(|ui| {
@@ -60,7 +60,7 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         });
         return;
     }
-    match view.layout.chosen {
+    match chosen {
         PlotGroup::OverTime => over_time::show(ui, tapes, scope, height),
         PlotGroup::ForceVelocity => force_velocity::show(ui, tapes, scope, scene, height),
     }

@@ -60,6 +60,7 @@ fn recorded(tapes: &Tapes, scope: &Scope, quantity: Quantity, columns: f64) -> V
     let mut overlays = Vec::new();
     if let WhatIf::Shown(what_if) = tapes.what_if()
         && quantity == Signal::COMMAND_FORCE.quantity()
+        && !scope.is_of_rig()
     {
         let ends = (seen.from_s, seen.to_s);
         let lines = what_if
@@ -78,16 +79,22 @@ fn recorded(tapes: &Tapes, scope: &Scope, quantity: Quantity, columns: f64) -> V
     // Their texts stand in the first plot alone.
     let is_first = scope.quantities().next() == Some(quantity);
     let in_sight = |marker: &&Marker| (seen.from_s..=seen.to_s).contains(&marker.t_s);
-    overlays.extend(tapes.markers().iter().filter(in_sight).map(|marker| Overlay::Mark {
-        at: marker.t_s - seen.zero_s,
-        label: if is_first {
-            marker.text.clone().into()
-        } else {
-            "".into()
-        },
-        is_dashed: false,
-        ink: Ink::solid(|palette| palette.mark, MARK_WIDTH),
-    }));
+    overlays.extend(
+        scope
+            .markers(tapes)
+            .iter()
+            .filter(in_sight)
+            .map(|marker| Overlay::Mark {
+                at: marker.t_s - seen.zero_s,
+                label: if is_first {
+                    marker.text.clone().into()
+                } else {
+                    "".into()
+                },
+                is_dashed: false,
+                ink: Ink::solid(|palette| palette.mark, MARK_WIDTH),
+            }),
+    );
     overlays
 }
 

@@ -1,6 +1,6 @@
 //! The tools of the plots: run and freeze, zoom and move, choose, trigger, measure, export.
 
-use super::{recordings, trigger_bar};
+use super::trigger_bar;
 use crate::intent::{Format, Intent};
 use crate::model::Model;
 use crate::model::scope::Scope;
@@ -23,16 +23,16 @@ const AXIS_FIELDS_AT: f32 = 96.0;
 
 /// Sizes of the button, for either name, and of the time seen: their neighbours must not move.
 const RUN_SIZE: Vec2 = vec2(60.0, 0.0);
-const SPAN_SIZE: Vec2 = vec2(60.0, 22.0);
+const SPAN_SIZE: Vec2 = vec2(68.0, 22.0);
 
 /// Shows the tools. A wide window has room for the readings of both cursors.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut Vec<Intent>) {
-    let is_live = model.tapes.opened().is_none();
+    let Model { tapes, view, .. } = model;
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        let Model { tapes, view, .. } = &mut *model;
-        let scope = &mut view.scope;
-        if is_live {
+        let scope = view.scope_mut(tapes);
+        let is_of_rig = scope.is_of_rig();
+        if is_of_rig {
             show_running(ui, tapes, scope);
         }
         show_moving(ui, tapes, scope);
@@ -43,20 +43,18 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut 
         }
         show_axes(ui, scope);
         ui.separator();
-        if is_live {
+        if is_of_rig {
             trigger_bar::show_mode(ui, scope);
         }
         show_cursors_toggle(ui, tapes, scope);
-        show_export(ui, &mut view.export_folder, intents);
-        recordings::show(ui, model, intents);
+        show_export(ui, &mut view.folder, intents);
     });
-    let Model { tapes, view, .. } = model;
-    recordings::show_news(ui, tapes, &mut view.file_notice);
-    if is_live && view.scope.trigger.mode() != Mode::Off {
-        ui.horizontal_wrapped(|ui| trigger_bar::show(ui, &mut view.scope));
+    let scope = view.scope_mut(tapes);
+    if scope.is_of_rig() && scope.trigger.mode() != Mode::Off {
+        ui.horizontal_wrapped(|ui| trigger_bar::show(ui, scope));
     }
-    if view.scope.cursors.shown {
-        show_cursors(ui, tapes, &mut view.scope, is_wide);
+    if scope.cursors.shown {
+        show_cursors(ui, tapes, scope, is_wide);
     }
 }
 
@@ -97,8 +95,26 @@ fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
             _ => scope.zoom(ZOOM_STEP, middle_s),
         }
     }
-    ui.add_sized(SPAN_SIZE, Label::new(duration(span_s)))
-        .on_hover_text("The time that is seen");
+    let (shortest_s, longest_s) = scope.reach_s();
+    let mut typed_s = span_s;
+    let field = DragValue::new(&mut typed_s)
+        .speed(span_s / 100.0)
+        .range(shortest_s..=longest_s)
+        .max_decimals(4)
+        .suffix(" s");
+    let field = ui.add_sized(SPAN_SIZE, field).accessible_name("time seen");
+    field.on_hover_text("The time that is seen, to be dragged or typed");
+    let usual_s = scope.usual_s();
+    let usual = ui.add_enabled(span_s != usual_s, Button::new("5 s"));
+    let usual = usual
+        .accessible_name("back to 5 s")
+        .on_hover_text("Shows five seconds again");
+    if usual.clicked() {
+        typed_s = usual_s;
+    }
+    if typed_s != span_s {
+        scope.zoom(span_s / typed_s, middle_s);
+    }
 }
 
 /// The ranges of the value axes, to be typed. The pointer sets them at the numbers of each axis.
@@ -212,13 +228,4 @@ fn show_export(ui: &mut Ui, folder: &mut String, intents: &mut Vec<Intent>) {
         });
     });
     button.on_hover_text("PNG and SVG as it is drawn, CSV with every column");
-}
-
-/// A time in words.
-fn duration(span_s: f64) -> String {
-    if span_s < 0.1 {
-        format!("{:.1} ms", span_s * 1e3)
-    } else {
-        format!("{span_s:.2} s")
-    }
 }

@@ -3,10 +3,13 @@
 #[cfg(test)]
 #[path = "../../tests/fixture/metadata.rs"]
 pub(crate) mod fixture;
+mod listing;
 mod loaded;
 mod progress;
 mod what_if;
 
+pub(crate) use listing::list;
+pub use listing::{About, Length, Listed};
 pub use loaded::Loaded;
 pub(crate) use loaded::{Marker, Opened};
 pub use progress::RecordingNews;

@@ -125,7 +125,7 @@ fn fixes(warnings: &[Warning<'_>], fix: &Fix) -> String {
     format!("Fixes: {}", names.collect::<Vec<_>>().join(", "))
 }
 
-/// Shows every check, at the end of the scene.
+/// Shows how many bounds are broken, in a line that is always there, and opens to every check.
 pub(crate) fn show_all(ui: &mut Ui, advised: &Advised, is_open: &mut bool) {
     let caution = Palette::of(ui).caution_text;
     if let Some(failure) = advised.failure() {
@@ -134,6 +134,8 @@ pub(crate) fn show_all(ui: &mut Ui, advised: &Advised, is_open: &mut bool) {
     }
     let count = advised.checks().count();
     if count == 0 {
+        // What stands below does not move when the advice comes.
+        ui.allocate_space(vec2(0.0, ui.spacing().interact_size.y));
         return;
     }
     let broken = advised.checks().filter(|(finding, _)| !finding.passes).count();

@@ -70,6 +70,7 @@ fn show_saving(ui: &mut Ui, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
             intents.push(Intent::Save {
                 name: name.to_owned(),
                 replace: false,
+                scene: None,
             });
         }
         if let Some(taken) = tuning.would_replace.clone()
@@ -79,6 +80,7 @@ fn show_saving(ui: &mut Ui, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
             intents.push(Intent::Save {
                 name: taken,
                 replace: true,
+                scene: None,
             });
         }
     });

@@ -6,7 +6,7 @@ use crate::model::scene::SceneFacts;
 use crate::model::tuning::Tuning;
 use crate::theme::Palette;
 use crate::wording::sentence_case;
-use egui::style::ScrollAnimation;
+use egui::style::{ScrollAnimation, ScrollStyle};
 use egui::{Align, Id, Label, Layout, RichText, ScrollArea, TextStyle, Ui, vec2};
 
 /// Width of the panel, points.
@@ -16,6 +16,7 @@ pub(crate) const WIDTH: f32 = 372.0;
 pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     ui.add_space(4.0);
     tools::show(ui, scene, tuning, intents);
+    advice_lines::show_all(ui, &scene.advised, &mut tuning.checks_are_open);
     ui.separator();
     ui.with_layout(Layout::bottom_up(Align::Min), |ui| {
         ui.add_space(4.0);
@@ -28,9 +29,9 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents
 /// Shows the list that scrolls. The row under the pointer stays there when the rows above it change.
 fn show_list(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     let mut rows = Rows::new(ui);
+    // A list that goes on shows that it does.
+    ui.spacing_mut().scroll = ScrollStyle::solid();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        // Room for the scroll bar, which would lie over the toggles.
-        ui.set_max_width(ui.available_width() - 10.0);
         rows.begin(ui);
         show_parameters(ui, scene, tuning, &mut rows);
         rows.show(ui, "library", |ui| library::show(ui, scene, tuning, intents));
@@ -114,17 +115,16 @@ fn show_parameters(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, rows: &
         rows.show(ui, &about.name, |ui| {
             parameter_row::show(ui, about, edits, &scene.advised);
         });
-        ui.add_space(3.0);
     }
-    advice_lines::show_all(ui, &scene.advised, &mut tuning.checks_are_open);
 }
 
 /// The revision, and the outcome of the last action on the whole scene. The lowest line comes first.
 fn show_reports(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning) {
     let palette = Palette::of(ui);
     let text = match (scene.revision, scene.tick) {
+        // No tick has applied the scene that the daemon began with.
+        (Some(revision), None | Some(0)) => format!("Revision {revision}"),
         (Some(revision), Some(tick)) => format!("Revision {revision}, applied at tick {tick}"),
-        (Some(revision), None) => format!("Revision {revision}"),
         (None, _) => "No scene heard of yet".to_owned(),
     };
     ui.label(RichText::new(text).small().weak());

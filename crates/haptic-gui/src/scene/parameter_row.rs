@@ -18,6 +18,9 @@ const FIELD_WIDTH: f32 = 84.0;
 const UNIT_WIDTH: f32 = 44.0;
 const SIGN_WIDTH: f32 = 12.0;
 
+/// Height of the line with the name, points.
+const TITLE_HEIGHT: f32 = 18.0;
+
 /// Share of the length of a slider by which an arrow key moves it.
 const KEY_STEP: f64 = 0.01;
 
@@ -26,6 +29,9 @@ const FINE_KEY_STEP: f64 = 0.001;
 
 /// Shows the parameter, and takes the changes of the user.
 pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEdits, advised: &Advised) {
+    ui.spacing_mut().item_spacing.y = 0.0;
+    let height = ui.spacing().interact_size.y;
+    ui.spacing_mut().interact_size.y = TITLE_HEIGHT;
     ui.horizontal(|ui| {
         let title = ui.label(RichText::new(sentence_case(&about.name)).strong());
         let symbol = ui.label(RichText::new(&about.symbol).italics().weak());
@@ -37,6 +43,7 @@ pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut Parame
             show_outcome(ui, edits);
         });
     });
+    ui.spacing_mut().interact_size.y = height;
     let is_split = edits.is_split(about);
     let directions: &[_] = if is_split {
         &[Some(Direction::Positive), Some(Direction::Negative)]
@@ -59,6 +66,7 @@ fn show_outcome(ui: &mut Ui, edits: &ParameterEdits) {
     let (text, color) = match edits.outcome() {
         Outcome::None => return,
         Outcome::Pending => ("pending".to_owned(), palette.caution_text),
+        Outcome::Applied(0) => ("applied".to_owned(), ui.visuals().weak_text_color()),
         Outcome::Applied(tick) => (format!("applied at tick {tick}"), ui.visuals().weak_text_color()),
         Outcome::Refused => ("refused".to_owned(), palette.error_text),
     };
@@ -75,7 +83,11 @@ fn show_split(ui: &mut Ui, about: &ParameterDescription, edits: &mut ParameterEd
     };
     let name = format!("{} by direction", spoken(&about.name));
     let toggle = ui
-        .add(egui::Button::selectable(is_split, "±").frame_when_inactive(true))
+        .add(
+            egui::Button::selectable(is_split, "±")
+                .small()
+                .frame_when_inactive(true),
+        )
         .accessible_name(name)
         .on_hover_text(hint);
     if toggle.clicked() {
@@ -213,8 +225,11 @@ fn show_field(ui: &mut Ui, about: &ParameterDescription, edit: &mut Edit, active
     if field.changed() || field.gained_focus() {
         edit.forget_refusal();
     }
+    let is_left_by_key = ui.input(|input| input.key_pressed(Key::Enter) || input.key_pressed(Key::Tab));
     if field.lost_focus()
         && let Some(typed) = edit.typing.take()
+        // A click elsewhere drops what is typed by half.
+        && is_left_by_key
     {
         match quantity::parse(&typed, &about.unit) {
             Ok(value) => edit.change(value, Hand::Once),

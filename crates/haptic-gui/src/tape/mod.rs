@@ -5,7 +5,7 @@
 //! min/max pyramids, so the work of a frame depends on its pixels instead of its samples.
 
 mod chunk;
-mod outline;
+pub(crate) mod outline;
 pub(crate) mod signal;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -39,7 +39,11 @@ fn a_broken_bound_is_shown_and_fixed_by_a_button() {
         check("friction", 16_000.0, Some(16_000.0)),
         check("encoder", 160_000.0, None),
     ];
+    let before = panel.get_by_label("mass value").rect();
     hear(&mut panel, advised(1, advice));
+    let line = panel.get_by_label("Stability: 1 of 2 bounds broken").rect();
+    assert!(line.bottom() < before.top(), "above the list that scrolls");
+    assert_eq!(panel.get_by_label("mass value").rect(), before, "and it moves nothing");
     press(&mut panel, "Friction: 25000, bound 16000 N/m");
     panel.get_by_label("25000 N/m is held against 16000 N/m");
     assert!(

@@ -8,7 +8,7 @@ use crate::scene::active_scene;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use haptic_core::Scene;
-use haptic_gui::{Files, Format, Intent, Loaded, RecordingNews, Update, WhatIfTape};
+use haptic_gui::{About, Files, Format, Intent, Length, Listed, Loaded, RecordingNews, Update, WhatIfTape};
 use haptic_ipc::{Event, RigState, Sample, SamplesEvent};
 use haptic_lab::recording::{self, Ending, Mark, Place, Totals};
 use std::path::PathBuf;
@@ -26,6 +26,13 @@ impl egui::DroppedFile for Dropped {
     fn bytes(&self) -> Result<Vec<u8>, String> {
         Err("the panel reads it by its path".to_owned())
     }
+}
+
+/// The panel on its page of recordings, without what that page asks for by itself.
+fn recording_page(mut panel: Panel) -> Panel {
+    press(&mut panel, "Record page");
+    asked(&mut panel);
+    panel
 }
 
 #[test]
@@ -63,7 +70,7 @@ fn what_is_seen_is_exported() {
 
 #[test]
 fn a_recording_shows_its_length_and_size_until_it_is_ended() {
-    let mut panel = connected(RigState::Engaged);
+    let mut panel = recording_page(connected(RigState::Engaged));
     let (path, totals) = (
         std::path::PathBuf::from("/home/ada/r.csv"),
         Totals {
@@ -91,15 +98,13 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
     );
     panel.get_by_label_contains("Recorded /home/ada/r.csv");
     panel.get_by_label("Record");
-    press(&mut panel, "Open");
-    assert!(panel.get_by_label("recording to open").is_focused());
     assert_eq!(
         value_of(&panel, "recording to open"),
         "/home/ada/r.csv",
         "it may be looked at"
     );
-    panel.key_press(Key::Enter);
-    panel.run();
+    asked(&mut panel);
+    press(&mut panel, "Open recording");
     assert_eq!(asked(&mut panel), [Intent::Open { path }]);
     wait(&mut panel, 10.0);
     assert!(
@@ -110,8 +115,7 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
 
 #[test]
 fn a_recording_is_looked_at_without_a_daemon() {
-    let mut panel = panel();
-    press(&mut panel, "Open");
+    let mut panel = recording_page(panel());
     type_into(&mut panel, "recording to open", "/home/ada/r.csv");
     press(&mut panel, "Open recording");
     let path = std::path::PathBuf::from("/home/ada/r.csv");
@@ -163,7 +167,7 @@ fn going(path: &str) -> Update {
 
 #[test]
 fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_notes() {
-    let mut panel = connected(RigState::Engaged);
+    let mut panel = recording_page(connected(RigState::Engaged));
     assert!(!is_enabled(&panel, "Record"), "there is no status yet");
     hear(&mut panel, active_scene(1, &Scene::paper()));
     hear(&mut panel, Update::Status(Ok(Box::new(status()))));
@@ -178,15 +182,65 @@ fn a_recording_is_an_mcap_unless_another_format_is_chosen_and_begins_with_the_no
     assert_eq!((format, metadata.notes), (recording::Format::Mcap, None));
     let configuration = metadata.configuration.expect("the daemon's status");
     assert_eq!(configuration["velocity_estimator"], "foaw");
-    press(&mut panel, "format and notes");
-    panel.get_by_label_contains(".parquet (").click();
-    panel.run();
+    press(&mut panel, "parquet");
     type_into(&mut panel, "notes of the recording", "slow-pulls");
     panel.key_press(Key::Tab);
     panel.run();
     let (format, metadata) = recorded(&mut panel);
     assert_eq!(format, recording::Format::Parquet);
     assert_eq!(metadata.notes.as_deref(), Some("slow-pulls"));
+}
+
+#[test]
+fn the_recordings_of_the_folder_are_listed_and_opened_by_a_click() {
+    let mut panel = recording_page(connected(RigState::Engaged));
+    type_into(&mut panel, "folder of recordings", "/home/ada/pulls");
+    assert_eq!(asked(&mut panel), [], "a half-typed folder is not read");
+    panel.key_press(Key::Enter);
+    panel.run();
+    let folder = PathBuf::from("/home/ada/pulls");
+    let list = |known: Vec<Listed>| Intent::List {
+        folder: folder.clone(),
+        known,
+    };
+    assert_eq!(asked(&mut panel), [list(Vec::new())]);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "once");
+    let listed = Listed {
+        path: folder.join("slow.mcap"),
+        bytes: 1,
+        modified: std::time::SystemTime::UNIX_EPOCH,
+        about: Ok(About {
+            scene: "paper".to_owned(),
+            notes: Some("with gloves".to_owned()),
+            length: Some(Length {
+                length_s: 12.34,
+                is_complete: true,
+            }),
+        }),
+    };
+    let update = Update::Listed {
+        folder: folder.clone(),
+        listed: Box::new(listed.clone()),
+    };
+    hear(&mut panel, update);
+    let (ended, result) = (folder.clone(), Ok(()));
+    hear(&mut panel, Update::ListRead { folder: ended, result });
+    panel.get_by_label("12.3 s, scene paper, with gloves");
+    press(&mut panel, "open slow.mcap");
+    let path = listed.path.clone();
+    assert_eq!(asked(&mut panel), [Intent::Open { path }]);
+    press(&mut panel, "Read again");
+    assert_eq!(
+        asked(&mut panel),
+        [list(vec![listed])],
+        "what is known is not read again"
+    );
+    let result = Err("cannot read /home/ada/pulls: gone".to_owned());
+    let ended = folder.clone();
+    hear(&mut panel, Update::ListRead { folder: ended, result });
+    panel.get_by_label("cannot read /home/ada/pulls: gone");
+    assert!(panel.query_by_label("open slow.mcap").is_none());
 }
 
 #[test]
@@ -206,6 +260,7 @@ fn a_marker_is_set_by_its_key_and_its_button_and_is_on_the_time_axis() {
     assert_eq!(asked(&mut panel), [marker(1999, "marker 1")]);
     feel(&mut panel, &rows(2000..3000, |_| 1.0));
     // In the field the key is a letter.
+    let mut panel = recording_page(panel);
     type_into(&mut panel, "text of the marker", "my-turn");
     panel.key_press(Key::M);
     panel.run();
@@ -267,6 +322,8 @@ fn looking_at(path: &std::path::Path, scene: &Scene) -> Panel {
     let result = Loaded::read(path).map(Box::new);
     let path = path.to_path_buf();
     hear(&mut panel, Update::Opened { path, result });
+    // The list of recordings.
+    asked(&mut panel);
     panel
 }
 

@@ -3,6 +3,7 @@
 mod advice;
 mod bench;
 mod files;
+mod identify;
 #[path = "../fixture/metadata.rs"]
 mod metadata;
 mod plots;

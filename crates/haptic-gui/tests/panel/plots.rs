@@ -92,10 +92,19 @@ fn what_came_last_before_the_daemon_died_can_be_looked_at_and_kept() {
 fn plots_are_zoomed_and_moved_by_button_and_by_pointer() {
     let mut panel = connected(RigState::Engaged);
     feel(&mut panel, &rows(0..20_000, |_| 1.0));
+    let seen_s = |panel: &Panel| {
+        let field = panel.get_by_label("time seen");
+        field.accesskit_node().numeric_value().expect("a number")
+    };
     press(&mut panel, "zoom in");
-    panel.get_by_label("3.33 s");
-    press(&mut panel, "zoom out");
-    panel.get_by_label("5.00 s");
+    assert!((seen_s(&panel) - 5.0 / 1.5).abs() < 1e-9);
+    press(&mut panel, "back to 5 s");
+    assert_eq!(seen_s(&panel), 5.0);
+    for _ in 0..10 {
+        press(&mut panel, "zoom out");
+    }
+    assert_eq!(seen_s(&panel), 60.0, "no more is kept");
+    press(&mut panel, "back to 5 s");
     press(&mut panel, "earlier");
     let (from, to) = csv_times(&panel);
     assert!(

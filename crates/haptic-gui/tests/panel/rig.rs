@@ -2,6 +2,7 @@
 
 use crate::bench::{Panel, SOCKET, asked, connected, hear, in_state, is_enabled, press, sample, state_event};
 use crate::plots::{feel, rows, timing};
+use egui::{ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable;
 use haptic_gui::{Intent, Update};
 use haptic_ipc::{Bucket, Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Sample, SamplesEvent, Timing};
@@ -223,6 +224,7 @@ fn histograms_and_clipping_are_shown() {
     let mut panel = connected(RigState::Engaged);
     let buckets = vec![Bucket { up_to: 1024, count: 7 }, Bucket { up_to: 2048, count: 1 }];
     hear(&mut panel, Update::Event(Event::Timing(Box::new(timing(buckets)))));
+    assert!(panel.query_by_label("Wake-up histogram").is_none(), "they are folded");
     press(&mut panel, "Histograms");
     panel.get_by_label("Wake-up histogram");
     panel.get_by_label("Tick: half below 2.00 µs, 99 % below 9.00 µs, 99.9 % below 30.0 µs, longest 1.20 ms");
@@ -241,6 +243,44 @@ pub(crate) fn status() -> haptic_ipc::Status {
         "velocity_estimator":"foaw","revision":1,"scene":"paper","command_force_N":0,"device_position_m":0,"clients":1,
         "device":{"description":"fake rig","force_limit_N":20},"real_time":{"memory_locked":true,"problems":[]}}"#;
     serde_json::from_str(text).expect("a status")
+}
+
+#[test]
+fn a_long_fault_moves_nothing_below_it() {
+    let mut panel = connected(RigState::Engaged);
+    let place = |panel: &Panel| panel.get_by_label("Tune page").rect();
+    let before = place(&panel);
+    let mut event = state_event(RigState::Faulted, 200);
+    event.fault = Some("control_lost: the control thread hung, so that no stop could be heard; ".repeat(3));
+    hear(&mut panel, Update::Event(Event::State(event)));
+    panel.get_by_label_contains("Fault: control_lost");
+    assert_eq!(place(&panel), before);
+}
+
+#[test]
+fn a_window_that_is_closed_while_force_is_on_asks_first() {
+    let commands = |panel: &Panel| panel.output().viewport_output[&ViewportId::ROOT].commands.clone();
+    let close = |panel: &mut Panel| {
+        let root = panel.input_mut().viewports.entry(ViewportId::ROOT).or_default();
+        root.events.push(ViewportEvent::Close);
+        panel.step();
+    };
+    let mut panel = connected(RigState::Idle);
+    close(&mut panel);
+    assert_eq!(commands(&panel), [], "nothing is on");
+    let mut panel = connected(RigState::Engaged);
+    close(&mut panel);
+    assert_eq!(commands(&panel), [ViewportCommand::CancelClose]);
+    panel.get_by_label("Stop");
+    press(&mut panel, "Keep the window");
+    assert!(panel.query_by_label("Release and close").is_none());
+    close(&mut panel);
+    press(&mut panel, "Release and close");
+    assert_eq!(asked(&mut panel), [Intent::Release]);
+    panel.get_by_label("The window closes when the force is off");
+    panel.state_mut().model.apply(in_state(RigState::Idle, 300));
+    panel.step();
+    assert_eq!(commands(&panel), [ViewportCommand::Close]);
 }
 
 #[test]

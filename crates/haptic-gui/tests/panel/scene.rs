@@ -293,6 +293,7 @@ fn the_library_is_loaded_from_and_saved_to() {
     let save = |replace| Intent::Save {
         name: "mine".into(),
         replace,
+        scene: None,
     };
     assert_eq!(crate::bench::asked(&mut panel), [save(false)]);
     let refused = Update::Answered {
@@ -443,6 +444,7 @@ fn enter_saves_under_the_name_that_was_typed() {
     let save = Intent::Save {
         name: "mine".into(),
         replace: false,
+        scene: None,
     };
     assert_eq!(asked(&mut panel), [save]);
     assert!(panel.get_by_label("name to save as").is_focused());

@@ -1,9 +1,10 @@
 //! Stop: its keys, its button, and what the panel says of it.
 
-use crate::bench::{Panel, asked, connected, hear, in_state, type_into, value_of, wait};
+use crate::bench::{Panel, asked, connected, hear, in_state, press, type_into, value_of, wait};
+use egui::accesskit::Role;
 use egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable;
-use haptic_gui::{Answer, Intent, StopNews, Update};
+use egui_kittest::kittest::{NodeT, Queryable};
+use haptic_gui::{Answer, Intent, Page, StopNews, Update};
 use haptic_ipc::{ErrorCode, RigState, StateReply, WireError};
 use std::time::Duration;
 
@@ -21,6 +22,58 @@ fn space_and_escape_stop_wherever_the_focus_is() {
             panel.run();
             assert_eq!(asked(&mut panel), [Intent::Stop], "{key:?} with the focus on {focus:?}");
         }
+    }
+}
+
+/// The text fields that a page shows.
+fn text_fields(panel: &Panel) -> Vec<String> {
+    let fields = panel.query_all(egui_kittest::kittest::By::new().predicate(|node| {
+        let role = node.role();
+        matches!(role, Role::TextInput | Role::MultilineTextInput)
+    }));
+    let names = fields.filter_map(|field| field.accesskit_node().label());
+    names.collect()
+}
+
+#[test]
+fn every_page_stops_while_text_is_typed_in_any_of_its_fields() {
+    for page in Page::ALL {
+        let mut panel = connected(RigState::Engaged);
+        press(&mut panel, &format!("{} page", page.name()));
+        assert_eq!(panel.state().model.page(), *page);
+        let fields = text_fields(&panel);
+        assert!(!fields.is_empty(), "{page:?}");
+        let keys = [Key::Space, Key::Escape].into_iter().cycle();
+        for (focus, key) in fields.iter().map(Some).chain([None, None]).zip(keys) {
+            if let Some(field) = focus {
+                panel.get_by_label(field).focus();
+                panel.run();
+                panel.get_by_label(field).type_text("7");
+                panel.run();
+            }
+            asked(&mut panel);
+            panel.key_press(key);
+            panel.step();
+            let asked = asked(&mut panel);
+            let [Intent::Stop, others @ ..] = &asked[..] else {
+                panic!("{key:?} on {page:?} with {focus:?}: {asked:?}")
+            };
+            // Half a text may name a folder, and never changes the rig.
+            assert!(
+                others.iter().all(|other| other.request().is_none()),
+                "{focus:?}: {others:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_page_is_turned_to_by_its_key_and_by_its_name() {
+    let mut panel = connected(RigState::Engaged);
+    for (page, key) in Page::ALL.iter().zip([Key::Num1, Key::Num2, Key::Num3]).rev() {
+        panel.key_press_modifiers(Modifiers::COMMAND, key);
+        panel.run();
+        assert_eq!(panel.state().model.page(), *page);
     }
 }
 

@@ -275,3 +275,21 @@ fn a_split_parameter_is_set_by_direction() {
     };
     assert_eq!((target.to_string().as_str(), *value), ("viscous-", 2.0));
 }
+
+#[test]
+fn a_number_that_is_typed_by_half_is_dropped_by_a_click_elsewhere() {
+    for (key, set_to) in [(None, None), (Some(Key::Tab), Some(7.0)), (Some(Key::Enter), Some(7.0))] {
+        let mut panel = connected(RigState::Engaged);
+        type_into(&mut panel, "mass value", "7");
+        match key {
+            Some(key) => panel.key_press(key),
+            None => panel.get_by_label("static force value").focus(),
+        }
+        panel.run();
+        let expected: Vec<_> = set_to.map(|value| set("mass", value)).into_iter().collect();
+        assert_eq!(asked(&mut panel), expected, "{key:?}");
+        if key.is_none() {
+            assert_eq!(value_of(&panel, "mass value"), "0.5");
+        }
+    }
+}

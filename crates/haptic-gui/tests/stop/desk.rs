@@ -4,7 +4,7 @@ use crate::metadata::metadata;
 use crate::row::row;
 use egui::{Context, Event, Key, Modifiers, RawInput, Rect, vec2};
 use haptic_gui::connection::{Connection, Patience};
-use haptic_gui::{App, Files, Intent, Loaded, Update, theme};
+use haptic_gui::{App, Files, Intent, Loaded, Page, Update, theme};
 use haptic_ipc::{Client, Request, RigState, Sample, ServerLine, StateReply, Status, SubscribeReply, Topic};
 use haptic_lab::recording::{Ending, Format, Writer};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -97,6 +97,10 @@ impl Desk {
         let result = Ok(Box::new(loaded));
         self.app.hear(Update::Opened { path, result });
         self.frames.clear();
+    }
+
+    pub(crate) fn turn_to(&mut self, page: Page) {
+        self.app.turn_to(page);
     }
 
     pub(crate) fn files_busy(&self) -> usize {

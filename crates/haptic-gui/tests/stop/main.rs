@@ -12,7 +12,9 @@ mod row;
 
 use desk::{Desk, Pipe, an_hour, percentiles};
 use haptic_core::Scene;
-use haptic_gui::{Format, Intent};
+use haptic_gui::{Format, Intent, Page, Question};
+use haptic_lab::identify::record_file::Source;
+use haptic_lab::identify::{ModelKind, Options};
 use haptic_lab::recording;
 use metadata::metadata;
 use std::time::Duration;
@@ -106,6 +108,38 @@ fn an_hour_that_is_open_exported_or_read_does_not_keep_a_stop_waiting() {
     desk.ask(Intent::CancelWhatIf);
     stops(&mut desk, "giving that up", 2);
     drop(fed);
+}
+
+#[test]
+fn an_identification_does_not_keep_a_stop_waiting() {
+    let mut desk = Desk::new();
+    desk.turn_to(Page::Identify);
+    let record = Pipe::unopened();
+    let fed = record.feed();
+    // An endless recording is read, and never fitted.
+    let source = Source::new(record.path());
+    let options = Options::new(ModelKind::Auto);
+    desk.ask(Intent::Identify {
+        number: 1,
+        question: Box::new(Question::of_file(source, options)),
+    });
+    stops(&mut desk, "reading a record to identify", 3);
+    assert!(desk.files_busy() > 0, "it still goes on");
+    drop(fed);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("record.csv");
+    let rows: String = (0..60_000)
+        .map(|tick| (f64::from(tick) * 1e-3, f64::from(tick) * 9e-3))
+        .map(|(t_s, angle)| format!("{t_s},{},{}\n", 0.02 * angle.sin(), 3.0 * angle.cos().signum()))
+        .collect();
+    std::fs::write(&path, format!("t_s,position_m,force_N\n{rows}")).expect("written");
+    desk.ask(Intent::Identify {
+        number: 2,
+        question: Box::new(Question::of_file(Source::new(&path), Options::new(ModelKind::Lugre))),
+    });
+    stops(&mut desk, "fitting a record", 3);
+    desk.ask(Intent::CancelIdentify);
+    stops(&mut desk, "giving that up", 2);
 }
 
 #[test]

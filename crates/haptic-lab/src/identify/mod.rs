@@ -23,12 +23,14 @@ mod scene;
 mod sensor;
 pub(crate) mod smoothing;
 pub mod study;
+mod values;
 
 pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 
 pub use scene::IdentifiedScene;
 use thiserror::Error;
+pub use values::FoundValue;
 
 /// A record to identify from: samples of one clock, with the force that drives the moving mass.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -8,6 +8,7 @@ pub(crate) mod trigger;
 pub(crate) mod value_axes;
 
 use super::tapes::Tapes;
+use crate::recording::Marker;
 use crate::tape::Tape;
 use crate::tape::signal::Quantity;
 use cursors::Cursors;
@@ -23,8 +24,8 @@ pub(crate) struct Scope {
     frozen: Option<Tape>,
     pub(crate) trigger: Trigger,
     window: TimeWindow,
-    /// The window of the live rig, while a recording is open.
-    live_window: Option<TimeWindow>,
+    /// Whether it shows the opened recording instead of the live rig.
+    is_of_recording: bool,
     pub(crate) cursors: Cursors,
     pub(crate) value_axes: ValueAxes,
     /// The plots over time that are shown, in the order of [`Quantity::ALL`].
@@ -38,7 +39,7 @@ impl Default for Scope {
             frozen: None,
             trigger: Trigger::default(),
             window: TimeWindow::default(),
-            live_window: None,
+            is_of_recording: false,
             cursors: Cursors::default(),
             value_axes: ValueAxes::default(),
             shown: [true; 3],
@@ -69,39 +70,38 @@ impl TimeRange {
 }
 
 impl Scope {
+    /// The view of the opened recording.
+    pub(crate) fn of_recording() -> Self {
+        Self {
+            is_of_recording: true,
+            ..Self::default()
+        }
+    }
+
     /// Takes new samples of the live rig, which `tapes` holds already. `ended` is the tape that a new
     /// one has replaced.
     pub(crate) fn take_samples(&mut self, rows: &[Sample], ended: Option<Tape>, tapes: &Tapes) {
-        let live_window = self.live_window.unwrap_or(self.window);
         if let Some(ended) = ended {
-            if live_window.zero != Zero::Newest {
+            if self.window.zero != Zero::Newest {
                 // A moved window shows the tape that has ended.
                 self.frozen.get_or_insert(ended);
             }
             self.trigger.restart();
         }
-        let span_s = live_window.span_s();
+        let span_s = self.window.span_s();
         self.trigger.look(rows, tapes.live().oldest_s(), span_s);
         self.trigger.catch(tapes.live(), span_s);
     }
 
-    /// Shows the whole of a recording that was opened.
+    /// Shows the whole of the recording that was opened.
     pub(crate) fn open(&mut self, tape: &Tape) {
-        self.frozen = None;
-        self.live_window.get_or_insert(self.window);
         let (from, to) = (tape.oldest_s().unwrap_or(0.0), tape.newest_s().unwrap_or(0.0));
         self.window = TimeWindow::whole(from, to - from);
     }
 
-    /// Shows the live rig again.
-    pub(crate) fn close(&mut self) {
-        if let Some(window) = self.live_window.take() {
-            self.window = window;
-        }
-    }
-
-    fn shows_recording(&self) -> bool {
-        self.live_window.is_some()
+    /// Whether it shows the live rig.
+    pub(crate) fn is_of_rig(&self) -> bool {
+        !self.is_of_recording
     }
 
     /// The crossing that the trigger has caught, if it is shown.
@@ -111,10 +111,19 @@ impl Scope {
 
     /// The tape that is shown.
     pub(crate) fn tape<'a>(&'a self, tapes: &'a Tapes) -> &'a Tape {
-        let still = tapes.opened_tape().or(self.frozen.as_ref());
-        still
+        let opened = tapes.opened_tape().filter(|_| self.is_of_recording);
+        opened
+            .or(self.frozen.as_ref())
             .or(self.caught().map(|caught| &caught.tape))
             .unwrap_or(tapes.live())
+    }
+
+    /// The markers of that tape: those of the opened recording, or of the one that is written.
+    pub(crate) fn markers<'a>(&self, tapes: &'a Tapes) -> &'a [Marker] {
+        if self.is_of_recording {
+            return tapes.opened().map_or(&[], |opened| &opened.markers);
+        }
+        tapes.recording().map_or(&[], |recording| &recording.markers)
     }
 
     /// Whether there is a sample to show.
@@ -124,6 +133,16 @@ impl Scope {
 
     pub(crate) fn span_s(&self) -> f64 {
         self.window.span_s()
+    }
+
+    /// The shortest and the longest time that can be seen, s.
+    pub(crate) fn reach_s(&self) -> (f64, f64) {
+        self.window.reach_s()
+    }
+
+    /// The usual time that is seen, s.
+    pub(crate) fn usual_s(&self) -> f64 {
+        self.window.usual_s()
     }
 
     /// The time that is seen.
@@ -142,7 +161,7 @@ impl Scope {
 
     /// Whether the plots follow the live rig.
     pub(crate) fn follows(&self) -> bool {
-        !self.shows_recording() && self.frozen.is_none() && self.window.zero == Zero::Newest
+        !self.is_of_recording && self.frozen.is_none() && self.window.zero == Zero::Newest
     }
 
     /// Whether the right edge of the plots is the present.

@@ -35,6 +35,7 @@ impl Bench {
     fn open(&mut self, rows: impl IntoIterator<Item = Sample>) {
         let loaded = Loaded::new("r.csv".into(), metadata(), rows, &[], Ending::Complete);
         self.tapes.open(loaded);
+        self.scope = Scope::of_recording();
         self.scope.open(self.tapes.opened_tape().expect("a recording"));
     }
 
@@ -158,17 +159,13 @@ fn a_held_view_outlives_the_daemon() {
 }
 
 #[test]
-fn a_recording_is_shown_whole_and_gives_way_to_the_rig() {
+fn a_recording_is_shown_whole_while_the_rig_goes_on() {
     let mut bench = Bench::running();
     bench.open((0..100).map(|i| at(f64::from(i))));
     bench.extend_to_30_s();
     assert_eq!((bench.seen().from_s, bench.seen().to_s), (0.0, 99.0));
     bench.scope.zoom(2.0, 99.0);
     assert_eq!((bench.seen().from_s, bench.seen().to_s), (49.5, 99.0));
-    bench.tapes.close();
-    bench.scope.close();
-    assert!(bench.scope.follows() && bench.seen().to_s > 29.9);
-    assert_eq!(bench.scope.span_s(), 5.0);
 }
 
 #[test]

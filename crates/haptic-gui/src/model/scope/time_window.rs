@@ -1,10 +1,12 @@
 //! The window in time that the user sees, zooms and moves.
 
+use crate::tape::KEPT_S;
+
 /// Shortest window, s: a few ticks.
 const SHORTEST_S: f64 = 0.002;
 
-/// Longest window, s; a recording may be longer than the live tape.
-const LONGEST_S: f64 = 86_400.0;
+/// Usual length of the window, s.
+const USUAL_S: f64 = 5.0;
 
 /// Zero of the time axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,14 +23,17 @@ pub(crate) struct TimeWindow {
     pub(crate) zero: Zero,
     span_s: f64,
     right_s: f64,
+    /// Length of what there is to see, s: the window is no longer.
+    longest_s: f64,
 }
 
 impl Default for TimeWindow {
     fn default() -> Self {
         Self {
             zero: Zero::Newest,
-            span_s: 5.0,
+            span_s: USUAL_S,
             right_s: 0.0,
+            longest_s: KEPT_S,
         }
     }
 }
@@ -36,16 +41,27 @@ impl Default for TimeWindow {
 impl TimeWindow {
     /// The window from 0 to `length_s`.
     pub(crate) fn whole(zero_s: f64, length_s: f64) -> Self {
-        let span_s = length_s.clamp(SHORTEST_S, LONGEST_S);
+        let span_s = length_s.max(SHORTEST_S);
         Self {
             zero: Zero::At(zero_s),
             span_s,
             right_s: span_s,
+            longest_s: span_s,
         }
     }
 
     pub(crate) fn span_s(&self) -> f64 {
         self.span_s
+    }
+
+    /// The shortest and the longest span, s.
+    pub(crate) fn reach_s(&self) -> (f64, f64) {
+        (SHORTEST_S, self.longest_s)
+    }
+
+    /// The usual length, or all of something shorter, s.
+    pub(crate) fn usual_s(&self) -> f64 {
+        USUAL_S.min(self.longest_s)
     }
 
     /// Left and right edge, s from the zero.
@@ -66,7 +82,7 @@ impl TimeWindow {
     /// Makes the window shorter (a factor above 1) or longer around a time, s from the zero. A running
     /// window goes on running.
     pub(crate) fn zoom(&mut self, factor: f64, around_s: f64) {
-        let span_s = (self.span_s / factor).clamp(SHORTEST_S, LONGEST_S);
+        let span_s = (self.span_s / factor).clamp(SHORTEST_S, self.longest_s);
         if self.zero != Zero::Newest {
             let share = (self.right_s - around_s) / self.span_s;
             self.right_s = around_s + share * span_s;
@@ -86,6 +102,8 @@ mod tests {
         assert_eq!(window.edges(), (2.0, 7.0));
         window.zoom(0.5, 4.0);
         assert_eq!(window.edges(), (0.0, 10.0));
+        window.zoom(0.5, 4.0);
+        assert_eq!(window.span_s(), 10.0, "there is no more of it");
     }
 
     #[test]
@@ -105,6 +123,6 @@ mod tests {
         window.zoom(1e30, 0.0);
         assert_eq!(window.span_s(), SHORTEST_S);
         window.zoom(1e-30, 0.0);
-        assert_eq!(window.span_s(), LONGEST_S);
+        assert_eq!(window.span_s(), KEPT_S, "no more is kept");
     }
 }

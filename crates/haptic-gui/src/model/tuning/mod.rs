@@ -132,6 +132,7 @@ impl Tuning {
         for intent in intents {
             match intent {
                 Intent::Set { .. } | Intent::Load { .. } if self.trial.is_on => self.trial.sent(),
+                Intent::Try { .. } => self.trial.sent(),
                 // The user goes through the changes, the tries included.
                 Intent::Undo | Intent::Redo => self.trial.settle(),
                 _ => {}
@@ -184,6 +185,10 @@ impl Tuning {
             (Intent::Load { what, .. }, result) => {
                 let result = self.take_change(result);
                 self.report = report(&format!("Loaded {what}"), result);
+            }
+            (Intent::Try { scene }, result) => {
+                let result = self.take_change(result);
+                self.report = report(&format!("Tried {}", scene.name), result);
             }
             (Intent::Undo, result) => self.report = report("Undone", changed(result).map(|reply| reply.tick)),
             (Intent::Redo, result) => self.report = report("Done again", changed(result).map(|reply| reply.tick)),

@@ -43,13 +43,18 @@ fn is_excited(row: &Sample) -> bool {
     .is_motion()
 }
 
-/// Reads the longest stretch under one scene.
+/// Reads a file.
 pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
-    let path = &source.path;
-    let recording = recording::read(path).map_err(|error| RecordFileError::Recording {
-        path: path.clone(),
+    let recording = recording::read(&source.path).map_err(|error| RecordFileError::Recording {
+        path: source.path.clone(),
         source: error,
     })?;
+    take(&recording, source)
+}
+
+/// Takes the longest stretch under one scene.
+pub(super) fn take(recording: &Recording, source: &Source) -> Result<Loaded, RecordFileError> {
+    let path = &source.path;
     let has_block = !recording.metadata.scene.is_on_device();
     let engaged: Vec<&Sample> = recording
         .rows
@@ -117,7 +122,7 @@ pub(super) fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         record.velocity_mps.iter_mut().for_each(|all| all.push(velocity));
         record.force_n.push(force);
     }
-    if is_block && let Some(stiffness) = coupling_stiffness(&recording, stretch[0].revision) {
+    if is_block && let Some(stiffness) = coupling_stiffness(recording, stretch[0].revision) {
         add_bend(&mut record, stiffness);
     }
     for position in &mut record.position_m {

@@ -19,6 +19,7 @@ mod table;
 pub use columns::Columns;
 
 use super::Record;
+use crate::recording::Recording;
 use from_recording::Beginning;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -198,16 +199,9 @@ pub enum RecordFileError {
 /// # Errors
 /// A file or a cell of it cannot be read, or a column is missing; the error says where.
 pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
-    for (option, value) in [
-        ("--force-gain", source.force_gain),
-        ("--position-gain", source.position_gain),
-    ] {
-        if let Some(value) = value.filter(|value| !value.is_finite() || *value == 0.0) {
-            return Err(RecordFileError::Gain { option, value });
-        }
-    }
+    check_gains(source)?;
     let beginning = from_recording::beginning(&source.path)?;
-    let mut loaded = match beginning {
+    Ok(with_velocity_note(match beginning {
         Some(Beginning::Text) if source.columns != Columns::default() => table::read(source)?,
         Some(Beginning::Binary) if source.columns != Columns::default() => {
             return Err(RecordFileError::NoTable {
@@ -216,11 +210,44 @@ pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
         }
         Some(_) => from_recording::read(source)?,
         None => table::read(source)?,
-    };
-    if let Some(note) = velocity_note(&loaded.record) {
-        loaded.notes.push(note);
+    }))
+}
+
+/// Takes a recording of hapticd that is in memory. The path of `source` is its name in errors.
+///
+/// # Errors
+/// It holds nothing of what was asked for.
+pub fn take(recording: &Recording, source: &Source) -> Result<Loaded, RecordFileError> {
+    check_gains(source)?;
+    Ok(with_velocity_note(from_recording::take(recording, source)?))
+}
+
+/// The names of the columns of a file of text; `None` for a recording of hapticd, whose columns are known.
+///
+/// # Errors
+/// The file cannot be read, or has no heading.
+pub fn headings(path: &Path) -> Result<Option<Vec<String>>, RecordFileError> {
+    match from_recording::beginning(path)? {
+        Some(_) => Ok(None),
+        None => table::headings(path).map(Some),
     }
-    Ok(loaded)
+}
+
+fn check_gains(source: &Source) -> Result<(), RecordFileError> {
+    for (option, value) in [
+        ("--force-gain", source.force_gain),
+        ("--position-gain", source.position_gain),
+    ] {
+        if let Some(value) = value.filter(|value| !value.is_finite() || *value == 0.0) {
+            return Err(RecordFileError::Gain { option, value });
+        }
+    }
+    Ok(())
+}
+
+fn with_velocity_note(mut loaded: Loaded) -> Loaded {
+    loaded.notes.extend(velocity_note(&loaded.record));
+    loaded
 }
 
 /// Says where the velocities are not those of the positions: a unit, a sign or a gain is wrong.

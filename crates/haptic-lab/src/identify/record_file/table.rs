@@ -3,10 +3,15 @@
 use super::columns::{Quantity, plain};
 use super::{Loaded, RecordFileError, Source};
 use crate::identify::Record;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 /// Shortest time that two files must have in common, s.
 const SHORTEST_COMMON_S: f64 = 1.0;
+
+/// Longest line that is taken for a heading, bytes.
+const LONGEST_HEADING: u64 = 1 << 16;
 
 /// Columns of one file; times in seconds, growing.
 #[derive(Debug, Default)]
@@ -115,6 +120,38 @@ fn cells(line: &str, separator: char) -> Vec<&str> {
         line.split(separator)
             .map(|cell| cell.trim().trim_matches('"'))
             .collect()
+    }
+}
+
+/// The names of the columns.
+pub(super) fn headings(path: &Path) -> Result<Vec<String>, RecordFileError> {
+    let failed = |source| RecordFileError::Open {
+        path: path.to_path_buf(),
+        source,
+    };
+    let mut lines = BufReader::new(File::open(path).map_err(failed)?);
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        if (&mut lines)
+            .take(LONGEST_HEADING)
+            .read_until(b'\n', &mut line)
+            .map_err(failed)?
+            == 0
+        {
+            return Err(RecordFileError::Empty {
+                path: path.to_path_buf(),
+                reason: "there is no heading".to_owned(),
+            });
+        }
+        let text = String::from_utf8_lossy(&line);
+        let heading = text.trim_start_matches('\u{feff}').trim();
+        if !heading.is_empty() && !heading.starts_with('#') {
+            return Ok(cells(heading, separator(heading))
+                .into_iter()
+                .map(str::to_owned)
+                .collect());
+        }
     }
 }
 

@@ -150,3 +150,17 @@ fn a_velocity_in_other_units_is_told() {
         loaded.notes
     );
 }
+
+#[test]
+fn the_headings_of_a_file_are_told_before_it_is_read() {
+    let (_directory, path) = write(
+        "record.csv",
+        "\u{feff}# a remark\n\n\"Zeit (s)\";\"Weg [mm]\";Kraft\n1,5;0,25;-3\n",
+    );
+    let names = ["Zeit (s)", "Weg [mm]", "Kraft"].map(str::to_owned).to_vec();
+    assert_eq!(headings(&path).expect("a heading"), Some(names));
+    let (_directory, path) = write("recording.csv", "# hapticd recording\n");
+    assert_eq!(headings(&path).expect("a recording"), None, "its columns are known");
+    let (_directory, path) = write("empty.csv", "# a remark\n");
+    assert!(headings(&path).is_err_and(|error| error.to_string().contains("no heading")));
+}

@@ -1,0 +1,112 @@
+//! What is to be identified, and from which samples.
+
+use super::Found;
+use crate::tape::Tape;
+use haptic_lab::identify::record_file::{self, Loaded, MovingMass, Source};
+use haptic_lab::identify::{self, Options};
+use haptic_lab::recording::{Ending, Metadata, Recording};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A question of identification.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Question {
+    /// What is asked for.
+    pub options: Options,
+    pub(crate) data: Data,
+}
+
+/// Where the samples come from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Data {
+    File(Source),
+    Seen(Box<Samples>),
+}
+
+/// The samples of a plot.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Samples {
+    /// What they are called in messages.
+    pub(crate) name: &'static str,
+    pub(crate) tape: Tape,
+    pub(crate) from_s: f64,
+    pub(crate) to_s: f64,
+    pub(crate) metadata: Metadata,
+    pub(crate) moving: MovingMass,
+}
+
+impl Question {
+    /// What a file tells.
+    #[must_use]
+    pub const fn of_file(source: Source, options: Options) -> Self {
+        Self {
+            options,
+            data: Data::File(source),
+        }
+    }
+
+    /// The file with its columns and gains; `None` for samples of a plot.
+    #[must_use]
+    pub fn file(&self) -> Option<&Source> {
+        match &self.data {
+            Data::File(source) => Some(source),
+            Data::Seen(_) => None,
+        }
+    }
+
+    /// Where the samples come from, for people.
+    #[must_use]
+    pub fn origin(&self) -> String {
+        match &self.data {
+            Data::File(source) => source.path.display().to_string(),
+            Data::Seen(samples) => {
+                format!("{}, {:.1} s", samples.name, samples.to_s - samples.from_s)
+            }
+        }
+    }
+
+    /// Finds the answer, until `is_over`.
+    ///
+    /// # Errors
+    /// Why nothing can be identified, or that it was given up.
+    pub fn answer(&self, is_over: &AtomicBool) -> Result<Found, String> {
+        let loaded = self.load()?;
+        let mut options = self.options.clone();
+        options.offset_n = options.offset_n.or(loaded.offset_n);
+        if loaded.has_one_clock {
+            options.longest_shift_s = 0.0;
+        }
+        let mut identified =
+            identify::identify(&loaded.record, &options).map_err(|error| format!("{}: {error}", self.origin()))?;
+        if is_over.load(Ordering::Acquire) {
+            return Err("the identification was given up".to_owned());
+        }
+        identified.notes.splice(0..0, loaded.notes);
+        Ok(Found::new(self.origin(), &loaded.record, identified))
+    }
+
+    fn load(&self) -> Result<Loaded, String> {
+        match &self.data {
+            Data::File(source) => record_file::read(source),
+            Data::Seen(samples) => {
+                let source = Source {
+                    moving: samples.moving,
+                    ..Source::new(Path::new(samples.name))
+                };
+                record_file::take(&samples.recording(), &source)
+            }
+        }
+        .map_err(|error| error.to_string())
+    }
+}
+
+impl Samples {
+    fn recording(&self) -> Recording {
+        Recording {
+            metadata: self.metadata.clone(),
+            rows: self.tape.within(self.from_s, self.to_s).copied().collect(),
+            marks: Vec::new(),
+            ending: Ending::Open,
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The question of identification that the user's choices make.
+
+use super::daemon::Daemon;
+use super::fitting::Origin;
+use super::tapes::Tapes;
+use super::view::View;
+use crate::identification::{Data, Question, Samples};
+use haptic_ipc::quantity;
+use haptic_lab::identify::Options;
+use haptic_lab::identify::record_file::Source;
+use std::path::Path;
+
+/// The question that the user's choices make.
+///
+/// # Errors
+/// Why they make none, naming the field.
+pub(crate) fn question(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Question, String> {
+    let choice = &view.fitting.choice;
+    let number = |name: &str, text: &str, unit: &str| {
+        let text = text.trim();
+        if text.is_empty() {
+            return Ok(None);
+        }
+        let number = quantity::parse(text, unit);
+        number.map(Some).map_err(|error| format!("{name}: {error}"))
+    };
+    let options = Options {
+        mass_kg: number("Mass", &choice.mass, "kg")?,
+        offset_n: number("Offset", &choice.offset, "N")?,
+        ..Options::new(choice.model)
+    };
+    let data = match choice.origin {
+        Origin::File if choice.path.trim().is_empty() => return Err("Choose a file".to_owned()),
+        Origin::File => Data::File(Source {
+            columns: choice.columns.clone(),
+            position_gain: number("Position gain", &choice.position_gain, "1")?,
+            force_gain: number("Force gain", &choice.force_gain, "1")?,
+            moving: choice.moving,
+            ..Source::new(Path::new(choice.path.trim()))
+        }),
+        Origin::Rig | Origin::Recording => Data::Seen(Box::new(samples(view, tapes, daemon)?)),
+    };
+    Ok(Question { options, data })
+}
+
+/// What is seen of the rig or of the opened recording.
+fn samples(view: &View, tapes: &Tapes, daemon: &Daemon) -> Result<Samples, String> {
+    let (name, scope, metadata) = if view.fitting.choice.origin == Origin::Rig {
+        let metadata = daemon.metadata().ok_or("The daemon has not told its scene yet")?;
+        ("what is seen of the rig", &view.scope, metadata)
+    } else {
+        let opened = tapes.opened().ok_or("No recording is open")?;
+        ("what is seen of the recording", &view.recorded, opened.metadata.clone())
+    };
+    let seen = scope.seen(tapes);
+    let tape = scope.tape(tapes).part(seen.from_s, seen.to_s);
+    if tape.last().is_none() {
+        return Err("There is no sample in sight".to_owned());
+    }
+    let (oldest_s, newest_s) = (tape.oldest_s(), tape.newest_s());
+    Ok(Samples {
+        name,
+        tape,
+        from_s: oldest_s.map_or(seen.from_s, |oldest_s| oldest_s.max(seen.from_s)),
+        to_s: newest_s.map_or(seen.to_s, |newest_s| newest_s.min(seen.to_s)),
+        metadata,
+        moving: view.fitting.choice.moving,
+    })
+}

@@ -1,0 +1,56 @@
+//! The row of pages, with what is recorded and the outcome of the last file beside it.
+
+use crate::model::Model;
+use crate::notice;
+use crate::page::Page;
+use crate::recording::amount;
+use crate::theme::Palette;
+use egui::{Key, Label, Modifiers, RichText, Ui};
+
+/// The keys of the pages, in the order of the row, each with Ctrl.
+const KEYS: [Key; 9] = [
+    Key::Num1,
+    Key::Num2,
+    Key::Num3,
+    Key::Num4,
+    Key::Num5,
+    Key::Num6,
+    Key::Num7,
+    Key::Num8,
+    Key::Num9,
+];
+
+/// Turns to the page whose key is pressed.
+pub(crate) fn take_keys(ui: &Ui, page: &mut Page) {
+    for (key, of_key) in KEYS.iter().zip(Page::ALL) {
+        if ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, *key)) {
+            *page = *of_key;
+        }
+    }
+}
+
+/// Shows the row. Its height is the same with and without a message, so that nothing below it moves.
+pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
+    let Model { tapes, view, .. } = model;
+    ui.horizontal(|ui| {
+        for (place, page) in Page::ALL.iter().enumerate() {
+            let name = RichText::new(page.name()).size(16.0);
+            ui.selectable_value(&mut view.page, *page, name)
+                .accessible_name(format!("{} page", page.name()))
+                .on_hover_text(format!("{} (Ctrl+{})", page.hint(), place + 1));
+        }
+        ui.add_space(8.0);
+        if let Some(written) = tapes.recording() {
+            let palette = Palette::of(ui);
+            let mut text = format!("Recording {}: {}", written.path.display(), amount(&written.totals));
+            let mut color = palette.caution_text;
+            if written.lost > 0 {
+                text = format!("The disk does not keep up: {} samples lost. {text}", written.lost);
+                color = palette.error_text;
+            }
+            let line = Label::new(RichText::new(&text).small().color(color)).truncate();
+            ui.add(line).on_hover_text(text);
+        }
+        notice::show(ui, &mut view.file_notice);
+    });
+}

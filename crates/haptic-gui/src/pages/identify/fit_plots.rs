@@ -1,0 +1,104 @@
+//! Data and fits: force against velocity and position, over time, and what the fit leaves.
+
+use crate::identification::{Extent, FitChart, FitTrace, Found, thinned};
+use crate::plots::axis::{AXIS_WIDTH, USUAL_COUNT};
+use crate::plots::frame;
+use crate::theme::Palette;
+use egui::{Color32, Label, RichText, Ui, vec2};
+use egui_plot::{Line, PlotPoints, PlotUi, Points};
+
+/// Points of scrolling by the wheel that zoom by a factor of e.
+const POINTS_PER_ZOOM: f32 = 200.0;
+
+/// Side of the square in which one dot is drawn, points.
+const DOT_CELL: f32 = 2.0;
+
+const DOT_RADIUS: f32 = 1.0;
+const LINE_WIDTH: f32 = 1.5;
+
+/// Height of a plot's title with the distances around it, points.
+const TITLE_HEIGHT: f32 = 28.0;
+
+/// Shows the charts, two in a row.
+pub(super) fn show(ui: &mut Ui, found: &Found) {
+    let rows = found.charts.len().div_ceil(2).max(1);
+    let spacing = ui.spacing().item_spacing;
+    #[expect(clippy::cast_precision_loss, reason = "two rows")]
+    let height = ui.available_height() / rows as f32 - TITLE_HEIGHT;
+    let width = (ui.available_width() - spacing.x) / 2.0;
+    for row in found.charts.chunks(2) {
+        ui.horizontal_top(|ui| {
+            for chart in row {
+                let size = vec2(width, height);
+                ui.allocate_ui(size, |ui| {
+                    ui.vertical(|ui| show_one(ui, chart, height.max(80.0)));
+                });
+            }
+        });
+    }
+}
+
+fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
+    let palette = Palette::of(ui);
+    ui.horizontal(|ui| {
+        ui.label(&chart.title).on_hover_text(
+            "The wheel zooms, dragging moves, a double click shows all of it. Of many samples in one place one is \
+             drawn.",
+        );
+        // Beside a low plot it would not fit.
+        ui.add(Label::new(RichText::new(&chart.labels[1]).small().weak()).truncate());
+    });
+    let Extent { least, greatest } = chart.extent;
+    let name = format!("{} of the fit", chart.title);
+    let cells = [ui.available_width() - AXIS_WIDTH, height].map(|side| {
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a window has few pixels"
+        )]
+        let cells = (side / DOT_CELL).max(1.0) as usize;
+        cells
+    });
+    let plot = frame::plot(&name, height, height, USUAL_COUNT)
+        .x_axis_label(chart.labels[0].as_str())
+        .default_x_bounds(least[0], greatest[0])
+        .default_y_bounds(least[1], greatest[1])
+        .allow_drag(true)
+        .allow_double_click_reset(true);
+    let shown = plot.show(ui, |plot| {
+        let response = plot.response().clone();
+        if response.hovered() {
+            let scroll = plot.ctx().input(|input| input.smooth_scroll_delta().y);
+            if scroll != 0.0 {
+                plot.zoom_bounds_around_hovered(egui::Vec2::splat((scroll / POINTS_PER_ZOOM).exp()));
+            }
+        }
+        let bounds = plot.plot_bounds();
+        let seen = Extent {
+            least: bounds.min(),
+            greatest: bounds.max(),
+        };
+        for (place, trace) in chart.traces.iter().enumerate() {
+            draw(plot, trace, seen, cells, color(palette, place));
+        }
+    });
+    shown.response.accessible_name(name);
+}
+
+/// The measured samples have the colour of the device, the fit that of a law.
+fn color(palette: &Palette, place: usize) -> Color32 {
+    if place == 0 { palette.device } else { palette.law }
+}
+
+fn draw(plot: &mut PlotUi<'_>, trace: &FitTrace, seen: Extent, cells: [usize; 2], color: Color32) {
+    for part in &trace.parts {
+        if trace.is_dots {
+            let dots = thinned(part.iter().copied(), seen, cells);
+            let dots = Points::new(&trace.name, PlotPoints::new(dots));
+            plot.points(dots.color(color).radius(DOT_RADIUS).allow_hover(false));
+        } else {
+            let line = Line::new(&trace.name, PlotPoints::new(part.clone()));
+            plot.line(line.color(color).width(LINE_WIDTH).allow_hover(false));
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! The recordings of a folder: length, scene and notes of each, and the way to open one.
+
+use crate::drop_down::is_entered;
+use crate::intent::Intent;
+use crate::model::Model;
+use crate::recording::Listed;
+use crate::theme::Palette;
+use egui::style::ScrollStyle;
+use egui::{Button, Label, RichText, ScrollArea, TextEdit, Ui};
+use std::path::{Path, PathBuf};
+
+/// Shows the folder, the field for any other file, and the list.
+pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
+    show_opening(ui, &mut model.view.open_path, intents);
+    let Model { tapes, view, .. } = model;
+    ui.horizontal(|ui| {
+        ui.label("Folder");
+        let again = ui.available_width() - 96.0;
+        let field = TextEdit::singleline(&mut view.folder).desired_width(again);
+        let field = ui.add(field).accessible_name("folder of recordings");
+        let is_pressed = ui
+            .button("Read again")
+            .on_hover_text("Looks for new recordings in this folder")
+            .clicked();
+        // A half-typed folder is not there yet.
+        if is_pressed || (!field.has_focus() && view.recordings.is_outdated(&view.folder)) {
+            let folder = PathBuf::from(&view.folder);
+            let known = view.recordings.ask(&folder);
+            intents.push(Intent::List { folder, known });
+        }
+    });
+    if let Some(why) = view.recordings.problem() {
+        let color = Palette::of(ui).error_text;
+        ui.add(Label::new(RichText::new(why).small().color(color)).wrap());
+    }
+    let opened = tapes.opened().map(|opened| opened.path.as_path());
+    ui.spacing_mut().scroll = ScrollStyle::solid();
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        let listed = view.recordings.listed();
+        if listed.is_empty() && !view.recordings.is_being_read() {
+            ui.label(RichText::new("No recording in this folder").small().weak());
+        }
+        for recording in listed {
+            show_one(ui, recording, opened, intents);
+        }
+    });
+}
+
+fn show_opening(ui: &mut Ui, path: &mut String, intents: &mut Vec<Intent>) {
+    ui.horizontal(|ui| {
+        ui.label("File");
+        let field = TextEdit::singleline(path)
+            .hint_text("or drop it on the window")
+            .desired_width(ui.available_width() - 128.0);
+        let field = ui.add(field).accessible_name("recording to open");
+        let is_typed = !path.trim().is_empty();
+        let open = ui.add_enabled(is_typed, Button::new("Open recording"));
+        if open.clicked() || (is_typed && is_entered(ui, &field)) {
+            let path = PathBuf::from(path.trim());
+            intents.push(Intent::Open { path });
+        }
+    });
+}
+
+fn show_one(ui: &mut Ui, recording: &Listed, opened: Option<&Path>, intents: &mut Vec<Intent>) {
+    let name = recording.path.file_name().unwrap_or_default().to_string_lossy();
+    let is_open = opened == Some(recording.path.as_path());
+    let button = Button::selectable(is_open, name.as_ref()).truncate();
+    let button = ui.add(button).accessible_name(format!("open {name}"));
+    let about = recording.line();
+    if button.on_hover_text(&about).clicked() {
+        let path = recording.path.clone();
+        intents.push(Intent::Open { path });
+    }
+    ui.indent(&recording.path, |ui| {
+        let about = Label::new(RichText::new(&about).small().weak()).truncate();
+        ui.add(about).on_hover_text(recording.line());
+    });
+}

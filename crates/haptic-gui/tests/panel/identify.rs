@@ -1,0 +1,327 @@
+//! The page of identification: what is asked, what is shown of the answer, and what is done with it.
+
+use crate::bench::{
+    Panel, asked, connected, hear, in_state, is_enabled, lose_the_daemon, panel, press, type_into, wait,
+};
+use crate::plots::{feel, rows};
+use crate::rig::status;
+use crate::scene::active_scene;
+use egui::Key;
+use egui_kittest::kittest::Queryable;
+use haptic_core::Scene;
+use haptic_gui::{Answer, Files, Found, Intent, Page, Question, Update};
+use haptic_ipc::{ChangeReply, Difference, ErrorCode, LeaseReply, RigState, SceneSaveReply, WireError};
+use haptic_lab::identify::ModelKind;
+use std::path::Path;
+use std::sync::LazyLock;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+/// A record of 0.5 kg on a surface with 3 N of friction and 2 N s/m, pushed by a strong hand, with columns that
+/// nobody could guess.
+fn foreign(folder: &Path) -> std::path::PathBuf {
+    let path = folder.join("foreign.csv");
+    let mut text = "Zeit;Weg;Kraft\n".to_owned();
+    for tick in 0..4000 {
+        let t_s = f64::from(tick) * 1e-3;
+        let (position, velocity, acceleration) = (
+            0.02 * (9.0 * t_s).sin(),
+            0.18 * (9.0 * t_s).cos(),
+            -1.62 * (9.0 * t_s).sin(),
+        );
+        let force = 0.5 * acceleration + 3.0 * velocity.signum() + 2.0 * velocity;
+        text += &format!("{t_s};{:.3};{force:.4}\n", position * 1e3);
+    }
+    std::fs::write(&path, text).expect("written");
+    path
+}
+
+fn identify_page(mut panel: Panel) -> Panel {
+    panel.state_mut().model.turn_to(Page::Identify);
+    panel.run();
+    asked(&mut panel);
+    panel
+}
+
+/// Chooses an item of a drop-down list.
+fn choose(panel: &mut Panel, list: &str, item: &str) {
+    press(panel, list);
+    panel.get_by_label(item).click();
+    panel.run();
+}
+
+/// Types the file, hears its columns and asks. Returns number and question.
+fn ask_for(panel: &mut Panel, path: &Path) -> (u64, Question) {
+    type_into(panel, "file to identify", &path.display().to_string());
+    panel.key_press(Key::Tab);
+    panel.run();
+    let path = path.to_path_buf();
+    assert_eq!(asked(panel), [Intent::ReadHeadings { path: path.clone() }]);
+    let names = ["Zeit", "Weg", "Kraft"].map(str::to_owned).to_vec();
+    let result = Ok(Some(names));
+    hear(panel, Update::Headings { path, result });
+    for (list, item) in [
+        ("time column", "Zeit"),
+        ("position column", "Weg"),
+        ("force column", "Kraft"),
+    ] {
+        choose(panel, list, item);
+    }
+    type_into(panel, "position gain to identify with", "0.001");
+    press(panel, "Identify");
+    match asked(panel).pop() {
+        Some(Intent::Identify { number, question }) => (number, *question),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// What is found in [`foreign`].
+static FOUND: LazyLock<Found> = LazyLock::new(|| {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (_, question) = ask_for(&mut identify_page(panel()), &foreign(folder.path()));
+    question.answer(&AtomicBool::new(false)).expect("an answer")
+});
+
+/// A panel with the answer.
+fn answered(mut panel: Panel) -> Panel {
+    let (number, _) = ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
+    let result = Ok(Box::new(FOUND.clone()));
+    hear(&mut panel, Update::Identified { number, result });
+    panel
+}
+
+#[test]
+fn a_foreign_file_is_identified_with_the_columns_that_are_chosen() {
+    let mut panel = identify_page(panel());
+    assert!(!is_enabled(&panel, "Identify"), "there is no file yet");
+    choose(&mut panel, "model", "Karnopp");
+    let (number, question) = ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
+    let source = question.file().expect("a file");
+    assert_eq!(source.columns.position.as_deref(), Some("Weg"));
+    assert_eq!((source.position_gain, source.force_gain), (Some(1e-3), None));
+    assert_eq!(
+        (question.options.model, question.options.mass_kg),
+        (ModelKind::Karnopp, None)
+    );
+    panel.get_by_label("cancel identification");
+    let result = Ok(Box::new(FOUND.clone()));
+    hear(
+        &mut panel,
+        Update::Identified {
+            number: number + 1,
+            result: result.clone(),
+        },
+    );
+    panel.get_by_label("cancel identification");
+    hear(&mut panel, Update::Identified { number, result });
+    for text in [
+        "mass",
+        "dynamic friction +",
+        "viscous friction -",
+        "Force against velocity of the fit",
+    ] {
+        panel.get_by_label(text);
+    }
+    panel.get_by_label_contains("Karnopp, residual 0.0");
+    panel.get_by_label_contains("Not determined: static_force_N");
+    panel.get_by_label_contains("Record instead");
+    assert!(!is_enabled(&panel, "Try this for 2 s"), "there is no daemon");
+    assert_eq!(asked(&mut panel), [], "nobody is asked for advice");
+}
+
+#[test]
+fn what_is_known_is_given_and_a_number_that_is_none_is_named() {
+    let mut panel = identify_page(panel());
+    type_into(&mut panel, "mass to identify with", "500 g");
+    type_into(&mut panel, "offset to identify with", "0");
+    choose(&mut panel, "model", "LuGre");
+    let (_, question) = ask_for(&mut panel, Path::new("/home/ada/foreign.csv"));
+    let options = &question.options;
+    assert_eq!(
+        (options.model, options.mass_kg, options.offset_n),
+        (ModelKind::Lugre, Some(0.5), Some(0.0))
+    );
+    press(&mut panel, "cancel identification");
+    assert_eq!(asked(&mut panel), [Intent::CancelIdentify]);
+    type_into(&mut panel, "mass to identify with", "heavy");
+    panel.get_by_label_contains("Mass: `heavy` is not a finite number");
+    assert!(!is_enabled(&panel, "Identify"));
+}
+
+#[test]
+fn what_is_seen_of_the_rig_is_identified_and_a_refusal_is_in_words() {
+    let mut panel = connected(RigState::Engaged);
+    hear(&mut panel, active_scene(1, &Scene::paper()));
+    let mut panel = identify_page(panel);
+    press(&mut panel, "The rig, as seen");
+    panel.get_by_label_contains("The daemon has not told its scene yet");
+    hear(&mut panel, Update::Status(Ok(Box::new(status()))));
+    panel.get_by_label("There is no sample in sight");
+    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    press(&mut panel, "Identify");
+    let Some(Intent::Identify { number, question }) = asked(&mut panel).pop() else {
+        panic!("nothing is asked")
+    };
+    assert_eq!(
+        (question.file(), question.origin().as_str()),
+        (None, "what is seen of the rig, 2.0 s")
+    );
+    // The block of these rows never moves.
+    let result = question.answer(&AtomicBool::new(false)).map(Box::new);
+    hear(&mut panel, Update::Identified { number, result });
+    panel.get_by_label_contains("Not determined: mass_kg");
+    panel.get_by_label_contains("a scene needs mass_kg");
+    assert!(panel.query_by_label("Try this for 2 s").is_none());
+}
+
+fn changed(revision: u64, dry_run: bool) -> Result<Answer, WireError> {
+    let change = Difference {
+        param: "mass".to_owned(),
+        unit: None,
+        before: None,
+        after: None,
+    };
+    Ok(Answer::Changed(ChangeReply {
+        revision,
+        tick: Some(1),
+        ramp_ends_tick: None,
+        dry_run,
+        changes: vec![change],
+        applied: [].into(),
+        advice: Vec::new(),
+    }))
+}
+
+#[test]
+fn the_scene_found_is_tried_under_a_lease_and_goes_back_by_itself() {
+    let mut panel = answered(identify_page(connected(RigState::Engaged)));
+    let foreseen = asked(&mut panel);
+    let [Intent::Foresee { scene }] = &foreseen[..] else {
+        panic!("{foreseen:?}")
+    };
+    assert!(
+        foreseen[0]
+            .request()
+            .is_some_and(|request| format!("{request:?}").contains("dry_run: true"))
+    );
+    let intent = foreseen[0].clone();
+    let result = changed(1, true);
+    hear(&mut panel, Update::Answered { intent, result });
+    panel.get_by_label_contains("no objection");
+    press(&mut panel, "Try this for 2 s");
+    let lease = Intent::Lease { timeout_ms: 3000 };
+    assert_eq!(asked(&mut panel), std::slice::from_ref(&lease), "first the lease");
+    let granted = Ok(Answer::Leased(LeaseReply { timeout_ms: 3000 }));
+    let update = Update::Answered {
+        intent: lease.clone(),
+        result: granted,
+    };
+    hear(&mut panel, update);
+    let tried = Intent::Try { scene: scene.clone() };
+    assert_eq!(asked(&mut panel), std::slice::from_ref(&tried));
+    let result = changed(2, false);
+    hear(&mut panel, Update::Answered { intent: tried, result });
+    assert!(!is_enabled(&panel, "Try this for 2 s"), "one is under way");
+    wait(&mut panel, 1.0);
+    assert_eq!(asked(&mut panel), [], "it lasts two seconds");
+    wait(&mut panel, 1.5);
+    let back = Intent::TakeBack { revision: 2 };
+    assert_eq!(asked(&mut panel), std::slice::from_ref(&back));
+    let result = changed(3, false);
+    hear(&mut panel, Update::Answered { intent: back, result });
+    assert_eq!(
+        asked(&mut panel),
+        [Intent::Lease { timeout_ms: 0 }],
+        "then the lease ends"
+    );
+    panel.run();
+    assert!(is_enabled(&panel, "Try this for 2 s"));
+    // Without a lease nothing is tried.
+    press(&mut panel, "Try this for 2 s");
+    asked(&mut panel);
+    let result = Err(WireError::new(ErrorCode::Unknown, "somebody commissions the rig"));
+    hear(&mut panel, Update::Answered { intent: lease, result });
+    assert_eq!(asked(&mut panel), []);
+    panel.get_by_label_contains("Not tried: no lease: somebody commissions the rig");
+    lose_the_daemon(&mut panel);
+    assert!(!is_enabled(&panel, "Try this for 2 s"));
+    hear(&mut panel, in_state(RigState::Idle, 200));
+}
+
+#[test]
+fn the_scene_found_is_saved_under_a_name_and_replaces_none_unasked() {
+    let mut panel = answered(identify_page(connected(RigState::Idle)));
+    asked(&mut panel);
+    assert!(!is_enabled(&panel, "Save as scene"), "it has no name");
+    type_into(&mut panel, "name of the identified scene", "bench");
+    press(&mut panel, "Save as scene");
+    let saved = asked(&mut panel).pop();
+    let Some(Intent::Save {
+        name,
+        replace: false,
+        scene: Some(scene),
+    }) = &saved
+    else {
+        panic!("{saved:?}")
+    };
+    assert_eq!((name.as_str(), scene.name.as_str()), ("bench", "bench"));
+    let intent = saved.clone().expect("it is asked");
+    let result = Err(WireError::new(ErrorCode::SceneExists, "there is one"));
+    hear(&mut panel, Update::Answered { intent, result });
+    panel.get_by_label_contains("The library has a scene bench already");
+    press(&mut panel, "Replace bench");
+    let intent = asked(&mut panel).pop().expect("it is asked");
+    assert!(
+        matches!(
+            &intent,
+            Intent::Save {
+                replace: true,
+                scene: Some(_),
+                ..
+            }
+        ),
+        "{intent:?}"
+    );
+    let reply = SceneSaveReply {
+        name: "bench".to_owned(),
+        path: "/scenes/bench.toml".to_owned(),
+    };
+    let result = Ok(Answer::Saved(reply));
+    hear(&mut panel, Update::Answered { intent, result });
+    panel.get_by_label("Saved as bench (/scenes/bench.toml)");
+    panel.state_mut().model.turn_to(Page::Tune);
+    panel.run();
+    assert!(
+        panel.query_by_label_contains("Replace bench").is_none(),
+        "there it would save the active scene"
+    );
+}
+
+#[test]
+fn a_file_is_identified_on_a_thread_of_its_own_which_can_be_given_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (_, question) = ask_for(&mut identify_page(panel()), &foreign(folder.path()));
+    let mut files = Files::new(|_| {});
+    let answer = |files: &Files| {
+        let began = Instant::now();
+        loop {
+            let answer = files.updates().find_map(|update| match update {
+                Update::Identified { number, result } => Some((number, result)),
+                _ => None,
+            });
+            if let Some(answer) = answer {
+                return answer;
+            }
+            assert!(began.elapsed() < Duration::from_secs(60), "no answer in time");
+            std::thread::yield_now();
+        }
+    };
+    files.identify(7, question.clone());
+    assert!(matches!(answer(&files), (7, Ok(_))));
+    files.identify(8, question);
+    files.cancel_identify();
+    let (8, Err(why)) = answer(&files) else {
+        panic!("it is given up")
+    };
+    assert!(why.contains("given up"), "{why}");
+}
