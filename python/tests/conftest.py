@@ -1,12 +1,20 @@
-"""A daemon with a simulated rig for each test, and one that tests share that leave it as it was."""
+"""A daemon with a simulated rig for each test."""
 
 from __future__ import annotations
 
+import os
+import tempfile
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 import hapticd
+
+# Streams of the Lab Streaming Layer are looked for on this machine alone.
+_LSL = tempfile.TemporaryDirectory(prefix="hapticd-lsl-")
+os.environ["LSLAPICFG"] = f"{_LSL.name}/lsl_api.cfg"
+Path(os.environ["LSLAPICFG"]).write_text("[multicast]\nResolveScope = machine\n")
 
 
 @pytest.fixture

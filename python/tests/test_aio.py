@@ -55,7 +55,7 @@ def test_stop_overtakes_a_request_that_waits(daemon: hapticd.Fake) -> None:
     async def script() -> None:
         async with hapticd.aio.connect(daemon.path) as rig:
             await rig.engage()
-            with rig.blocking._control._lock:
+            with rig.blocking._control._sending:
                 waiting = asyncio.ensure_future(rig.status())
                 assert (await rig.stop()).state == "stopped"
                 assert not waiting.done()

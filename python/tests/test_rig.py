@@ -63,8 +63,8 @@ def test_a_refusal_has_the_field_the_value_the_limits_and_the_unit(rig: hapticd.
 def test_stop_waits_for_nothing(rig: hapticd.Rig) -> None:
     rig.engage()
     rig.wait_for("engaged")
-    # Another thread holds the connection that requests wait for.
-    with rig._control._lock:
+    # Another thread is amid a line.
+    with rig._control._sending:
         assert rig.stop().state == "stopped"
     with pytest.raises(hapticd.Stopped):
         rig.engage()
@@ -125,7 +125,7 @@ def test_a_lease_that_has_lapsed_is_told(daemon: hapticd.Fake) -> None:
         assert lease is not None
         rig.engage()
         # The thread that renews it is held up.
-        with lease._connection._lock, rig.events(["state"]) as events:
+        with lease._connection._sending, rig.events(["state"]) as events:
             events.wait_for("idle", 10)
         with pytest.raises(hapticd.LeaseLapsed, match="its lease is 100 ms"):
             while True:

@@ -10,7 +10,20 @@ Numbers are in SI units, and names have the unit at their end. `hapticd.aio` has
 `python -m hapticd.lsl` publishes a rig to the Lab Streaming Layer.
 """
 
-from hapticd.answers import ChangeReply, Device, Difference, Problem, RealTime, SceneReply, StateReply, Status
+from hapticd import aio
+from hapticd.answers import (
+    AcceptedChange,
+    ChangeReply,
+    Device,
+    Difference,
+    LibraryScene,
+    Problem,
+    RealTime,
+    SceneReply,
+    ScheduleReply,
+    StateReply,
+    Status,
+)
 from hapticd.errors import (
     Conflict,
     ConnectionLost,
@@ -31,7 +44,7 @@ from hapticd.errors import (
     WrongState,
 )
 from hapticd.events import Events
-from hapticd.fake import Fake, fake
+from hapticd.fake import Fake, binary, fake
 from hapticd.recordings import read
 from hapticd.rig import Rig, connect
 from hapticd.sample import COLUMNS, STATES, Sample
@@ -40,6 +53,7 @@ from hapticd.samples import Buffer, Samples
 __all__ = [
     "COLUMNS",
     "STATES",
+    "AcceptedChange",
     "Buffer",
     "ChangeReply",
     "Conflict",
@@ -52,6 +66,7 @@ __all__ = [
     "HapticdError",
     "InvalidValue",
     "LeaseLapsed",
+    "LibraryScene",
     "NoAnswer",
     "NoDaemon",
     "NotARecording",
@@ -66,11 +81,14 @@ __all__ = [
     "SamplesLost",
     "SamplesLostWarning",
     "SceneReply",
+    "ScheduleReply",
     "StateReply",
     "Status",
     "Stopped",
     "UnknownName",
     "WrongState",
+    "aio",
+    "binary",
     "connect",
     "fake",
     "read",

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
 
 from hapticd import rig as blocking
 from hapticd import socket_path
-from hapticd.answers import ChangeReply, SceneReply, StateReply, Status
+from hapticd.answers import ChangeReply, SceneReply, ScheduleReply, StateReply, Status
 from hapticd.duration import Duration
 from hapticd.rig import Change, SceneRef
 from hapticd.sample import Sample
@@ -135,24 +135,61 @@ class Rig:
         /,
         *,
         ramp: Duration | None = None,
+        at_tick: int | None = None,
         if_revision: int | None = None,
         dry_run: bool = False,
         **more: Change,
     ) -> ChangeReply:
         """See `hapticd.Rig.set`."""
-        change = partial(self.blocking.set, params, ramp=ramp, if_revision=if_revision, dry_run=dry_run, **more)
+        change = partial(
+            self.blocking.set, params, ramp=ramp, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run, **more
+        )
         return await self._run(self._requests, change)
+
+    async def at(
+        self,
+        tick: int,
+        params: Mapping[str, Change] | None = None,
+        /,
+        *,
+        ramp: Duration | None = None,
+        **more: Change,
+    ) -> ChangeReply:
+        """See `hapticd.Rig.at`."""
+        return await self._run(self._requests, partial(self.blocking.at, tick, params, ramp=ramp, **more))
+
+    async def schedule(
+        self,
+        changes: Sequence[Mapping[str, Any]],
+        *,
+        name: str | None = None,
+        keep: bool = False,
+        if_revision: int | None = None,
+        dry_run: bool = False,
+    ) -> ScheduleReply:
+        """See `hapticd.Rig.schedule`."""
+        schedule = partial(
+            self.blocking.schedule, changes, name=name, keep=keep, if_revision=if_revision, dry_run=dry_run
+        )
+        return await self._run(self._requests, schedule)
+
+    async def cancel(self, name: str | None = None) -> int:
+        """See `hapticd.Rig.cancel`."""
+        return await self._run(self._requests, partial(self.blocking.cancel, name))
 
     async def load(
         self,
         scene: SceneRef,
         *,
         ramp: Duration | None = None,
+        at_tick: int | None = None,
         if_revision: int | None = None,
         dry_run: bool = False,
     ) -> ChangeReply:
         """See `hapticd.Rig.load`."""
-        change = partial(self.blocking.load, scene, ramp=ramp, if_revision=if_revision, dry_run=dry_run)
+        change = partial(
+            self.blocking.load, scene, ramp=ramp, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run
+        )
         return await self._run(self._requests, change)
 
     async def undo(self) -> ChangeReply:

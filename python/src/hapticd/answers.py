@@ -46,8 +46,12 @@ class ChangeReply:
     """Revision of the changed scene."""
     applied: dict[str, float]
     """The values set, by full name, SI units."""
+    changed: bool = True
+    """Whether the scene is changed by it: not by a dry run, and not by the values that it has."""
     tick: int | None = None
-    """The first tick that rendered it, or began to ramp to it; `None` after a dry run."""
+    """The first tick that rendered it, or began to ramp to it; `None` where nothing changed, and with `at_tick`."""
+    at_tick: int | None = None
+    """The tick that will render it, as asked for."""
     ramp_ends_tick: int | None = None
     """The tick at which the ramp ends, if no tick is missed."""
     dry_run: bool = False
@@ -56,6 +60,32 @@ class ChangeReply:
     """Differences from the previous scene."""
     advice: list[dict[str, Any]] = field(default_factory=list)
     """Remarks on the changed scene, and the bounds that it breaks."""
+
+
+@dataclass(frozen=True)
+class AcceptedChange:
+    """A scheduled change, as the daemon has accepted it."""
+
+    at_tick: int
+    """The tick that will render it first."""
+    revision: int
+    """The revision that its scene will have."""
+    applied: dict[str, float]
+    """The values that it will set, by full name, SI units."""
+
+
+@dataclass(frozen=True)
+class ScheduleReply:
+    """The answer to `schedule`."""
+
+    name: str
+    """Name of the schedule, for `cancel`."""
+    changes: list[AcceptedChange]
+    """Its changes, in the order of their ticks."""
+    dry_run: bool = False
+    """Whether nothing was scheduled on purpose."""
+    advice: list[dict[str, Any]] = field(default_factory=list)
+    """Remarks on the scenes, and the bounds that they break."""
 
 
 @dataclass(frozen=True)
@@ -115,6 +145,16 @@ class RealTime:
 
 
 @dataclass(frozen=True)
+class LibraryScene:
+    """The scene of the library that the active scene comes from."""
+
+    name: str
+    """Its name there."""
+    changed: bool
+    """Whether the active scene was changed since."""
+
+
+@dataclass(frozen=True)
 class Status:
     """The state of the rig and of the daemon."""
 
@@ -152,6 +192,10 @@ class Status:
     """Number of clients that hold a lease."""
     fault: str | None = None
     """Why the rig is faulted."""
+    library_scene: LibraryScene | None = None
+    """The scene of the library that the active scene comes from."""
+    scheduled: dict[str, Any] | None = None
+    """The changes that wait for their tick."""
 
 
 T = TypeVar("T")

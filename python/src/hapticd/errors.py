@@ -97,7 +97,7 @@ class WrongState(Refused):
 
 
 class Conflict(Refused):
-    """Another client has changed the scene since."""
+    """Another client has changed the scene since, or scheduled changes wait that this would come between."""
 
 
 class NotAllowed(Refused, PermissionError):
@@ -122,11 +122,11 @@ _BY_CODE: dict[str, type[Refused]] = {
             "block_and_coupling",
             "too_fast_for_rate",
         ),
-        UnknownName: ("unknown_op", "unknown_field", "unknown_parameter", "no_such_scene"),
+        UnknownName: ("unknown_op", "unknown_field", "unknown_parameter", "no_such_scene", "no_such_schedule"),
         Stopped: ("stopped",),
         Faulted: ("faulted",),
         WrongState: ("wrong_state",),
-        Conflict: ("conflict",),
+        Conflict: ("conflict", "scheduled"),
         NotAllowed: ("not_permitted", "read_only"),
         NotReady: (
             "no_device",

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any
 
 from hapticd.errors import Faulted, Stopped
-from hapticd.subscription import Queue, Subscription
+from hapticd.subscription import Queue, subscribe
 
 #: Events that may wait for a slow program.
 WAITING = 100_000
@@ -20,7 +20,7 @@ class Events:
 
     def __init__(self, path: Path, topics: Sequence[str]) -> None:
         self._queue: Queue[dict[str, Any]] = Queue(WAITING, lambda event: 1)
-        self._subscription = Subscription(path, topics, self._queue.put, self._queue.end)
+        self._subscription = subscribe(path, topics, self._queue.put, self._queue.end)
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         return self

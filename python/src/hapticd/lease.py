@@ -4,80 +4,76 @@ from __future__ import annotations
 
 import threading
 import time
-from pathlib import Path
 
 from hapticd.connection import Connection
 from hapticd.errors import HapticdError, LeaseLapsed
 
 
 class Lease:
-    """A lease, renewed by a thread of its own on a connection of its own, however busy the program is.
+    """The lease of a connection, renewed by a thread of its own, however busy the program is.
+
+    A renewal waits for no answer: the daemon counts a line when it reads it, whatever it still has to do for the lines
+    before.
 
     Attributes:
         timeout_ms: Silence after which the daemon releases the rig, ms.
     """
 
-    def __init__(self, path: Path, timeout_ms: int) -> None:
+    def __init__(self, connection: Connection, timeout_ms: int) -> None:
         self.timeout_ms = timeout_ms
-        self._connection = Connection(path)
-        try:
-            self._renew()
-        except BaseException:
-            self._connection.close()
-            raise
+        self._connection = connection
+        self._renewed_s = time.monotonic()
+        connection.request("lease", {"timeout_ms": timeout_ms})
+        entries = connection.request("log", {"limit": 1})["entries"]
+        self._journal_seq: int = entries[-1]["seq"] if entries else 0
         self._ended = threading.Event()
-        self._lost: HapticdError | None = None
+        self._lapsed: LeaseLapsed | None = None
         self._thread = threading.Thread(target=self._beat, name="hapticd lease", daemon=True)
         self._thread.start()
-
-    def _renew(self) -> None:
-        self._renewed_s = time.monotonic()
-        self._connection.request("lease", {"timeout_ms": self.timeout_ms})
 
     def _beat(self) -> None:
         # Four renewals in the time: one may come late.
         while not self._ended.wait(self.timeout_ms / 4000):
-            late_s = time.monotonic() - self._renewed_s
             try:
                 self._renew()
-                if late_s * 1e3 >= self.timeout_ms and self._has_lapsed():
-                    self._lost = LeaseLapsed(
-                        f"hapticd has released the rig: this program was silent for {late_s * 1e3:.0f} ms, "
-                        f"and its lease is {self.timeout_ms} ms"
-                    )
-            except HapticdError as error:
-                self._lost = error
-                self._connection.close()
+            except HapticdError:
+                # The connection is lost, and so the lease has lapsed: the next request says why.
                 return
 
+    def _renew(self) -> None:
+        silent_s = time.monotonic() - self._renewed_s
+        self._renewed_s = time.monotonic()
+        self._connection.tell("lease", {"timeout_ms": self.timeout_ms})
+        if silent_s * 1e3 >= self.timeout_ms and self._has_lapsed():
+            self._lapsed = LeaseLapsed(
+                f"hapticd has released the rig: this program was silent for {silent_s * 1e3:.0f} ms, "
+                f"and its lease is {self.timeout_ms} ms"
+            )
+
     def _has_lapsed(self) -> bool:
-        entries = self._connection.request("log", {"limit": 100})["entries"]
+        """Whether the daemon's journal says so, since the last look."""
+        entries = self._connection.request("log", {"after": self._journal_seq})["entries"]
+        self._journal_seq = entries[-1]["seq"] if entries else self._journal_seq
         session = self._connection.hello["session"]
         return any(each["op"] == "lease_lapsed" and each["by"]["session"] == session for each in entries)
 
     def check(self) -> None:
-        """Tells, once, that the lease has lapsed, and ever after that its connection is lost.
+        """Tells, once, that the lease has lapsed.
 
         Raises:
             LeaseLapsed: The daemon has released the rig, because this program was silent.
-            ConnectionLost: The daemon has closed the connection.
         """
-        lost = self._lost
-        if isinstance(lost, LeaseLapsed):
-            self._lost = None
-        if lost is not None:
-            raise lost.with_traceback(None)
+        lapsed, self._lapsed = self._lapsed, None
+        if lapsed is not None:
+            raise lapsed
 
-    def close(self, *, lapse: bool) -> None:
-        """Ends the lease.
+    def close(self, *, keep: bool) -> None:
+        """Ends the renewals.
 
         Args:
-            lapse: Whether the daemon releases the rig.
+            keep: Whether the lease ends as well. Else it lapses with the connection, and the daemon releases the rig.
         """
         self._ended.set()
         self._thread.join()
-        try:
-            if not lapse and not self._connection.is_closed:
-                self._connection.request("lease", {"timeout_ms": 0})
-        finally:
-            self._connection.close()
+        if keep and not self._connection.is_closed:
+            self._connection.request("lease", {"timeout_ms": 0})

@@ -3,10 +3,10 @@
     python -m hapticd.lsl                 # until interrupted
     python -m hapticd.lsl --rate 250 --name left-hand
 
-There are two streams. NAME (type `Haptics`) has a channel of doubles for each column of a sample, labelled as the column,
-with `state` as its place in `hapticd.STATES`. NAME-events (type `Markers`) has a line of JSON for each state, each change of
-the scene, and each entry of the daemon's log, as on the wire. Both are stamped with the time of the tick on the
-clock of the Lab Streaming Layer. It takes no lease: it looks on, and never moves the rig.
+There are two streams. NAME (type `Haptics`) has a channel of doubles for each column of a sample, labelled as the
+column, with `state` as its place in `hapticd.STATES`. NAME-events (type `Markers`) has a line of JSON for each state,
+each change of the scene, and each entry of the daemon's log, as on the wire. Both are stamped with the time of the tick
+on the clock of the Lab Streaming Layer. The program takes no lease: it looks on, and never moves the rig.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from hapticd.errors import HapticdError
 from hapticd.rig import Rig, connect
 from hapticd.sample import COLUMNS
 from hapticd.samples import cells
-from hapticd.subscription import Queue, Subscription
+from hapticd.subscription import Queue, subscribe
 
 #: Requests by which the daemon's clock is found; the best of them counts.
 _ATTEMPTS = 50
@@ -46,10 +46,11 @@ def publish(rig: Rig, *, name: str = "hapticd", rate_hz: float | None = None, ba
     offset_s = clock_offset_s(rig)
     period_s = 1.0 / rig.loop_rate_hz
     topics = ["samples", "state", "log"]
-    subscription = Subscription(rig.path, topics, queue.put, queue.end, batch_ms=batch_ms, **fields)
+    answers: list[dict[str, Any]] = []
+    subscription = subscribe(rig.path, topics, queue.put, queue.end, answers.append, batch_ms=batch_ms, **fields)
     try:
         device = rig.status().device.description
-        samples = pylsl.StreamOutlet(_samples_info(name, float(subscription.answer["rate_hz"]), device))
+        samples = pylsl.StreamOutlet(_samples_info(name, float(answers[0]["rate_hz"]), device))
         events = pylsl.StreamOutlet(
             pylsl.StreamInfo(f"{name}-events", "Markers", 1, pylsl.IRREGULAR_RATE, pylsl.cf_string, device)
         )
@@ -61,7 +62,7 @@ def publish(rig: Rig, *, name: str = "hapticd", rate_hz: float | None = None, ba
                 waiting.append(event)
             elif rows := event["rows"]:
                 newest = (rows[-1][0], rows[-1][1])
-                # LSL counts the samples of a chunk back from its newest, so each has its own time.
+                # Each with its own time: a chunk would have that of its newest, and the nominal rate.
                 for row in rows:
                     samples.push_sample([float(cell) for cell in cells(row)], row[1] + offset_s)
             # An event has a tick, and ticks have times once there was a sample.

@@ -11,7 +11,7 @@ from hapticd.frame import frame
 from hapticd.marks import scene_mark, state_mark
 from hapticd.sample import DTYPES
 from hapticd.samples import Gaps, cells, every
-from hapticd.subscription import Queue, Subscription
+from hapticd.subscription import Queue, subscribe
 
 if TYPE_CHECKING:
     import pandas
@@ -27,11 +27,12 @@ def record(rig: Rig, length_s: float, rate_hz: float | None) -> pandas.DataFrame
     # Samples and states come on one connection, so that their order is the daemon's.
     queue: Queue[dict[str, Any]] = Queue(float("inf"), lambda event: 1)
     fields: dict[str, Any] = {} if rate_hz is None else {"rate_hz": rate_hz}
-    subscription = Subscription(rig.path, ["state", "samples"], queue.put, queue.end, **fields)
+    answers: list[dict[str, Any]] = []
+    subscription = subscribe(rig.path, ["state", "samples"], queue.put, queue.end, answers.append, **fields)
     try:
         scene = rig.get()
         started_unix_s = time.time()
-        rate_hz = float(subscription.answer["rate_hz"])
+        rate_hz = float(answers[0]["rate_hz"])
         gaps = Gaps(every(status["rate_hz"], rate_hz))
         wanted = round(length_s * rate_hz)
         rows: list[tuple[Any, ...]] = []
@@ -64,7 +65,7 @@ def record(rig: Rig, length_s: float, rate_hz: float | None) -> pandas.DataFrame
         "started_unix_s": started_unix_s,
         "revision": scene.revision,
         "scene": scene.scene,
-        "servo": subscription.answer.get("servo"),
+        "servo": answers[0].get("servo"),
         "configuration": status,
     }
     return frame({name: table[name] for name in DTYPES}, metadata, marks)

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from hapticd import socket_path
-from hapticd.answers import ChangeReply, SceneReply, StateReply, Status, decoded
+from hapticd.answers import ChangeReply, SceneReply, ScheduleReply, StateReply, Status, decoded
 from hapticd.connection import Connection
 from hapticd.duration import Duration, milliseconds, seconds
 from hapticd.errors import HapticdError
@@ -49,7 +49,7 @@ class Rig:
             self._stop = opened.enter_context(closing(Connection(path)))
             self.hello = self._control.hello
             if lease_ms is not None and "rights" not in self.hello:
-                self._lease = Lease(path, lease_ms)
+                self._lease = Lease(self._control, lease_ms)
             opened.pop_all()
 
     def request(self, op: str, **fields: Any) -> dict[str, Any]:
@@ -99,6 +99,7 @@ class Rig:
         /,
         *,
         ramp: Duration | None = None,
+        at_tick: int | None = None,
         if_revision: int | None = None,
         dry_run: bool = False,
         **more: Change,
@@ -108,6 +109,7 @@ class Rig:
         Args:
             params: Parameters whose names Python does not take: `{"Fs+": 5, "Fs-": 4}` sets each direction.
             ramp: Time over which to change, up to 10 s; at once without it.
+            at_tick: The tick that is to render it first; as soon as can be without it. See `at`.
             if_revision: Refuse unless this is the newest revision.
             dry_run: Answer with what would happen, and change nothing.
             more: Parameters by name or symbol, in SI units.
@@ -117,33 +119,83 @@ class Rig:
             UnknownName: No parameter has this name.
             Conflict: Another client has changed the scene since `if_revision`.
         """
-        return self._change("set", ramp, if_revision, dry_run, params={**(params or {}), **more})
+        options = _options(ramp, at_tick, if_revision, dry_run)
+        return self._change("set", params={**(params or {}), **more}, **options)
+
+    def at(
+        self,
+        tick: int,
+        params: Mapping[str, Change] | None = None,
+        /,
+        *,
+        ramp: Duration | None = None,
+        **more: Change,
+    ) -> ChangeReply:
+        """Changes parameters in the tick `tick`, and no other: `rig.at(5000, Fs=6)`.
+
+        The answer comes at once; `events` tell when it was rendered. The change is cancelled by `stop`, by
+        `cancel`, and by the end of this connection.
+
+        Raises:
+            InvalidValue: The tick is past, or too far ahead.
+        """
+        return self.set({**(params or {}), **more}, ramp=ramp, at_tick=tick)
+
+    def schedule(
+        self,
+        changes: Sequence[Mapping[str, Any]],
+        *,
+        name: str | None = None,
+        keep: bool = False,
+        if_revision: int | None = None,
+        dry_run: bool = False,
+    ) -> ScheduleReply:
+        """Changes the scene in ticks to come: all of these changes, or none.
+
+            rig.schedule([{"at_tick": t + 500 * k, "params": {"Fs": 4 + 0.1 * k}} for k in range(50)])
+
+        Args:
+            changes: Objects with `at_tick`, either `params` or `scene`, and `ramp` where the change is to take time.
+            name: The schedule's name, for `cancel`; the daemon's choice without it.
+            keep: Keep it when this connection ends.
+            if_revision: Refuse unless this is the newest revision.
+            dry_run: Answer with what would happen, and schedule nothing.
+
+        Raises:
+            InvalidValue: A tick is past, a value lies outside its limits, or there are too many changes.
+        """
+        options = _given(name=name, keep=keep or None, if_revision=if_revision, dry_run=dry_run or None)
+        wire = [_scheduled(change) for change in changes]
+        return decoded(ScheduleReply, self.request("schedule", changes=wire, **options))
+
+    def cancel(self, name: str | None = None) -> int:
+        """Takes scheduled changes back: of this schedule and those after it, or all. Returns how many."""
+        cancelled: int = self.request("schedule.cancel", **_given(name=name))["cancelled"]
+        return cancelled
 
     def load(
         self,
         scene: SceneRef,
         *,
         ramp: Duration | None = None,
+        at_tick: int | None = None,
         if_revision: int | None = None,
         dry_run: bool = False,
     ) -> ChangeReply:
-        """Loads a whole scene: a name in the library, an earlier revision, or the scene itself."""
-        return self._change("scene.load", ramp, if_revision, dry_run, scene=scene)
+        """Loads a whole scene: a name in the library, an earlier revision, or the scene itself. See `set`."""
+        options = _options(ramp, at_tick, if_revision, dry_run)
+        return self._change("scene.load", scene=scene, **options)
 
     def undo(self) -> ChangeReply:
         """Undoes the newest change, of any client."""
-        return self._change("undo", None, None, False)
+        return self._change("undo")
 
     def redo(self) -> ChangeReply:
         """Redoes the change that was undone last."""
-        return self._change("redo", None, None, False)
+        return self._change("redo")
 
-    def _change(
-        self, op: str, ramp: Duration | None, if_revision: int | None, dry_run: bool, **fields: Any
-    ) -> ChangeReply:
-        ramp_ms = None if ramp is None else milliseconds("ramp", ramp)
-        options = _given(ramp_ms=ramp_ms, if_revision=if_revision, dry_run=dry_run or None)
-        return decoded(ChangeReply, self.request(op, **fields, **options))
+    def _change(self, op: str, **fields: Any) -> ChangeReply:
+        return decoded(ChangeReply, self.request(op, **fields))
 
     @property
     def loop_rate_hz(self) -> float:
@@ -203,7 +255,7 @@ class Rig:
         """Ends the connection. With a lease the rig is released, unless it was to be kept."""
         try:
             if self._lease is not None:
-                self._lease.close(lapse=not self._keep)
+                self._lease.close(keep=self._keep)
         finally:
             self._control.close()
             self._stop.close()
@@ -251,6 +303,20 @@ def _lease_ms(lease: Duration) -> int:
     if timeout_ms == 0:
         raise ValueError(f"lease = {lease!r} is out of range: it must be from 20 to 60000 ms, or None for no lease")
     return timeout_ms
+
+
+def _options(ramp: Duration | None, at_tick: int | None, if_revision: int | None, dry_run: bool) -> dict[str, Any]:
+    """The fields that say how a scene changes."""
+    ramp_ms = None if ramp is None else milliseconds("ramp", ramp)
+    return _given(ramp_ms=ramp_ms, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run or None)
+
+
+def _scheduled(change: Mapping[str, Any]) -> dict[str, Any]:
+    """A change of a schedule, as on the wire."""
+    wire = dict(change)
+    if "ramp" in wire:
+        wire["ramp_ms"] = milliseconds("ramp", wire.pop("ramp"))
+    return wire
 
 
 def _given(**fields: Any) -> dict[str, Any]:

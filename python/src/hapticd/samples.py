@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from hapticd.errors import HapticdError, SamplesLost
 from hapticd.sample import COLUMNS, DTYPES, STATES, Sample, of_row
-from hapticd.subscription import Queue, Subscription
+from hapticd.subscription import Queue, subscribe
 
 if TYPE_CHECKING:
     import numpy
@@ -88,11 +88,11 @@ class Samples:
         self._on_gap = on_gap
         self._ready: list[Sample | SamplesLost] = []
         self._loop_rate_hz = loop_rate_hz
-        self._subscription = Subscription(
-            path, ["samples"], self._take, self._end, self._prepare, **_fields(rate_hz, batch_ms)
+        self._subscription = subscribe(
+            path, ["samples"], self._take, self._end, self._begin, **_fields(rate_hz, batch_ms)
         )
 
-    def _prepare(self, answer: dict[str, Any]) -> None:
+    def _begin(self, answer: dict[str, Any]) -> None:
         self.rate_hz: float = answer["rate_hz"]
         self._gaps = Gaps(every(self._loop_rate_hz, self.rate_hz))
         self._queue: Queue[Batch] = Queue(WAITING_S * self.rate_hz, lambda batch: len(batch.rows))
@@ -180,11 +180,11 @@ class Buffer:
         self._read = 0
         self._overwritten = 0
         self._ended: HapticdError | None = None
-        self._subscription = Subscription(
-            path, ["samples"], self._take, self._end, self._prepare, **_fields(rate_hz, batch_ms)
+        self._subscription = subscribe(
+            path, ["samples"], self._take, self._end, self._begin, **_fields(rate_hz, batch_ms)
         )
 
-    def _prepare(self, answer: dict[str, Any]) -> None:
+    def _begin(self, answer: dict[str, Any]) -> None:
         import numpy
 
         self.rate_hz: float = answer["rate_hz"]

@@ -1,4 +1,4 @@
-"""Subscriptions: a connection of their own, and a thread that reads it whatever the program does.
+"""Subscriptions: a connection of their own, which a thread reads whatever the program does.
 
 The daemon disconnects a client that does not read for two seconds, so a program that draws a picture between two
 samples must not be the one that reads.
@@ -18,57 +18,29 @@ from hapticd.errors import HapticdError
 T = TypeVar("T")
 
 
-class Subscription:
-    """Hands each event to a function, on a thread of its own.
+def subscribe(
+    path: Path,
+    topics: Sequence[str],
+    take: Callable[[dict[str, Any]], object],
+    end: Callable[[HapticdError], object],
+    begin: Callable[[dict[str, Any]], object] = lambda answer: None,
+    **fields: Any,
+) -> Connection:
+    """Subscribes on a connection, and hands each event to a function, on a thread of its own.
 
-    Attributes:
-        answer: The daemon's answer to `subscribe`.
+    Args:
+        take: Called with each event.
+        end: Called once, with the reason, when no event comes any more.
+        begin: Called with the daemon's answer, before the first event.
+        fields: More fields of the request.
     """
-
-    def __init__(
-        self,
-        path: Path,
-        topics: Sequence[str],
-        take: Callable[[dict[str, Any]], object],
-        end: Callable[[HapticdError], None],
-        prepare: Callable[[dict[str, Any]], None] = lambda answer: None,
-        **fields: Any,
-    ) -> None:
-        """Subscribes.
-
-        Args:
-            take: Called with each event.
-            end: Called once, with the reason, when no event comes any more.
-            prepare: Called with the answer to `subscribe`, before the first event.
-            fields: More fields of the request.
-        """
-        self._take = take
-        self._end = end
-        self._connection = Connection(path)
-        try:
-            self.answer = self._connection.request("subscribe", {"topics": list(topics), **fields})
-            prepare(self.answer)
-        except BaseException:
-            self._connection.close()
-            raise
-        self._connection.wait_for_ever()
-        self._thread = threading.Thread(target=self._read, name="hapticd subscription", daemon=True)
-        self._thread.start()
-
-    def _read(self) -> None:
-        try:
-            while True:
-                line = self._connection.read()
-                if "event" in line:
-                    self._take(line)
-        except HapticdError as error:
-            self._end(error)
-
-    def close(self) -> None:
-        """Ends it. No function is called afterwards."""
-        self._connection.close()
-        if self._thread is not threading.current_thread():
-            self._thread.join()
+    connection = Connection(path, take, end)
+    try:
+        connection.request("subscribe", {"topics": list(topics), **fields}, begin)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
 
 
 class Queue(Generic[T]):
