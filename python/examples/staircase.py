@@ -124,7 +124,7 @@ def main() -> None:
     chance = random.Random(given.seed)
     if given.simulated:
         with (
-            hapticd.fake(hand="sine", hand_amplitude_m=0.02, hand_frequency_hz=4) as daemon,
+            hapticd.fake(hand="sine", hand_amplitude_m=0.005, hand_frequency_hz=2) as daemon,
             daemon.connect() as rig,
         ):
             report(run(rig, observer(0.3, chance), given.reversals, given.duration, chance))

@@ -31,13 +31,13 @@ def test_the_blocks_of_the_readme_run(daemon: hapticd.Fake, monkeypatch: pytest.
 def test_the_staircase_finds_a_threshold_without_a_display() -> None:
     program = [sys.executable, str(HERE / "examples/staircase.py"), "--simulated"]
     run = subprocess.run(
-        [*program, "--reversals", "3", "--duration", "0.3", "--seed", "1"],
+        [*program, "--reversals", "2", "--duration", "0.3", "--seed", "2"],
         check=True,
         capture_output=True,
         text=True,
     )
     *trials, summary = map(json.loads, run.stdout.splitlines())
-    assert summary["trials"] == len(trials) >= 6
+    assert summary["trials"] == len(trials) >= 4
     assert 0.05 < summary["threshold_N"] < 2.0
     for trial in trials:
         assert trial["ticks"][0] < trial["ticks"][1]

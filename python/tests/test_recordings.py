@@ -113,7 +113,8 @@ def test_another_file_is_refused_by_its_name(tmp_path: Path, ending: str, data: 
 
 def test_a_damaged_chunk_is_told(recordings: dict[str, Path], tmp_path: Path) -> None:
     data = bytearray(recordings["mcap"].read_bytes())
-    data[len(data) // 2] ^= 1
+    # In the middle of a row: behind its CDR header.
+    data[data.index(b"\x00\x01\x00\x00", len(data) // 2) + 20] ^= 1
     damaged = tmp_path / "damaged.mcap"
     damaged.write_bytes(data)
     with pytest.raises(hapticd.NotARecording, match=r"the chunk at byte \d+ is damaged; .*repair"):
