@@ -57,7 +57,9 @@ def test_stop_overtakes_a_request_that_waits(daemon: hapticd.Fake) -> None:
             await rig.engage()
             with rig.blocking._control._sending:
                 waiting = asyncio.ensure_future(rig.status())
-                assert (await rig.stop()).state == "stopped"
+                await asyncio.sleep(0)
+                stopped = await asyncio.wait_for(rig.stop(), 30)
+                assert stopped.state == "stopped"
                 assert not waiting.done()
             assert (await waiting).state == "stopped"
 

@@ -121,6 +121,16 @@ def test_a_damaged_chunk_is_told(recordings: dict[str, Path], tmp_path: Path) ->
         hapticd.read(damaged)
 
 
+def test_a_damaged_row_of_csv_is_told(recordings: dict[str, Path], tmp_path: Path) -> None:
+    lines = recordings["csv"].read_text().splitlines(keepends=True)
+    cells = lines[-100].split(",")
+    for wrong in ("", "x", "1,2"):
+        damaged = tmp_path / "damaged.csv"
+        damaged.write_text("".join([*lines[:-100], ",".join([*cells[:4], wrong, *cells[5:]]), *lines[-99:]]))
+        with pytest.raises(hapticd.NotARecording, match="damaged"):
+            hapticd.read(damaged)
+
+
 def test_a_recording_has_a_known_name(tmp_path: Path) -> None:
     with pytest.raises(hapticd.NotARecording, match=r"r\.txt: .* ends in \.mcap, \.csv or \.parquet"):
         hapticd.read(tmp_path / "r.txt")
