@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import hapticd
+from hapticd import socket_path
 
 
 def test_options_are_those_of_the_daemon() -> None:
@@ -54,3 +55,21 @@ def test_the_daemon_ends_with_the_program_that_started_it() -> None:
         with pytest.raises(hapticd.ConnectionLost):
             while time.monotonic() < until_s:
                 rig.status()
+
+
+def test_the_socket_is_looked_for_where_haptic_ctl_looks(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("HAPTICD_SOCKET", raising=False)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("HOME", "/home/ada")
+    monkeypatch.setattr("os.geteuid", lambda: 1000)
+    name = "hapticd/control.sock"
+    assert [str(path) for path in socket_path.candidates()] == [
+        f"{tmp_path}/{name}",
+        f"/run/user/1000/{name}",
+        f"/home/ada/.local/state/{name}",
+        f"/run/{name}",
+    ]
+    assert socket_path.for_client(None) == tmp_path / name
+    monkeypatch.setenv("HAPTICD_SOCKET", "/srv/rig.sock")
+    assert socket_path.for_client(None) == Path("/srv/rig.sock")
+    assert socket_path.for_client("mine.sock") == Path("mine.sock")
