@@ -7,7 +7,7 @@ use crate::{complete, output, progress, set};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::{Scene, Scheme};
-use haptic_ipc::{BUILT_IN_SCENES, Changes, ClientError, Request, SceneRef, SceneReply};
+use haptic_ipc::{BUILT_IN_SCENES, ClientError, Request, SceneRef, SceneReply, WireError};
 use haptic_lab::recording::{self, Ending, Metadata, Reader, RecordingError};
 use haptic_lab::replay::{self, Alternative, Felt, LargestDifference, Report, Summary, Tally, WhatIf};
 use serde_json::{Value, json};
@@ -85,11 +85,14 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
 }
 
 fn changes(texts: &[String]) -> Result<Vec<(haptic_core::ParameterKey, f64)>, Failure> {
-    let changes: Changes = texts
-        .iter()
-        .map(|text| set::assignment(text))
-        .collect::<Result<_, _>>()?;
-    changes.resolve().map_err(|error| Failure::Usage(error.message))
+    let change = |text: &String| {
+        let (name, value) = set::assignment(text)?;
+        let key = name
+            .parse()
+            .map_err(|error| Failure::Usage(WireError::from(error).message))?;
+        Ok((key, value))
+    };
+    texts.iter().map(change).collect()
 }
 
 /// The other scene: built in, from a file, or of the daemon.

@@ -170,6 +170,7 @@
 mod advice;
 mod async_client;
 mod built_in_scenes;
+mod change_options;
 mod changes;
 mod client;
 mod commission;
@@ -192,6 +193,7 @@ mod request;
 mod rig_friction;
 mod sample;
 mod scene;
+mod schedule;
 #[cfg(feature = "schema")]
 pub mod schema;
 pub mod socket_path;
@@ -204,7 +206,8 @@ mod values;
 pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
 pub use async_client::AsyncClient;
 pub use built_in_scenes::BUILT_IN_SCENES;
-pub use changes::Changes;
+pub use change_options::ChangeOptions;
+pub use changes::{Changes, ParameterChange, RelativeChange};
 pub use client::{Client, ClientError, Receiver, Sender};
 pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
 pub use describe::{Description, ParameterDescription};
@@ -217,15 +220,19 @@ pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use problem::Problem;
 pub use replay::{SceneArrival, SceneRamp, ServoSetup};
-pub use request::{ChangeOptions, Request};
+pub use request::Request;
 pub use rig_friction::{LossSource, RigFrictionStatus};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,
     differences, params_of,
 };
+pub use schedule::{
+    AcceptedChange, MOST_SCHEDULED_CHANGES, SceneChange, ScheduleCancelReply, ScheduleReply, ScheduleStatus,
+    ScheduledChange,
+};
 pub use state::{RigState, StateReply};
-pub use status::{DeviceStatus, ForceLimitBy, RealTimeStatus, Status};
+pub use status::{DeviceStatus, ForceLimitBy, LibraryScene, RealTimeStatus, Status};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
 pub use unknown_word::{meant_in, meant_or_semicolon};
 
