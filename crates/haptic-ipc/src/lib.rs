@@ -91,7 +91,7 @@
 //! A client with a lease is a dead man's switch: should it close its connection, or send no line
 //! for `timeout_ms` (20 to 60000), the real-time thread itself releases the rig along its ramp. Any
 //! request renews the lease, `lease` with 0 ends it. Every client may have one; the first to expire
-//! releases.
+//! releases. An `engage` that was still waiting when the lease of its client expired is refused.
 //!
 //! ## Commissioning
 //! A rig that was never commissioned does not engage ([`ErrorCode::NotCommissioned`]), unless the

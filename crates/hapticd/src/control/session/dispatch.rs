@@ -18,7 +18,7 @@ impl Client {
         if let Some(refusal) = self.refusal(&envelope.request) {
             return Answer::Now(answer::<()>(id, Err(refusal)));
         }
-        let command = async |command| drive::command(rig, command, stops, by.peer).await;
+        let command = async |command| drive::command(rig, command, stops, by).await;
         let begun = |begun: Result<PendingChange, WireError>| match begun {
             Ok(change) => Answer::OnceRendered(PendingAnswer {
                 id: envelope.id,
