@@ -35,6 +35,7 @@ mod set;
 mod simulate;
 mod status;
 mod surface;
+mod table_file;
 mod timing;
 mod top;
 mod undo;
