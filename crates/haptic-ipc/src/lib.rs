@@ -134,6 +134,7 @@
 //!
 //! ```text
 //! S {"event":"state","state":"engaged","tick":183042,"revision":42,...}         at once, and at every change
+//! S {"event":"servo","tick":190000,"servo":{"settings":{...},...}}              topic `state`: the servo's settings, when they change
 //! S {"event":"timing","rate_hz":1000.0,"ticks":183042,"overruns":0,...}         once a second
 //! S {"event":"samples","seq":9,"dropped":0,"rows":[[183042,183.042,"engaged",...],...]}
 //! S {"event":"log","seq":12,"op":"set","by":{"uid":1000,"user":"ada",...},...}  at every change, by anyone
@@ -213,7 +214,7 @@ pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, Pul
 pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};
 pub use error::{ErrorCode, WireError};
-pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply, Topic};
+pub use event::{Event, SamplesEvent, ServoEvent, StateEvent, SubscribeReply, Topic};
 pub use identification::{ExcitationEnd, ExcitationReport, IdentificationReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};

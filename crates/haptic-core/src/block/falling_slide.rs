@@ -188,6 +188,13 @@ impl Slide for FallingSlide {
         self.fast.half_turns(time_s)
     }
 
+    fn rest(&mut self) {
+        self.fast.rest();
+        if self.peak != self.static_force() {
+            self.set_off(self.static_force());
+        }
+    }
+
     fn set_off(&mut self, limit: f64) {
         self.peak = limit;
         self.fall.excess = limit - self.dynamic_force();

@@ -141,6 +141,7 @@ impl RigHandle {
             setup.compensation = None;
         }
         if self.setups.borrow_mut().send(setup) {
+            self.sent_setup.set(Some(setup));
             return Ok(());
         }
         let message = "cannot engage: the real-time thread takes no commands; cut the power of the motor if it pulls";
