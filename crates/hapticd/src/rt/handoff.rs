@@ -224,9 +224,14 @@ impl Shared {
         self.command.store(0, Ordering::Release);
     }
 
-    /// The newest command.
-    pub(crate) fn command(&self) -> Option<CommandWord> {
-        CommandWord::unpack(self.command.load(Ordering::Acquire))
+    /// The newest command, unless its word is the one that was `seen` last.
+    pub(crate) fn new_command(&self, seen: &mut u64) -> Option<CommandWord> {
+        let word = self.command.load(Ordering::Acquire);
+        if word == *seen {
+            return None;
+        }
+        *seen = word;
+        CommandWord::unpack(word)
     }
 }
 

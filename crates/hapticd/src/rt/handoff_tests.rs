@@ -100,17 +100,19 @@ fn a_scene_that_nobody_took_is_replaced_and_one_that_was_taken_does_not_come_aga
 
 #[test]
 fn a_command_is_there_until_it_is_withdrawn_and_knows_of_the_stops_before_it() {
-    let shared = Shared::new();
-    assert_eq!(shared.command(), None);
+    let (shared, mut seen) = (Shared::new(), 0);
+    assert_eq!(shared.new_command(&mut seen), None);
     assert_eq!([shared.stop(), shared.stop(), shared.stops()], [1, 2, 2]);
     shared.send(7, Command::Reset, shared.stops());
-    let word = shared.command().expect("it was sent");
+    let word = shared.new_command(&mut seen).expect("it was sent");
     assert_eq!((word.serial, word.stops_known, word.command), (7, 2, Command::Reset));
     assert!(!word.overtaken_by(shared.stops()));
     assert_eq!(shared.stop(), 3);
     assert!(word.overtaken_by(shared.stops()));
+    assert_eq!(shared.new_command(&mut seen), None, "it is new once");
+    assert_eq!(shared.new_command(&mut 0), Some(word));
     shared.withdraw();
-    assert_eq!(shared.command(), None);
+    assert_eq!([seen, 0].map(|mut seen| shared.new_command(&mut seen)), [None; 2]);
 }
 
 #[test]

@@ -78,7 +78,7 @@ fn a_reset_never_clears_a_stop_that_came_after_it() {
     model(|| {
         let shared = Arc::new(Shared::new());
         let mut state = RigState::Idle;
-        let (mut stops_seen, mut last_command) = (0, 0);
+        let (mut stops_seen, mut command_seen) = (0, 0);
         // The beginning of every tick.
         let mut tick = |shared: &Shared| {
             let stops = shared.stops();
@@ -86,8 +86,7 @@ fn a_reset_never_clears_a_stop_that_came_after_it() {
                 stops_seen = stops;
                 state = RigState::Stopped;
             }
-            if let Some(word) = shared.command().filter(|word| word.serial != last_command) {
-                last_command = word.serial;
+            if let Some(word) = shared.new_command(&mut command_seen) {
                 if !word.overtaken_by(stops) && word.command == Command::Reset {
                     state = RigState::Idle;
                 }

@@ -43,7 +43,7 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     scenes_seen: u64,
     stops_seen: u64,
     pending_stop: Option<PendingStop>,
-    last_command: u32,
+    command_seen: u64,
     last_began_ns: Option<u64>,
     /// Time that the machine had slept in all when the tick before began, ns.
     asleep_ns: u64,
@@ -71,7 +71,7 @@ impl<D: Device + ?Sized> Tick<D> {
             scenes_seen: 0,
             stops_seen: 0,
             pending_stop: None,
-            last_command: 0,
+            command_seen: 0,
             last_began_ns: None,
             asleep_ns: 0,
             device,
@@ -118,7 +118,7 @@ impl<D: Device + ?Sized> Tick<D> {
         }
         let ended_ns = now_ns();
         let sample = inputs.sample.unwrap_or(Measurement::new(0, 0, 0.0));
-        self.outbox.push(TickRecord {
+        self.outbox.push(|| TickRecord {
             tick: self.tick,
             deadline_ns: wake.deadline_ns,
             began_ns: wake.began_ns,
@@ -175,15 +175,19 @@ impl<D: Device + ?Sized> Tick<D> {
             self.lateness.rest(missed_periods);
             false
         };
+        let slept = slept_ns > self.servo.settings().stale_ns;
+        let lease_lapsed = self.shared.has_lapsed(now_ns);
+        let control_lost = self.shared.silent_ns(now_ns) > self.control_timeout_ns;
+        // A predicted branch costs less than the bits of what hardly ever happens.
+        if !(stop || slept || too_late || lease_lapsed || control_lost) {
+            return Events::default();
+        }
         Events::default()
             .and(Event::Stop, stop)
-            .and(Event::Slept, slept_ns > self.servo.settings().stale_ns)
+            .and(Event::Slept, slept)
             .and(Event::TooLate, too_late)
-            .and(Event::LeaseLapsed, self.shared.has_lapsed(now_ns))
-            .and(
-                Event::ControlLost,
-                self.shared.silent_ns(now_ns) > self.control_timeout_ns,
-            )
+            .and(Event::LeaseLapsed, lease_lapsed)
+            .and(Event::ControlLost, control_lost)
     }
 
     /// Goes on with another device, as if it had been unplugged and another plugged in.
@@ -225,8 +229,7 @@ impl<D: Device + ?Sized> Tick<D> {
     }
 
     fn new_command(&mut self) -> Option<CommandWord> {
-        let word = self.shared.command().filter(|word| word.serial != self.last_command)?;
-        self.last_command = word.serial;
+        let word = self.shared.new_command(&mut self.command_seen)?;
         if word.command == Command::Engage
             && let Some(setup) = self.rig_setups.as_mut().and_then(SetupReceiver::newest)
         {

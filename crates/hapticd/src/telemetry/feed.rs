@@ -416,7 +416,7 @@ mod tests {
         ] {
             let mut record = outbox::tests::record(tick);
             (record.state, record.revision) = (state, revision);
-            producer.push(record);
+            producer.push(|| record);
             feed.pump(&VecDeque::from([known(1), known(2)]));
         }
         let ticks: Vec<u64> = events(&mut received)
@@ -437,12 +437,12 @@ mod tests {
         feed.subscribe(1, subscription);
         let scenes = VecDeque::from([known(1)]);
         for tick in 0..10 {
-            producer.push(outbox::tests::record(tick));
+            producer.push(|| outbox::tests::record(tick));
             feed.pump(&scenes);
         }
         // One event fitted; ticks 2, 4, 6 and 8 did not.
         let first = events(&mut received);
-        producer.push(outbox::tests::record(10));
+        producer.push(|| outbox::tests::record(10));
         feed.pump(&scenes);
         let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
             panic!("two sample events");
@@ -463,7 +463,7 @@ mod tests {
         feed.subscribe(1, subscription);
         let scenes = VecDeque::from([known(1)]);
         for tick in 0..40_000 {
-            producer.push(outbox::tests::record(tick));
+            producer.push(|| outbox::tests::record(tick));
             if tick % 256 == 255 {
                 feed.pump(&scenes);
             }
@@ -477,7 +477,7 @@ mod tests {
         drop(held);
         assert_eq!(room.available_permits(), BACKLOG_BYTES);
         for tick in 40_000..40_256 {
-            producer.push(outbox::tests::record(tick));
+            producer.push(|| outbox::tests::record(tick));
         }
         feed.pump(&scenes);
         let told = events(&mut received);
