@@ -74,13 +74,19 @@ impl SafetyLimiter {
     /// [`NonFiniteForce`] where the product is not a finite number.
     #[inline]
     pub fn limit(&mut self, force: f64, gain: f64, elapsed_s: f64) -> Result<f64, NonFiniteForce> {
+        let limited = self.limited(force, gain, elapsed_s);
+        self.last_n = limited.unwrap_or(0.0);
+        limited
+    }
+
+    /// What [`limit`](Self::limit) would let pass, N.
+    #[inline]
+    pub(crate) fn limited(&self, force: f64, gain: f64, elapsed_s: f64) -> Result<f64, NonFiniteForce> {
         let wanted = flush(force * gain.clamp(0.0, 1.0));
         if !wanted.is_finite() {
-            self.last_n = 0.0;
             return Err(NonFiniteForce(wanted));
         }
-        let force_n = self.force_n;
-        let wanted = wanted.clamp(-force_n, force_n);
+        let wanted = self.cut(wanted);
         let step = self.limits.slew_n_per_s * elapsed_s.max(0.0);
         // Less force in the same direction is safe at any rate; more, or the other way, is not.
         let from = if self.last_n * wanted >= 0.0 && wanted.abs() < self.last_n.abs() {
@@ -100,8 +106,19 @@ impl SafetyLimiter {
             change
         };
         // The sum may round to beyond the limit.
-        self.last_n = (from + change).clamp(-force_n, force_n);
-        Ok(self.last_n)
+        Ok(self.cut(from + change))
+    }
+
+    /// A force (N) within the limit. Not by `clamp`, which asks first whether its limits are in order.
+    fn cut(&self, force: f64) -> f64 {
+        let most = self.force_n;
+        let force = if force < -most { -most } else { force };
+        if force > most { most } else { force }
+    }
+
+    /// The force that was let pass, N.
+    pub(crate) fn passed(&mut self, force: f64) {
+        self.last_n = force;
     }
 
     /// The force is zero now, whatever it was.

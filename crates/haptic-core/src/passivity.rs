@@ -101,8 +101,11 @@ impl PassivityObserver {
         } else {
             0.0
         };
+        if self.control_n == 0.0 || self.excess_j == 0.0 {
+            return 0.0;
+        }
         let coming = velocity.abs() * elapsed_s;
-        if self.control_n == 0.0 || self.excess_j == 0.0 || coming <= 0.0 {
+        if coming <= 0.0 {
             return 0.0;
         }
         // Over the way that the hand will go until the next sample it takes out what there is, as

@@ -89,7 +89,7 @@ impl PositionGuard {
                 && limits.allows_step(moved, velocity, elapsed_s, before.resolution)
         };
         let moved = position - before.position;
-        let Some(held) = self.held.take() else {
+        let Some(held) = self.held else {
             if allows(moved, before.velocity, elapsed_s) {
                 self.score = self.score.saturating_sub(1);
                 return Verdict::Believed { elapsed_s };
@@ -104,6 +104,7 @@ impl PositionGuard {
             });
             return Verdict::Held;
         };
+        self.held = None;
         let since_s = held.elapsed_s + elapsed_s;
         if allows(moved, before.velocity, since_s) {
             self.forgotten += 1;

@@ -6,6 +6,7 @@
 //! then the middle one of the three is, so that no single wrong clock is ever rendered. A device
 //! whose stamps run backwards, stand still, jump or drift is an error besides.
 
+use core::mem::replace;
 use thiserror::Error;
 
 /// Over so long the two clocks are compared, ns.
@@ -68,16 +69,19 @@ struct Quickest {
 /// A window that is being filled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Window {
-    first: Stamp,
+    first_sequence: u32,
     samples: u32,
+    first_host_ns: u64,
     quickest: Quickest,
 }
 
 /// What is known of a clock that has sent a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Running {
-    last: Stamp,
+    last_sequence: u32,
     equal: u32,
+    last_device_ns: u64,
+    last_host_ns: u64,
     window: Window,
     before: Option<Quickest>,
 }
@@ -151,21 +155,29 @@ impl SampleClock {
 impl Running {
     fn new(first: Stamp) -> Self {
         Self {
-            last: first,
+            last_sequence: first.sequence,
             equal: 0,
+            last_device_ns: first.device_ns,
+            last_host_ns: first.host_ns,
             window: Window::new(first),
             before: None,
         }
     }
 
     fn judge(&mut self, stamp: Stamp, tolerance_ns: u64, period_s: &mut f64) -> Result<f64, ClockError> {
-        let last = core::mem::replace(&mut self.last, stamp);
-        let host_ns = stamp.host_ns.saturating_sub(last.host_ns);
+        let host_ns = stamp
+            .host_ns
+            .saturating_sub(replace(&mut self.last_host_ns, stamp.host_ns));
+        let steps = stamp
+            .sequence
+            .wrapping_sub(replace(&mut self.last_sequence, stamp.sequence));
         let device_ns = stamp
             .device_ns
-            .checked_sub(last.device_ns)
-            .filter(|device_ns| device_ns.abs_diff(host_ns) <= tolerance_ns)
+            .checked_sub(replace(&mut self.last_device_ns, stamp.device_ns))
             .ok_or(ClockError::Jumped)?;
+        if device_ns.abs_diff(host_ns) > tolerance_ns {
+            return Err(ClockError::Jumped);
+        }
         if device_ns > 0 {
             self.equal = 0;
         } else {
@@ -182,17 +194,16 @@ impl Running {
         if agree(device_s, host_s) {
             return Ok(device_s);
         }
-        let steps = stamp.sequence.wrapping_sub(last.sequence);
         Ok(believed_s(device_s, host_s, steps, *period_s))
     }
 
     /// Compares a full window with the one before, and begins the next with a sample.
     #[cold]
     fn end_window(&mut self, stamp: Stamp, period_s: &mut f64) -> Result<(), ClockError> {
-        let Window { first, quickest, .. } = core::mem::replace(&mut self.window, Window::new(stamp));
-        let steps = stamp.sequence.wrapping_sub(first.sequence);
+        let window = replace(&mut self.window, Window::new(stamp));
+        let (steps, quickest) = (stamp.sequence.wrapping_sub(window.first_sequence), window.quickest);
         if (1..=LONGEST_STEP * WINDOW_SAMPLES).contains(&steps) {
-            *period_s = seconds(stamp.host_ns.saturating_sub(first.host_ns)) / f64::from(steps);
+            *period_s = seconds(stamp.host_ns.saturating_sub(window.first_host_ns)) / f64::from(steps);
         }
         let Some(before) = self.before.replace(quickest) else {
             return Ok(());
@@ -224,8 +235,9 @@ fn believed_s(device_s: f64, host_s: f64, steps: u32, period_s: f64) -> f64 {
 impl Window {
     fn new(first: Stamp) -> Self {
         Self {
-            first,
+            first_sequence: first.sequence,
             samples: 0,
+            first_host_ns: first.host_ns,
             quickest: Quickest::of(first),
         }
     }
@@ -240,7 +252,7 @@ impl Window {
 
     /// Whether it is long enough with this sample.
     fn is_full(&self, stamp: Stamp) -> bool {
-        stamp.host_ns.saturating_sub(self.first.host_ns) >= WINDOW_NS && self.samples >= WINDOW_SAMPLES
+        stamp.host_ns.saturating_sub(self.first_host_ns) >= WINDOW_NS && self.samples >= WINDOW_SAMPLES
     }
 }
 

@@ -43,16 +43,18 @@ pub(super) fn passes(
     let (y, w) = oscillator.advance(motion, r);
     let (a0, beta) = oscillator.acceleration(motion);
     let a = a0 * r.dh + beta * r.h;
-    let dips = a0 < 0.0 && a > 0.0;
-    let falls_at = level.speed();
-    // A peak inside could arm the slide and be fallen from.
-    let may_arm_unseen = threshold > 0.0 && !armed && a0 > 0.0 && a < 0.0;
-    // At exactly zero velocity and acceleration the direction is for the full search to decide.
-    let sure = oscillator.turns_once_at_most(time_s)
-        && w > falls_at
-        && (motion.w0 > 0.0 || a0 > 0.0)
-        && !dips
-        && !may_arm_unseen;
+    if !(w > level.speed() && oscillator.turns_once_at_most(time_s)) {
+        return None;
+    }
+    let sure = if a0 < 0.0 {
+        let dips = a > 0.0;
+        motion.w0 > 0.0 && !dips
+    } else {
+        // A peak inside could arm the slide and be fallen from.
+        let may_arm_unseen = threshold > 0.0 && !armed && a0 > 0.0 && a < 0.0;
+        // At exactly zero velocity and acceleration the direction is for the full search to decide.
+        (motion.w0 > 0.0 || a0 > 0.0) && !may_arm_unseen
+    };
     sure.then_some((y, w))
 }
 

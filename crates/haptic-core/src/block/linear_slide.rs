@@ -58,6 +58,7 @@ impl Slide for LinearSlide {
 
     fn set_off(&mut self, _limit: f64) {}
 
+    #[inline(always)]
     fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {
         let r = self.propagator.at(&self.oscillator, elapsed_s);
         let (y, w) = passes(&self.oscillator, motion, &r, elapsed_s, level)?;

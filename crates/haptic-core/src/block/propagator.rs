@@ -27,11 +27,18 @@ impl Propagator {
 
     /// The response at `t`: the one kept where the tick is as long as the last, one derived from it
     /// where it nearly is.
+    #[inline]
     pub(super) fn at(&mut self, oscillator: &Oscillator, t: f64) -> Response {
         #[expect(clippy::float_cmp, reason = "a cache key: the same number or not")]
         if t == self.cached_for {
             return self.cached;
         }
+        self.at_another(oscillator, t)
+    }
+
+    /// Apart, so that a tick on time saves no registers for it.
+    #[cold]
+    fn at_another(&mut self, oscillator: &Oscillator, t: f64) -> Response {
         if let Some(nearby) = oscillator.response_near(&self.cached, t - self.cached_for) {
             return nearby;
         }

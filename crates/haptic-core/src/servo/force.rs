@@ -8,6 +8,7 @@ use crate::limiter::NonFiniteForce;
 
 impl Servo {
     /// The force in the coupling and the force on the hand, N.
+    #[inline(always)]
     pub(super) fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64, resolution: f64) -> (f64, f64) {
         self.carry_on_change(our_elapsed_s);
         let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
@@ -24,15 +25,17 @@ impl Servo {
             self.rig.fail(Fault::TooFast);
             return (0.0, 0.0);
         }
-        let elapsed_s = if elapsed_s > 0.0 && self.sensing.is_silent() {
-            // All force had decayed: the surface grips the hand anew where it is, without the force
-            // that the way there would have built up.
-            self.scene.renderer.start_at(position, velocity);
-            0.0
-        } else {
-            elapsed_s
-        };
-        let gain = self.rig.advance(our_elapsed_s) * self.sensing.share(self.now_ns, our_elapsed_s);
+        let mut gain = self.rig.advance(our_elapsed_s);
+        let mut elapsed_s = elapsed_s;
+        if !self.sensing.is_steady(self.now_ns) {
+            if elapsed_s > 0.0 && self.sensing.is_silent() {
+                // All force had decayed: the surface grips the hand anew where it is, without the force
+                // that the way there would have built up.
+                self.scene.renderer.start_at(position, velocity);
+                elapsed_s = 0.0;
+            }
+            gain *= self.sensing.share(self.now_ns, our_elapsed_s);
+        }
         let mut coupling_force = self.scene.renderer.tick(elapsed_s, position, velocity).coupling_force;
         if let Some(fading) = &mut self.fading {
             coupling_force += fading.tick(elapsed_s, position, velocity, coupling_force);
@@ -109,19 +112,18 @@ impl Servo {
         elapsed_s: f64,
         our_elapsed_s: f64,
     ) -> Result<f64, NonFiniteForce> {
-        let before = self.limiter;
-        let surface = self.limiter.limit(on_hand, gain, our_elapsed_s)?;
+        let surface = self.limiter.limited(on_hand, gain, our_elapsed_s)?;
         let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
         // The energy of the compensation counts as made: it is no part of the surface.
         let added = compensation + self.passivity.observe(elapsed_s, position, velocity, surface);
         let force = if added == 0.0 {
             surface
         } else {
-            self.limiter = before;
-            let force = self.limiter.limit(on_hand + added, gain, our_elapsed_s)?;
+            let force = self.limiter.limited(on_hand + added, gain, our_elapsed_s)?;
             self.passivity.applied(force);
             force
         };
+        self.limiter.passed(force);
         if let Some(compensator) = &mut self.compensator {
             compensator.applied(force);
         }

@@ -153,6 +153,9 @@ impl Servo {
 
     /// One step: what the device said leads to a force. A scene that arrives is rendered from this
     /// step on; take what is [`retired`](Self::take_retired) before another one arrives.
+    // A loop steps its servo in one place: this and what every step passes through is compiled into it, and
+    // its inputs and outputs stay in registers.
+    #[inline(always)]
     pub fn step(&mut self, inputs: &Inputs, scene: Option<Box<CompiledScene>>) -> Outputs {
         self.now_ns = self.now_ns.saturating_add(inputs.elapsed_ns);
         self.check_events(inputs);
@@ -374,6 +377,7 @@ impl Servo {
 
     /// Takes in what the device said; returns the time since the last sample, s. A failed or stale
     /// read is never rendered as a position.
+    #[inline(always)]
     fn sense(&mut self, inputs: &Inputs) -> f64 {
         // Only with force on the hand does it matter whether a hand can move so.
         let live = self.rig.is_live() && self.was_live;
@@ -403,6 +407,7 @@ impl Servo {
     }
 
     /// The rig's own buttons, and whether its motor is off after it was told to be.
+    #[inline(always)]
     fn check_device(&mut self) {
         if self.is_pressed(self.settings.stop_button) {
             self.rig.press_stop();

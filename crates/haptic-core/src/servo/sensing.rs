@@ -105,7 +105,7 @@ impl Sensing {
 
     /// Whether a button is pressed.
     pub(super) fn is_pressed(&self, button: u8) -> bool {
-        self.newest.is_some() && self.buttons & 1_u8.checked_shl(button.into()).unwrap_or(0) != 0
+        self.buttons & 1_u8.checked_shl(button.into()).unwrap_or(0) != 0 && self.newest.is_some()
     }
 
     /// Samples that no hand can have made, and that were not rendered.
@@ -144,21 +144,7 @@ impl Sensing {
     ) -> Sensed {
         let sample = match measured {
             Ok(sample) => sample,
-            Err(error) => {
-                self.forget();
-                return match error {
-                    DeviceError::MotorOff { watchdog } => {
-                        self.motor = Motor::Off;
-                        Sensed::Faulty(Fault::MotorOff { watchdog })
-                    }
-                    DeviceError::Failed(code) => Sensed::Faulty(Fault::Device(code)),
-                    DeviceError::Disconnected => {
-                        self.motor = Motor::Unreported;
-                        self.buttons = 0;
-                        Sensed::Gone
-                    }
-                };
-            }
+            Err(error) => return self.fail(error),
         };
         self.motor = sample.motor;
         self.buttons = sample.buttons;
@@ -216,13 +202,34 @@ impl Sensing {
         Sensed::Moved { elapsed_s }
     }
 
+    /// The device could not be read.
+    #[cold]
+    fn fail(&mut self, error: DeviceError) -> Sensed {
+        self.forget();
+        match error {
+            DeviceError::MotorOff { watchdog } => {
+                self.motor = Motor::Off;
+                Sensed::Faulty(Fault::MotorOff { watchdog })
+            }
+            DeviceError::Failed(code) => Sensed::Faulty(Fault::Device(code)),
+            DeviceError::Disconnected => {
+                self.motor = Motor::Unreported;
+                self.buttons = 0;
+                Sensed::Gone
+            }
+        }
+    }
+
+    /// Whether a sample has come at this time of ours, and none was missed of late: all of the force
+    /// may flow.
+    pub(super) fn is_steady(&self, now_ns: u64) -> bool {
+        self.newest.is_some_and(|newest| newest.read_ns == now_ns) && self.share == 1.0
+    }
+
     /// Share of the force that may flow at a time of ours, so long after the tick before, s: it
     /// decays while no new sample comes, and comes back more slowly.
     pub(super) fn share(&mut self, now_ns: u64, tick_s: f64) -> f64 {
         let silent_ns = self.newest.map_or(0, |newest| now_ns.saturating_sub(newest.read_ns));
-        if silent_ns == 0 && self.share == 1.0 {
-            return 1.0;
-        }
         let allowed = (1.0 - (seconds(silent_ns) - SILENT_PERIODS * self.period_s()) / DECAY_S).clamp(0.0, 1.0);
         self.share = allowed.min(self.share + tick_s / RETURN_S);
         self.share

@@ -97,7 +97,7 @@ impl AlphaBetaGamma {
 
     /// Takes the position (m) measured `elapsed_s` seconds after the one before; returns the
     /// velocity, m/s.
-    #[inline]
+    #[inline(always)]
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
         if !self.started {
             self.position = position;

@@ -147,6 +147,15 @@ impl Estimator {
     /// velocity, m/s. No time, no news.
     #[inline]
     pub fn update(&mut self, elapsed_s: f64, position: f64) -> f64 {
+        // The usual one first, without a table of jumps.
+        if let Kind::AlphaBetaGamma(estimator) = &mut self.0 {
+            return estimator.update(elapsed_s, position);
+        }
+        self.update_another(elapsed_s, position)
+    }
+
+    #[inline(never)]
+    fn update_another(&mut self, elapsed_s: f64, position: f64) -> f64 {
         match &mut self.0 {
             Kind::FiniteDifference(estimator) => estimator.update(elapsed_s, position),
             Kind::LowPass(estimator) => estimator.update(elapsed_s, position),

@@ -13,7 +13,7 @@ pub(crate) fn now_ns() -> u64 {
 fn read_ns(clock: ClockId) -> u64 {
     let time = clock_gettime(clock);
     // These clocks count from boot and are never negative.
-    u64::try_from(time.tv_sec).unwrap_or(0) * NS_PER_S + u64::try_from(time.tv_nsec).unwrap_or(0)
+    time.tv_sec.cast_unsigned() * NS_PER_S + time.tv_nsec.cast_unsigned()
 }
 
 fn sleep_until(deadline_ns: u64) {

@@ -78,10 +78,15 @@ impl Lateness {
     }
 
     /// Whether the loop is too late, at a time and with so many periods missed in all.
+    #[inline]
     pub(crate) fn is_too_late(&mut self, now_ns: u64, missed_periods: u64) -> bool {
-        let LatePolicy::Fault { most_in_a_second } = self.policy else {
-            return false;
-        };
+        match self.policy {
+            LatePolicy::Warn => false,
+            LatePolicy::Fault { most_in_a_second } => self.misses_reach(most_in_a_second, now_ns, missed_periods),
+        }
+    }
+
+    fn misses_reach(&mut self, most_in_a_second: u32, now_ns: u64, missed_periods: u64) -> bool {
         let periods = missed_periods.saturating_sub(self.seen);
         self.seen = missed_periods;
         while let Some(oldest) = self.recent.front().copied()

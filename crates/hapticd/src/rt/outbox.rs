@@ -89,9 +89,10 @@ pub(crate) fn with_capacity(records: usize) -> (Producer, Consumer) {
 impl Producer {
     /// Leaves a record, with the count of those dropped before it, or drops and counts it.
     #[inline]
-    pub(crate) fn push(&mut self, mut record: TickRecord) {
-        record.dropped = self.dropped;
-        if self.records.push(record).is_err() {
+    pub(crate) fn push(&mut self, record: impl FnOnce() -> TickRecord) {
+        let dropped = self.dropped;
+        // Asked first, so that the record is made where it stays.
+        if self.records.is_full() || self.records.push(TickRecord { dropped, ..record() }).is_err() {
             self.dropped += 1;
         }
     }
@@ -158,13 +159,13 @@ pub(crate) mod tests {
     fn a_full_queue_drops_counts_and_tells() {
         let (mut producer, mut consumer) = with_capacity(8);
         for tick in 0..20 {
-            producer.push(record(tick));
+            producer.push(|| record(tick));
         }
         let kept: Vec<u64> = std::iter::from_fn(|| consumer.pop())
             .map(|record| record.tick)
             .collect();
         assert_eq!(kept, [0, 1, 2, 3, 4, 5, 6, 7]);
-        producer.push(record(20));
+        producer.push(|| record(20));
         let next = consumer.pop().expect("there is room again");
         assert_eq!((next.tick, next.dropped), (20, 12));
         assert_eq!(kept.len() as u64 + next.dropped, 20, "kept and dropped are the ticks");

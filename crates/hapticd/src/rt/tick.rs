@@ -121,7 +121,7 @@ impl<D: Device + ?Sized> Tick<D> {
         }
         let ended_ns = now_ns();
         let sample = inputs.sample.unwrap_or(Measurement::new(0, 0, 0.0));
-        self.outbox.push(TickRecord {
+        self.outbox.push(|| TickRecord {
             tick: self.tick,
             deadline_ns: wake.deadline_ns,
             began_ns: wake.began_ns,
@@ -178,15 +178,19 @@ impl<D: Device + ?Sized> Tick<D> {
             self.lateness.rest(missed_periods);
             false
         };
+        let slept = slept_ns > self.servo.settings().stale_ns;
+        let lease_lapsed = self.shared.has_lapsed(now_ns);
+        let control_lost = self.shared.silent_ns(now_ns) > self.control_timeout_ns;
+        // A predicted branch costs less than the bits of what hardly ever happens.
+        if !(stop || slept || too_late || lease_lapsed || control_lost) {
+            return Events::default();
+        }
         Events::default()
             .and(Event::Stop, stop)
-            .and(Event::Slept, slept_ns > self.servo.settings().stale_ns)
+            .and(Event::Slept, slept)
             .and(Event::TooLate, too_late)
-            .and(Event::LeaseLapsed, self.shared.has_lapsed(now_ns))
-            .and(
-                Event::ControlLost,
-                self.shared.silent_ns(now_ns) > self.control_timeout_ns,
-            )
+            .and(Event::LeaseLapsed, lease_lapsed)
+            .and(Event::ControlLost, control_lost)
     }
 
     /// Goes on with another device, as if it had been unplugged and another plugged in.

@@ -45,7 +45,7 @@ fn the_state_comes_whole_at_first_and_then_at_every_change() {
     ] {
         let mut record = outbox::tests::record(tick);
         (record.state, record.revision) = (state, revision);
-        producer.push(record);
+        producer.push(|| record);
         feed.pump(&VecDeque::from([known(1), known(2)]), || None);
     }
     let ticks: Vec<u64> = events(&mut received)
@@ -66,12 +66,12 @@ fn what_a_slow_subscriber_misses_is_counted_and_told() {
     feed.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1)]);
     for tick in 0..10 {
-        producer.push(outbox::tests::record(tick));
+        producer.push(|| outbox::tests::record(tick));
         feed.pump(&scenes, || None);
     }
     // One event fitted; ticks 2, 4, 6 and 8 did not.
     let first = events(&mut received);
-    producer.push(outbox::tests::record(10));
+    producer.push(|| outbox::tests::record(10));
     feed.pump(&scenes, || None);
     let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
         panic!("two sample events");
@@ -92,7 +92,7 @@ fn what_waits_for_a_subscriber_that_does_not_read_is_bounded_in_bytes() {
     feed.subscribe(1, subscription, setup(0.5));
     let scenes = VecDeque::from([known(1)]);
     for tick in 0..40_000 {
-        producer.push(outbox::tests::record(tick));
+        producer.push(|| outbox::tests::record(tick));
         if tick % 256 == 255 {
             feed.pump(&scenes, || None);
         }
@@ -106,7 +106,7 @@ fn what_waits_for_a_subscriber_that_does_not_read_is_bounded_in_bytes() {
     drop(held);
     assert_eq!(room.available_permits(), BACKLOG_BYTES);
     for tick in 40_000..40_256 {
-        producer.push(outbox::tests::record(tick));
+        producer.push(|| outbox::tests::record(tick));
     }
     feed.pump(&scenes, || None);
     let told = events(&mut received);
@@ -159,7 +159,7 @@ fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
         let mut record = outbox::tests::record(tick);
         record.revision = if tick < 100 { 1 } else { 2 };
         record.state = if tick < 400 { RigState::Idle } else { RigState::Engaged };
-        producer.push(record);
+        producer.push(|| record);
     }
     feed.pump(&scenes, || Some(setup(0.7)));
     assert_eq!(
@@ -180,7 +180,7 @@ fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
     for (tick, state) in [(600, RigState::Idle), (601, RigState::Engaging)] {
         let mut record = outbox::tests::record(tick);
         (record.revision, record.state) = (2, state);
-        producer.push(record);
+        producer.push(|| record);
         feed.pump(&scenes, || Some(setup(0.7)));
     }
     assert_eq!(
