@@ -305,7 +305,6 @@ fn a_schedule_is_taken_whole_or_not_at_all() {
     assert_eq!(waiting(&status(&mut client)), 256);
 }
 
-// hazard: H4
 #[test]
 fn a_stop_and_the_end_of_its_client_take_a_schedule_back_and_a_release_does_not() {
     let daemon = Daemon::start(&[]);

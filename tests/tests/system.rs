@@ -18,6 +18,7 @@ mod ctl_lease;
 mod ctl_record;
 mod ctl_recording;
 mod ctl_requests;
+mod ctl_schedule;
 mod ctl_stop;
 mod ctl_top;
 mod ctl_wait;
