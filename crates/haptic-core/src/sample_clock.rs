@@ -128,9 +128,10 @@ impl SampleClock {
     /// the sample before.
     #[must_use]
     pub fn is_contradicted(&self, stamp: Stamp) -> bool {
-        self.running.as_ref().is_some_and(|Running { last, .. }| {
-            let device_ns = stamp.device_ns.saturating_sub(last.device_ns);
-            !agree(seconds(device_ns), seconds(stamp.host_ns.saturating_sub(last.host_ns)))
+        self.running.as_ref().is_some_and(|last| {
+            let device_ns = stamp.device_ns.saturating_sub(last.last_device_ns);
+            let host_ns = stamp.host_ns.saturating_sub(last.last_host_ns);
+            !agree(seconds(device_ns), seconds(host_ns))
         })
     }
 

@@ -101,10 +101,12 @@ pub(crate) struct Feed {
     stops: StopTimes,
     started_ns: u64,
     newest: Option<TickRecord>,
+    /// Records that were taken and are not processed yet.
+    taken: Vec<TickRecord>,
     subscribers: Vec<Subscriber>,
     /// State and revision of the newest record.
     last_state: Option<(RigState, u64)>,
-    /// The first record of each state and revision since the last call of `pump`.
+    /// The first record of each state and revision since the last call of `tell_subscribers`.
     changes: Vec<TickRecord>,
     /// The servo's settings, and the first tick that was computed with them, once they may have changed.
     servo: Option<(u64, ServoSetup)>,
@@ -124,6 +126,7 @@ impl Feed {
             stops: StopTimes::default(),
             started_ns: 0,
             newest: None,
+            taken: Vec::new(),
             subscribers: Vec::new(),
             last_state: None,
             changes: Vec::new(),
@@ -204,18 +207,27 @@ impl Feed {
         }
     }
 
-    /// Processes the records since the last call, and sends the events that are due. `scenes` holds
-    /// all that may be active; `servo` asks for the servo's settings, as far as they are known. Returns the
-    /// first record of each state and revision.
-    pub(crate) fn pump(
+    /// Takes the records since the last call, and frees the scenes that were handed back.
+    pub(crate) fn take_records(&mut self) {
+        self.consumer.drop_retired();
+        while let Some(record) = self.consumer.pop() {
+            self.taken.push(record);
+        }
+    }
+
+    /// Processes the records that were taken, and sends the events that are due. `scenes` holds all scenes that these
+    /// records may tell of; `servo` asks for the servo's settings, as far as they are known. Returns the first record of
+    /// each state and revision.
+    pub(crate) fn tell_subscribers(
         &mut self,
         scenes: &VecDeque<KnownScene>,
         servo: impl Fn() -> Option<ServoSetup>,
     ) -> Vec<TickRecord> {
-        self.consumer.drop_retired();
-        while let Some(record) = self.consumer.pop() {
+        let mut taken = std::mem::take(&mut self.taken);
+        for record in taken.drain(..) {
             self.process(&record, scenes, &servo);
         }
+        self.taken = taken;
         let changes = std::mem::take(&mut self.changes);
         self.announce_to_new(scenes);
         self.announce_servo();

@@ -5,6 +5,7 @@ mod commands;
 mod entries;
 mod observed_state;
 mod scenes;
+pub(super) mod schedule;
 mod stops;
 
 use crate::control::answer_timer::AnswerTimer;
@@ -16,12 +17,14 @@ use crate::control::journal::Journal;
 use crate::control::leases::Leases;
 use crate::control::presence::Presence;
 use crate::control::rig::observed_state::ObservedState;
+use crate::control::rig::schedule::Schedule;
 use crate::control::rig_friction::record::RigFrictions;
 use crate::control::sole_use::state::SoleUse;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
 use crate::rt::rig_setup::{RigSetup, SetupSender};
+use crate::rt::schedule::ScheduleSender;
 use crate::telemetry::feed::Feed;
 use haptic_core::Scene;
 use haptic_ipc::{ErrorCode, RigState, ServoSetup, WireError};
@@ -54,6 +57,7 @@ pub(crate) struct RigHandle {
     setups: RefCell<SetupSender>,
     /// The newest that was sent.
     sent_setup: Cell<Option<RigSetup>>,
+    schedule: RefCell<Schedule>,
     feed: RefCell<Feed>,
     history: RefCell<History>,
     journal: RefCell<Journal>,
@@ -82,6 +86,7 @@ impl RigHandle {
         facts: Facts,
         shared: Arc<Shared>,
         setups: SetupSender,
+        schedule: ScheduleSender,
         feed: Feed,
         scene: Scene,
         revision: u64,
@@ -91,6 +96,7 @@ impl RigHandle {
             shared,
             setups: RefCell::new(setups),
             sent_setup: Cell::new(None),
+            schedule: RefCell::new(Schedule::new(schedule)),
             feed: RefCell::new(feed),
             history: RefCell::new(History::new(revision, scene)),
             journal: RefCell::new(Journal::default()),
@@ -112,11 +118,17 @@ impl RigHandle {
 
     /// Processes telemetry, and frees the scenes that the real-time thread returned.
     pub(crate) fn pump(&self) {
-        let changes = {
+        {
             let mut feed = self.feed.borrow_mut();
             feed.stops_ended(&self.shared.answers);
-            feed.pump(self.history.borrow().scenes(), || self.servo_in_use())
-        };
+            feed.take_records();
+        }
+        // After the records: whatever scene they tell of is in the history then.
+        self.settle_schedule();
+        let changes = self
+            .feed
+            .borrow_mut()
+            .tell_subscribers(self.history.borrow().scenes(), || self.servo_in_use());
         self.keep_journal(&changes);
     }
 

@@ -25,6 +25,11 @@ fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, 
     (subscription, received)
 }
 
+fn pump(feed: &mut Feed, scenes: &VecDeque<KnownScene>, servo: impl Fn() -> Option<ServoSetup>) {
+    feed.take_records();
+    feed.tell_subscribers(scenes, servo);
+}
+
 fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {
     std::iter::from_fn(|| received.try_recv().ok())
         .map(|line| serde_json::from_str(&line.text).expect("an event"))
@@ -46,7 +51,7 @@ fn the_state_comes_whole_at_first_and_then_at_every_change() {
         let mut record = outbox::tests::record(tick);
         (record.state, record.revision) = (state, revision);
         producer.push(|| record);
-        feed.pump(&VecDeque::from([known(1), known(2)]), || None);
+        pump(&mut feed, &VecDeque::from([known(1), known(2)]), || None);
     }
     let ticks: Vec<u64> = events(&mut received)
         .iter()
@@ -67,12 +72,12 @@ fn what_a_slow_subscriber_misses_is_counted_and_told() {
     let scenes = VecDeque::from([known(1)]);
     for tick in 0..10 {
         producer.push(|| outbox::tests::record(tick));
-        feed.pump(&scenes, || None);
+        pump(&mut feed, &scenes, || None);
     }
     // One event fitted; ticks 2, 4, 6 and 8 did not.
     let first = events(&mut received);
     producer.push(|| outbox::tests::record(10));
-    feed.pump(&scenes, || None);
+    pump(&mut feed, &scenes, || None);
     let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
         panic!("two sample events");
     };
@@ -94,7 +99,7 @@ fn what_waits_for_a_subscriber_that_does_not_read_is_bounded_in_bytes() {
     for tick in 0..40_000 {
         producer.push(|| outbox::tests::record(tick));
         if tick % 256 == 255 {
-            feed.pump(&scenes, || None);
+            pump(&mut feed, &scenes, || None);
         }
     }
     let held: Vec<Line> = std::iter::from_fn(|| received.try_recv().ok()).collect();
@@ -108,7 +113,7 @@ fn what_waits_for_a_subscriber_that_does_not_read_is_bounded_in_bytes() {
     for tick in 40_000..40_256 {
         producer.push(|| outbox::tests::record(tick));
     }
-    feed.pump(&scenes, || None);
+    pump(&mut feed, &scenes, || None);
     let told = events(&mut received);
     let Some(Event::Samples(samples)) = told.first() else {
         panic!("no samples")
@@ -161,7 +166,7 @@ fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
         record.state = if tick < 400 { RigState::Idle } else { RigState::Engaged };
         producer.push(|| record);
     }
-    feed.pump(&scenes, || Some(setup(0.7)));
+    pump(&mut feed, &scenes, || Some(setup(0.7)));
     assert_eq!(
         told(&events(&mut received)),
         [
@@ -181,7 +186,7 @@ fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
         let mut record = outbox::tests::record(tick);
         (record.revision, record.state) = (2, state);
         producer.push(|| record);
-        feed.pump(&scenes, || Some(setup(0.7)));
+        pump(&mut feed, &scenes, || Some(setup(0.7)));
     }
     assert_eq!(
         told(&events(&mut received)),

@@ -1,0 +1,100 @@
+//! Changes in ticks to come, relative changes, and the library's files, from the command line.
+
+use serde_json::Value;
+use system_tests::{Daemon, status};
+
+fn refused(daemon: &Daemon, arguments: &[&str], code: i32) -> String {
+    let output = daemon.ctl(arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    said
+}
+
+fn json(said: &str) -> Vec<Value> {
+    said.lines()
+        .map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}")))
+        .collect()
+}
+
+#[test]
+fn a_schedule_from_a_file_is_waited_for_and_one_that_is_kept_is_taken_back_by_name() {
+    let daemon = Daemon::start(&[]);
+    let directory = tempfile::tempdir().expect("a directory");
+    let file = directory.path().join("steps.json");
+    let file = file.to_str().expect("a plain path");
+    let write = |first: u64| {
+        let text = format!(
+            r#"[{{"at_tick":{first},"params":{{"Fs":{{"plus":0.5}}}}}},{{"at_tick":{},"scene":"viscous-drag"}}]"#,
+            first + 7
+        );
+        std::fs::write(file, text).expect("it can be written");
+    };
+    let mut client = daemon.client();
+    // The machine may be too busy to start haptic-ctl in time.
+    let (first, said) = (0..8)
+        .find_map(|attempt| {
+            let first = status(&mut client).tick + (500 << attempt);
+            write(first);
+            let output = daemon.ctl(&["schedule", file, "--json"]);
+            let said = String::from_utf8(output.stdout).expect("text");
+            output.status.success().then_some((first, said))
+        })
+        .expect("the machine was quick enough once");
+    let said = json(&said);
+    let rendered: Vec<(&Value, &Value)> = said[1..].iter().map(|entry| (&entry["tick"], &entry["op"])).collect();
+    assert_eq!(
+        rendered,
+        [
+            (&Value::from(first), &Value::from("set")),
+            (&Value::from(first + 7), &Value::from("scene.load"))
+        ]
+    );
+    let shown = daemon.ctl_ok(&["status"]);
+    assert!(shown.contains("viscous-drag of the library"), "{shown}");
+
+    daemon.ctl_ok(&["scene", "load", "simulated-friction"]);
+    write(first + 1_000_000);
+    daemon.ctl_ok(&["schedule", file, "--keep", "--name", "later"]);
+    let shown = daemon.ctl_ok(&["status"]);
+    assert!(shown.contains("2 changes (later) from tick"), "{shown}");
+    let said = refused(&daemon, &["set", "b=9"], 1);
+    assert!(said.contains("schedule.cancel"), "{said}");
+    let said = daemon.ctl_ok(&["schedule", "cancel", "later"]);
+    assert!(said.starts_with("2 scheduled changes were taken back"), "{said}");
+    refused(&daemon, &["schedule", "cancel", "later"], 1);
+    let said = refused(&daemon, &["set", "b=9", "--at-tick", "1"], 1);
+    assert!(said.contains("at_tick = 1 is out of range"), "{said}");
+}
+
+#[test]
+fn values_are_multiplied_and_added_to_and_scenes_renamed_and_deleted() {
+    let daemon = Daemon::start(&[]);
+    let said = daemon.ctl_ok(&["set", "mass*=3", "Fs+*=2", "--json"]);
+    let applied = &json(&said)[0]["applied"];
+    assert_eq!(
+        (&applied["mass"], &applied["static_force+"]),
+        (&1.5.into(), &8.0.into())
+    );
+    let said = daemon.ctl_ok(&["set", "--by", "Fs-=500mN", "--json"]);
+    assert_eq!(json(&said)[0]["applied"]["static_force-"], 4.5);
+    let said = refused(&daemon, &["set", "mass+=1"], 2);
+    assert!(said.contains("--by mass=VALUE"), "{said}");
+    let said = daemon.ctl_ok(&["set", "mass=1.5"]);
+    assert!(said.starts_with("nothing changes, revision 3 stays"), "{said}");
+
+    daemon.ctl_ok(&["scene", "save", "other"]);
+    daemon.ctl_ok(&["scene", "save", "mine"]);
+    let said = refused(&daemon, &["scene", "rename", "mine", "other"], 1);
+    assert!(said.contains("already has a scene `other`"), "{said}");
+    daemon.ctl_ok(&["scene", "rename", "mine", "other", "--replace"]);
+    daemon.ctl_ok(&["set", "mass=2"]);
+    let shown = daemon.ctl_ok(&["status"]);
+    assert!(shown.contains("from other of the library, changed since"), "{shown}");
+    let said = refused(&daemon, &["scene", "delete", "mine"], 1);
+    assert!(said.contains("there is no scene `mine`"), "{said}");
+    daemon.ctl_ok(&["scene", "delete", "other"]);
+    let shown = daemon.ctl_ok(&["status"]);
+    assert!(!shown.contains("of the library"), "{shown}");
+    let said = refused(&daemon, &["scene", "rename", "lugre", "mine"], 1);
+    assert!(said.contains("built in"), "{said}");
+}
