@@ -183,3 +183,19 @@ def test_threads_share_a_rig(rig: hapticd.Rig) -> None:
     for thread in threads:
         thread.join()
     assert sorted(masses) == sorted([1.0, 1.1, 1.2, 1.3] * 10)
+
+
+def test_the_heart_needs_the_standard_library_alone(daemon: hapticd.Fake) -> None:
+    program = (
+        "import itertools, sys\n"
+        "for name in ('numpy', 'pandas', 'pyarrow', 'pylsl'): sys.modules[name] = None\n"
+        "import hapticd\n"
+        "with hapticd.connect(sys.argv[1]) as rig, rig.samples() as samples, rig.events() as events:\n"
+        "    rig.engage()\n"
+        "    events.wait_for('engaged', 30)\n"
+        "    print(rig.set(mass=1).applied, len(list(itertools.islice(samples, 50))))\n"
+        "    try: rig.record(1)\n"
+        "    except ImportError as error: print(error.name)\n"
+    )
+    said = subprocess.run([sys.executable, "-c", program, str(daemon.path)], capture_output=True, text=True, check=True)
+    assert said.stdout.splitlines() == ["{'mass': 1.0} 50", "numpy"]
