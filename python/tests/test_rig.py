@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 
+import numpy
 import pytest
 
 import hapticd
@@ -30,6 +31,13 @@ def test_a_rig_is_engaged_changed_and_released(rig: hapticd.Rig) -> None:
     rig.wait_for("idle")
 
 
+def test_numbers_may_come_from_numpy(rig: hapticd.Rig) -> None:
+    revision = numpy.uint64(rig.get().revision)
+    change = rig.set(mass=numpy.float32(1.5), Fs=numpy.float64(5), if_revision=int(revision))
+    assert change.applied == {"mass": 1.5, "static_force": 5.0}
+    assert rig.request("get", scene=revision)["params"]["mass"] == 0.5
+
+
 def test_a_dry_run_changes_nothing(rig: hapticd.Rig) -> None:
     before = rig.get()
     change = rig.set(mass=2, dry_run=True)
@@ -51,6 +59,8 @@ def test_a_refusal_has_the_field_the_value_the_limits_and_the_unit(rig: hapticd.
         rig.set(mas=1)
     with pytest.raises(ValueError, match="mass = nan is not a finite number"):
         rig.set(mass=float("nan"))
+    with pytest.raises(TypeError, match="is not a number"):
+        rig.set({"mass": object()})  # type: ignore[dict-item]
     with pytest.raises(ValueError, match="ramp = '50 parsec'"):
         rig.set(mass=1, ramp="50 parsec")
     with pytest.raises(hapticd.Conflict):

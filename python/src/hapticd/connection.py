@@ -220,10 +220,19 @@ def encoded(request: Mapping[str, Any]) -> bytes:
         ValueError: A number is not finite: JSON has no such numbers.
     """
     try:
-        return json.dumps(request, allow_nan=False).encode() + b"\n"
+        return json.dumps(request, allow_nan=False, default=_plain).encode() + b"\n"
     except ValueError:
         name, value = next(_not_finite("", request), ("a value", "it"))
         raise ValueError(f"{name} = {value} is not a finite number") from None
+
+
+def _plain(value: Any) -> Any:
+    """A number of another kind, as numpy's, as one of JSON."""
+    if hasattr(value, "__index__"):
+        return int(value)
+    if hasattr(value, "__float__"):
+        return float(value)
+    raise TypeError(f"{value!r} is not a number, a text, a list or an object")
 
 
 def _not_finite(name: str, value: object) -> Iterator[tuple[str, float]]:
