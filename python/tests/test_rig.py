@@ -59,6 +59,8 @@ def test_a_refusal_has_the_field_the_value_the_limits_and_the_unit(rig: hapticd.
         rig.set(mas=1)
     with pytest.raises(ValueError, match="mass = nan is not a finite number"):
         rig.set(mass=float("nan"))
+    with pytest.raises(ValueError, match="Fs = inf is not a finite number"):
+        rig.set(mass=1, Fs=numpy.float32("inf"))
     with pytest.raises(TypeError, match="is not a number"):
         rig.set({"mass": object()})  # type: ignore[dict-item]
     with pytest.raises(ValueError, match="ramp = '50 parsec'"):

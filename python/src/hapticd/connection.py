@@ -11,7 +11,7 @@ import struct
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat
 
 from hapticd.errors import ConnectionLost, HapticdError, NoAnswer, NoDaemon, NotAllowed, Refused, refusal
 
@@ -242,5 +242,5 @@ def _not_finite(name: str, value: object) -> Iterator[tuple[str, float]]:
     elif isinstance(value, list | tuple):
         for each in value:
             yield from _not_finite(name, each)
-    elif isinstance(value, float) and not math.isfinite(value):
-        yield name, value
+    elif isinstance(value, SupportsFloat) and not math.isfinite(value):
+        yield name, float(value)
