@@ -14,6 +14,7 @@ mod held;
 pub mod hung;
 pub mod measure;
 pub mod pid1;
+pub mod reference;
 pub mod schema;
 pub mod screen;
 pub mod simulated_rig;

@@ -78,6 +78,26 @@ impl Transcript {
         transcript
     }
 
+    /// All transcripts of the repository, with the names of their files.
+    ///
+    /// # Panics
+    /// One cannot be read.
+    #[must_use]
+    pub fn all() -> Vec<(String, Self)> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("transcripts");
+        let mut found: Vec<_> = std::fs::read_dir(folder)
+            .expect("they are in the repository")
+            .map(|entry| {
+                let path = entry.expect("it can be read").path();
+                let text = std::fs::read_to_string(&path).expect("text");
+                let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+                (name, Self::parse(&text))
+            })
+            .collect();
+        found.sort_by(|one, other| one.0.cmp(&other.0));
+        found
+    }
+
     /// Holds the conversation with a daemon of its own.
     ///
     /// # Errors

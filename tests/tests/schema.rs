@@ -4,7 +4,9 @@
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
+use system_tests::reference;
 use system_tests::schema::{Part, Validator};
+use system_tests::transcript::Transcript;
 
 fn document() -> PathBuf {
     PathBuf::from(concat!(
@@ -27,6 +29,30 @@ fn the_document_is_that_of_the_types() {
         kept == drawn,
         "docs/control-protocol.schema.json is stale from line {} on; draw it again with `HAPTICD_UPDATE_SCHEMA=1 cargo test -p system-tests schema::`",
         differs.map_or(kept.lines().count().min(drawn.lines().count()), |line| line) + 1
+    );
+}
+
+#[test]
+fn the_page_has_the_reference_of_the_types() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/control.md");
+    let kept = fs::read_to_string(page).expect("it is there");
+    let [begins, ends] = reference::MARKS;
+    let (before, rest) = kept.split_once(begins).expect("where it begins");
+    let (_, after) = rest.split_once(ends).expect("where it ends");
+    let transcripts: Vec<Transcript> = Transcript::all()
+        .into_iter()
+        .map(|(_, transcript)| transcript)
+        .collect();
+    let drawn = reference::draw(&haptic_ipc::schema::protocol(), &transcripts);
+    let drawn = format!("{before}{begins}\n\n{drawn}\n{ends}{after}");
+    if std::env::var_os("HAPTICD_UPDATE_SCHEMA").is_some() {
+        fs::write(page, &drawn).expect("it can be written");
+        return;
+    }
+    assert!(
+        kept == drawn,
+        "the reference in docs/control.md is stale; draw it again with `HAPTICD_UPDATE_SCHEMA=1 cargo test -p \
+         system-tests schema::`"
     );
 }
 

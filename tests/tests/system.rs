@@ -40,6 +40,7 @@ mod outside_files;
 mod replay;
 mod rig_friction;
 mod safety;
+mod schedule;
 mod schema;
 mod service;
 mod simulate;

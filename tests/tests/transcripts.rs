@@ -3,28 +3,29 @@
 
 use serde_json::Value;
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
+use system_tests::reference::MARKS;
 use system_tests::transcript::{Said, Transcript};
 
-fn all() -> Vec<(String, Transcript)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("transcripts");
-    let mut found: Vec<_> = fs::read_dir(folder)
-        .expect("they are in the repository")
-        .map(|entry| {
-            let path = entry.expect("it can be read").path();
-            let text = fs::read_to_string(&path).expect("text");
-            let name = path.file_name().expect("a name").to_string_lossy().into_owned();
-            (name, Transcript::parse(&text))
-        })
+#[test]
+fn every_conversation_of_the_page_can_be_held() {
+    let page = include_str!("../../docs/control.md");
+    let (prose, _) = page.split_once(MARKS[0]).expect("a reference at its end");
+    let conversations: Vec<&str> = prose
+        .split("```text\n")
+        .skip(1)
+        .filter_map(|block| block.split_once("```").map(|(block, _)| block))
+        .filter(|block| block.starts_with("# "))
         .collect();
-    found.sort_by(|one, other| one.0.cmp(&other.0));
-    found
+    assert_eq!(conversations.len(), 2, "each begins with a remark");
+    for conversation in conversations {
+        let held = Transcript::parse(conversation).replay();
+        held.unwrap_or_else(|why| panic!("{conversation}{why}"));
+    }
 }
 
 #[test]
 fn every_conversation_of_version_1_can_still_be_held() {
-    let transcripts = all();
+    let transcripts = Transcript::all();
     assert!(!transcripts.is_empty());
     let failed: Vec<String> = transcripts
         .iter()
@@ -55,7 +56,7 @@ const ELSEWHERE: [(&str, &str); 9] = [
 #[test]
 fn they_have_every_operation_every_topic_and_every_error_code() {
     let (mut ops, mut topics, mut codes) = (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
-    for (_, transcript) in all() {
+    for (_, transcript) in Transcript::all() {
         let mut asked: Vec<(String, Value)> = Vec::new();
         for (connection, said, _) in transcript.lines {
             match said {

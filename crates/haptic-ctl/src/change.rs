@@ -1,11 +1,12 @@
 //! What every change of the scene shares: its options and its answer.
 
+use crate::daemon::Daemon;
 use crate::duration::{duration, milliseconds};
 use crate::failure::Failure;
-use crate::output;
+use crate::{output, schedule};
 use clap::Args;
 use haptic_core::ParameterKey;
-use haptic_ipc::{ChangeOptions, ChangeReply};
+use haptic_ipc::{ChangeOptions, ChangeReply, Request};
 use std::time::Duration;
 
 /// The options of every change.
@@ -22,6 +23,10 @@ pub(crate) struct ChangeArguments {
     /// Show the change and its advice, and change nothing
     #[arg(long)]
     dry_run: bool,
+
+    /// Change in this very tick, which must lie ahead, and wait for it; an interrupt takes it back
+    #[arg(long, value_name = "N")]
+    at_tick: Option<u64>,
 }
 
 impl ChangeArguments {
@@ -31,7 +36,7 @@ impl ChangeArguments {
             if_revision: self.if_revision,
             ramp_ms: self.ramp.map(milliseconds),
             dry_run: self.dry_run,
-            at_tick: None,
+            at_tick: self.at_tick,
         }
     }
 }
@@ -45,13 +50,40 @@ pub(crate) enum ChangeView {
     Differences,
 }
 
+/// To be called before a change is asked for: one with a tick is told of by the journal.
+pub(crate) async fn prepare(daemon: &mut Daemon, request: &Request) -> Result<(), Failure> {
+    match request {
+        Request::Set { options, .. } | Request::SceneLoad { options, .. } if options.at_tick.is_some() => {
+            schedule::subscribe(daemon).await
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Shows the answer to a change, and waits for its tick if it has one: it ends with its client.
+pub(crate) async fn finish(
+    daemon: &mut Daemon,
+    reply: &ChangeReply,
+    shown: ChangeView,
+    json: bool,
+) -> Result<(), Failure> {
+    show(reply, shown, json)?;
+    match reply.at_tick {
+        Some(_) => schedule::until_rendered(daemon, reply.revision, json).await,
+        None => Ok(()),
+    }
+}
+
 pub(crate) fn show(reply: &ChangeReply, shown: ChangeView, json: bool) -> Result<(), Failure> {
     if json {
         return output::json(reply);
     }
-    let mut head = match reply.tick {
-        Some(tick) => format!("revision {} from tick {tick}", reply.revision),
-        None => format!("only tried, revision {} stays", reply.revision),
+    let revision = reply.revision;
+    let mut head = match (reply.tick, reply.at_tick) {
+        (Some(tick), _) => format!("revision {revision} from tick {tick}"),
+        (None, Some(tick)) => format!("scheduled, revision {revision} for tick {tick}"),
+        (None, None) if reply.dry_run => format!("only tried, revision {revision} stays"),
+        (None, None) => format!("nothing changes, revision {revision} stays"),
     };
     if let Some(ends) = reply.ramp_ends_tick {
         head.push_str(&format!(", ramping until tick {ends}"));

@@ -31,6 +31,7 @@ mod record;
 mod recording;
 mod replay;
 mod scene;
+mod schedule;
 mod set;
 mod simulate;
 mod status;
@@ -103,6 +104,9 @@ enum Command {
     /// List, load, save, compare and show whole scenes
     #[command(subcommand)]
     Scene(scene::Command),
+    /// Change the scene in ticks to come: a list of changes from a file, all of them or none
+    #[command(after_help = schedule::HELP)]
+    Schedule(schedule::Arguments),
     /// Show who changed what, and when
     Log(log::Arguments),
     /// Ramp the force up
@@ -184,6 +188,7 @@ impl Command {
             Self::Undo(change) => undo::undo(change),
             Self::Redo(change) => undo::redo(change),
             Self::Scene(scene) => scene.request()?,
+            Self::Schedule(schedule) => schedule.request()?,
             Self::Log(log) => return Ok(log.requests()),
             Self::Engage(_) => Request::Engage {},
             Self::Release(_) => Request::Release {},
@@ -321,6 +326,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Set(_) => set::run(daemon, request, json).await,
         Command::Undo(_) | Command::Redo(_) => undo::run(daemon, request, json).await,
         Command::Scene(scene) => scene.run(daemon, request, json).await,
+        Command::Schedule(_) => schedule::run(daemon, request, json).await,
         Command::Log(log) => log::run(daemon, log, json).await,
         Command::Engage(waiting) => drive::run_to(daemon, request, RigState::Engaged, waiting, json).await,
         Command::Release(waiting) => drive::run_to(daemon, request, RigState::Idle, waiting, json).await,

@@ -7,14 +7,19 @@ use crate::failure::Failure;
 use crate::{change, output, units};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
+use haptic_core::ParameterKey;
 use haptic_core::parameters::TABLE;
-use haptic_ipc::{ChangeReply, Changes, Request};
+use haptic_ipc::{ChangeReply, Changes, ParameterChange, RelativeChange, Request};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Parameters: `mass=500g Fs=5 Fd=3.5N b=2 DV=2mm/s`, one direction as `Fs+=5 Fs-=3`
+    /// Parameters: `mass=500g Fs=5 Fd=3.5N b=2 DV=2mm/s`, one direction as `Fs+=5 Fs-=3`, times a factor as `mass*=2`
     #[arg(required = true, value_name = "NAME=VALUE", add = ArgValueCompleter::new(complete::assignments))]
     changes: Vec<String>,
+
+    /// Add the values to those that the scene has, as in --by Fs=0.5
+    #[arg(long)]
+    by: bool,
 
     #[command(flatten)]
     change: ChangeArguments,
@@ -26,7 +31,7 @@ impl Arguments {
         let params: Changes = self
             .changes
             .iter()
-            .map(|text| assignment(text))
+            .map(|text| change_of(text, self.by))
             .collect::<Result<_, _>>()?;
         Ok(Request::Set {
             params,
@@ -34,6 +39,37 @@ impl Arguments {
             options: self.change.options(),
         })
     }
+}
+
+/// Reads a change: a new value, a factor as in `mass*=2`, or with `by` a summand.
+fn change_of(text: &str, by: bool) -> Result<(String, ParameterChange), Failure> {
+    let factor = text.split_once("*=").map(|(name, factor)| (name.trim(), factor.trim()));
+    if let Some((name, factor)) = factor {
+        let is_number = |factor: &f64| factor.is_finite();
+        let factor = factor.parse().ok().filter(is_number).ok_or_else(|| {
+            Failure::Usage(format!(
+                "`{text}`: `{factor}` is not a factor: write a bare number, as in mass*=2"
+            ))
+        })?;
+        return Ok((name.to_owned(), RelativeChange::Times(factor).into()));
+    }
+    let (name, value) = assignment(text)?;
+    let bare = name.trim_end_matches(['+', '-']);
+    let one_value = bare
+        .parse::<ParameterKey>()
+        .is_ok_and(|key| bare != name && key.direction.is_none() && !key.parameter.info().directional);
+    if one_value {
+        return Err(Failure::Usage(format!(
+            "`{text}`: {bare} has no directions, and `{}=` sets one of two; to add write --by {bare}=VALUE",
+            &name[bare.len()..]
+        )));
+    }
+    let change = if by {
+        RelativeChange::Plus(value).into()
+    } else {
+        value.into()
+    };
+    Ok((name, change))
 }
 
 pub(crate) fn assignment(text: &str) -> Result<(String, f64), Failure> {
@@ -72,13 +108,40 @@ pub(crate) fn parameter_help() -> String {
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+    change::prepare(daemon, &request).await?;
     let reply: ChangeReply = daemon.ask(request).await?;
-    change::show(&reply, ChangeView::Applied, json)
+    change::finish(daemon, &reply, ChangeView::Applied, json).await
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_relative_change_is_a_factor_or_a_summand_and_a_direction_is_neither() {
+        let read = |text: &str, by| change_of(text, by).map_err(|failure| failure.to_string());
+        assert_eq!(
+            read("mass*=2", false),
+            Ok(("mass".into(), RelativeChange::Times(2.0).into()))
+        );
+        assert_eq!(
+            read("Fs-*=0.5", true),
+            Ok(("Fs-".into(), RelativeChange::Times(0.5).into()))
+        );
+        assert_eq!(
+            read("Fs=500mN", true),
+            Ok(("Fs".into(), RelativeChange::Plus(0.5).into()))
+        );
+        assert_eq!(read("Fs+=0.5", false), Ok(("Fs+".into(), 0.5.into())));
+        for (bad, part) in [
+            ("mass+=1", "--by mass=VALUE"),
+            ("mass*=2kg", "bare number"),
+            ("mass*=inf", "bare number"),
+        ] {
+            let error = read(bad, false).expect_err(bad);
+            assert!(error.contains(part), "{error} lacks {part}");
+        }
+    }
 
     #[test]
     fn changes_are_read_with_their_directions() {

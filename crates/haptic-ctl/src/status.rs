@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::{colour, output};
-use haptic_ipc::{LinkStatus, Request, RigFrictionStatus, RigState, Status};
+use haptic_ipc::{LinkStatus, Request, RigFrictionStatus, RigState, ScheduleStatus, Status};
 
 pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> {
     let status: Status = daemon.ask(Request::Status {}).await?;
@@ -59,12 +59,32 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
         (
             "scene",
             format!(
-                "{} (revision {}, {} scheme, {} velocity)",
-                status.scene, status.revision, status.scheme, status.velocity_estimator
+                "{} ({}revision {}, {} scheme, {} velocity)",
+                status.scene,
+                library_scene(status),
+                status.revision,
+                status.scheme,
+                status.velocity_estimator
             ),
         ),
         ("device", status.device.description.clone()),
     ]);
+    rows.extend(status.scheduled.as_ref().map(|scheduled| {
+        let ScheduleStatus {
+            by,
+            names,
+            waiting,
+            next_tick,
+            last_tick,
+        } = scheduled;
+        let named = if names.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", names.join(", "))
+        };
+        let text = format!("{waiting} changes{named} from tick {next_tick} to {last_tick}, by {by}");
+        ("scheduled", text)
+    }));
     rows.extend(
         status
             .device
@@ -73,6 +93,15 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
             .map(|friction| ("rig friction", rig_friction(friction))),
     );
     rows
+}
+
+/// The scene of the library that the active one comes from.
+fn library_scene(status: &Status) -> String {
+    match &status.library_scene {
+        Some(scene) if scene.changed => format!("from {} of the library, changed since; ", scene.name),
+        Some(scene) => format!("{} of the library; ", scene.name),
+        None => String::new(),
+    }
 }
 
 /// The rig's own friction, and what is done with it.

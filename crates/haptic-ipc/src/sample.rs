@@ -7,13 +7,13 @@ use std::fmt;
 
 /// Writes the struct, its column names and its form as a row from one list.
 macro_rules! sample {
-    ($($(#[$doc:meta])* $field:ident $column:literal : $type:ty $(= $default:expr)?),* $(,)?) => {
+    ($($(#[doc = $doc:literal])* $field:ident $column:literal : $type:ty $(= $default:expr)?),* $(,)?) => {
         /// One tick. On the wire it is a row: an array in the order of [`SAMPLE_COLUMNS`].
         #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
         #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(from = "Row", into = "Row")]
         pub struct Sample {
-            $($(#[$doc])* pub $field: $type,)*
+            $($(#[doc = $doc])* pub $field: $type,)*
         }
 
         /// Names of a sample's columns, with units, in the order of a row.
@@ -60,6 +60,7 @@ macro_rules! sample {
                 let cells = [$({
                     let mut cell = generator.subschema_for::<$type>();
                     cell.insert("title".to_owned(), $column.into());
+                    cell.insert("description".to_owned(), concat!($($doc),*).trim().into());
                     cell
                 }),*];
                 let least = FIRST_SAMPLE_COLUMNS;

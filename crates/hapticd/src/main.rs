@@ -210,6 +210,7 @@ fn start_loop(config: Config) -> Result<(RunningLoop, RigHandle), Failure> {
         prepared.facts,
         prepared.shared,
         prepared.setups,
+        prepared.schedule,
         feed,
         prepared.scene,
         FIRST_REVISION,

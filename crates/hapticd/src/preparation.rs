@@ -8,6 +8,7 @@ use crate::rt::lateness::Lateness;
 use crate::rt::outbox::{Consumer, outbox};
 use crate::rt::privileges;
 use crate::rt::rig_setup::{SetupSender, rig_setups};
+use crate::rt::schedule::{ScheduleSender, schedule};
 use crate::rt::thread_settings::{Policy, ThreadSettings};
 use crate::rt::tick::Tick;
 use device_io::Device;
@@ -31,6 +32,7 @@ pub(crate) struct Prepared {
     pub(crate) shared: Arc<Shared>,
     pub(crate) records: Consumer,
     pub(crate) setups: SetupSender,
+    pub(crate) schedule: ScheduleSender,
     pub(crate) facts: Facts,
     pub(crate) scene: Scene,
     pub(crate) cpus: Vec<usize>,
@@ -80,6 +82,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
     let shared = Arc::new(Shared::new());
     let (producer, records) = outbox();
     let (setup_sender, setup_receiver) = rig_setups();
+    let (schedule_sender, schedule_receiver) = schedule();
     let tick = Tick::new(
         device,
         Arc::clone(&shared),
@@ -88,7 +91,8 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         Lateness::new(config.late_policy),
         config.watches.control_timeout_ns,
     )
-    .with_rig_setups(setup_receiver);
+    .with_rig_setups(setup_receiver)
+    .with_schedule(schedule_receiver);
 
     let share = claim_processor(config.cpu.filter(|_| config.policy != Policy::Deadline), &mut status);
     let phase_ns = share.as_ref().map_or_else(
@@ -136,6 +140,7 @@ pub(crate) fn prepare(config: Config) -> Result<Prepared, SceneError> {
         shared,
         records,
         setups: setup_sender,
+        schedule: schedule_sender,
         facts,
         scene: config.scene,
         cpus: config.available_cpus,

@@ -27,6 +27,7 @@ impl Arguments {
 }
 
 pub(super) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+    change::prepare(daemon, &request).await?;
     let reply: ChangeReply = reference::ask(daemon, request).await?;
-    change::show(&reply, ChangeView::Differences, json)
+    change::finish(daemon, &reply, ChangeView::Differences, json).await
 }

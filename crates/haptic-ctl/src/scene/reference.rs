@@ -70,6 +70,7 @@ pub(crate) async fn ask<R: DeserializeOwned>(daemon: &mut Daemon, request: Reque
 
 fn names_in(request: &Request) -> Vec<&String> {
     let scenes: Vec<&SceneRef> = match request {
+        Request::SceneDelete { name } | Request::SceneRename { name, .. } => return vec![name],
         Request::SceneLoad { scene, .. } => vec![scene],
         Request::Get { scene } | Request::SceneSave { scene, .. } => scene.iter().collect(),
         Request::SceneDiff { from, to } => [Some(from), to.as_ref()].into_iter().flatten().collect(),

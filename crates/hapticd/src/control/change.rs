@@ -4,6 +4,7 @@
 use crate::control::history::{Drag, Move};
 use crate::control::journal::bytes_of_changes;
 use crate::control::requester::Requester;
+use crate::control::rig::schedule::NewChange;
 use crate::control::{RigHandle, advise, library, sole_use};
 use haptic_core::{Direction, ParameterKey, Scene};
 use haptic_ipc::{
@@ -14,7 +15,7 @@ use std::collections::BTreeMap;
 /// Memory of a name and its value in a map, bytes.
 const BYTES_OF_A_VALUE: usize = 96;
 
-/// A change that the real-time thread has yet to render, or a dry run.
+/// A change that the real-time thread has yet to render or to schedule, or a dry run.
 #[derive(Debug)]
 pub(super) struct PendingChange {
     reply: ChangeReply,
@@ -45,7 +46,7 @@ impl PendingChange {
     /// The real-time thread does not answer; if it continues, it will render the scene.
     pub(super) async fn finished(&self, rig: &RigHandle) -> Result<ChangeReply, WireError> {
         let mut reply = self.reply.clone();
-        if reply.changed {
+        if reply.changed && reply.at_tick.is_none() {
             let tick = rig.rendered(reply.revision).await?;
             reply.tick = Some(tick);
             reply.ramp_ends_tick = self.ramp_ticks.map(|ticks| tick + ticks);
@@ -65,14 +66,15 @@ pub(super) fn set(
     merge: bool,
     options: ChangeOptions,
 ) -> Result<PendingChange, WireError> {
-    let changes = params.resolve(&rig.scene())?;
-    let scene = rig.scene().with(&changes)?;
+    let base = rig.base(options.at_tick.is_some());
+    let changes = params.resolve(&base.1)?;
+    let scene = base.1.with(&changes)?;
     let dragged = Drag {
         session: by.session,
         parameters: changes.iter().map(|(key, _)| *key).collect(),
         goes_on: merge,
     };
-    let mut begun = begin(rig, by, "set", scene, options, Move::Merge(dragged))?;
+    let mut begun = begin(rig, by, "set", base, scene, options, Move::Merge(dragged))?;
     begun.reply.applied = changes.iter().map(|(key, value)| (key.to_string(), *value)).collect();
     Ok(begun)
 }
@@ -87,8 +89,9 @@ pub(super) async fn load(
     scene: SceneRef,
     options: ChangeOptions,
 ) -> Result<PendingChange, WireError> {
-    let scene = library::find(rig, scene).await?;
-    begin(rig, by, "scene.load", scene, options, Move::Forward)
+    let (scene, origin) = library::find_with_origin(rig, scene).await?;
+    let base = rig.base(options.at_tick.is_some());
+    begin(rig, by, "scene.load", base, scene, options, Move::Load(origin))
 }
 
 /// Begins to undo the newest change.
@@ -96,13 +99,15 @@ pub(super) async fn load(
 /// # Errors
 /// There is nothing to undo, or the scene cannot be rendered; nothing has changed.
 pub(super) fn undo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -> Result<PendingChange, WireError> {
+    no_tick("undo", options)?;
+    let base = rig.base(false);
     let before = rig.history().undo_scene().cloned().ok_or_else(|| {
         WireError::new(
             ErrorCode::NothingToUndo,
             "nothing to undo: no change is left in the history",
         )
     })?;
-    begin(rig, by, "undo", before, options, Move::Undo)
+    begin(rig, by, "undo", base, before, options, Move::Undo)
 }
 
 /// Begins to redo the change that was undone last.
@@ -110,26 +115,27 @@ pub(super) fn undo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -
 /// # Errors
 /// There is nothing to redo, or the scene cannot be rendered; nothing has changed.
 pub(super) fn redo(rig: &RigHandle, by: Requester<'_>, options: ChangeOptions) -> Result<PendingChange, WireError> {
+    no_tick("redo", options)?;
+    let base = rig.base(false);
     let after = rig.history().redo_scene().cloned().ok_or_else(|| {
         let message = "nothing to redo: no change was undone, or the scene was changed since";
         WireError::new(ErrorCode::NothingToRedo, message)
     })?;
-    begin(rig, by, "redo", after, options, Move::Redo)
+    begin(rig, by, "redo", base, after, options, Move::Redo)
 }
 
 fn begin(
     rig: &RigHandle,
     by: Requester<'_>,
     op: &str,
+    (newest, before): (u64, Scene),
     scene: Scene,
     options: ChangeOptions,
     step: Move,
 ) -> Result<PendingChange, WireError> {
-    let newest = rig.revision();
-    check_revision(options, newest)?;
+    check_revision(options.if_revision, newest)?;
     let ramp_ms = options.ramp_ms.unwrap_or(0.0);
-    let compiled = rig.compile(&scene, ramp_ms * 1e-3)?;
-    let changes = differences(&rig.scene(), &scene);
+    let changes = differences(&before, &scene);
     let reply = ChangeReply {
         revision: newest,
         dry_run: options.dry_run,
@@ -140,35 +146,88 @@ fn begin(
     };
     // Setting the current value is a no-op: it adds no step to the history and no revision, so
     // other clients' revisions stay current.
-    let is_noop = *rig.scene() == scene && !rig.is_ramping();
-    if options.dry_run || (is_noop && rig.history_mut().is_noop(&step)) {
-        return Ok(PendingChange {
-            reply,
-            ramp_ticks: None,
-        });
-    }
-    sole_use::keep_out(rig, "change the scene")?;
+    let is_noop = before == scene && !rig.is_ramping();
+    let compiled = match options.at_tick {
+        Some(_) => rig.compile_from(&before, &scene, ramp_ms * 1e-3),
+        None => rig.compile(&scene, ramp_ms * 1e-3),
+    }?;
     let entry = JournalEntry {
         by: Some(by.peer.clone()),
         changes: reply.changes.clone(),
         ramp_ms: (ramp_ms > 0.0).then_some(ramp_ms),
+        at_tick: options.at_tick,
         ..JournalEntry::of(op)
     };
     let ramp_ticks = compiled.ramp_ticks();
-    let revision = rig.apply(scene, compiled, step, entry);
+    let (revision, ramp_ends_tick) = match options.at_tick {
+        Some(at_tick) => {
+            let change = NewChange {
+                at_tick,
+                scene,
+                compiled,
+                step: on_its_own(step),
+                entry,
+            };
+            if options.dry_run || is_noop {
+                rig.check_schedule(by.session, &[change])?;
+                return Ok(unchanged(reply));
+            }
+            sole_use::keep_out(rig, "change the scene")?;
+            let revision = rig.schedule(by, false, newest, vec![change])?;
+            (revision, ramp_ticks.map(|ticks| at_tick + ticks))
+        }
+        None => {
+            if options.dry_run || (is_noop && rig.history_mut().is_noop(&step)) {
+                return Ok(unchanged(reply));
+            }
+            sole_use::keep_out(rig, "change the scene")?;
+            rig.keep_out_of_schedule("change the scene")?;
+            // The last scheduled change may have been rendered just now.
+            check_revision(Some(newest), rig.revision())?;
+            (rig.apply(scene, compiled, step, entry), None)
+        }
+    };
     Ok(PendingChange {
         reply: ChangeReply {
             revision,
             changed: true,
+            at_tick: options.at_tick,
+            ramp_ends_tick,
             ..reply
         },
         ramp_ticks,
     })
 }
 
+/// The answer to a change that changes nothing.
+fn unchanged(reply: ChangeReply) -> PendingChange {
+    PendingChange {
+        reply,
+        ramp_ticks: None,
+    }
+}
+
+/// The effect on the history of a change that other changes may come before: it is no part of a drag.
+fn on_its_own(step: Move) -> Move {
+    match step {
+        Move::Merge(_) => Move::Forward,
+        step => step,
+    }
+}
+
+/// Refuses a tick where the change depends on the history of that tick.
+fn no_tick(op: &str, options: ChangeOptions) -> Result<(), WireError> {
+    let Some(at_tick) = options.at_tick else { return Ok(()) };
+    let message = format!(
+        "`{op}` takes no at_tick = {at_tick}: what it leads to depends on the changes before that tick; schedule \
+         `scene.load` with the number of a revision"
+    );
+    Err(WireError::new(ErrorCode::BadRequest, message).about("at_tick"))
+}
+
 /// Refuses a change that was meant for a revision that is not the newest.
-fn check_revision(options: ChangeOptions, newest: u64) -> Result<(), WireError> {
-    let Some(wanted) = options.if_revision.filter(|wanted| *wanted != newest) else {
+pub(super) fn check_revision(if_revision: Option<u64>, newest: u64) -> Result<(), WireError> {
+    let Some(wanted) = if_revision.filter(|wanted| *wanted != newest) else {
         return Ok(());
     };
     let message = format!(
@@ -182,7 +241,7 @@ fn check_revision(options: ChangeOptions, newest: u64) -> Result<(), WireError> 
 }
 
 /// The values that the change of scene sets, by full name.
-fn values_set(changes: &[Difference]) -> BTreeMap<String, f64> {
+pub(super) fn values_set(changes: &[Difference]) -> BTreeMap<String, f64> {
     let mut applied = BTreeMap::new();
     for change in changes {
         let (Some(Value::Number(value)), Ok(key)) = (&change.after, change.param.parse::<ParameterKey>()) else {

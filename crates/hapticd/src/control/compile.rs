@@ -67,6 +67,14 @@ impl Compiled {
         self.ramp.as_ref()
     }
 
+    /// How many scenes it holds: itself, and those on the way to it.
+    pub(super) fn count(&self) -> usize {
+        match &self.scene.transition {
+            Transition::Steps(steps) => 1 + steps.count(),
+            _ => 1,
+        }
+    }
+
     /// The scene for the real-time thread, and its ramp if it has one.
     pub(crate) fn into_scene(self, revision: u64) -> (CompiledScene, Option<RampPath>) {
         let way = match (self.ramp, &self.scene.transition) {

@@ -2,8 +2,9 @@
 
 use crate::telemetry::feed::KnownScene;
 use haptic_core::{ParameterKey, Scene};
-use haptic_ipc::SceneRamp;
+use haptic_ipc::{BUILT_IN_SCENES, LibraryScene, SceneRamp};
 use std::collections::VecDeque;
+use std::rc::Rc;
 
 /// Most scenes kept, and most steps that can be undone.
 const MOST_KEPT: usize = 1000;
@@ -14,15 +15,36 @@ pub(crate) const LONGEST_TITLE: usize = 256;
 // Scenes by revision with their ramps, to undo and to redo: the most that clients can make the
 // history hold.
 const _: () = assert!(
-    MOST_KEPT * (3 * (size_of::<KnownScene>() + LONGEST_TITLE) + size_of::<SceneRamp>() + LONGEST_TITLE)
+    MOST_KEPT
+        * (3 * (size_of::<KnownScene>() + LONGEST_TITLE)
+            + size_of::<SceneRamp>()
+            + LONGEST_TITLE
+            + size_of::<Origin>()
+            + LONGEST_TITLE)
         <= 4 * 1024 * 1024
 );
+
+/// A scene of the library, as it was loaded or saved.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Origin {
+    pub(crate) name: String,
+    pub(crate) scene: Scene,
+}
+
+/// A scene, and the one of the library that it comes from.
+#[derive(Clone, Debug)]
+struct Step {
+    scene: Scene,
+    origin: Option<Rc<Origin>>,
+}
 
 /// The effect of a change on the history.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Move {
     /// A step of its own.
     Forward,
+    /// A step of its own to another scene, perhaps of the library.
+    Load(Option<Rc<Origin>>),
     /// A step that may be merged with the previous change, if that was of the same session to the
     /// same parameters.
     Merge(Drag),
@@ -45,16 +67,29 @@ pub(crate) struct History {
     /// The scenes by revision, oldest first; never empty. The last is the newest, which may still
     /// be on its way to the real-time thread.
     scenes: VecDeque<KnownScene>,
-    undo: VecDeque<Scene>,
-    redo: Vec<Scene>,
+    undo: VecDeque<Step>,
+    redo: Vec<Step>,
+    /// The scene of the library that the newest one comes from.
+    origin: Option<Rc<Origin>>,
     /// The newest step, if further changes can be merged with it.
     dragged: Option<Drag>,
 }
 
+/// The scene of every library that is equal to one.
+fn built_in(scene: &Scene) -> Option<Rc<Origin>> {
+    let is_same = |text: &str| toml::from_str::<Scene>(text).is_ok_and(|known| known == *scene);
+    let (name, _) = BUILT_IN_SCENES.iter().find(|(_, text)| is_same(text))?;
+    Some(Rc::new(Origin {
+        name: (*name).to_owned(),
+        scene: scene.clone(),
+    }))
+}
+
 impl History {
-    /// A history that begins with the daemon's first scene.
+    /// A history that begins with the daemon's first scene, perhaps one of the library.
     pub(crate) fn new(revision: u64, scene: Scene) -> Self {
         Self {
+            origin: built_in(&scene),
             scenes: VecDeque::from([KnownScene {
                 revision,
                 scene,
@@ -94,12 +129,12 @@ impl History {
 
     /// The scene that `undo` leads to.
     pub(crate) fn undo_scene(&self) -> Option<&Scene> {
-        self.undo.back()
+        self.undo.back().map(|step| &step.scene)
     }
 
     /// The scene that `redo` leads to.
     pub(crate) fn redo_scene(&self) -> Option<&Scene> {
-        self.redo.last()
+        self.redo.last().map(|step| &step.scene)
     }
 
     /// How many steps can be undone, and redone.
@@ -111,7 +146,9 @@ impl History {
     /// may have ended where it began.
     pub(crate) fn is_noop(&mut self, step: &Move) -> bool {
         match step {
-            Move::Forward => {}
+            Move::Forward | Move::Load(None) => {}
+            // It is the same scene, and now the one of that name.
+            Move::Load(origin) => self.origin.clone_from(origin),
             Move::Merge(now) => {
                 if now.goes_on {
                     return true;
@@ -126,10 +163,18 @@ impl History {
 
     /// Records a change; returns the revision of its scene.
     pub(crate) fn moved(&mut self, step: Move, scene: Scene) -> u64 {
-        let before = self.newest().scene.clone();
+        let before = Step {
+            scene: self.newest().scene.clone(),
+            origin: self.origin.clone(),
+        };
         let dragged = match step {
             Move::Forward => {
                 self.push(before);
+                None
+            }
+            Move::Load(origin) => {
+                self.push(before);
+                self.origin = origin;
                 None
             }
             Move::Merge(now) => {
@@ -144,12 +189,12 @@ impl History {
                 Some(now)
             }
             Move::Undo => {
-                self.undo.pop_back();
+                self.origin = self.undo.pop_back().and_then(|step| step.origin);
                 self.redo.push(before);
                 None
             }
             Move::Redo => {
-                self.redo.pop();
+                self.origin = self.redo.pop().and_then(|step| step.origin);
                 let kept = std::mem::take(&mut self.redo);
                 self.push(before);
                 self.redo = kept;
@@ -179,7 +224,55 @@ impl History {
         }
     }
 
-    fn push(&mut self, before: Scene) {
+    /// The scene of the library that the newest one comes from, and whether it was changed since.
+    pub(crate) fn library_scene(&self) -> Option<LibraryScene> {
+        self.origin.as_ref().map(|origin| LibraryScene {
+            name: origin.name.clone(),
+            changed: origin.scene != self.newest().scene,
+        })
+    }
+
+    /// Notes that a scene was saved in the library; the newest one comes from there if it is the same.
+    pub(crate) fn saved(&mut self, name: &str, scene: &Scene) {
+        self.forget_origin(name);
+        if self.newest().scene == *scene {
+            self.origin = Some(Rc::new(Origin {
+                name: name.to_owned(),
+                scene: scene.clone(),
+            }));
+        }
+    }
+
+    /// Notes that a scene of the library has another name.
+    pub(crate) fn renamed(&mut self, from: &str, to: &str) {
+        // A scene that had the new name is replaced.
+        self.forget_origin(to);
+        self.change_origins(|origin| {
+            if origin.as_ref().is_some_and(|origin| origin.name == from) {
+                *origin = origin.as_ref().map(|origin| {
+                    Rc::new(Origin {
+                        name: to.to_owned(),
+                        scene: origin.scene.clone(),
+                    })
+                });
+            }
+        });
+    }
+
+    /// Notes that the library no longer has a scene as it was.
+    pub(crate) fn forget_origin(&mut self, name: &str) {
+        self.change_origins(|origin| *origin = origin.take().filter(|origin| origin.name != name));
+    }
+
+    fn change_origins(&mut self, change: impl Fn(&mut Option<Rc<Origin>>)) {
+        let steps = self.undo.iter_mut().chain(&mut self.redo);
+        steps
+            .map(|step| &mut step.origin)
+            .chain([&mut self.origin])
+            .for_each(change);
+    }
+
+    fn push(&mut self, before: Step) {
         if self.undo.len() == MOST_KEPT {
             self.undo.pop_front();
         }

@@ -51,6 +51,7 @@ async fn expire(rig: &RigHandle, expired: Vec<Lease>, why: &str) {
         return;
     }
     for lease in expired {
+        rig.end_schedule_of(lease.session, why);
         let entry = JournalEntry {
             by: Some(lease.by),
             message: Some(why.to_owned()),

@@ -1,7 +1,7 @@
 //! The library of scenes: the built-in ones, and the saved ones, a TOML file each.
 
 use crate::control::RigHandle;
-use crate::control::history::LONGEST_TITLE;
+use crate::control::history::{LONGEST_TITLE, Origin};
 use crate::control::journal::Completion;
 use crate::control::whole_file;
 use crate::control::worker_pool::{WorkError, WorkerPool};
@@ -10,7 +10,10 @@ use haptic_ipc::{
     BUILT_IN_SCENES, ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
     meant_or_semicolon, regular_file,
 };
+use rustix::fs::{CWD, RenameFlags, renameat_with};
+use rustix::io::Errno;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::time::Duration;
 
 /// Longest name of a saved scene, bytes.
@@ -53,25 +56,33 @@ pub(super) async fn find(rig: &RigHandle, scene: SceneRef) -> Result<Scene, Wire
             let shown = path.clone();
             on_worker(rig.library(), &shown, move || match regular_file::read_text(&path) {
                 Ok(text) => read(&path.display().to_string(), &text),
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                    // The names are only for the guess: a directory that cannot be read has none.
-                    let saved = path
-                        .parent()
-                        .and_then(|directory| saved(directory).ok())
-                        .unwrap_or_default();
-                    let saved = saved.iter().map(|(name, _)| name.as_str());
-                    let known: Vec<&str> = BUILT_IN_SCENES.iter().map(|(known, _)| *known).chain(saved).collect();
-                    let message = format!(
-                        "there is no scene `{name}` in the library{} `scene.list` lists all",
-                        meant_or_semicolon(&name, &known)
-                    );
-                    Err(WireError::new(ErrorCode::NoSuchScene, message).about("scene"))
-                }
-                Err(error) => Err(file_error(&path, &error)),
+                Err(error) => Err(missing_or(&path, &name, &error)),
             })
             .await
         }
     }
+}
+
+/// Finds a scene, and the scene of the library that it is, if it is named.
+///
+/// # Errors
+/// As [`find`].
+pub(super) async fn find_with_origin(
+    rig: &RigHandle,
+    scene: SceneRef,
+) -> Result<(Scene, Option<Rc<Origin>>), WireError> {
+    let name = match &scene {
+        SceneRef::Name(name) => Some(name.clone()),
+        SceneRef::Revision(_) | SceneRef::Scene(_) => None,
+    };
+    let scene = find(rig, scene).await?;
+    let origin = name.map(|name| {
+        Rc::new(Origin {
+            name,
+            scene: scene.clone(),
+        })
+    });
+    Ok((scene, origin))
 }
 
 /// Lists all scenes of the library.
@@ -144,15 +155,12 @@ pub(super) async fn save(
     scene: Option<SceneRef>,
     replace: bool,
 ) -> Result<SceneSaveReply, WireError> {
-    if BUILT_IN_SCENES.iter().any(|(known, _)| *known == name) {
-        let message = format!("the scene `{name}` is built in and cannot be replaced: choose another name");
-        return Err(WireError::new(ErrorCode::SceneExists, message).about("name"));
-    }
-    let path = path_of(rig, &name)?;
+    let path = path_of_saved(rig, &name, "replaced")?;
     let scene = match scene {
         Some(scene) => find(rig, scene).await?,
         None => rig.scene().clone(),
     };
+    let kept = scene.clone();
     let text = toml::to_string(&scene).map_err(|error| WireError::new(ErrorCode::SceneFile, error.to_string()))?;
     let shown = path.clone();
     let saved = on_worker(rig.library(), &shown, move || {
@@ -171,21 +179,90 @@ pub(super) async fn save(
                 name,
                 path: path.display().to_string(),
             }),
-            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
-                let message = format!("the library already has a scene `{name}`: set `replace` to overwrite it");
-                Err(WireError::new(ErrorCode::SceneExists, message).about("name"))
-            }
+            Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => Err(taken(&name)),
             Err(error) => Err(file_error(&path, &error)),
         }
     })
     .await?;
+    rig.history_mut().saved(&saved.name, &kept);
+    enter(rig, by, "scene.save", &saved);
+    Ok(saved)
+}
+
+/// Deletes a saved scene.
+///
+/// # Errors
+/// The name is invalid, unknown or that of a built-in scene, or the file cannot be removed.
+pub(super) async fn delete(rig: &RigHandle, by: &Peer, name: String) -> Result<SceneSaveReply, WireError> {
+    let path = path_of_saved(rig, &name, "deleted")?;
+    let shown = path.clone();
+    let deleted = on_worker(rig.library(), &shown, move || match std::fs::remove_file(&path) {
+        Ok(()) => Ok(SceneSaveReply {
+            name,
+            path: path.display().to_string(),
+        }),
+        Err(error) => Err(missing_or(&path, &name, &error)),
+    })
+    .await?;
+    rig.history_mut().forget_origin(&deleted.name);
+    enter(rig, by, "scene.delete", &deleted);
+    Ok(deleted)
+}
+
+/// Renames a saved scene.
+///
+/// # Errors
+/// A name is invalid or that of a built-in scene, the old one is unknown or the new one taken, or the
+/// file cannot be renamed.
+pub(super) async fn rename(
+    rig: &RigHandle,
+    by: &Peer,
+    name: String,
+    to: String,
+    replace: bool,
+) -> Result<SceneSaveReply, WireError> {
+    let (from, path) = (
+        path_of_saved(rig, &name, "renamed")?,
+        path_of_saved(rig, &to, "replaced")?,
+    );
+    let (shown, old) = (from.clone(), name.clone());
+    let renamed = on_worker(rig.library(), &shown, move || {
+        let flags = if replace {
+            RenameFlags::empty()
+        } else {
+            RenameFlags::NOREPLACE
+        };
+        match renameat_with(CWD, &from, CWD, &path, flags) {
+            Ok(()) => Ok(SceneSaveReply {
+                name: to,
+                path: path.display().to_string(),
+            }),
+            Err(Errno::EXIST) => Err(taken(&to)),
+            Err(error) => Err(missing_or(&from, &old, &error.into())),
+        }
+    })
+    .await?;
+    rig.history_mut().renamed(&name, &renamed.name);
+    enter(rig, by, "scene.rename", &renamed);
+    Ok(renamed)
+}
+
+fn enter(rig: &RigHandle, by: &Peer, op: &str, file: &SceneSaveReply) {
     let entry = JournalEntry {
         by: Some(by.clone()),
-        message: Some(saved.path.clone()),
-        ..JournalEntry::of("scene.save")
+        message: Some(file.path.clone()),
+        ..JournalEntry::of(op)
     };
     rig.enter(Completion::Done, entry);
-    Ok(saved)
+}
+
+/// The path of a scene that may be written; `what` cannot be done to a built-in one.
+fn path_of_saved(rig: &RigHandle, name: &str, what: &str) -> Result<PathBuf, WireError> {
+    if BUILT_IN_SCENES.iter().any(|(known, _)| *known == name) {
+        let message = format!("the scene `{name}` is built in and cannot be {what}: choose another name");
+        return Err(WireError::new(ErrorCode::SceneExists, message).about("name"));
+    }
+    path_of(rig, name)
 }
 
 fn path_of(rig: &RigHandle, name: &str) -> Result<PathBuf, WireError> {
@@ -230,6 +307,30 @@ fn sound(scene: &Scene) -> Result<(), WireError> {
     Err(WireError::new(ErrorCode::OutOfRange, message)
         .about("name")
         .within(value, 0.0, most, "bytes"))
+}
+
+fn taken(name: &str) -> WireError {
+    let message = format!("the library already has a scene `{name}`: set `replace` to overwrite it");
+    WireError::new(ErrorCode::SceneExists, message).about("name")
+}
+
+/// Why the file of a scene cannot be used: the library does not have it, or the system's reason.
+fn missing_or(path: &Path, name: &str, error: &std::io::Error) -> WireError {
+    if error.kind() != std::io::ErrorKind::NotFound {
+        return file_error(path, error);
+    }
+    // The names are only for the guess: a directory that cannot be read has none.
+    let saved = path
+        .parent()
+        .and_then(|directory| saved(directory).ok())
+        .unwrap_or_default();
+    let saved = saved.iter().map(|(name, _)| name.as_str());
+    let known: Vec<&str> = BUILT_IN_SCENES.iter().map(|(known, _)| *known).chain(saved).collect();
+    let message = format!(
+        "there is no scene `{name}` in the library{} `scene.list` lists all",
+        meant_or_semicolon(name, &known)
+    );
+    WireError::new(ErrorCode::NoSuchScene, message).about("scene")
 }
 
 fn file_error(path: &Path, error: &std::io::Error) -> WireError {

@@ -26,6 +26,7 @@ mod requester;
 mod rig;
 mod rig_files;
 pub(crate) mod rig_friction;
+mod schedule;
 pub(crate) mod server;
 mod session;
 pub(crate) mod socket;

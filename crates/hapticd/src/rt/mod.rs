@@ -6,6 +6,7 @@
 #![cfg_attr(not(test), deny(clippy::disallowed_types, clippy::disallowed_methods))]
 
 mod atomic;
+pub(crate) mod claim;
 pub(crate) mod clock;
 pub(crate) mod handoff;
 #[cfg(test)]
@@ -20,6 +21,7 @@ pub(crate) mod privileges;
 #[cfg(all(test, target_os = "linux", not(miri)))]
 mod purity_tests;
 pub(crate) mod rig_setup;
+pub(crate) mod schedule;
 #[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
 mod stall_tests;
 pub(crate) mod thread;

@@ -1,7 +1,7 @@
 //! The hand-over under loom: every interleaving and every reordering that the memory model allows,
 //! with two threads.
 //!
-//! `handoff.rs` is compiled here a second time, on loom's atomics.
+//! `handoff.rs` and `claim.rs` are compiled here a second time, on loom's atomics.
 // By this cargo-mutants knows that it is a test, and does not change `handoff.rs` twice.
 #![cfg(test)]
 #![allow(
@@ -10,6 +10,8 @@
     reason = "the same source on other atomics, of which a model uses a part"
 )]
 
+#[path = "claim.rs"]
+mod claim;
 #[path = "handoff.rs"]
 mod handoff;
 
@@ -18,6 +20,7 @@ mod atomic {
     pub(crate) use loom::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 }
 
+use claim::{Claim, Fate};
 use handoff::{Outcome, Shared, Stopped};
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Renderer, Scene, Scheme};
@@ -143,5 +146,34 @@ fn an_answer_is_seen_whole_or_not_at_all() {
         loops.join().expect("it ends");
         assert_eq!(answers.command(5), Some(outcome));
         assert_eq!(answers.stop(2), Some(stopped));
+    });
+}
+
+#[test]
+fn a_scheduled_change_is_rendered_or_taken_back_and_both_threads_know_which() {
+    model(|| {
+        let claims = Arc::new([Claim::new(), Claim::new()]);
+        let loops = {
+            let claims = Arc::clone(&claims);
+            // Two ticks, a change in each.
+            loom::thread::spawn(move || {
+                let rendered = |index: usize| claims[index].decide(Fate::Rendered(7 + index as u64));
+                [rendered(0), rendered(1)]
+            })
+        };
+        // The last one first: none is rendered whose predecessor was taken back.
+        let second = claims[1].decide(Fate::Withdrawn);
+        let first = claims[0].decide(Fate::Withdrawn);
+        let rendered = loops.join().expect("it ends");
+        assert_eq!(rendered, [!first, !second]);
+        assert!(!first || second, "the second builds on the first");
+        let fate = |withdrawn: bool, tick| {
+            if withdrawn {
+                Fate::Withdrawn
+            } else {
+                Fate::Rendered(tick)
+            }
+        };
+        assert_eq!([claims[0].fate(), claims[1].fate()], [fate(first, 7), fate(second, 8)]);
     });
 }

@@ -1,7 +1,7 @@
 //! The way of one sample, from the encoder to the motor: read, step the servo, write, record.
 //!
 //! ```text
-//! stop? new scene? command? -> device read -> Servo::step -> device write -> record, answers
+//! stop? new or scheduled scene? command? -> device read -> Servo::step -> device write -> record, answers
 //! ```
 
 use crate::rt::clock::{Wake, now_ns};
@@ -9,6 +9,7 @@ use crate::rt::handoff::{CommandWord, Heard, Outcome, Shared, Stopped};
 use crate::rt::lateness::Lateness;
 use crate::rt::outbox::{Producer, TickRecord};
 use crate::rt::rig_setup::SetupReceiver;
+use crate::rt::schedule::ScheduleReceiver;
 use device_io::{Device, DeviceError, Written};
 use haptic_core::sample::{Measurement, Motor};
 use haptic_core::servo::{
@@ -34,6 +35,7 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     outbox: Producer,
     /// Facts of the rig to engage, if they may change.
     rig_setups: Option<SetupReceiver>,
+    schedule: Option<ScheduleReceiver>,
     servo: Servo,
     /// Missed periods, held against the late policy.
     lateness: Lateness,
@@ -64,6 +66,7 @@ impl<D: Device + ?Sized> Tick<D> {
             shared,
             outbox,
             rig_setups: None,
+            schedule: None,
             servo,
             lateness,
             control_timeout_ns,
@@ -81,6 +84,12 @@ impl<D: Device + ?Sized> Tick<D> {
     /// Takes what is known of the rig with each command to engage.
     pub(crate) fn with_rig_setups(mut self, setups: SetupReceiver) -> Self {
         self.rig_setups = Some(setups);
+        self
+    }
+
+    /// Makes the changes of scene that are scheduled.
+    pub(crate) fn with_schedule(mut self, schedule: ScheduleReceiver) -> Self {
+        self.schedule = Some(schedule);
         self
     }
 
@@ -210,18 +219,42 @@ impl<D: Device + ?Sized> Tick<D> {
         self.device.write(0.0, false)
     }
 
-    /// The newest scene. Without room for those that it replaces it waits: nothing is freed on this
-    /// thread.
+    /// The newest scene, or the one that is scheduled for this tick. Without room for those that it
+    /// replaces it waits: nothing is freed on this thread.
     fn new_scene(&mut self) -> Option<Box<CompiledScene>> {
         while self.servo.has_retired() && self.outbox.has_room_for_scenes(1) {
             if let Some(scene) = self.servo.take_retired() {
                 self.outbox.retire(scene);
             }
         }
-        if !self.shared.scenes.has_new(self.scenes_seen) || !self.outbox.has_room_for_scenes(2) {
+        let is_posted = self.shared.scenes.has_new(self.scenes_seen);
+        let is_halted = self.is_halted();
+        let is_scheduled = self
+            .schedule
+            .as_ref()
+            .is_some_and(|schedule| schedule.is_due(self.tick, is_halted));
+        if !(is_posted || is_scheduled) || !self.outbox.has_room_for_scenes(3) {
             return None;
         }
-        self.shared.scenes.take_new(&mut self.scenes_seen)
+        let posted = self.shared.scenes.take_new(&mut self.scenes_seen);
+        let scheduled = self
+            .schedule
+            .as_mut()
+            .and_then(|schedule| schedule.take_due(self.tick, is_halted));
+        if scheduled.is_some()
+            && let Some(posted) = posted
+        {
+            // It was posted before, and so the scheduled one builds on it.
+            self.outbox.retire(posted);
+            return scheduled;
+        }
+        scheduled.or(posted)
+    }
+
+    /// Whether something has taken the force away that a person must look at: that ends a schedule.
+    fn is_halted(&self) -> bool {
+        let state = self.servo.state();
+        self.pending_stop.is_some() || matches!(state, RigState::Stopped | RigState::Faulted | RigState::Disconnected)
     }
 
     fn new_command(&mut self) -> Option<CommandWord> {

@@ -100,7 +100,7 @@ pub(crate) struct Feed {
     subscribers: Vec<Subscriber>,
     /// State and revision of the newest record.
     last_state: Option<(RigState, u64)>,
-    /// The first record of each state and revision since the last call of `pump`.
+    /// The first record of each state and revision since the last call of `tell_subscribers`.
     changes: Vec<TickRecord>,
     timing_due: Instant,
     /// Records lost in the ring so far that subscribers were told of.
@@ -194,13 +194,17 @@ impl Feed {
         }
     }
 
-    /// Processes the records since the last call, and sends the events that are due. `scenes` holds
-    /// all that may be active. Returns the first record of each state and revision.
-    pub(crate) fn pump(&mut self, scenes: &VecDeque<KnownScene>) -> Vec<TickRecord> {
+    /// Takes the records since the last call, and frees the scenes that were handed back.
+    pub(crate) fn take_records(&mut self) {
         self.consumer.drop_retired();
         while let Some(record) = self.consumer.pop() {
             self.process(&record);
         }
+    }
+
+    /// Sends the events that are due. `scenes` holds all scenes that the records taken may tell of.
+    /// Returns the first record of each state and revision.
+    pub(crate) fn tell_subscribers(&mut self, scenes: &VecDeque<KnownScene>) -> Vec<TickRecord> {
         let changes = std::mem::take(&mut self.changes);
         self.announce_states(&changes, scenes);
         let now = Instant::now();
@@ -396,6 +400,11 @@ mod tests {
         (subscription, received)
     }
 
+    fn pump(feed: &mut Feed, scenes: &VecDeque<KnownScene>) -> Vec<TickRecord> {
+        feed.take_records();
+        feed.tell_subscribers(scenes)
+    }
+
     fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {
         std::iter::from_fn(|| received.try_recv().ok())
             .map(|line| serde_json::from_str(&line.text).expect("an event"))
@@ -417,7 +426,7 @@ mod tests {
             let mut record = outbox::tests::record(tick);
             (record.state, record.revision) = (state, revision);
             producer.push(record);
-            feed.pump(&VecDeque::from([known(1), known(2)]));
+            pump(&mut feed, &VecDeque::from([known(1), known(2)]));
         }
         let ticks: Vec<u64> = events(&mut received)
             .iter()
@@ -438,12 +447,12 @@ mod tests {
         let scenes = VecDeque::from([known(1)]);
         for tick in 0..10 {
             producer.push(outbox::tests::record(tick));
-            feed.pump(&scenes);
+            pump(&mut feed, &scenes);
         }
         // One event fitted; ticks 2, 4, 6 and 8 did not.
         let first = events(&mut received);
         producer.push(outbox::tests::record(10));
-        feed.pump(&scenes);
+        pump(&mut feed, &scenes);
         let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
             panic!("two sample events");
         };
@@ -465,7 +474,7 @@ mod tests {
         for tick in 0..40_000 {
             producer.push(outbox::tests::record(tick));
             if tick % 256 == 255 {
-                feed.pump(&scenes);
+                pump(&mut feed, &scenes);
             }
         }
         let held: Vec<Line> = std::iter::from_fn(|| received.try_recv().ok()).collect();
@@ -479,7 +488,7 @@ mod tests {
         for tick in 40_000..40_256 {
             producer.push(outbox::tests::record(tick));
         }
-        feed.pump(&scenes);
+        pump(&mut feed, &scenes);
         let told = events(&mut received);
         let Some(Event::Samples(samples)) = told.first() else {
             panic!("no samples")

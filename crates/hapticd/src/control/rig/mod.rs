@@ -5,6 +5,7 @@ mod commands;
 mod entries;
 mod observed_state;
 mod scenes;
+pub(super) mod schedule;
 mod stops;
 
 use crate::control::answer_timer::AnswerTimer;
@@ -16,12 +17,14 @@ use crate::control::journal::Journal;
 use crate::control::leases::Leases;
 use crate::control::presence::Presence;
 use crate::control::rig::observed_state::ObservedState;
+use crate::control::rig::schedule::Schedule;
 use crate::control::rig_friction::record::RigFrictions;
 use crate::control::sole_use::state::SoleUse;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
 use crate::rt::rig_setup::SetupSender;
+use crate::rt::schedule::ScheduleSender;
 use crate::telemetry::feed::Feed;
 use haptic_core::Scene;
 use haptic_ipc::{ErrorCode, RigState, WireError};
@@ -52,6 +55,7 @@ pub(crate) struct RigHandle {
     pub(crate) facts: Facts,
     shared: Arc<Shared>,
     setups: RefCell<SetupSender>,
+    schedule: RefCell<Schedule>,
     feed: RefCell<Feed>,
     history: RefCell<History>,
     journal: RefCell<Journal>,
@@ -80,6 +84,7 @@ impl RigHandle {
         facts: Facts,
         shared: Arc<Shared>,
         setups: SetupSender,
+        schedule: ScheduleSender,
         feed: Feed,
         scene: Scene,
         revision: u64,
@@ -88,6 +93,7 @@ impl RigHandle {
             facts,
             shared,
             setups: RefCell::new(setups),
+            schedule: RefCell::new(Schedule::new(schedule)),
             feed: RefCell::new(feed),
             history: RefCell::new(History::new(revision, scene)),
             journal: RefCell::new(Journal::default()),
@@ -109,11 +115,14 @@ impl RigHandle {
 
     /// Processes telemetry, and frees the scenes that the real-time thread returned.
     pub(crate) fn pump(&self) {
-        let changes = {
+        {
             let mut feed = self.feed.borrow_mut();
             feed.stops_ended(&self.shared.answers);
-            feed.pump(self.history.borrow().scenes())
-        };
+            feed.take_records();
+        }
+        // After the records: whatever scene they tell of is in the history then.
+        self.settle_schedule();
+        let changes = self.feed.borrow_mut().tell_subscribers(self.history.borrow().scenes());
         self.keep_journal(&changes);
     }
 

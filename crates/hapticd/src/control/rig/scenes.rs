@@ -35,7 +35,20 @@ impl RigHandle {
         let newest = self.scene();
         let on_the_way = self.scene_on_the_way(&newest);
         let from = on_the_way.as_ref().unwrap_or(&newest);
-        Compiled::new(from, scene, self.facts.scheme, self.facts.period_s(), ramp_s)
+        self.compile_from(from, scene, ramp_s)
+    }
+
+    /// Compiles a scene, and the ramp to it from another if `ramp_s` is not 0.
+    ///
+    /// # Errors
+    /// The scene cannot be rendered.
+    pub(in crate::control) fn compile_from(
+        &self,
+        from: &Scene,
+        to: &Scene,
+        ramp_s: f64,
+    ) -> Result<Compiled, WireError> {
+        Compiled::new(from, to, self.facts.scheme, self.facts.period_s(), ramp_s)
     }
 
     /// The scene that a ramp to the newest one has reached, if there is a ramp.

@@ -3,9 +3,11 @@
 use super::{Answer, Client, MOST_CLIENTS, PendingAnswer};
 use crate::control::change::{self, PendingChange};
 use crate::control::requester::Requester;
+use crate::control::schedule::ScheduleOptions;
 use crate::control::session::reply::answer;
 use crate::control::{
-    advise, commission, describe, devices, diff, drive, get, identify, lease, library, log, status, subscribe, timing,
+    advise, commission, describe, devices, diff, drive, get, identify, lease, library, log, schedule, status,
+    subscribe, timing,
 };
 use haptic_core::servo::Command;
 use haptic_ipc::{Envelope, ErrorCode, Request, Rights, WireError};
@@ -39,10 +41,26 @@ impl Client {
             }
             Request::SceneList {} => answer(id, library::list(rig).await),
             Request::SceneDiff { from, to } => answer(id, diff::diff(rig, from, to).await),
-            Request::SceneDelete { .. }
-            | Request::SceneRename { .. }
-            | Request::Schedule { .. }
-            | Request::ScheduleCancel { .. } => answer::<()>(id, Err(not_served())),
+            Request::SceneDelete { name } => answer(id, library::delete(rig, by.peer, name).await),
+            Request::SceneRename { name, to, replace } => {
+                answer(id, library::rename(rig, by.peer, name, to, replace).await)
+            }
+            Request::Schedule {
+                changes,
+                name,
+                keep,
+                if_revision,
+                dry_run,
+            } => {
+                let options = ScheduleOptions {
+                    name,
+                    keep,
+                    if_revision,
+                    dry_run,
+                };
+                answer(id, schedule::schedule(rig, by, changes, options).await)
+            }
+            Request::ScheduleCancel { name } => answer(id, schedule::cancel(rig, by, name.as_deref())),
             Request::Engage {} => answer(id, command(Command::Engage).await),
             Request::Release {} => answer(id, command(Command::Release).await),
             Request::Reset {} => answer(id, command(Command::Reset).await),
@@ -97,10 +115,6 @@ impl Client {
             peer: &self.peer,
         }
     }
-}
-
-fn not_served() -> WireError {
-    WireError::new(ErrorCode::WrongState, "this daemon does not serve this operation")
 }
 
 fn only_stopping() -> WireError {

@@ -9,7 +9,9 @@ use crate::control::session::lines::{Lines, unreadable};
 use crate::control::session::reply::{answer, line};
 use crate::control::{RigHandle, lease, sole_use};
 use crate::telemetry::feed::{BACKLOG_BYTES, BACKLOG_LINES, Line};
-use haptic_ipc::{BadLine, Envelope, Hello, PROTOCOL_VERSION, Peer, Request, Rights, WireError};
+use haptic_ipc::{
+    BadLine, Envelope, Hello, PROTOCOL_VERSION, Peer, Request, Rights, SceneChange, ScheduledChange, WireError,
+};
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -38,6 +40,9 @@ const LAST_BYTES: usize = 1024 * 1024;
 
 /// Bytes of a name and its value, with the name's own allocation.
 const BYTES_OF_A_CHANGE: usize = 96;
+
+/// What a whole scene of a schedule counts as, in such values.
+const LARGEST_SCENE: usize = 8;
 
 /// Most changes of a client that wait for the real-time thread.
 const MOST_PENDING: usize = 64;
@@ -70,6 +75,9 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     client.raise_last_stops(&mut incoming).await;
     client.rig.feed().unsubscribe(session);
     sole_use::closed(&client.rig, session);
+    client
+        .rig
+        .end_schedule_of(session, "its client has closed the connection");
     lease::closed(&client.rig, session).await;
     drop(client);
     // Queued lines are written, or given up after the timeout of every line.
@@ -104,16 +112,17 @@ enum ReceivedLine {
 impl ReceivedLine {
     /// Its memory beside its text, bytes.
     fn beside_its_text(&self) -> usize {
+        let in_change = |change: &ScheduledChange| match &change.change {
+            SceneChange::Params(params) => 1 + params.0.len(),
+            SceneChange::Scene(_) => LARGEST_SCENE,
+        };
         let changes = match self {
-            Self::Request {
-                envelope:
-                    Envelope {
-                        request: Request::Set { params, .. },
-                        ..
-                    },
-                ..
-            } => params.0.len(),
-            _ => 0,
+            Self::Request { envelope, .. } => match &envelope.request {
+                Request::Set { params, .. } => params.0.len(),
+                Request::Schedule { changes, .. } => changes.iter().map(in_change).sum(),
+                _ => 0,
+            },
+            Self::Refused { .. } => 0,
         };
         size_of::<QueuedLine>() + changes * BYTES_OF_A_CHANGE
     }

@@ -25,6 +25,7 @@ pub(in crate::control) async fn begin(
     let (verb, name) = (work.verb(), work.name());
     let (_turn, state) = rig.quiet_state().await;
     keep_out(rig, &format!("{verb} the rig"))?;
+    rig.keep_out_of_schedule(&format!("{verb} the rig"))?;
     let wrong = |message: &str| Err(WireError::new(ErrorCode::WrongState, message).about("state"));
     match state {
         RigState::Idle => {}

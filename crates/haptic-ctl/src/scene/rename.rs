@@ -1,0 +1,40 @@
+//! `scene rename`: a saved scene gets another name.
+
+use super::reference;
+use crate::daemon::Daemon;
+use crate::failure::Failure;
+use crate::{complete, output};
+use clap_complete::engine::ArgValueCompleter;
+use haptic_ipc::{Request, SceneSaveReply};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Name of a saved scene in the library
+    #[arg(add = ArgValueCompleter::new(complete::scenes))]
+    name: String,
+
+    /// Its new name
+    to: String,
+
+    /// Replace a saved scene of the new name
+    #[arg(long)]
+    replace: bool,
+}
+
+impl Arguments {
+    pub(super) fn request(&self) -> Request {
+        Request::SceneRename {
+            name: self.name.clone(),
+            to: self.to.clone(),
+            replace: self.replace,
+        }
+    }
+}
+
+pub(super) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+    let reply: SceneSaveReply = reference::ask(daemon, request).await?;
+    if json {
+        return output::json(&reply);
+    }
+    output::line(&format!("it is {} now, in {}", reply.name, reply.path))
+}

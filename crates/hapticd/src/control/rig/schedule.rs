@@ -1,0 +1,409 @@
+//! Scheduled changes: checked and sent as one, kept until the loop says what became of them, and
+//! taken back.
+//!
+//! All that wait belong to one client, each built on the one before it. So no other change may come
+//! between, and taking one back takes back those after it.
+
+use super::{Ramp, RigHandle};
+use crate::control::compile::{Compiled, RampPath};
+use crate::control::history::Move;
+use crate::control::journal::Completion;
+use crate::control::requester::Requester;
+use crate::rt::claim::{Claim, Fate};
+use crate::rt::schedule::{ScheduleSender, ScheduledScene};
+use haptic_core::Scene;
+use haptic_ipc::{
+    ErrorCode, JournalEntry, MOST_SCHEDULED_CHANGES, Peer, RigState, SceneRamp, ScheduleStatus, WireError,
+    quantity::number,
+};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Most compiled scenes that wait, in all: a ramp has up to 250, and one takes up to 11 KB.
+const MOST_COMPILED: usize = 2000;
+
+/// How long before its tick a change must be asked for, s: until then the loop has surely seen it.
+const LEAD_S: f64 = 0.01;
+
+/// How long ahead a change may be scheduled, s.
+const FURTHEST_S: f64 = 3600.0;
+
+/// A change to be scheduled.
+#[derive(Debug)]
+pub(in crate::control) struct NewChange {
+    pub(in crate::control) at_tick: u64,
+    pub(in crate::control) scene: Scene,
+    pub(in crate::control) compiled: Compiled,
+    /// What it does to the history.
+    pub(in crate::control) step: Move,
+    /// Its entry in the journal, once it is rendered.
+    pub(in crate::control) entry: JournalEntry,
+}
+
+impl NewChange {
+    /// The first tick after it and its ramp.
+    fn over_tick(&self) -> u64 {
+        self.at_tick + self.compiled.ramp_ticks().unwrap_or(0).max(1)
+    }
+}
+
+/// A scheduled change that the loop has not rendered, as far as is known here.
+#[derive(Debug)]
+struct WaitingChange {
+    at_tick: u64,
+    /// The first tick after it and its ramp.
+    over_tick: u64,
+    revision: u64,
+    scene: Scene,
+    ramp: Option<SceneRamp>,
+    path: Option<RampPath>,
+    step: Move,
+    entry: JournalEntry,
+    /// Compiled scenes that it holds.
+    compiled: usize,
+    claim: Arc<Claim>,
+}
+
+/// The changes that wait, and their way to the loop.
+#[derive(Debug)]
+pub(super) struct Schedule {
+    sender: ScheduleSender,
+    waiting: VecDeque<WaitingChange>,
+    /// The client whose changes wait.
+    session: u64,
+    by: Peer,
+    /// Whether they stay when that client ends.
+    keep: bool,
+}
+
+impl Schedule {
+    pub(super) fn new(sender: ScheduleSender) -> Self {
+        Self {
+            sender,
+            waiting: VecDeque::new(),
+            session: 0,
+            by: Peer::default(),
+            keep: false,
+        }
+    }
+}
+
+impl RigHandle {
+    /// The revision and the scene that a change builds on: the last one that is scheduled if the
+    /// change is scheduled too, else the newest.
+    pub(in crate::control) fn base(&self, is_scheduled: bool) -> (u64, Scene) {
+        self.pump();
+        let schedule = self.schedule.borrow();
+        match schedule.waiting.back().filter(|_| is_scheduled) {
+            Some(last) => (last.revision, last.scene.clone()),
+            None => (self.revision(), self.scene().clone()),
+        }
+    }
+
+    /// The changes that wait for their tick.
+    pub(in crate::control) fn schedule_status(&self) -> Option<ScheduleStatus> {
+        self.pump();
+        let schedule = self.schedule.borrow();
+        let (first, last) = (schedule.waiting.front()?, schedule.waiting.back()?);
+        let mut names: Vec<String> = schedule.waiting.iter().filter_map(name_of).map(str::to_owned).collect();
+        names.dedup();
+        Some(ScheduleStatus {
+            by: schedule.by.clone(),
+            names,
+            waiting: schedule.waiting.len(),
+            next_tick: first.at_tick,
+            last_tick: last.at_tick,
+        })
+    }
+
+    /// Refuses what would come between scheduled changes.
+    ///
+    /// # Errors
+    /// Changes wait for their tick.
+    pub(in crate::control) fn keep_out_of_schedule(&self, what: &str) -> Result<(), WireError> {
+        let Some(ScheduleStatus {
+            by,
+            waiting,
+            next_tick,
+            last_tick,
+            ..
+        }) = self.schedule_status()
+        else {
+            return Ok(());
+        };
+        let message = format!(
+            "cannot {what}: scheduled changes of {by} wait for their tick ({waiting}, from tick {next_tick} to \
+             {last_tick}); wait for the last one, or take them back with `schedule.cancel`"
+        );
+        Err(WireError::new(ErrorCode::Scheduled, message).about("state"))
+    }
+
+    /// Checks that changes can be scheduled as they are.
+    ///
+    /// # Errors
+    /// Another client's changes wait, the rig is stopped, faulted or disconnected, a tick is too early
+    /// or too late, or there are too many.
+    pub(in crate::control) fn check_schedule(&self, session: u64, changes: &[NewChange]) -> Result<(), WireError> {
+        self.pump();
+        let is_mine = self.schedule.borrow().session == session;
+        if !is_mine {
+            self.keep_out_of_schedule("schedule a change")?;
+        }
+        let (code, remedy) = match self.state() {
+            RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
+            RigState::Faulted => (ErrorCode::Faulted, "see `status`, and reset it first"),
+            RigState::Disconnected => (ErrorCode::WrongState, "its device cannot be read"),
+            _ => {
+                self.check_ticks(changes)?;
+                return self.check_room(changes);
+            }
+        };
+        let message = format!("cannot schedule a change while the rig is {}: {remedy}", self.state());
+        Err(WireError::new(code, message).about("state"))
+    }
+
+    fn check_ticks(&self, changes: &[NewChange]) -> Result<(), WireError> {
+        let now = self.feed.borrow().newest().map_or(0, |record| record.tick);
+        let latest = now + self.ticks(FURTHEST_S);
+        let schedule = self.schedule.borrow();
+        let waiting = schedule.waiting.back().map_or(0, |last| last.over_tick);
+        let mut earliest = (now + self.ticks(LEAD_S) + 1).max(waiting);
+        for change in changes {
+            let tick = change.at_tick;
+            if !(earliest..=latest).contains(&tick) {
+                let message = format!(
+                    "at_tick = {tick} is out of range: it must be from {earliest} to {latest}, since the rig is at tick \
+                     {now}, needs {} ms to prepare, and a change begins when the one before it, with its ramp, is over",
+                    number(LEAD_S * 1e3)
+                );
+                #[expect(clippy::cast_precision_loss, reason = "ticks are below 2^53")]
+                let (value, min, max) = (tick as f64, earliest as f64, latest as f64);
+                return Err(WireError::new(ErrorCode::OutOfRange, message)
+                    .about("at_tick")
+                    .within(value, min, max, "1"));
+            }
+            earliest = change.over_tick();
+        }
+        Ok(())
+    }
+
+    fn check_room(&self, changes: &[NewChange]) -> Result<(), WireError> {
+        let mut schedule = self.schedule.borrow_mut();
+        let compiled = |changes: &[NewChange]| changes.iter().map(|change| change.compiled.count()).sum::<usize>();
+        let waiting: usize = schedule.waiting.iter().map(|waiting| waiting.compiled).sum();
+        for (what, value, max) in [
+            ("changes", changes.len(), schedule.sender.room()),
+            (
+                "scenes with the steps of their ramps",
+                compiled(changes),
+                MOST_COMPILED.saturating_sub(waiting),
+            ),
+        ] {
+            if value > max {
+                let message = format!(
+                    "{value} {what} are too many: there is room for {max} (at most {MOST_SCHEDULED_CHANGES} changes \
+                     and {MOST_COMPILED} compiled scenes may wait in all)"
+                );
+                #[expect(clippy::cast_precision_loss, reason = "some thousands")]
+                let (value, max) = (value as f64, max as f64);
+                return Err(WireError::new(ErrorCode::OutOfRange, message)
+                    .about("changes")
+                    .within(value, 0.0, max, "1"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The ticks in a time, s, rounded up.
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "at most an hour of ticks"
+    )]
+    fn ticks(&self, time_s: f64) -> u64 {
+        (time_s / self.facts.period_s()).ceil() as u64
+    }
+
+    /// Schedules changes: all of them, or none. Returns the revision of the first one.
+    ///
+    /// # Errors
+    /// As [`check_schedule`](Self::check_schedule), or another change came in since `base_revision`.
+    pub(in crate::control) fn schedule(
+        &self,
+        by: Requester<'_>,
+        keep: bool,
+        base_revision: u64,
+        changes: Vec<NewChange>,
+    ) -> Result<u64, WireError> {
+        self.check_schedule(by.session, &changes)?;
+        if self.base(true).0 != base_revision {
+            let message = "the scene was changed while the schedule was prepared: try again";
+            return Err(WireError::new(ErrorCode::Conflict, message).about("at_tick"));
+        }
+        let mut schedule = self.schedule.borrow_mut();
+        let mut scenes = Vec::with_capacity(changes.len());
+        let mut waiting = Vec::with_capacity(changes.len());
+        for (revision, change) in (base_revision + 1..).zip(changes) {
+            let claim = Arc::new(Claim::new());
+            let (over_tick, compiled, ramp) = (
+                change.over_tick(),
+                change.compiled.count(),
+                change.compiled.ramp().cloned(),
+            );
+            let (scene, path) = change.compiled.into_scene(revision);
+            scenes.push(ScheduledScene {
+                at_tick: change.at_tick,
+                scene: Some(Box::new(scene)),
+                claim: Arc::clone(&claim),
+            });
+            waiting.push(WaitingChange {
+                at_tick: change.at_tick,
+                over_tick,
+                revision,
+                scene: change.scene,
+                ramp,
+                path,
+                step: change.step,
+                entry: change.entry,
+                compiled,
+                claim,
+            });
+        }
+        if !schedule.sender.send(scenes) {
+            let message = "the real-time thread takes no further changes: cancel the schedule and try again";
+            return Err(WireError::new(ErrorCode::NotResponding, message));
+        }
+        schedule.keep = keep || (schedule.keep && !schedule.waiting.is_empty());
+        schedule.waiting.extend(waiting);
+        (schedule.session, schedule.by) = (by.session, by.peer.clone());
+        Ok(base_revision + 1)
+    }
+
+    /// Enters what has become of scheduled changes into the history and the journal.
+    pub(super) fn settle_schedule(&self) {
+        loop {
+            let mut schedule = self.schedule.borrow_mut();
+            let Some(first) = schedule.waiting.front() else { return };
+            match first.claim.fate() {
+                Fate::Open => return,
+                Fate::Rendered(tick) => {
+                    let rendered = schedule.waiting.pop_front();
+                    drop(schedule);
+                    if let Some(rendered) = rendered {
+                        self.enter_rendered(tick, rendered);
+                    }
+                }
+                // Those after it build on it.
+                Fate::Halted => drop_all(self, schedule, "the rig was stopped, faulted or disconnected"),
+                Fate::Missed => drop_all(self, schedule, "its first change came after its tick"),
+                Fate::Withdrawn => {
+                    schedule.waiting.pop_front();
+                }
+            }
+        }
+    }
+
+    fn enter_rendered(&self, tick: u64, rendered: WaitingChange) {
+        let WaitingChange {
+            revision,
+            scene,
+            ramp,
+            path,
+            step,
+            entry,
+            ..
+        } = rendered;
+        {
+            let mut history = self.history.borrow_mut();
+            let given = history.moved(step, scene);
+            debug_assert_eq!(given, revision, "nothing came between");
+            history.keep_ramp(ramp);
+        }
+        *self.ramp.borrow_mut() = path.map(|path| Ramp { revision, path });
+        let entry = JournalEntry {
+            tick: Some(tick),
+            ..entry
+        };
+        self.enter(Completion::Done, entry);
+    }
+
+    /// Takes back what waits of a schedule and of those after it, or everything; returns the number of
+    /// changes. `None` if no schedule has this name.
+    pub(in crate::control) fn cancel_schedule(
+        &self,
+        name: Option<&str>,
+        by: Option<&Peer>,
+        why: &str,
+    ) -> Option<usize> {
+        self.pump();
+        let cancelled = {
+            let mut schedule = self.schedule.borrow_mut();
+            let first = match name {
+                Some(name) => schedule
+                    .waiting
+                    .iter()
+                    .position(|waiting| name_of(waiting) == Some(name))?,
+                None => 0,
+            };
+            withdraw(&mut schedule, first)
+        };
+        self.settle_schedule();
+        if cancelled > 0 {
+            self.enter_cancelled(cancelled, by, why);
+        }
+        Some(cancelled)
+    }
+
+    /// Takes back what a client has scheduled, now that it has ended, unless it is to be kept.
+    pub(in crate::control) fn end_schedule_of(&self, session: u64, why: &str) {
+        let is_over = {
+            let schedule = self.schedule.borrow();
+            schedule.session == session && !schedule.keep
+        };
+        if is_over {
+            self.cancel_schedule(None, None, why);
+        }
+    }
+
+    fn enter_cancelled(&self, cancelled: usize, by: Option<&Peer>, why: &str) {
+        let entry = JournalEntry {
+            by: by.cloned(),
+            message: Some(format!("{cancelled} scheduled changes were taken back: {why}")),
+            ..JournalEntry::of(if by.is_some() {
+                "schedule.cancel"
+            } else {
+                "schedule_cancelled"
+            })
+        };
+        self.enter(Completion::Done, entry);
+    }
+}
+
+/// Removes all that waits, because the loop has discarded its first.
+fn drop_all(rig: &RigHandle, mut schedule: std::cell::RefMut<'_, Schedule>, why: &str) {
+    let dropped = schedule.waiting.len();
+    withdraw(&mut schedule, 0);
+    schedule.waiting.clear();
+    drop(schedule);
+    rig.enter_cancelled(dropped, None, why);
+}
+
+/// Takes back the changes from one on, and removes them; the loop may have rendered some of them by now.
+fn withdraw(schedule: &mut Schedule, first: usize) -> usize {
+    let mut cancelled = 0;
+    // The last one first: none is rendered whose predecessor was taken back.
+    while schedule.waiting.len() > first
+        && schedule
+            .waiting
+            .back()
+            .is_some_and(|last| last.claim.decide(Fate::Withdrawn))
+    {
+        schedule.waiting.pop_back();
+        cancelled += 1;
+    }
+    cancelled
+}
+
+fn name_of(waiting: &WaitingChange) -> Option<&str> {
+    waiting.entry.schedule.as_deref()
+}

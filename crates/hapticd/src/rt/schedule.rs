@@ -1,0 +1,221 @@
+//! Changes of the scene that the loop makes in ticks to come: compiled by the control thread, kept here
+//! until their tick, and freed by the control thread again.
+//!
+//! Two queues of rtrb, wait-free on both sides. A schedule goes over in one piece, so the loop sees all
+//! of its changes or none. Those that are rendered or discarded come back through the second queue,
+//! which has room for all that the first one holds. A [`Claim`] decides between the loop and a
+//! cancellation.
+
+use crate::rt::claim::{Claim, Fate};
+use haptic_core::servo::CompiledScene;
+use haptic_ipc::MOST_SCHEDULED_CHANGES;
+use std::sync::Arc;
+
+/// A change on its way to the loop and back.
+#[derive(Debug)]
+pub(crate) struct ScheduledScene {
+    /// The tick that renders it first.
+    pub(crate) at_tick: u64,
+    /// The scene, until it is rendered.
+    pub(crate) scene: Option<Box<CompiledScene>>,
+    pub(crate) claim: Arc<Claim>,
+}
+
+/// The control end.
+#[derive(Debug)]
+pub(crate) struct ScheduleSender {
+    coming: rtrb::Producer<ScheduledScene>,
+    gone: rtrb::Consumer<ScheduledScene>,
+    /// Changes that have not come back.
+    out: usize,
+}
+
+/// The real-time end.
+#[derive(Debug)]
+pub(crate) struct ScheduleReceiver {
+    coming: rtrb::Consumer<ScheduledScene>,
+    gone: rtrb::Producer<ScheduledScene>,
+}
+
+/// The two ends.
+pub(crate) fn schedule() -> (ScheduleSender, ScheduleReceiver) {
+    let (coming, from_control) = rtrb::RingBuffer::new(MOST_SCHEDULED_CHANGES);
+    let (gone, from_loop) = rtrb::RingBuffer::new(MOST_SCHEDULED_CHANGES);
+    let sender = ScheduleSender {
+        coming,
+        gone: from_loop,
+        out: 0,
+    };
+    let receiver = ScheduleReceiver {
+        coming: from_control,
+        gone,
+    };
+    (sender, receiver)
+}
+
+impl ScheduleSender {
+    /// How many more changes it takes. Frees those that came back.
+    pub(crate) fn room(&mut self) -> usize {
+        while self.gone.pop().is_ok() {
+            self.out -= 1;
+        }
+        MOST_SCHEDULED_CHANGES - self.out
+    }
+
+    /// Sends changes in the order of their ticks; the loop sees all of them or none. Returns whether
+    /// there was room.
+    pub(crate) fn send(&mut self, changes: Vec<ScheduledScene>) -> bool {
+        let count = changes.len();
+        if self.room() < count {
+            return false;
+        }
+        let Ok(chunk) = self.coming.write_chunk_uninit(count) else {
+            return false;
+        };
+        self.out += chunk.fill_from_iter(changes);
+        true
+    }
+}
+
+impl ScheduleReceiver {
+    /// Whether a tick has anything to do here.
+    #[inline]
+    pub(crate) fn is_due(&self, tick: u64, is_halted: bool) -> bool {
+        self.coming
+            .peek()
+            .is_ok_and(|next| next.at_tick <= tick || is_halted || next.claim.fate() != Fate::Open)
+    }
+
+    /// The scene that a tick renders first. Hands back what was taken back meanwhile; all of it, if the
+    /// rig is halted or the first change came after its tick: the later ones build on it.
+    pub(crate) fn take_due(&mut self, tick: u64, mut is_halted: bool) -> Option<Box<CompiledScene>> {
+        let mut reason = Fate::Halted;
+        while self.is_due(tick, is_halted) {
+            let Ok(mut next) = self.coming.pop() else { break };
+            if next.at_tick < tick && !is_halted && next.claim.fate() == Fate::Open {
+                (is_halted, reason) = (true, Fate::Missed);
+            }
+            let fate = if is_halted { reason } else { Fate::Rendered(tick) };
+            let is_rendered = next.claim.decide(fate) && !is_halted;
+            let scene = if is_rendered { next.scene.take() } else { None };
+            if let Err(rtrb::PushError::Full(next)) = self.gone.push(next) {
+                // It has room for all that are out; a leak is better than freeing here.
+                std::mem::forget(next);
+            }
+            if is_rendered {
+                return scene;
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use haptic_core::{Renderer, Scene, Scheme};
+
+    fn change(at_tick: u64) -> ScheduledScene {
+        let renderer = Renderer::new(&Scene::paper(), Scheme::Exact, 1e-3).expect("a valid scene");
+        ScheduledScene {
+            at_tick,
+            scene: Some(Box::new(CompiledScene::at_once(renderer, at_tick))),
+            claim: Arc::new(Claim::new()),
+        }
+    }
+
+    fn sent(sender: &mut ScheduleSender, ticks: &[u64]) -> Vec<Arc<Claim>> {
+        let changes: Vec<ScheduledScene> = ticks.iter().map(|tick| change(*tick)).collect();
+        let claims = changes.iter().map(|change| Arc::clone(&change.claim)).collect();
+        assert!(sender.send(changes));
+        claims
+    }
+
+    fn fates(claims: &[Arc<Claim>]) -> Vec<Fate> {
+        claims.iter().map(|claim| claim.fate()).collect()
+    }
+
+    #[test]
+    fn each_change_is_rendered_in_its_tick_and_freed_by_the_control_thread() {
+        let (mut sender, mut receiver) = schedule();
+        let claims = sent(&mut sender, &[3, 4, 9]);
+        let rendered: Vec<u64> = (0..20)
+            .filter_map(|tick| Some((tick, receiver.take_due(tick, false)?.revision)))
+            .map(|(tick, revision)| {
+                assert_eq!(tick, revision);
+                tick
+            })
+            .collect();
+        assert_eq!(rendered, [3, 4, 9]);
+        assert_eq!(fates(&claims), [3, 4, 9].map(Fate::Rendered));
+        assert_eq!(sender.room(), MOST_SCHEDULED_CHANGES);
+        assert!(claims.iter().all(|claim| Arc::strong_count(claim) == 1));
+    }
+
+    #[test]
+    fn one_that_was_taken_back_makes_room_before_its_tick() {
+        let (mut sender, mut receiver) = schedule();
+        let claims = sent(&mut sender, &[1000, 2000]);
+        assert!(claims.iter().rev().all(|claim| claim.decide(Fate::Withdrawn)));
+        let later = sent(&mut sender, &[6]);
+        assert!((0..6).all(|tick| receiver.take_due(tick, false).is_none()));
+        assert_eq!(receiver.take_due(6, false).map(|scene| scene.revision), Some(6));
+        assert_eq!(
+            (fates(&claims), fates(&later)),
+            (vec![Fate::Withdrawn; 2], vec![Fate::Rendered(6)])
+        );
+    }
+
+    #[test]
+    fn a_rig_that_is_halted_and_a_schedule_that_comes_too_late_lose_all_of_it() {
+        for (tick, is_halted, fate) in [(1, true, Fate::Halted), (6, false, Fate::Missed)] {
+            let (mut sender, mut receiver) = schedule();
+            let claims = sent(&mut sender, &[5, 6, 7]);
+            assert!(receiver.take_due(tick, is_halted).is_none());
+            assert_eq!(fates(&claims), [fate; 3]);
+            assert!((tick..20).all(|tick| receiver.take_due(tick, false).is_none()));
+            assert_eq!(sender.room(), MOST_SCHEDULED_CHANGES);
+        }
+    }
+
+    #[test]
+    fn it_takes_as_many_as_it_says_and_no_part_of_more() {
+        let (mut sender, mut receiver) = schedule();
+        let ticks: Vec<u64> = (0..MOST_SCHEDULED_CHANGES as u64).collect();
+        sent(&mut sender, &ticks[1..]);
+        assert!(!sender.send(vec![change(300), change(301)]));
+        sent(&mut sender, &[300]);
+        assert_eq!(sender.room(), 0);
+        let rendered = (0..400).filter_map(|tick| receiver.take_due(tick, false)).count();
+        assert_eq!(rendered, MOST_SCHEDULED_CHANGES);
+    }
+
+    /// Miri runs this with many seeds.
+    #[test]
+    fn a_change_is_rendered_or_taken_back_and_never_both() {
+        let rounds = if cfg!(miri) { 20 } else { 2000 };
+        let (mut sender, mut receiver) = schedule();
+        let (to_control, from_loop) = std::sync::mpsc::channel();
+        let (mut withdrawn, mut asked) = (0, 0);
+        let looping = std::thread::spawn(move || {
+            let mut tick = 0;
+            while to_control.send(tick).is_ok() && tick < 4 * rounds {
+                tick += 1;
+                if let Some(scene) = receiver.take_due(tick, false) {
+                    assert_eq!(scene.revision, tick, "in its tick");
+                }
+            }
+        });
+        let mut claims = Vec::new();
+        while let Ok(tick) = from_loop.recv() {
+            if sender.room() > 0 && asked < rounds {
+                claims.extend(sent(&mut sender, &[tick + 2 + asked % 3]).pop());
+                asked += 1;
+                withdrawn += u64::from(claims.last().is_some_and(|claim| claim.decide(Fate::Withdrawn)));
+            }
+        }
+        looping.join().expect("it ends");
+        let taken_back = claims.iter().filter(|claim| claim.fate() == Fate::Withdrawn).count() as u64;
+        assert_eq!(taken_back, withdrawn);
+    }
+}

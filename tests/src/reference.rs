@@ -1,0 +1,213 @@
+//! The part of docs/control.md that lists every operation, event and type, drawn from the protocol's schema, with
+//! examples from the transcripts, which are held again with the real daemon.
+
+use crate::transcript::{Said, Transcript};
+use serde_json::Value;
+use std::collections::BTreeMap;
+
+/// Where the drawn part begins and ends in the page.
+pub const MARKS: [&str; 2] = [
+    "<!-- Drawn from the types of haptic-ipc; see tests/src/reference.rs. -->",
+    "<!-- End of what is drawn. -->",
+];
+
+/// Longest line of an example, letters.
+const LONGEST_LINE: usize = 300;
+
+/// Draws it.
+///
+/// # Panics
+/// The schema has not the parts that it is made of.
+#[must_use]
+pub fn draw(schema: &Value, transcripts: &[Transcript]) -> String {
+    let definitions = &schema["$defs"];
+    let examples = examples(transcripts);
+    let mut page = String::from("### Operations\n");
+    for operation in list(&definitions["FromClient"]["Envelope"]["oneOf"]) {
+        let op = text(&operation["properties"]["op"]["const"]);
+        page.push_str(&format!("\n#### `{op}`\n\n{}\n\n", text(&operation["description"])));
+        page.push_str(&fields(operation, "op"));
+        let answer = type_of(&definitions["Answers"][op]);
+        page.push_str(&format!("Answer: {answer}.\n"));
+        if let Some((asked, answered)) = examples.get(op) {
+            page.push_str(&format!("\n```text\nC {}\nS {}\n```\n", cut(asked), cut(answered)));
+        }
+    }
+    page.push_str("\n### Events\n");
+    for event in list(&definitions["FromServer"]["Event"]["oneOf"]) {
+        let name = text(&event["properties"]["event"]["const"]);
+        let whole = event["$ref"]
+            .as_str()
+            .map_or_else(String::new, |_| format!(" It is {}.", type_of(event)));
+        page.push_str(&format!("\n#### `{name}`\n\n{}{whole}\n", text(&event["description"])));
+    }
+    page.push_str("\n### Columns of a row of samples\n\n| column | type | meaning |\n|---|---|---|\n");
+    for cell in list(&definitions["FromServer"]["Sample"]["prefixItems"]) {
+        page.push_str(&row(&[
+            &format!("`{}`", text(&cell["title"])),
+            &type_of(cell),
+            text(&cell["description"]),
+        ]));
+    }
+    page.push_str("\n### Types\n");
+    for (name, definition) in types(definitions) {
+        page.push_str(&format!("\n#### {name}\n\n"));
+        if let Some(about) = definition["description"].as_str() {
+            page.push_str(&format!("{about}\n\n"));
+        }
+        page.push_str(&body(definition));
+    }
+    page
+}
+
+/// The types of both directions, each once, without those that have a place of their own.
+fn types(definitions: &Value) -> BTreeMap<&str, &Value> {
+    let own_place = ["Envelope", "Event", "Sample", "ErrorCode"];
+    ["FromServer", "FromClient"]
+        .iter()
+        .flat_map(|direction| definitions[direction].as_object().expect("definitions"))
+        .map(|(name, definition)| (name.as_str(), definition))
+        .filter(|(name, _)| !own_place.contains(name))
+        .collect()
+}
+
+/// What a type consists of: fields, words, or one of several types.
+fn body(definition: &Value) -> String {
+    if definition["properties"].is_object() {
+        return fields(definition, "");
+    }
+    let Some(choices) = ["oneOf", "anyOf"]
+        .iter()
+        .find_map(|choice| definition[choice].as_array())
+    else {
+        return format!("{}\n", type_of(definition));
+    };
+    let mut drawn = String::new();
+    for choice in choices {
+        let about = choice["description"]
+            .as_str()
+            .map_or_else(String::new, |about| format!(": {about}"));
+        drawn.push_str(&format!("- {}{about}\n", type_of(choice)));
+    }
+    drawn
+}
+
+/// The table of an object's fields, but for one.
+fn fields(object: &Value, but: &str) -> String {
+    let Some(properties) = object["properties"].as_object() else {
+        return String::new();
+    };
+    let needed: Vec<&str> = object["required"].as_array().into_iter().flatten().map(text).collect();
+    let mut drawn = String::new();
+    for (name, field) in properties.iter().filter(|(name, _)| *name != but) {
+        let presence = if needed.contains(&name.as_str()) {
+            "always"
+        } else {
+            "may be absent"
+        };
+        let about = field["description"].as_str().unwrap_or_default();
+        drawn.push_str(&row(&[&format!("`{name}`"), &type_of(field), presence, about]));
+    }
+    if drawn.is_empty() {
+        return drawn;
+    }
+    format!("| field | type | | meaning |\n|---|---|---|---|\n{drawn}\n")
+}
+
+fn row(cells: &[&str]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
+    format!("| {} |\n", cells.join(" | "))
+}
+
+/// A type in words.
+fn type_of(schema: &Value) -> String {
+    if let Some(path) = schema["$ref"].as_str() {
+        let name = path.rsplit('/').next().unwrap_or_default();
+        return format!("[{name}](#{})", name.to_lowercase());
+    }
+    if let Some(word) = schema.get("const") {
+        return format!("`{word}`");
+    }
+    if let Some(choices) = ["oneOf", "anyOf"].iter().find_map(|choice| schema[choice].as_array()) {
+        let choices: Vec<String> = choices
+            .iter()
+            .filter(|choice| choice["type"] != "null")
+            .map(type_of)
+            .collect();
+        return choices.join(" or ");
+    }
+    let kind = match &schema["type"] {
+        Value::Array(kinds) => kinds.first().map_or("", |kind| text(kind)),
+        kind => kind.as_str().unwrap_or("any"),
+    };
+    let range = match (schema["minimum"].as_f64(), schema["maximum"].as_f64()) {
+        (Some(min), Some(max)) => format!(" from {min} to {max}"),
+        _ => String::new(),
+    };
+    match kind {
+        "integer" => format!("whole number{range}"),
+        "number" => format!("number{range}"),
+        "string" => "text".to_owned(),
+        "boolean" => "true or false".to_owned(),
+        "array" if schema["items"].is_object() => format!("list of {}", type_of(&schema["items"])),
+        "array" => "list".to_owned(),
+        "object" if schema["additionalProperties"].is_object() => {
+            format!("object of names and {}", type_of(&schema["additionalProperties"]))
+        }
+        "object" => {
+            let names: Vec<String> = schema["properties"]
+                .as_object()
+                .into_iter()
+                .flatten()
+                .map(|(name, field)| match field.get("const") {
+                    Some(word) => format!("`{name}`: `{word}`"),
+                    None => format!("`{name}`"),
+                })
+                .collect();
+            if names.is_empty() {
+                "object".to_owned()
+            } else {
+                format!("object with {}", names.join(", "))
+            }
+        }
+        other => other.to_owned(),
+    }
+}
+
+/// For each operation the first request of a transcript that was answered `ok`, and its answer.
+fn examples(transcripts: &[Transcript]) -> BTreeMap<String, (String, String)> {
+    let mut found = BTreeMap::new();
+    for transcript in transcripts {
+        for (connection, said, _) in &transcript.lines {
+            let Said::Client(asked) = said else { continue };
+            let Ok(request) = serde_json::from_str::<Value>(asked) else {
+                continue;
+            };
+            let answer = transcript.lines.iter().find_map(|(by, said, _)| match said {
+                Said::Server(line) if by == connection && line["id"] == request["id"] && line.get("ok").is_some() => {
+                    Some(line.to_string())
+                }
+                _ => None,
+            });
+            if let (Some(op), Some(answer)) = (request["op"].as_str(), answer) {
+                found.entry(op.to_owned()).or_insert((asked.clone(), answer));
+            }
+        }
+    }
+    found
+}
+
+fn cut(line: &str) -> String {
+    match line.char_indices().nth(LONGEST_LINE) {
+        Some((end, _)) => format!("{}...", &line[..end]),
+        None => line.to_owned(),
+    }
+}
+
+fn text(value: &Value) -> &str {
+    value.as_str().unwrap_or_default()
+}
+
+fn list(value: &Value) -> &[Value] {
+    value.as_array().expect("a list")
+}

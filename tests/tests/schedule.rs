@@ -1,0 +1,355 @@
+//! Changes that the loop makes in ticks to come.
+
+use haptic_ipc::{
+    ChangeOptions, ChangeReply, Changes, Client, ClientError, ErrorCode, Event, JournalEntry, LeaseReply, LogReply,
+    Request, SceneChange, SceneRef, ScheduleCancelReply, ScheduleReply, ScheduledChange, StateReply, Status,
+    SubscribeReply, Topic, WireError,
+};
+use std::collections::BTreeMap;
+use std::sync::mpsc;
+use system_tests::{Daemon, engage, status, wait_for};
+
+/// Ticks between two changes of the staircase.
+const STEP: u64 = 4;
+
+/// Ticks ahead at which a test's far change waits: no test takes as long.
+const FAR: u64 = 1_000_000;
+
+fn params(changes: &[(&str, f64)]) -> Changes {
+    changes.iter().copied().collect()
+}
+
+fn at(tick: u64, changes: &[(&str, f64)]) -> ScheduledChange {
+    ScheduledChange {
+        at_tick: tick,
+        change: SceneChange::Params(params(changes)),
+        ramp_ms: None,
+    }
+}
+
+fn schedule(changes: Vec<ScheduledChange>, name: &str, keep: bool) -> Request {
+    Request::Schedule {
+        changes,
+        name: Some(name.to_owned()),
+        keep,
+        if_revision: None,
+        dry_run: false,
+    }
+}
+
+fn set_at(tick: u64, changes: &[(&str, f64)]) -> Request {
+    Request::Set {
+        params: params(changes),
+        merge: false,
+        options: ChangeOptions {
+            at_tick: Some(tick),
+            ..ChangeOptions::default()
+        },
+    }
+}
+
+fn refused(client: &mut Client, request: Request) -> WireError {
+    match client.request::<serde_json::Value>(request) {
+        Err(ClientError::Refused(error)) => error,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn waiting(status: &Status) -> usize {
+    status.scheduled.as_ref().map_or(0, |scheduled| scheduled.waiting)
+}
+
+fn log(client: &mut Client) -> Vec<JournalEntry> {
+    let request = Request::Log {
+        after: None,
+        limit: Some(2000),
+    };
+    let reply: LogReply = client.request(request).expect("the journal");
+    reply.entries
+}
+
+/// Asks for something ahead of time until the machine was quick enough to ask in time.
+fn in_time<T>(client: &mut Client, ask: impl Fn(&mut Client, u64) -> Result<T, ClientError>) -> (u64, T) {
+    let mut ahead = 400;
+    loop {
+        let first = status(client).tick + ahead;
+        match ask(client, first) {
+            Ok(answer) => return (first, answer),
+            Err(ClientError::Refused(error)) if error.code == ErrorCode::OutOfRange => {
+                println!("once more, the machine is busy: {error}");
+                let _: ScheduleCancelReply = client.request(Request::ScheduleCancel { name: None }).expect("always");
+                ahead *= 2;
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+}
+
+/// A subscriber to every tick, which tells in which tick it saw each revision first.
+fn subscriber(daemon: &Daemon, last_revision: u64) -> mpsc::Receiver<BTreeMap<u64, u64>> {
+    let mut client = daemon.client();
+    let subscribe = Request::Subscribe {
+        topics: vec![Topic::Samples],
+        rate_hz: None,
+        batch_ms: None,
+    };
+    let _: SubscribeReply = client.request(subscribe).expect("a subscription");
+    let (told, heard) = mpsc::channel();
+    std::thread::spawn(move || {
+        let mut first_ticks = BTreeMap::new();
+        while !first_ticks.contains_key(&last_revision) {
+            if let Event::Samples(batch) = client.next_event().expect("the daemon goes on") {
+                assert_eq!(batch.dropped, 0, "no row is missing");
+                for row in batch.rows {
+                    first_ticks.entry(row.revision).or_insert(row.tick);
+                }
+            }
+        }
+        told.send(first_ticks).expect("the test waits");
+    });
+    heard
+}
+
+#[test]
+fn a_staircase_is_rendered_tick_by_tick_beside_sixteen_subscribers() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    engage(&mut client);
+    let steps = test_run::extent(50, 250);
+    let mass = |step: u64| 0.5 + 0.01 * (step + 1) as f64;
+    let mut subscribers: Vec<_> = (0..16).map(|_| subscriber(&daemon, 1 + 2 * steps)).collect();
+    let ticks = |first: u64| (0..steps).map(move |step| first + STEP * step);
+
+    let (first, scheduled): (u64, ScheduleReply) = in_time(&mut client, |client, first| {
+        let changes = ticks(first).zip(0..).map(|(tick, step)| at(tick, &[("M", mass(step))]));
+        client.request(schedule(changes.collect(), "staircase", false))
+    });
+    let revisions: Vec<u64> = scheduled.changes.iter().map(|change| change.revision).collect();
+    assert_eq!(revisions, (2..2 + steps).collect::<Vec<u64>>());
+    let mut wanted: BTreeMap<u64, u64> = revisions.into_iter().zip(ticks(first)).collect();
+    wait_for(&mut client, "the whole staircase", |status| {
+        status.revision == 1 + steps
+    });
+
+    // And once more, a step a request, sent without waiting.
+    let (first, answers) = in_time(&mut client, |client, first| {
+        let request = |(tick, step): (u64, u64)| client.request(set_at(tick, &[("M", mass(step) + 4.0)]));
+        ticks(first)
+            .zip(0..)
+            .map(request)
+            .collect::<Result<Vec<ChangeReply>, _>>()
+    });
+    for (answer, tick) in answers.iter().zip(ticks(first)) {
+        assert_eq!((answer.changed, answer.at_tick, answer.tick), (true, Some(tick), None));
+        wanted.insert(answer.revision, tick);
+    }
+    for heard in subscribers.drain(..) {
+        let mut first_ticks = heard.recv().expect("it hears all of it");
+        first_ticks.remove(&1);
+        assert_eq!(first_ticks, wanted, "each in its tick, error 0");
+    }
+
+    // The journal says the true tick of each, by whom, and of which schedule.
+    wait_for(&mut client, "the end", |status| waiting(status) == 0);
+    let entries: Vec<JournalEntry> = log(&mut client).into_iter().filter(|entry| entry.op == "set").collect();
+    let told: BTreeMap<u64, u64> = entries
+        .iter()
+        .map(|entry| (entry.revision, entry.tick.expect("it was rendered")))
+        .collect();
+    assert_eq!(told, wanted);
+    for entry in &entries {
+        assert_eq!(entry.at_tick, entry.tick);
+        let by = entry.by.as_ref().expect("a client");
+        assert_eq!(by.session, client.hello().session);
+        let of_schedule = entry.revision <= 1 + steps;
+        assert_eq!(entry.schedule.as_deref(), of_schedule.then_some("staircase"));
+    }
+    // Each is a step of the history.
+    let undone: ChangeReply = client.request(Request::undo()).expect("a step back");
+    assert_eq!(
+        (undone.revision, undone.applied["mass"]),
+        (2 + 2 * steps, mass(steps - 2) + 4.0)
+    );
+}
+
+#[test]
+fn nothing_comes_between_scheduled_changes_and_every_client_may_take_them_back() {
+    let daemon = Daemon::start(&[]);
+    let (mut ada, mut bob) = (daemon.client(), daemon.client());
+    let first = status(&mut ada).tick + FAR;
+    let _: ChangeReply = ada.request(Request::set(params(&[("M", 1.0)]))).expect("a change");
+    let _: ScheduleReply = ada
+        .request(schedule(
+            vec![at(first, &[("M", 2.0)]), at(first + 9, &[("Fs", 5.0)])],
+            "a",
+            false,
+        ))
+        .expect("it is accepted");
+    let _: ScheduleReply = ada
+        .request(schedule(vec![at(first + 10, &[("M", 3.0)])], "b", false))
+        .expect("it goes on");
+    for client in [&mut ada, &mut bob] {
+        for request in [
+            Request::set(params(&[("M", 7.0)])),
+            Request::load(SceneRef::Name("lugre".to_owned())),
+            Request::undo(),
+        ] {
+            let error = refused(client, request);
+            assert_eq!(error.code, ErrorCode::Scheduled);
+            assert!(
+                error.message.contains(&format!("from tick {first} to {}", first + 10)),
+                "{error}"
+            );
+        }
+        let same: ChangeReply = client.request(Request::set(params(&[("M", 1.0)]))).expect("a no-op");
+        assert!(!same.changed);
+    }
+    assert_eq!(
+        refused(&mut bob, set_at(first + 20, &[("M", 4.0)])).code,
+        ErrorCode::Scheduled
+    );
+    let kept_name = refused(&mut ada, schedule(vec![at(first + 20, &[("M", 4.0)])], "a", false));
+    assert_eq!(kept_name.code, ErrorCode::BadName);
+
+    // Each builds on the one before it: the later schedule goes with the earlier one.
+    let cancel = |name: &str| Request::ScheduleCancel {
+        name: Some(name.to_owned()),
+    };
+    let b: ScheduleCancelReply = bob.request(cancel("b")).expect("it waits");
+    assert_eq!((b.cancelled, waiting(&status(&mut bob))), (1, 2));
+    let _: ScheduleReply = ada
+        .request(schedule(vec![at(first + 30, &[("M", 3.0)])], "b", false))
+        .expect("there is room again");
+    let a: ScheduleCancelReply = bob.request(cancel("a")).expect("it waits");
+    assert_eq!((a.cancelled, waiting(&status(&mut bob))), (3, 0));
+    assert_eq!(refused(&mut bob, cancel("a")).code, ErrorCode::NoSuchSchedule);
+    let set: ChangeReply = bob
+        .request(Request::set(params(&[("M", 7.0)])))
+        .expect("the way is free");
+    assert_eq!(set.revision, 3, "what was taken back took no revision");
+}
+
+#[test]
+fn a_schedule_is_taken_whole_or_not_at_all() {
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    let first = status(&mut client).tick + FAR;
+    let ramped = ScheduledChange {
+        ramp_ms: Some(100.0),
+        ..at(first, &[("M", 2.0)])
+    };
+    for (changes, code, parts) in [
+        (
+            vec![at(first, &[("M", 2.0)]), at(first + 1, &[("M", -2.0)])],
+            ErrorCode::OutOfRange,
+            vec!["changes[1]", "mass", "-2"],
+        ),
+        (
+            vec![at(first, &[("M", 2.0)]), at(first, &[("M", 3.0)])],
+            ErrorCode::OutOfRange,
+            vec!["at_tick"],
+        ),
+        (
+            vec![at(1, &[("M", 2.0)]), at(first, &[("M", 3.0)])],
+            ErrorCode::OutOfRange,
+            vec!["at_tick = 1 ", "it must be from"],
+        ),
+        (
+            vec![at(first + 1_000_000_000, &[("M", 2.0)])],
+            ErrorCode::OutOfRange,
+            vec!["at_tick", "to "],
+        ),
+        (
+            vec![ramped, at(first + 99, &[("M", 3.0)])],
+            ErrorCode::OutOfRange,
+            vec!["with its ramp"],
+        ),
+        (
+            (0..20)
+                .map(|step| ScheduledChange {
+                    ramp_ms: Some(1000.0),
+                    ..at(first + 1000 * step, &[("M", 2.0 + step as f64)])
+                })
+                .collect(),
+            ErrorCode::OutOfRange,
+            vec!["2000 compiled scenes"],
+        ),
+        (
+            vec![ScheduledChange {
+                at_tick: first,
+                change: SceneChange::Scene(SceneRef::Name("nowhere".to_owned())),
+                ramp_ms: None,
+            }],
+            ErrorCode::NoSuchScene,
+            vec!["changes[0]", "nowhere"],
+        ),
+    ] {
+        let error = refused(&mut client, schedule(changes, "a", false));
+        assert_eq!(error.code, code, "{error}");
+        for part in parts {
+            assert!(error.message.contains(part), "{error} lacks {part}");
+        }
+        assert_eq!(waiting(&status(&mut client)), 0);
+    }
+    // As many as there is room for, and one more.
+    let many = |count: u64| {
+        (0..count)
+            .map(|step| at(first + step, &[("M", 1.0 + 0.1 * step as f64)]))
+            .collect()
+    };
+    let _: ScheduleReply = client.request(schedule(many(256), "a", false)).expect("there is room");
+    assert_eq!(
+        refused(&mut client, set_at(first + 300, &[("M", 1.0)])).code,
+        ErrorCode::OutOfRange
+    );
+    assert_eq!(waiting(&status(&mut client)), 256);
+}
+
+// hazard: H4
+#[test]
+fn a_stop_and_the_end_of_its_client_take_a_schedule_back_and_a_release_does_not() {
+    let daemon = Daemon::start(&[]);
+    let mut watcher = daemon.client();
+    let first = status(&mut watcher).tick + FAR;
+    let scheduled = |keep| {
+        let mut client = daemon.client();
+        let _: ScheduleReply = client
+            .request(schedule(vec![at(first, &[("M", 2.0)])], "a", keep))
+            .expect("it is accepted");
+        client
+    };
+    let cancelled = |watcher: &mut Client, why: &str| {
+        wait_for(watcher, "no schedule", |status| waiting(status) == 0);
+        let newest = log(watcher)
+            .into_iter()
+            .rfind(|entry| entry.op == "schedule_cancelled")
+            .expect("the journal says so");
+        assert!(
+            newest.message.as_ref().is_some_and(|said| said.contains(why)),
+            "{newest}"
+        );
+    };
+    // Its client closes its connection.
+    drop(scheduled(false));
+    cancelled(&mut watcher, "closed the connection");
+
+    // Its client falls silent.
+    let mut silent = scheduled(false);
+    let _: LeaseReply = silent.request(Request::Lease { timeout_ms: 20 }).expect("a lease");
+    cancelled(&mut watcher, "fallen silent");
+    drop(silent);
+
+    // A release leaves it, as does the end of a client that said so.
+    let mut keeper = scheduled(true);
+    engage(&mut keeper);
+    let _: StateReply = keeper.request(Request::Release {}).expect("it is engaged");
+    drop(keeper);
+    wait_for(&mut watcher, "one client", |status| status.clients == 1);
+    assert_eq!(waiting(&status(&mut watcher)), 1);
+
+    // A stop does not.
+    let _: StateReply = watcher.request(Request::Stop {}).expect("always");
+    cancelled(&mut watcher, "stopped");
+    let _: StateReply = watcher.request(Request::Reset {}).expect("it is stopped");
+    assert_eq!(status(&mut watcher).revision, 1, "nothing of it was rendered");
+}
