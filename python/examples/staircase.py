@@ -2,7 +2,8 @@
 
 Each trial gives two surfaces, one after the other, and asks which is stickier. After two right answers in a row the
 difference shrinks, after a wrong one it grows (2-down, 1-up: Levitt 1971), so that it settles where 71 % of the answers
-are right.
+are right. The surfaces of a trial are scheduled: each comes in at its tick, and the samples show what was felt from
+there.
 
     python examples/staircase.py                    # asks you, with the rig that haptic-ctl finds
     python examples/staircase.py --simulated        # a simulated observer, on a simulated rig, without a display
@@ -13,6 +14,7 @@ With PsychoPy, show `visual.TextStim` in `announce`, and read `event.waitKeys` i
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import random
 import statistics
@@ -25,6 +27,8 @@ STANDARD_N = 4.0
 """Stiction of the standard surface, N."""
 
 FIRST_DIFFERENCE_N = 2.0
+PAUSE_S = 0.3
+"""Time before the first surface of a trial, s."""
 STEP = 0.7
 """Factor by which the difference shrinks."""
 
@@ -43,24 +47,30 @@ class Trial:
     is_right: bool = False
 
 
-def present(rig: hapticd.Rig, difference_N: float, stickier: int, duration_s: float) -> Trial:
-    """Gives two surfaces, one after the other."""
-    rate_hz = rig.loop_rate_hz
-    ticks, peaks = [], []
-    for place in (1, 2):
-        stiction_N = STANDARD_N + (difference_N if place == stickier else 0.0)
-        change = rig.set(Fs=stiction_N, ramp="20ms")
-        # Without a change the surface is the same as before.
-        tick = change.tick if change.tick is not None else rig.status().tick
-        surface = rig.record(duration_s)
-        surface = surface[surface.tick >= tick + 0.05 * rate_hz]
-        ticks.append(tick)
-        peaks.append(float(surface.command_force_N.abs().max()))
-    return Trial(difference_N, stickier, ticks, peaks)
+def present(rig: hapticd.Rig, samples: hapticd.Samples, difference_N: float, stickier: int, duration_s: float) -> Trial:
+    """Gives two surfaces, one after the other, each from a tick that is known before."""
+    rate_hz = samples.rate_hz
+    first = rig.status().tick + round(PAUSE_S * rate_hz)
+    ticks = [first, first + round(duration_s * rate_hz)]
+    stictions_N = [STANDARD_N + (difference_N if place == stickier else 0.0) for place in (1, 2)]
+    changes = [
+        {"at_tick": tick, "params": {"Fs": stiction_N}, "ramp": "20ms"}
+        for tick, stiction_N in zip(ticks, stictions_N, strict=True)
+    ]
+    rig.schedule(changes)
+    end = first + round(2 * duration_s * rate_hz)
+    felt = [
+        (sample.tick, abs(sample.command_force_N)) for sample in itertools.takewhile(lambda s: s.tick < end, samples)
+    ]
+    # Without the change from one surface to the other.
+    spans = [(tick + 0.05 * rate_hz, tick + duration_s * rate_hz) for tick in ticks]
+    peaks_N = [max(force_N for tick, force_N in felt if since <= tick < until) for since, until in spans]
+    return Trial(difference_N, stickier, ticks, peaks_N)
 
 
 def staircase(
     rig: hapticd.Rig,
+    samples: hapticd.Samples,
     asked: Callable[[Trial], int],
     *,
     reversals: int,
@@ -71,7 +81,7 @@ def staircase(
     trials: list[Trial] = []
     difference_N, right_in_a_row, direction, turned = FIRST_DIFFERENCE_N, 0, 0, 0
     while turned < reversals:
-        trial = present(rig, difference_N, chance.choice((1, 2)), duration_s)
+        trial = present(rig, samples, difference_N, chance.choice((1, 2)), duration_s)
         trial.is_right = asked(trial) == trial.stickier
         trials.append(trial)
         right_in_a_row = right_in_a_row + 1 if trial.is_right else 0
@@ -144,7 +154,8 @@ def run(
     rig.set(Fs=STANDARD_N)
     rig.engage()
     rig.wait_for("engaged")
-    return staircase(rig, asked, reversals=reversals, duration_s=duration_s, chance=chance)
+    with rig.samples(on_gap="count") as samples:
+        return staircase(rig, samples, asked, reversals=reversals, duration_s=duration_s, chance=chance)
 
 
 def report(trials: list[Trial]) -> None:

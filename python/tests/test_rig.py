@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 
+import numpy
 import pytest
 
 import hapticd
@@ -30,6 +31,13 @@ def test_a_rig_is_engaged_changed_and_released(rig: hapticd.Rig) -> None:
     rig.wait_for("idle")
 
 
+def test_numbers_may_come_from_numpy(rig: hapticd.Rig) -> None:
+    revision = numpy.uint64(rig.get().revision)
+    change = rig.set(mass=numpy.float32(1.5), Fs=numpy.float64(5), if_revision=int(revision))
+    assert change.applied == {"mass": 1.5, "static_force": 5.0}
+    assert rig.request("get", scene=revision)["params"]["mass"] == 0.5
+
+
 def test_a_dry_run_changes_nothing(rig: hapticd.Rig) -> None:
     before = rig.get()
     change = rig.set(mass=2, dry_run=True)
@@ -51,6 +59,10 @@ def test_a_refusal_has_the_field_the_value_the_limits_and_the_unit(rig: hapticd.
         rig.set(mas=1)
     with pytest.raises(ValueError, match="mass = nan is not a finite number"):
         rig.set(mass=float("nan"))
+    with pytest.raises(ValueError, match="Fs = inf is not a finite number"):
+        rig.set(mass=1, Fs=numpy.float32("inf"))
+    with pytest.raises(TypeError, match="is not a number"):
+        rig.set({"mass": object()})  # type: ignore[dict-item]
     with pytest.raises(ValueError, match="ramp = '50 parsec'"):
         rig.set(mass=1, ramp="50 parsec")
     with pytest.raises(hapticd.Conflict):
@@ -183,3 +195,19 @@ def test_threads_share_a_rig(rig: hapticd.Rig) -> None:
     for thread in threads:
         thread.join()
     assert sorted(masses) == sorted([1.0, 1.1, 1.2, 1.3] * 10)
+
+
+def test_the_heart_needs_the_standard_library_alone(daemon: hapticd.Fake) -> None:
+    program = (
+        "import itertools, sys\n"
+        "for name in ('numpy', 'pandas', 'pyarrow', 'pylsl'): sys.modules[name] = None\n"
+        "import hapticd\n"
+        "with hapticd.connect(sys.argv[1]) as rig, rig.samples() as samples, rig.events() as events:\n"
+        "    rig.engage()\n"
+        "    events.wait_for('engaged', 30)\n"
+        "    print(rig.set(mass=1).applied, len(list(itertools.islice(samples, 50))))\n"
+        "    try: rig.record(1)\n"
+        "    except ImportError as error: print(error.name)\n"
+    )
+    said = subprocess.run([sys.executable, "-c", program, str(daemon.path)], capture_output=True, text=True, check=True)
+    assert said.stdout.splitlines() == ["{'mass': 1.0} 50", "numpy"]

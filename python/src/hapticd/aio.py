@@ -16,7 +16,7 @@ from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, SupportsIndex, TypeVar
 
 from hapticd import rig as blocking
 from hapticd import socket_path
@@ -148,7 +148,7 @@ class Rig:
 
     async def at(
         self,
-        tick: int,
+        tick: SupportsIndex,
         params: Mapping[str, Change] | None = None,
         /,
         *,

@@ -11,7 +11,7 @@ import struct
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat
 
 from hapticd.errors import ConnectionLost, HapticdError, NoAnswer, NoDaemon, NotAllowed, Refused, refusal
 
@@ -220,10 +220,19 @@ def encoded(request: Mapping[str, Any]) -> bytes:
         ValueError: A number is not finite: JSON has no such numbers.
     """
     try:
-        return json.dumps(request, allow_nan=False).encode() + b"\n"
+        return json.dumps(request, allow_nan=False, default=_plain).encode() + b"\n"
     except ValueError:
         name, value = next(_not_finite("", request), ("a value", "it"))
         raise ValueError(f"{name} = {value} is not a finite number") from None
+
+
+def _plain(value: Any) -> Any:
+    """A number of another kind, as numpy's, as one of JSON."""
+    if hasattr(value, "__index__"):
+        return int(value)
+    if hasattr(value, "__float__"):
+        return float(value)
+    raise TypeError(f"{value!r} is not a number, a text, a list or an object")
 
 
 def _not_finite(name: str, value: object) -> Iterator[tuple[str, float]]:
@@ -233,5 +242,5 @@ def _not_finite(name: str, value: object) -> Iterator[tuple[str, float]]:
     elif isinstance(value, list | tuple):
         for each in value:
             yield from _not_finite(name, each)
-    elif isinstance(value, float) and not math.isfinite(value):
-        yield name, value
+    elif isinstance(value, SupportsFloat) and not math.isfinite(value):
+        yield name, float(value)

@@ -24,8 +24,8 @@ from hapticd.sample import COLUMNS
 from hapticd.samples import cells
 from hapticd.subscription import Queue, subscribe
 
-#: Requests by which the daemon's clock is found; the best of them counts.
-_ATTEMPTS = 50
+#: How long the daemon's clock is asked for, s. The daemon's answer is up to 5 ms old; the newest of many counts.
+_SEARCH_S = 0.5
 
 
 def publish(rig: Rig, *, name: str = "hapticd", rate_hz: float | None = None, batch_ms: int = 10) -> None:
@@ -77,10 +77,17 @@ def publish(rig: Rig, *, name: str = "hapticd", rate_hz: float | None = None, ba
 
 
 def clock_offset_s(rig: Rig) -> float:
-    """What to add to `t_s` for the clock of the Lab Streaming Layer, s; at most a tick and a request too large."""
+    """What to add to `t_s` for the clock of the Lab Streaming Layer, s.
+
+    It is too large by as long as the fastest answer took, and the tick in it was old.
+    """
     import pylsl
 
-    return min(float(pylsl.local_clock()) - rig.status().uptime_s for _ in range(_ATTEMPTS))
+    until_s, offset_s = pylsl.local_clock() + _SEARCH_S, math.inf
+    while pylsl.local_clock() < until_s:
+        uptime_s = rig.status().uptime_s
+        offset_s = min(offset_s, pylsl.local_clock() - uptime_s)
+    return offset_s
 
 
 def _samples_info(name: str, rate_hz: float, device: str) -> Any:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, SupportsFloat, SupportsIndex, TypeAlias
 
 from hapticd import socket_path
 from hapticd.answers import ChangeReply, SceneReply, ScheduleReply, StateReply, Status, decoded
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SceneRef: TypeAlias = int | str | Mapping[str, Any]
 """A revision, a name in the library, or the scene itself."""
 
-Change: TypeAlias = float | Mapping[str, float]
+Change: TypeAlias = SupportsFloat | Mapping[str, SupportsFloat]
 """A number in the parameter's SI unit, or a relative change: `{"times": 2}`, `{"plus": 0.5}`."""
 
 
@@ -124,7 +124,7 @@ class Rig:
 
     def at(
         self,
-        tick: int,
+        tick: SupportsIndex,
         params: Mapping[str, Change] | None = None,
         /,
         *,
@@ -139,7 +139,7 @@ class Rig:
         Raises:
             InvalidValue: The tick is past, or too far ahead.
         """
-        return self.set({**(params or {}), **more}, ramp=ramp, at_tick=tick)
+        return self.set({**(params or {}), **more}, ramp=ramp, at_tick=int(tick))
 
     def schedule(
         self,

@@ -1,5 +1,5 @@
 from os import PathLike
-from typing import Self, final
+from typing import final
 
 import numpy
 import numpy.typing
@@ -9,7 +9,7 @@ _Contacts = numpy.typing.NDArray[numpy.int8]
 
 @final
 class Motion:
-    def __new__(cls, t_s: _Numbers, position_m: _Numbers, velocity_mps: _Numbers | None) -> Self: ...
+    def __new__(cls, t_s: _Numbers, position_m: _Numbers, velocity_mps: _Numbers | None) -> Motion: ...
 
 @final
 class Scene:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import mmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,85 +23,80 @@ _FIRST_COLUMNS = 14
 
 def read(path: Path) -> pandas.DataFrame:
     """Reads a recording in CSV."""
-    import pandas
     import pyarrow
-    import pyarrow.csv
 
-    text = path.read_bytes()
+    with path.open("rb") as file:
+        title = file.readline(100)
+        if not title.startswith(_TITLE):
+            raise NotARecording(f"{path} is not a recording of hapticd: it begins with {metadata.shown(title)}")
+        metadata.check_version(path, title[len(_TITLE) :].decode("utf-8", "replace").strip())
+        # It is closed with the last buffer that looks into it.
+        text = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     # A line counts only when its newline is there.
     end = text.rfind(b"\n") + 1
-    at = _line_end(text, 0, end)
-    if not text.startswith(_TITLE):
-        raise NotARecording(f"{path} is not a recording of hapticd: it begins with {metadata.shown(text)}")
-    metadata.check_version(path, text[len(_TITLE) : at].decode().strip())
     about: dict[str, Any] = {}
-    while text.startswith(b"#", at, end):
-        about.update(_object(path, text[at : (after := _line_end(text, at, end))]) or {})
+    at = _line_end(text, 0, end)
+    while at < end and (line := text[at : (after := _line_end(text, at, end))]).startswith(b"#"):
+        about.update(_object(path, line) or {})
         at = after
-    after = _line_end(text, at, end)
     if at == end:
         raise NotARecording(f"{path}: the recording was broken off before its first row")
-    names = text[at:after].decode().strip().split(",")
+    at = _line_end(text, at, end)
+    names = line.decode().strip().split(",")
     _check_columns(path, names)
-    parts, remarks = _split(text, after, end)
+    buffer = pyarrow.py_buffer(text)
+    tables, marks, rows = [], [], 0
+    while at < end:
+        remark = at if text[at : at + 1] == b"#" else text.find(b"\n#", at, end) + 1
+        until = remark or end
+        if until > at:
+            tables.append(_rows(path, names, buffer.slice(at, until - at)))
+            rows += tables[-1].num_rows
+        at = _line_end(text, until, end)
+        if (mark := _object(path, text[until:at])) is not None and "mark" in mark:
+            marks.append({"row": rows, **mark})
+    return annotated(_frame(path, names, tables), about, marks)
+
+
+def _rows(path: Path, names: list[str], stretch: Any) -> Any:
+    """The rows of a stretch without remarks."""
+    import pyarrow.csv
+
     types = {name: pyarrow.from_numpy_dtype(kind) for name, kind in DTYPES.items()}
     types["state"] = pyarrow.dictionary(pyarrow.int32(), pyarrow.string())
-    table = pandas.DataFrame()
-    rows = b"".join(parts)
-    starts = _row_numbers(parts, remarks)
-    del text, parts
     try:
-        read = (
-            pyarrow.csv.read_csv(
-                pyarrow.BufferReader(rows),
-                pyarrow.csv.ReadOptions(column_names=names, block_size=1 << 22),
-                pyarrow.csv.ParseOptions(quote_char=False),
-                pyarrow.csv.ConvertOptions(column_types=types, null_values=[], strings_can_be_null=False),
-            )
-            if rows
-            else pyarrow.table({name: pyarrow.array([], types.get(name, pyarrow.float64())) for name in names})
+        return pyarrow.csv.read_csv(
+            pyarrow.BufferReader(stretch),
+            pyarrow.csv.ReadOptions(column_names=names, block_size=1 << 22),
+            pyarrow.csv.ParseOptions(quote_char=False),
+            pyarrow.csv.ConvertOptions(column_types=types, null_values=[], strings_can_be_null=False),
         )
     except pyarrow.ArrowInvalid as error:
         raise NotARecording(f"{path}: {error}") from error
-    table = read.unify_dictionaries().to_pandas()
-    unknown = set(table["state"].cat.categories) - set(STATES)
+
+
+def _frame(path: Path, names: list[str], tables: list[Any]) -> pandas.DataFrame:
+    import pandas
+    import pyarrow
+
+    if not tables:
+        kinds = {name: DTYPES.get(name, "f8") for name in names}
+        empty = pandas.DataFrame({name: pandas.Series(dtype=kind) for name, kind in kinds.items()})
+        return empty.assign(state=pandas.Categorical([], list(STATES)))
+    whole = pyarrow.concat_tables(tables).unify_dictionaries()
+    tables.clear()
+    # The table goes column by column, so that an hour is not in memory twice.
+    frame: pandas.DataFrame = whole.to_pandas(split_blocks=True, self_destruct=True)
+    unknown = set(frame["state"].cat.categories) - set(STATES)
     if unknown:
         raise NotARecording(f"{path}: `{unknown.pop()}` is not a state of the rig")
-    table["state"] = table["state"].cat.set_categories(list(STATES))
-    marks = []
-    for row, remark in zip(starts, remarks, strict=True):
-        mark = _object(path, remark)
-        if mark is not None and "mark" in mark:
-            marks.append({"row": row, **mark})
-    return annotated(table, about, marks)
+    frame["state"] = frame["state"].cat.set_categories(list(STATES))
+    return frame
 
 
-def _line_end(text: bytes, at: int, end: int) -> int:
+def _line_end(text: mmap.mmap, at: int, end: int) -> int:
     found = text.find(b"\n", at, end)
     return end if found < 0 else found + 1
-
-
-def _split(text: bytes, at: int, end: int) -> tuple[list[bytes], list[bytes]]:
-    """The stretches of rows, and the lines of `#` between them: a stretch before each, and one at the end."""
-    parts: list[bytes] = []
-    remarks: list[bytes] = []
-    while True:
-        remark = at if text.startswith(b"#", at, end) else text.find(b"\n#", at, end) + 1
-        if remark == 0:
-            parts.append(text[at:end])
-            return parts, remarks
-        after = _line_end(text, remark, end)
-        parts.append(text[at:remark])
-        remarks.append(text[remark:after])
-        at = after
-
-
-def _row_numbers(parts: list[bytes], remarks: list[bytes]) -> list[int]:
-    rows, numbers = 0, []
-    for part, _ in zip(parts, remarks, strict=False):
-        rows += part.count(b"\n")
-        numbers.append(rows)
-    return numbers
 
 
 def _object(path: Path, line: bytes) -> dict[str, Any] | None:

@@ -31,8 +31,13 @@ def read(path: Path) -> pandas.DataFrame:
         if key.startswith(b"hapticd.")
     }
     marks: list[dict[str, Any]] = [{"row": row, **mark} for row, mark in json.loads(fields.pop("marks", "[]"))]
-    rows: pandas.DataFrame = table.to_pandas()
-    rows = rows.astype({name: kind for name, kind in DTYPES.items() if name in rows and name != "state"})
+    for place, name in enumerate(table.column_names):
+        if name in DTYPES and name != "state":
+            kind = pyarrow.from_numpy_dtype(DTYPES[name])
+            table = table.set_column(place, name, table.column(place).cast(kind))
+    # The table goes column by column, so that an hour is not in memory twice.
+    rows: pandas.DataFrame = table.to_pandas(split_blocks=True, self_destruct=True)
+    del table
     rows["state"] = rows["state"].cat.set_categories(list(STATES))
     rows.attrs.clear()
     return annotated(rows, metadata.of_fields(path, fields), marks)
