@@ -88,6 +88,68 @@ fn a_free_handle_follows_the_reference_to_the_end() {
     }
 }
 
+#[test]
+fn a_course_is_as_long_and_as_fast_as_it_says_and_its_speed_is_that_of_its_place() {
+    let short = Excitation {
+        course: Course::Chirp {
+            amplitude_m: 5e-3,
+            from_hz: 1.0,
+            to_hz: 1.0,
+            duration_s: 1.0,
+        },
+        ..chirp()
+    };
+    for (excitation, course_s, fastest_mps) in [
+        (chirp(), 4.0, core::f64::consts::TAU * 5e-3 * 3.0),
+        // So short that it has its amplitude in the middle alone.
+        (short, 1.0, core::f64::consts::TAU * 5e-3),
+        // A tenth of a second until it has its speed.
+        (sweep(), 2.1, 8e-3),
+    ] {
+        let course = excitation.course;
+        assert!(
+            (course.duration_s() - course_s).abs() < 1e-12,
+            "{} s",
+            course.duration_s()
+        );
+        assert!((excitation.duration_s() - course_s - FADE_S).abs() < 1e-12);
+        assert!(
+            (course.fastest_mps() - fastest_mps).abs() < 1e-12,
+            "{} m/s",
+            course.fastest_mps()
+        );
+        let ticks = (1..1000).map(|k| f64::from(k) * course_s / 1000.0);
+        let fastest = ticks.fold(0.0, |fastest: f64, at_s| {
+            let (_, speed) = course.at(at_s);
+            let way = course.at(at_s + 1e-6).0 - course.at(at_s - 1e-6).0;
+            assert!((way / 2e-6 - speed).abs() < 1e-4, "{speed} m/s at {at_s} s");
+            fastest.max(speed.abs())
+        });
+        assert!((0.8..1.2).contains(&(fastest / fastest_mps)), "{fastest} m/s");
+    }
+}
+
+// hazard: F20
+#[test]
+fn a_device_whose_clock_stands_still_prolongs_a_course_to_twice_its_time() {
+    let mut renderer = armed(sweep(), 0.1);
+    let (mut ticks, mut greatest) = (0, 0.0_f64);
+    while !has_ended(&renderer) {
+        let position = renderer.state().position;
+        greatest = greatest.max(position - 0.1);
+        renderer.tick(0.0, position, 0.0);
+        ticks += 1;
+        assert!(ticks < 20_000, "it never ends");
+        assert!(
+            ticks != 500 || position > 0.1005,
+            "first it goes the positive way: {position} m"
+        );
+    }
+    let expected = 2.0 * sweep().duration_s() / PERIOD_S;
+    assert!((f64::from(ticks) - expected).abs() < 4.0, "{ticks} of {expected}");
+    assert!(greatest > 3e-3, "{greatest} m");
+}
+
 // hazard: H13
 #[test]
 fn a_motor_that_is_wired_the_other_way_ends_it_within_a_millimetre() {

@@ -252,3 +252,17 @@ fn a_lease_that_lapses_lets_the_force_out_by_the_loop_alone() {
     bench.ticks(30);
     assert_eq!(bench.tick.servo.state(), RigState::Idle);
 }
+
+#[test]
+fn a_scene_waits_while_there_is_no_room_for_those_that_it_replaces() {
+    let mut bench = bench(ramp());
+    let posted = (2..1000).find(|revision| {
+        bench.shared.scenes.post(compiled(&Scene::paper(), *revision));
+        bench.tick().revision != *revision
+    });
+    let waiting = posted.expect("nobody frees what was replaced, so there is no room at last");
+    bench.ticks(3);
+    assert_eq!(bench.tick().revision, waiting - 1);
+    bench.records.drop_retired();
+    assert_eq!(bench.tick().revision, waiting);
+}
