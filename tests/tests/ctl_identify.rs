@@ -155,6 +155,10 @@ fn a_wrong_file_or_column_is_wrong_usage_and_no_input_is_written_over() {
         (vec!["missing.csv"], "missing.csv"),
         (vec![], "FILE"),
         (vec![file, "--run"], "--run"),
+        (vec![file, "--moving", "device"], "--moving"),
+        (vec![file, "--chirp-s", "3"], "--chirp-s"),
+        (vec!["--rig", "--mass", "1"], "--mass"),
+        (vec!["--run", "--range-mm", "nan"], "--range-mm"),
     ] {
         let output = identify(&arguments);
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use haptic_lab::compare::{self, AlignedBy, Options};
 use haptic_lab::drawing::PlotFormat;
 use haptic_lab::identify::record_file::{self, Loaded, Source};
+use haptic_lab::identify::{self, ModelKind, Record};
 use haptic_lab::recording;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -24,7 +25,7 @@ pub(crate) struct Arguments {
     rendered: PathBuf,
 
     /// Moving mass, kg, whose inertia is taken out of both forces; 0 leaves it in [default: the mass of
-    /// the recorded scene's block]
+    /// the recorded scene's block, unless the real record shows another]
     #[arg(long, value_name = "KG", allow_hyphen_values = true)]
     mass: Option<f64>,
 
@@ -53,11 +54,19 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         )));
     }
     let (real, rendered) = (read(&arguments.real)?, read(&arguments.rendered)?);
+    let (mass_kg, assumed) = match (arguments.mass, rendered_mass_kg(&arguments.rendered)) {
+        (Some(mass), _) => (Some(mass), None),
+        (None, Some(block_kg)) => {
+            let (mass_kg, note) = assumed_mass(&real.record, block_kg);
+            (mass_kg, Some(note))
+        }
+        (None, None) => {
+            let note = "the mass is not known: its inertia is left in both forces; --mass takes it out";
+            (None, Some(note.to_owned()))
+        }
+    };
     let options = Options {
-        mass_kg: arguments
-            .mass
-            .or_else(|| rendered_mass_kg(&arguments.rendered))
-            .filter(|mass| *mass > 0.0),
+        mass_kg: mass_kg.filter(|mass| *mass > 0.0),
         align: arguments.align.map(|align| match align {
             Align::Time => AlignedBy::Time,
             Align::Velocity => AlignedBy::Velocity,
@@ -65,6 +74,7 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     };
     let mut comparison = compare::compare(&real.record, &rendered.record, &options)
         .map_err(|error| Failure::NotComparable(error.to_string()))?;
+    comparison.notes.extend(assumed);
     for (side, loaded) in [("real", &real), ("rendered", &rendered)] {
         let of_side = loaded.notes.iter().map(|note| format!("{side}: {note}"));
         comparison.notes.extend(of_side);
@@ -100,4 +110,35 @@ fn read(path: &Path) -> Result<Loaded, Failure> {
 fn rendered_mass_kg(path: &Path) -> Option<f64> {
     let reader = recording::open(path).ok()?;
     Some(reader.metadata().scene.block?.mass)
+}
+
+/// The mass whose inertia is taken out where none is given, kg, and why: that of the rendered block, unless the real
+/// record shows another.
+fn assumed_mass(real: &Record, block_kg: f64) -> (Option<f64>, String) {
+    /// Masses that differ by less than this share beyond the interval count as the same.
+    const ALIKE: f64 = 0.05;
+    let found = identify::identify(real, &identify::Options::new(ModelKind::Karnopp)).ok();
+    let interval = found.and_then(|found| found.intervals.get("mass_kg").copied());
+    match interval {
+        Some([low, high]) if !((1.0 - ALIKE) * low..=(1.0 + ALIKE) * high).contains(&block_kg) => (
+            None,
+            format!(
+                "the real mass is {low:.3} to {high:.3} kg, the rendered block {block_kg:.3} kg: inertia is left in \
+                 both forces; --mass takes that of one mass out of both"
+            ),
+        ),
+        Some(_) => (
+            Some(block_kg),
+            format!(
+                "the inertia of {block_kg:.3} kg, the mass of the rendered block and of the real record, is taken out"
+            ),
+        ),
+        None => (
+            Some(block_kg),
+            format!(
+                "the inertia of {block_kg:.3} kg, the mass of the rendered block, is taken out of both forces: the \
+                 real record does not show its mass, which --mass gives"
+            ),
+        ),
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::session::Session;
 use crate::failure::Failure;
-use haptic_core::Excitation;
+use haptic_core::{BoundError, Course, Excitation};
 use haptic_ipc::{ExcitationEnd, ExcitationReport};
 use haptic_lab::identify::plan::Bounds;
 use std::path::PathBuf;
@@ -19,33 +19,39 @@ const LEAST_SHARE: f64 = 0.2;
 #[command(next_help_heading = "Options of --run and --rig")]
 pub(crate) struct MotionArguments {
     /// Do not ask for confirmation before the rig moves
-    #[arg(long, short)]
+    #[arg(long, short, conflicts_with = "file")]
     yes: bool,
 
     /// Largest force on the handle, N, at most half of the rig's force limit [default: two fifths of
     /// that, or four times the friction that the commissioning found]
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, conflicts_with = "file")]
     max_force_n: Option<f64>,
 
     /// Travel of the handle to either side, mm [default: 20, or four fifths of what the range
     /// allows]
-    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true, conflicts_with = "file")]
     travel_mm: Option<f64>,
 
     /// Range of the handle between its ends, mm [default: as the commissioning found it]
-    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MM", allow_hyphen_values = true, value_parser = range_mm, conflicts_with = "file")]
     range_mm: Option<f64>,
 
     /// Duration of the chirp, s
-    #[arg(long, value_name = "S", default_value_t = 12.0, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 12.0,
+        allow_hyphen_values = true,
+        conflicts_with = "file"
+    )]
     chirp_s: f64,
 
     /// Slow ramps to and fro, for the static limits
-    #[arg(long, value_name = "N", default_value_t = 2)]
+    #[arg(long, value_name = "N", default_value_t = 2, conflicts_with = "file")]
     ramps: u32,
 
     /// Keep every tick in this recording
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "file")]
     record: Option<PathBuf>,
 
     /// Replace an existing recording
@@ -175,5 +181,32 @@ fn check(excitation: &Excitation, most_n: f64, most_m: f64) -> Result<(), Failur
             1e3 * most_m
         )));
     }
-    excitation.check().map_err(|error| Failure::Usage(error.to_string()))
+    excitation
+        .check()
+        .map_err(|error| Failure::Usage(told(excitation, &error)))
+}
+
+/// What is out of range, under the name of its option.
+fn told(excitation: &Excitation, error: &BoundError) -> String {
+    let BoundError { value, min, max, .. } = error;
+    match (&excitation.course, error.field) {
+        (Course::Chirp { .. }, "duration_s") => {
+            format!("--chirp-s = {value} s is out of range: {min} to {max} s")
+        }
+        (Course::Sweep { .. }, "rounds") => format!("--ramps = {value} is out of range: {min} to {max}"),
+        (Course::Sweep { rounds, .. }, "duration_s") if *rounds > 1 => {
+            format!("--ramps = {rounds} is out of range: they would take {value:.0} s, and may take {max} s")
+        }
+        _ => error.to_string(),
+    }
+}
+
+/// The range of a handle, mm.
+fn range_mm(text: &str) -> Result<f64, String> {
+    /// The largest that the daemon takes, mm.
+    const MOST_MM: f64 = 1e6;
+    text.parse()
+        .ok()
+        .filter(|range_mm: &f64| *range_mm > 0.0 && *range_mm <= MOST_MM)
+        .ok_or_else(|| format!("it must be more than 0 and at most {MOST_MM} mm"))
 }

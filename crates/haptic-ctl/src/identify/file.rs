@@ -48,20 +48,20 @@ enum Moving {
 #[derive(Debug, clap::Args)]
 pub(super) struct Wanted {
     /// Friction law; auto takes the one that predicts best, which takes longer
-    #[arg(long, value_enum, default_value = "karnopp")]
+    #[arg(long, value_enum, default_value = "karnopp", conflicts_with = "rig")]
     model: Model,
 
     /// Known mass, kg; then it is not identified
-    #[arg(long, value_name = "KG", allow_hyphen_values = true)]
+    #[arg(long, value_name = "KG", allow_hyphen_values = true, conflicts_with = "rig")]
     mass: Option<f64>,
 
     /// Known constant force, N: 0 for a zeroed sensor on a level axis. Without it a constant force and a difference
     /// of friction by direction cannot be told apart
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", allow_hyphen_values = true, conflicts_with = "rig")]
     offset: Option<f64>,
 
     /// Friction by direction: alike, separate, or separate where the record shows it
-    #[arg(long, value_enum, default_value = "auto", conflicts_with = "offset")]
+    #[arg(long, value_enum, default_value = "auto", conflicts_with_all = ["offset", "rig"])]
     directions: AlikeOrSeparate,
 }
 
@@ -106,7 +106,13 @@ pub(super) struct Arguments {
 
     /// Moving mass of a recording: the block by its coupling, or the device by its motor [default: the device where
     /// the recording is of identify --run, else the block]
-    #[arg(long, value_enum, default_value = "auto", hide_default_value = true)]
+    #[arg(
+        long,
+        value_enum,
+        default_value = "auto",
+        hide_default_value = true,
+        requires = "file"
+    )]
     moving: Moving,
 }
 

@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::output;
 use haptic_lab::drawing::{Page, PlotFormat, Table, UnknownEnding};
-use haptic_lab::identify::{self, FoundValue, Identified, Record};
+use haptic_lab::identify::{self, FoundValue, Identified, Record, Refusal};
 use std::path::{Path, PathBuf};
 
 /// Where the results go.
@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 #[group(id = "of_results")]
 pub(super) struct Arguments {
     /// Output: the scene that feels like it
-    #[arg(long, value_name = "SCENE.toml")]
+    #[arg(long, value_name = "SCENE.toml", conflicts_with = "rig")]
     out: Option<PathBuf>,
 
     /// Plot of force against velocity, position and time, and what the fit leaves: an image, or a page with the values
-    #[arg(long, value_name = "FILE.svg|.html", value_parser = plot_file)]
+    #[arg(long, value_name = "FILE.svg|.html", value_parser = plot_file, conflicts_with = "rig")]
     plot: Option<(PathBuf, PlotFormat)>,
 }
 
@@ -134,11 +134,8 @@ fn text(found: &Identified) -> String {
     }
     if !found.refused.is_empty() {
         text.push_str("\n\nThe record does not determine");
-        for refusal in &found.refused {
-            text.push_str(&format!(
-                "\n- {}: {}.\n  Record instead: {}.",
-                refusal.parameter, refusal.reason, refusal.instead
-            ));
+        for (parameters, reason, instead) in refusals(found) {
+            text.push_str(&format!("\n- {parameters}: {reason}.\n  Record instead: {instead}."));
         }
     }
     if !found.notes.is_empty() {
@@ -150,11 +147,31 @@ fn text(found: &Identified) -> String {
     text
 }
 
+/// What was refused, each reason once with all that it concerns: parameters, reason, and what to record instead.
+pub(super) fn refusals(found: &Identified) -> Vec<(String, &str, &str)> {
+    let mut told: Vec<(String, &str, &str)> = Vec::new();
+    for Refusal {
+        parameter,
+        reason,
+        instead,
+    } in &found.refused
+    {
+        match told.iter_mut().find(|told| (told.1, told.2) == (reason, instead)) {
+            Some((parameters, ..)) => {
+                parameters.push_str(", ");
+                parameters.push_str(parameter);
+            }
+            None => told.push((parameter.clone(), reason, instead)),
+        }
+    }
+    told
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use haptic_core::Directional;
-    use haptic_lab::identify::{ModelKind, Refusal};
+    use haptic_lab::identify::ModelKind;
 
     #[test]
     fn people_read_values_with_units_intervals_and_what_to_record_instead() {
@@ -170,11 +187,13 @@ mod tests {
                 ("dynamic_force_N.positive".to_owned(), [3.4925, 3.5071]),
             ]
             .into(),
-            refused: vec![Refusal {
-                parameter: "static_force_N".to_owned(),
-                reason: "no slow load".to_owned(),
-                instead: "push slowly".to_owned(),
-            }],
+            refused: ["static_force_N", "offset_N"]
+                .map(|parameter| Refusal {
+                    parameter: parameter.to_owned(),
+                    reason: "no slow load".to_owned(),
+                    instead: "push slowly".to_owned(),
+                })
+                .to_vec(),
             ..Identified::empty(ModelKind::Karnopp)
         };
         let text = text(&found);
@@ -183,7 +202,7 @@ mod tests {
             "mass                0.5006",
             "0.4989 to 0.5024",
             "dynamic friction +  3.4998",
-            "- static_force_N: no slow load.\n  Record instead: push slowly.",
+            "- static_force_N, offset_N: no slow load.\n  Record instead: push slowly.",
         ] {
             assert!(text.contains(part), "{part} in\n{text}");
         }

@@ -1,14 +1,14 @@
 //! `identify --rig`: measures the rig itself with its own motor, and has the daemon store it.
 
-use super::excite;
 use super::session::Session;
+use super::{excite, report};
 use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
 use haptic_core::rig_friction::Cogging;
 use haptic_lab::identify::cogging::at_speed;
-use haptic_lab::identify::{Identified, Interval, Refusal, rig_itself};
+use haptic_lab::identify::{Identified, Interval, rig_itself};
 use serde::Serialize;
 
 /// What was found of a rig.
@@ -151,13 +151,8 @@ impl Findings {
             found.residual_rms_n,
             output::table(&rows)
         );
-        for Refusal {
-            parameter,
-            reason,
-            instead,
-        } in &found.refused
-        {
-            text.push_str(&format!("\nrefused: {parameter}: {reason}; record instead: {instead}"));
+        for (parameters, reason, instead) in report::refusals(found) {
+            text.push_str(&format!("\nrefused: {parameters}: {reason}; record instead: {instead}"));
         }
         for note in &found.notes {
             text.push_str(&format!("\nnote: {note}"));

@@ -3,6 +3,9 @@
 use super::{AlignedBy, Comparison, Level};
 use crate::drawing::{Chart, Page, Table, Trace};
 
+/// Most dots of the rendered record, which lie above those of the real one and must not hide them.
+const MOST_DOTS: usize = 700;
+
 /// The page of a comparison: force against velocity and against position, force over time where the
 /// motions are the same, and what is left below; and the levels. `names` are those of the records.
 #[must_use]
@@ -13,10 +16,13 @@ pub fn page(comparison: &Comparison, names: [&str; 2]) -> Page {
     };
     let curves = &comparison.curves;
     let against = |title: &str, across: &str, place: usize| {
-        let points = |course: &[[f64; 3]]| course.iter().map(|row| [row[place], row[2]]).collect();
+        let points = |course: &[[f64; 3]], most: usize| {
+            let every = course.len().div_ceil(most).max(1);
+            course.iter().step_by(every).map(|row| [row[place], row[2]]).collect()
+        };
         Chart::new(title, across, force.as_str())
-            .with(Trace::dots("real", points(&curves.real)))
-            .with(Trace::dots("rendered", points(&curves.rendered)))
+            .with(Trace::dots("real", points(&curves.real, usize::MAX)))
+            .with(Trace::dots("rendered", points(&curves.rendered, MOST_DOTS)))
     };
     let mut charts = vec![
         against("Force against velocity", "Velocity (m/s)", 0),
@@ -32,7 +38,7 @@ pub fn page(comparison: &Comparison, names: [&str; 2]) -> Page {
             charts.push(
                 Chart::new("Force over time", "Time (s)", force.as_str())
                     .with(Trace::line("real", over_time(&curves.real)))
-                    .with(Trace::line("rendered", over_time(&curves.rendered))),
+                    .with(Trace::dashed("rendered", over_time(&curves.rendered))),
             );
             Chart::new("Difference", "Time (s)", "Force (N)").with(left)
         }

@@ -29,6 +29,7 @@ pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 pub use scene::IdentifiedScene;
 
+use crate::median::usual_period_s;
 use progress::Progress;
 use std::ops::ControlFlow;
 use thiserror::Error;
@@ -220,10 +221,21 @@ impl Record {
 }
 
 /// The record on an even grid and on one clock, and the force of the fit at each of its samples, N; NaN where the model
-/// says nothing of it.
+/// says nothing of it. Both forces are NaN in the record's gaps.
 #[must_use]
 pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
-    presliding::fitted(record, found).unwrap_or_else(|| karnopp::fitted(record, found))
+    let (mut even, mut force_n) = presliding::fitted(record, found).unwrap_or_else(|| karnopp::fitted(record, found));
+    let mut after = 0;
+    let longest_s = grid::GAP_PERIODS * usual_period_s(even.t_s.iter().copied());
+    for (at, t_s) in even.t_s.iter().enumerate() {
+        while after + 1 < record.t_s.len() && record.t_s[after] < *t_s {
+            after += 1;
+        }
+        if after > 0 && record.t_s[after] - record.t_s[after - 1] > longest_s {
+            (even.force_n[at], force_n[at]) = (f64::NAN, f64::NAN);
+        }
+    }
+    (even, force_n)
 }
 
 /// Identifies a record.

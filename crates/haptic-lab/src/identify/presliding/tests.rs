@@ -2,9 +2,12 @@
 
 use crate::identify::study::cases::{Case, DAHL, LUGRE, cases, half_a_kilogram};
 use crate::identify::study::{Experiment, Judgement, Movement, Sensors};
-use crate::identify::{Identified, ModelKind, Options, Record, fitted, identify};
+use crate::identify::{
+    Identified, IdentifyError, ModelKind, Options, Record, fitted, identify, identify_with_progress,
+};
 use fastrand::Rng;
 use haptic_core::friction::{Dahl, Friction};
+use std::ops::ControlFlow;
 use test_run::{extent, is_long_for};
 
 fn found(record: &Record, model: ModelKind) -> Identified {
@@ -88,6 +91,31 @@ fn stiff_dahl_is_found_within_its_intervals() {
         6,
         &[("mass_kg", 0.01), ("dynamic_force_N.positive", 0.005)],
     );
+}
+
+#[test]
+fn dahl_that_differs_by_direction_is_found_within_its_intervals() {
+    if !is_long_for("Dahl's law with limits that differ by direction") {
+        return;
+    }
+    let most_errors = [
+        ("mass_kg", 0.01),
+        ("dynamic_force_N.positive", 0.005),
+        ("dynamic_force_N.negative", 0.005),
+        ("stiffness_N_per_m", 0.03),
+        ("exponent", 0.03),
+    ];
+    assert_near(&case("dahl, teflon, directions differ"), 10, &most_errors);
+}
+
+#[test]
+fn strokes_that_an_encoder_bends_report_nothing() {
+    let short = case("strokes of 0.3 mm");
+    let found = found(&short.experiment.record(1).expect("the scene is sound"), short.model);
+    for parameter in ["dynamic_force_N", "stiffness_N_per_m", "exponent"] {
+        assert_refused(&found, parameter, "100 steps of the encoder", "10 mm");
+    }
+    assert!(found.intervals.is_empty(), "{found:#?}");
 }
 
 #[test]
@@ -262,6 +290,48 @@ fn the_force_of_the_fit_is_the_records() {
         let rms = (squares / pairs().count() as f64).sqrt();
         assert!(rms < 0.25, "{model:?}: {rms} N beside a noise of 0.1 N");
     }
+}
+
+#[test]
+fn neither_force_is_drawn_across_a_gap() {
+    let experiment = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL))).with_movements(&[STROKES]);
+    let mut record = experiment.record(1).expect("the scene is sound");
+    for column in [&mut record.t_s, &mut record.position_m, &mut record.force_n] {
+        column.drain(4000..4500);
+    }
+    let found = Identified {
+        mass_kg: Some(0.5),
+        dynamic_force_n: Some(DAHL.dynamic_force),
+        viscous_ns_per_m: Some(DAHL.viscous),
+        stiffness_n_per_m: Some(DAHL.contact_stiffness),
+        ..Identified::empty(ModelKind::Dahl)
+    };
+    for model in [ModelKind::Karnopp, ModelKind::Dahl] {
+        let (even, force) = fitted(&record, &Identified { model, ..found.clone() });
+        assert!(even.force_n[4250].is_nan() && force[4250].is_nan(), "{model:?}");
+        assert!(
+            even.force_n[3900].is_finite() && even.force_n[4600].is_finite(),
+            "{model:?}"
+        );
+    }
+}
+
+#[test]
+fn a_caller_hears_the_progress_and_cancels() {
+    let experiment = Experiment::thorough(half_a_kilogram(Friction::Dahl(DAHL))).with_movements(&[STROKES]);
+    let record = experiment.record(1).expect("the scene is sound");
+    let mut shares = Vec::new();
+    let cancelled = identify_with_progress(&record, &Options::new(ModelKind::Dahl), &mut |share| {
+        shares.push(share);
+        if share < 0.4 {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    });
+    assert!(matches!(cancelled, Err(IdentifyError::Cancelled)), "{cancelled:?}");
+    assert!(shares.windows(2).all(|pair| pair[0] <= pair[1]), "{shares:?}");
+    assert!((0.4..0.5).contains(&shares[shares.len() - 1]), "{shares:?}");
 }
 
 #[test]

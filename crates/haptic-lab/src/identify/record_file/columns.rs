@@ -41,85 +41,130 @@ impl Quantity {
         }
     }
 
-    /// SI units a unit of a column of this name: what its last word tells, else 1.
-    pub(super) fn unit(self, plain: &str) -> f64 {
-        match (self, plain.rsplit('_').next()) {
-            (Self::Time, Some("ms")) | (Self::Position, Some("mm")) | (Self::Force, Some("mn")) => 1e-3,
-            (Self::Time, Some("us")) | (Self::Position, Some("um")) => 1e-6,
-            (Self::Time, Some("ns")) => 1e-9,
-            (Self::Position, Some("cm")) => 1e-2,
-            (Self::Force, Some("kn")) => 1e3,
-            _ => {
-                let usual = self.usual().iter().find(|(usual, _)| *usual == plain);
-                usual.map_or(1.0, |(_, unit)| *unit)
-            }
+    /// SI units a unit, by the names of units.
+    const fn units(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Self::Time => &[
+                ("s", 1.0),
+                ("sec", 1.0),
+                ("ms", 1e-3),
+                ("us", 1e-6),
+                ("ns", 1e-9),
+                ("min", 60.0),
+            ],
+            Self::Position => &[
+                ("m", 1.0),
+                ("cm", 1e-2),
+                ("mm", 1e-3),
+                ("um", 1e-6),
+                ("nm", 1e-9),
+                ("in", 0.0254),
+                ("inch", 0.0254),
+            ],
+            Self::Velocity => &[("mps", 1.0), ("m_s", 1.0), ("mm_s", 1e-3), ("cm_s", 1e-2)],
+            Self::Force => &[
+                ("n", 1.0),
+                ("mn", 1e-3),
+                ("kn", 1e3),
+                ("kgf", 9.806_65),
+                ("lbf", 4.448_221_615_260_5),
+            ],
         }
     }
 
-    /// Names by which it is found, the likelier first, with SI units a unit.
-    pub(super) const fn usual(self) -> &'static [(&'static str, f64)] {
+    /// Names by which it is found, with a unit at the end or without one, the likelier first.
+    const fn names(self) -> &'static [&'static str] {
         match self {
-            Self::Time => &[
-                ("t_s", 1.0),
-                ("time_s", 1.0),
-                ("time", 1.0),
-                ("t", 1.0),
-                ("timestamp", 1.0),
-                ("timestamp_s", 1.0),
-                ("seconds", 1.0),
-                ("t_ms", 1e-3),
-                ("time_ms", 1e-3),
-                ("timestamp_ms", 1e-3),
-                ("t_us", 1e-6),
-                ("time_us", 1e-6),
-                ("timestamp_us", 1e-6),
-                ("t_ns", 1e-9),
-                ("time_ns", 1e-9),
-                ("timestamp_ns", 1e-9),
-            ],
+            Self::Time => &["t", "time", "timestamp", "seconds", "elapsed_time"],
             Self::Position => &[
-                ("block_position_m", 1.0),
-                ("position_m", 1.0),
-                ("device_position_m", 1.0),
-                ("position", 1.0),
-                ("pos", 1.0),
-                ("pos_m", 1.0),
-                ("displacement", 1.0),
-                ("displacement_m", 1.0),
-                ("x", 1.0),
-                ("x_m", 1.0),
-                ("position_mm", 1e-3),
-                ("pos_mm", 1e-3),
-                ("displacement_mm", 1e-3),
-                ("x_mm", 1e-3),
-                ("position_um", 1e-6),
-                ("x_um", 1e-6),
+                "block_position",
+                "position",
+                "device_position",
+                "pos",
+                "displacement",
+                "x",
             ],
-            Self::Velocity => &[
-                ("block_velocity_mps", 1.0),
-                ("velocity_mps", 1.0),
-                ("device_velocity_mps", 1.0),
-                ("velocity", 1.0),
-                ("velocity_m_s", 1.0),
-                ("vel", 1.0),
-                ("v", 1.0),
-                ("velocity_mm_s", 1e-3),
-            ],
-            Self::Force => &[
-                ("coupling_force_n", 1.0),
-                ("force_n", 1.0),
-                ("force", 1.0),
-                ("f", 1.0),
-                ("f_n", 1.0),
-                ("motor_force_n", 1.0),
-                ("motor_force", 1.0),
-                ("load_n", 1.0),
-                ("load", 1.0),
-                ("force_mn", 1e-3),
-                ("force_kn", 1e3),
-            ],
+            Self::Velocity => &["block_velocity", "velocity", "device_velocity", "vel", "v"],
+            Self::Force => &["coupling_force", "force", "f", "motor_force", "load"],
         }
     }
+
+    /// SI units a unit of a column of this title: what its end tells, else 1; `None` where brackets hold a unit that is
+    /// not one of this quantity.
+    pub(super) fn unit(self, title: &str) -> Option<f64> {
+        let of = |text: &str| {
+            let known = self.units().iter().find(|(unit, _)| *unit == plain(text));
+            known.map(|(_, factor)| *factor)
+        };
+        if let Some(unit) = in_brackets(title) {
+            return of(unit);
+        }
+        let words = plain(title);
+        let ends = self
+            .units()
+            .iter()
+            .find(|(unit, _)| words.strip_suffix(unit).is_some_and(|front| front.ends_with('_')));
+        Some(ends.map_or(1.0, |(_, factor)| *factor))
+    }
+
+    /// How likely a column of this title is the one, 0 the likeliest; `None` where it is another.
+    pub(super) fn rank(self, title: &str) -> Option<usize> {
+        let words = plain(title);
+        self.names().iter().position(|name| {
+            words.strip_prefix(name).is_some_and(|rest| {
+                let is_unit = |rest: &str| self.units().iter().any(|(unit, _)| *unit == rest);
+                rest.is_empty()
+                    || rest.strip_prefix('_').is_some_and(is_unit)
+                    || in_brackets(title).is_some_and(|unit| rest.strip_prefix('_') == Some(&plain(unit)))
+            })
+        })
+    }
+
+    /// What to give where the unit is not known.
+    pub(super) const fn instead_of_unit(self) -> &'static str {
+        match self {
+            Self::Time => "write times in s, ms, us or ns",
+            Self::Position | Self::Velocity => "--position-gain says how many metres it is",
+            Self::Force => "--force-gain says how many newtons it is",
+        }
+    }
+
+    /// What a title may be, for people.
+    pub(super) fn usual(self) -> String {
+        let names = self.names();
+        format!(
+            "{}, with a unit at the end or without, as in {}_{}",
+            names.join(", "),
+            names[0],
+            match self {
+                Self::Force => "N",
+                _ => self.units()[0].0,
+            }
+        )
+    }
+}
+
+/// The text in the last brackets of a title: its unit, if it is short.
+pub(super) fn in_brackets(title: &str) -> Option<&str> {
+    let title = title.trim().trim_matches('"').trim_end();
+    let open = match title.chars().last()? {
+        ']' => '[',
+        ')' => '(',
+        _ => return None,
+    };
+    let begin = title.rfind(open)? + 1;
+    Some(title[begin..title.len() - 1].trim()).filter(|unit| !unit.is_empty())
+}
+
+/// Whether a text is the name of a unit, with brackets or without them.
+pub(super) fn is_unit(text: &str) -> bool {
+    let unit = in_brackets(text).map_or_else(|| plain(text), plain);
+    let all = [Quantity::Time, Quantity::Position, Quantity::Velocity, Quantity::Force];
+    in_brackets(text).is_some_and(|unit| text.trim().len() <= unit.len() + 2)
+        || unit == "v"
+        || all
+            .iter()
+            .any(|quantity| quantity.units().iter().any(|(name, _)| *name == unit))
 }
 
 impl Columns {

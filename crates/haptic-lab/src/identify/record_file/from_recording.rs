@@ -160,3 +160,92 @@ fn add_bend(record: &mut Record, stiffness: f64) {
         *force += stiffness / 12.0 * (x[0] - 2.0 * x[1] + x[2]);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::identify::study::Movement;
+    use crate::identify::{ModelKind, Options, identify};
+    use crate::motion::DeviceSample;
+    use crate::simulate::{Start, simulate};
+    use haptic_core::friction::{Friction, Karnopp};
+    use haptic_core::scene::Block;
+    use haptic_core::{Directional, Scene, Scheme};
+
+    /// What the servo records of a block that a hand moves by its coupling.
+    fn rendered(scene: &Scene) -> Record {
+        let movements = [
+            Movement::Rest { duration_s: 0.25 },
+            Movement::Chirp {
+                from_hz: 0.5,
+                to_hz: 3.0,
+                stroke_m: 0.03,
+                duration_s: 12.0,
+            },
+            Movement::Ramp {
+                speed_mps: 0.001,
+                stroke_m: 0.0015,
+                duration_s: 9.0,
+            },
+        ];
+        let mut motion = Vec::new();
+        let mut from_m = 0.0;
+        for movement in movements {
+            let mut to_m = from_m;
+            for tick in 1.. {
+                let t_s = f64::from(tick) * 1e-3;
+                if t_s > movement.duration_s() {
+                    break;
+                }
+                let (displacement, velocity_mps) = movement.at(t_s);
+                to_m = from_m + displacement;
+                motion.push(DeviceSample {
+                    t_s: motion.len() as f64 * 1e-3,
+                    position_m: to_m,
+                    velocity_mps,
+                });
+            }
+            from_m = to_m;
+        }
+        let run = simulate(scene, Scheme::Exact, &motion, Start::default()).expect("a valid scene");
+        Record {
+            t_s: motion.iter().map(|sample| sample.t_s).collect(),
+            position_m: run.rows.iter().map(|row| row.block_position_m).collect(),
+            force_n: run.rows.iter().map(|row| row.coupling_force_n).collect(),
+            ..Record::default()
+        }
+    }
+
+    #[test]
+    fn a_rendered_block_has_its_own_mass_and_friction() {
+        let scene = Scene {
+            block: Some(Block { mass: 0.5 }),
+            friction: Friction::Karnopp(Karnopp {
+                viscous: Directional::both(5.0),
+                ..Karnopp::new(4.0, 3.5)
+            }),
+            ..Scene::paper()
+        };
+        let mut record = rendered(&scene);
+        add_bend(&mut record, scene.coupling.expect("a coupling").stiffness);
+        let options = Options {
+            offset_n: Some(0.0),
+            longest_shift_s: 0.0,
+            ..Options::new(ModelKind::Karnopp)
+        };
+        let found = identify(&record, &options).expect("a record");
+        let near = |name: &str, value: f64, truth: f64, share: f64| {
+            let [low, high] = found.intervals[name];
+            println!("{name} = {value} in {low} to {high}");
+            assert!((value - truth).abs() < share * truth, "{name} = {value} for {truth}");
+            assert!(
+                (low..=high).contains(&truth),
+                "{name}: {truth} is not in {low} to {high}"
+            );
+        };
+        near("mass_kg", found.mass_kg.expect("a mass"), 0.5, 0.002);
+        let limits = found.static_force_n.expect("static friction");
+        near("static_force_N.positive", limits.positive, 4.0, 0.02);
+        near("static_force_N.negative", limits.negative, 4.0, 0.02);
+    }
+}

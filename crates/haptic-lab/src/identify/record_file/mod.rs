@@ -1,7 +1,9 @@
 //! Reads a record of any laboratory: columns by name, units by gains, two recorders by two files.
 //!
-//! A file of text has a heading, then a row of numbers for each sample. Cells are separated by commas,
-//! semicolons, tabs or spaces; lines of `#` are remarks. Columns are found by their usual names, or named.
+//! A file of text has a heading, perhaps a line of units, then a row of numbers for each sample. Cells are separated by
+//! commas, semicolons, tabs or spaces; lines of `#`, `%` or `//` and whatever a program writes above the heading are
+//! remarks. A comma is a decimal point where it does not separate. Times may be times of day. Columns are found by their
+//! usual names, or named.
 //!
 //! A recording of hapticd is read as one, in any of its formats. What moves is then
 //! - the block, in a scene with one, while the rig was engaged: the columns `block_position_m` and
@@ -14,6 +16,7 @@
 
 mod columns;
 mod from_recording;
+mod layout;
 mod table;
 
 pub use columns::Columns;
@@ -124,6 +127,32 @@ pub enum RecordFileError {
         /// Names that are found by themselves.
         usual: String,
     },
+    /// The file is neither text nor a recording.
+    #[error("{}: neither a table of text nor a recording of hapticd", .path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The unit in a column's title is not one of its quantity.
+    #[error("{}: the unit of `{column}` is not known: {instead}", .path.display())]
+    UnknownUnit {
+        /// The file.
+        path: PathBuf,
+        /// The column with its unit.
+        column: String,
+        /// What to give.
+        instead: &'static str,
+    },
+    /// An option has no meaning for this kind of file.
+    #[error("{option} has no meaning for {}: {reason}", .path.display())]
+    NoMeaning {
+        /// The option.
+        option: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        reason: &'static str,
+    },
     /// Columns of a recording that is not text are named.
     #[error("{}: the columns of a recording in MCAP or Parquet cannot be named; `haptic-ctl recording export` makes CSV of it", .path.display())]
     NoTable {
@@ -201,6 +230,20 @@ pub enum RecordFileError {
 pub fn read(source: &Source) -> Result<Loaded, RecordFileError> {
     check_gains(source)?;
     let beginning = from_recording::beginning(&source.path)?;
+    let is_recording = beginning.is_some() && source.columns == Columns::default();
+    let no_meaning = |option, reason| {
+        Err(RecordFileError::NoMeaning {
+            option,
+            path: source.path.clone(),
+            reason,
+        })
+    };
+    if is_recording && source.force_path.is_some() {
+        return no_meaning("--force-file", "a recording of hapticd holds its own forces");
+    }
+    if !is_recording && source.moving != MovingMass::Auto {
+        return no_meaning("--moving", "it chooses between the masses of a recording of hapticd");
+    }
     Ok(with_velocity_note(match beginning {
         Some(Beginning::Text) if source.columns != Columns::default() => table::read(source)?,
         Some(Beginning::Binary) if source.columns != Columns::default() => {

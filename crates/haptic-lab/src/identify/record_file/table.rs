@@ -1,17 +1,18 @@
 //! A file of text with a heading and rows of numbers.
 
-use super::columns::{Quantity, plain};
+use super::columns::{Quantity, in_brackets};
+use super::layout::{Layout, cells, evened, number, on_the_same_day};
 use super::{Loaded, RecordFileError, Source};
 use crate::identify::Record;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
+use std::io::Read;
 use std::path::Path;
 
 /// Shortest time that two files must have in common, s.
 const SHORTEST_COMMON_S: f64 = 1.0;
 
-/// Longest line that is taken for a heading, bytes.
-const LONGEST_HEADING: u64 = 1 << 16;
+/// What is read of a file for its heading, bytes.
+const LONGEST_HEAD_BYTES: u64 = 1 << 16;
 
 /// Columns of one file; times in seconds, growing.
 #[derive(Debug, Default)]
@@ -105,80 +106,88 @@ fn at_times(times: &[f64], t_s: &[f64], values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// What separates the cells of a heading.
-fn separator(heading: &str) -> char {
-    [';', '\t', ',']
-        .into_iter()
-        .find(|separator| heading.contains(*separator))
-        .unwrap_or(' ')
-}
-
-fn cells(line: &str, separator: char) -> Vec<&str> {
-    if separator == ' ' {
-        line.split_whitespace().collect()
-    } else {
-        line.split(separator)
-            .map(|cell| cell.trim().trim_matches('"'))
+/// The text of a file, up to so many bytes: UTF-8, UTF-16 with its mark, or Latin-1.
+fn text(path: &Path, most_bytes: u64) -> Result<String, RecordFileError> {
+    /// Bytes in which a file that is not text shows it.
+    const BEGINNING: usize = 4096;
+    let mut bytes = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(most_bytes).read_to_end(&mut bytes))
+        .map_err(|source| RecordFileError::Open {
+            path: path.to_path_buf(),
+            source,
+        })?;
+    let pairs = |of: fn([u8; 2]) -> u16| {
+        let units = bytes[2..].chunks_exact(2).map(|pair| of([pair[0], pair[1]]));
+        char::decode_utf16(units)
+            .map(|letter| letter.unwrap_or(char::REPLACEMENT_CHARACTER))
             .collect()
+    };
+    match bytes.get(..2) {
+        None => Err(RecordFileError::Empty {
+            path: path.to_path_buf(),
+            reason: "the file is empty".to_owned(),
+        }),
+        Some([0xff, 0xfe]) => Ok(pairs(u16::from_le_bytes)),
+        Some([0xfe, 0xff]) => Ok(pairs(u16::from_be_bytes)),
+        Some(_) if bytes[..bytes.len().min(BEGINNING)].contains(&0) => Err(RecordFileError::NotText {
+            path: path.to_path_buf(),
+        }),
+        Some(_) => {
+            Ok(String::from_utf8(bytes)
+                .unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect()))
+        }
     }
 }
 
 /// The names of the columns.
 pub(super) fn headings(path: &Path) -> Result<Vec<String>, RecordFileError> {
-    let failed = |source| RecordFileError::Open {
+    let text = text(path, LONGEST_HEAD_BYTES)?;
+    let (_, lines) = content(&text);
+    let layout = layout(path, &lines)?;
+    let names = cells(lines[layout.heading], layout.separator);
+    Ok(names.into_iter().map(str::to_owned).collect())
+}
+
+/// The lines of a file that are no remarks, with their numbers from 1.
+fn content(text: &str) -> (Vec<usize>, Vec<&str>) {
+    text.trim_start_matches('\u{feff}')
+        .lines()
+        .enumerate()
+        .map(|(index, line)| (index + 1, line.trim()))
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']) && !line.starts_with("//"))
+        .unzip()
+}
+
+fn layout(path: &Path, lines: &[&str]) -> Result<Layout, RecordFileError> {
+    Layout::find(lines).ok_or_else(|| RecordFileError::Empty {
         path: path.to_path_buf(),
-        source,
-    };
-    let mut lines = BufReader::new(File::open(path).map_err(failed)?);
-    let mut line = Vec::new();
-    loop {
-        line.clear();
-        if (&mut lines)
-            .take(LONGEST_HEADING)
-            .read_until(b'\n', &mut line)
-            .map_err(failed)?
-            == 0
-        {
-            return Err(RecordFileError::Empty {
-                path: path.to_path_buf(),
-                reason: "there is no heading".to_owned(),
-            });
-        }
-        let text = String::from_utf8_lossy(&line);
-        let heading = text.trim_start_matches('\u{feff}').trim();
-        if !heading.is_empty() && !heading.starts_with('#') {
-            return Ok(cells(heading, separator(heading))
-                .into_iter()
-                .map(str::to_owned)
-                .collect());
-        }
-    }
+        reason: "there is no heading with rows of numbers below it, as in `t_s,position_m,force_N`".to_owned(),
+    })
 }
 
 impl Table {
     fn read(path: &Path, source: &Source, quantities: &[Quantity]) -> Result<Self, RecordFileError> {
-        let text = std::fs::read(path).map_err(|error| RecordFileError::Open {
-            path: path.to_path_buf(),
-            source: error,
-        })?;
-        let text = String::from_utf8_lossy(&text);
-        let text = text.trim_start_matches('\u{feff}');
-        let mut lines = text
-            .lines()
+        let text = text(path, u64::MAX)?;
+        let (numbers, lines) = content(&text);
+        let layout = layout(path, &lines)?;
+        let separator = layout.separator;
+        let names = cells(lines[layout.heading], separator);
+        let units = layout
+            .units
+            .map_or_else(Vec::new, |units| cells(lines[units], separator));
+        let titles: Vec<String> = names
+            .iter()
             .enumerate()
-            .map(|(index, line)| (index + 1, line.trim()))
-            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-        let empty = || RecordFileError::Empty {
-            path: path.to_path_buf(),
-            reason: "there is no heading, or no row below it".to_owned(),
-        };
-        let (_, heading) = lines.next().ok_or_else(empty)?;
-        let separator = separator(heading);
-        let names = cells(heading, separator);
+            .map(|(place, name)| match units.get(place).filter(|unit| !unit.is_empty()) {
+                Some(unit) => format!("{name} [{}]", in_brackets(unit).unwrap_or(unit)),
+                None => (*name).to_owned(),
+            })
+            .collect();
         let mut table = Self::default();
-        let mut places = vec![find(path, source, Quantity::Time, &names)?];
+        let mut places = vec![find(path, source, Quantity::Time, &names, &titles)?];
         for quantity in quantities {
-            places.push(find(path, source, *quantity, &names)?);
+            places.push(find(path, source, *quantity, &names, &titles)?);
         }
         table.notes.push(format!(
             "{}: columns {}",
@@ -194,43 +203,62 @@ impl Table {
                 .join(", ")
         ));
         table.values = vec![Vec::new(); quantities.len()];
-        let mut repeated = 0_u64;
-        for (line, text) in lines {
+        for (line, text) in numbers.iter().zip(&lines).skip(layout.data) {
             let row = cells(text, separator);
-            let mut numbers = Vec::with_capacity(places.len());
+            let mut values = Vec::with_capacity(places.len());
             for place in &places {
-                numbers.push(match place {
-                    Some((place, unit)) => Some(unit * number(path, line, &row, *place, names[*place], separator)?),
+                values.push(match place {
+                    Some((place, unit)) => Some(unit * value(path, *line, &row, *place, names[*place], separator)?),
                     None => None,
                 });
             }
-            let t_s = numbers[0].unwrap_or_default();
-            match table.t_s.last() {
-                Some(before) if t_s < *before => {
+            let mut t_s = values[0].unwrap_or_default();
+            if let Some(before) = table.t_s.last() {
+                if text.contains(':') {
+                    t_s = on_the_same_day(t_s, *before);
+                }
+                if t_s < *before {
                     return Err(RecordFileError::TimeGoesBack {
                         path: path.to_path_buf(),
-                        line,
+                        line: *line,
                         t_s,
                         before_s: *before,
                     });
                 }
-                Some(before) if t_s <= *before => {
-                    repeated += 1;
-                    continue;
-                }
-                _ => {}
             }
             table.t_s.push(t_s);
-            for (column, number) in table.values.iter_mut().zip(&numbers[1..]) {
+            for (column, number) in table.values.iter_mut().zip(&values[1..]) {
                 column.extend(*number);
             }
         }
-        if repeated > 0 {
-            table.notes.push(format!(
-                "{repeated} rows repeat the time of the row before, and are left out"
+        table.even_out();
+        Ok(table)
+    }
+
+    /// Makes rounded times even; else leaves out rows that repeat a time.
+    fn even_out(&mut self) {
+        if let Some((even, rounding_s)) = evened(&self.t_s) {
+            self.t_s = even;
+            self.notes.push(format!(
+                "times are rounded to {:.3} ms: the rows are taken as even",
+                1e3 * rounding_s
             ));
+            return;
         }
-        if table.t_s.is_empty() { Err(empty()) } else { Ok(table) }
+        let grows: Vec<bool> = std::iter::once(true)
+            .chain(self.t_s.windows(2).map(|pair| pair[1] > pair[0]))
+            .collect();
+        let repeated = grows.iter().filter(|grows| !**grows).count();
+        if repeated == 0 {
+            return;
+        }
+        for column in self.values.iter_mut().chain([&mut self.t_s]) {
+            let mut grows = grows.iter();
+            column.retain(|_| grows.next().copied().unwrap_or(false));
+        }
+        self.notes.push(format!(
+            "{repeated} rows repeat the time of the row before, and are left out"
+        ));
     }
 }
 
@@ -240,29 +268,35 @@ fn find(
     source: &Source,
     quantity: Quantity,
     names: &[&str],
+    titles: &[String],
 ) -> Result<Option<(usize, f64)>, RecordFileError> {
     let missing = || RecordFileError::MissingColumn {
         path: path.to_path_buf(),
         what: quantity.what(),
         option: quantity.option(),
-        header: names.join(","),
-        usual: quantity
-            .usual()
-            .iter()
-            .map(|(name, _)| *name)
-            .collect::<Vec<_>>()
-            .join(", "),
+        header: titles.join(","),
+        usual: quantity.usual(),
     };
-    let at = |name: &str, is_same: &dyn Fn(&str) -> bool| {
-        let places: Vec<usize> = (0..names.len()).filter(|place| is_same(names[*place])).collect();
-        match places[..] {
-            [] => Ok(None),
-            [place] => Ok(Some(place)),
-            _ => Err(RecordFileError::DoubledColumn {
+    let places: Vec<usize> = match source.columns.named(quantity) {
+        Some(name) => (0..names.len()).filter(|place| names[*place] == name).collect(),
+        None => {
+            let rank = |place: &usize| quantity.rank(&titles[*place]);
+            let best = (0..names.len()).filter_map(|place| rank(&place)).min();
+            (0..names.len())
+                .filter(|place| best.is_some() && rank(place) == best)
+                .collect()
+        }
+    };
+    let place = match places[..] {
+        [place] => place,
+        [] if quantity == Quantity::Velocity && source.columns.velocity.is_none() => return Ok(None),
+        [] => return Err(missing()),
+        [first, ..] => {
+            return Err(RecordFileError::DoubledColumn {
                 path: path.to_path_buf(),
-                column: name.to_owned(),
+                column: names[first].to_owned(),
                 count: places.len(),
-            }),
+            });
         }
     };
     // A gain that is given is what a unit of the column is, whatever its name tells.
@@ -271,23 +305,19 @@ fn find(
         Quantity::Position | Quantity::Velocity => source.position_gain,
         Quantity::Force => source.force_gain,
     };
-    if let Some(name) = source.columns.named(quantity) {
-        let place = at(name, &|other| other == name)?.ok_or_else(missing)?;
-        return Ok(Some((place, gain.unwrap_or_else(|| quantity.unit(&plain(name))))));
-    }
-    for (usual, unit) in quantity.usual() {
-        if let Some(place) = at(usual, &|other| plain(other) == *usual)? {
-            return Ok(Some((place, gain.unwrap_or(*unit))));
-        }
-    }
-    if quantity == Quantity::Velocity {
-        Ok(None)
-    } else {
-        Err(missing())
+    let unit = gain.or_else(|| quantity.unit(&titles[place]));
+    let unit = unit.or((quantity == Quantity::Velocity).then_some(1.0));
+    match unit {
+        Some(unit) => Ok(Some((place, unit))),
+        None => Err(RecordFileError::UnknownUnit {
+            path: path.to_path_buf(),
+            column: titles[place].clone(),
+            instead: quantity.instead_of_unit(),
+        }),
     }
 }
 
-fn number(
+fn value(
     path: &Path,
     line: usize,
     row: &[&str],
@@ -303,18 +333,10 @@ fn number(
             column: column.to_owned(),
         });
     };
-    // Between semicolons and tabs a comma is a decimal point.
-    let parsed = match separator {
-        ';' | '\t' => text.replace(',', ".").parse::<f64>(),
-        _ => text.parse::<f64>(),
-    };
-    parsed
-        .ok()
-        .filter(|value| value.is_finite())
-        .ok_or_else(|| RecordFileError::NotANumber {
-            path: path.to_path_buf(),
-            line,
-            column: column.to_owned(),
-            value: (*text).to_owned(),
-        })
+    number(text, separator).ok_or_else(|| RecordFileError::NotANumber {
+        path: path.to_path_buf(),
+        line,
+        column: column.to_owned(),
+        value: (*text).to_owned(),
+    })
 }

@@ -80,7 +80,7 @@ fn a_bad_file_is_refused_by_line_and_column() {
         ("t,x,f\n0,1,2\n1,2\n", vec!["line 3", "2 cells", "none for f"]),
         ("t,x,f\n1,1,2\n0,2,3\n", vec!["line 3", "back from 1 s to 0 s"]),
         ("t,x,f,f\n1,1,2,3\n", vec!["2 columns are named `f`"]),
-        ("t,x,f\n", vec!["no row"]),
+        ("t,x,f\n", vec!["no heading with rows"]),
     ] {
         let message = read_text(text, |_| {}).expect_err(text).to_string();
         for part in parts {
@@ -163,4 +163,81 @@ fn the_headings_of_a_file_are_told_before_it_is_read() {
     assert_eq!(headings(&path).expect("a recording"), None, "its columns are known");
     let (_directory, path) = write("empty.csv", "# a remark\n");
     assert!(headings(&path).is_err_and(|error| error.to_string().contains("no heading")));
+}
+
+#[test]
+fn remarks_units_rows_and_times_of_day_of_other_programs_are_read() {
+    for text in [
+        "Device: probe 7\nRate: 1000 Hz\n\nTime;Position;Force\ns;mm;kN\n1,5;250;-0,003\n",
+        "% made by hand\n// twice\nTime\tPosition\tForce\n[ms]\t[um]\t[mN]\n1500\t250000\t-3000\n",
+        "time,position,force\n00:00:01.5,0.25,-3\n",
+        "time,position,force\n\"2024-05-01 00:00:01.5\",\"0,25\",\"-3,0\"\n",
+        "t x F\n1,5 0,25 -3,0\n",
+    ] {
+        let loaded = read_text(text, |_| {}).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let record = &loaded.record;
+        let (t, x, f) = (record.t_s[0], record.position_m[0], record.force_n[0]);
+        assert!(
+            (t - 1.5).abs() < 1e-9 && (x - 0.25).abs() < 1e-12 && (f + 3.0).abs() < 1e-12,
+            "{text}: {t} {x} {f}"
+        );
+    }
+}
+
+#[test]
+fn text_of_other_encodings_is_read_and_what_is_no_text_is_said() {
+    let text = "t [s],x [\u{b5}m],f [N]\n1,250,3\n";
+    let latin: Vec<u8> = text
+        .chars()
+        .map(|letter| u8::try_from(letter).expect("Latin-1"))
+        .collect();
+    let wide: Vec<u8> = [0xfeff]
+        .into_iter()
+        .chain(text.encode_utf16())
+        .flat_map(u16::to_le_bytes)
+        .collect();
+    for bytes in [latin, wide] {
+        let (_folder, path) = write("r.csv", "");
+        std::fs::write(&path, bytes).expect("written");
+        let loaded = read(&Source::new(&path)).expect("a record");
+        assert!((loaded.record.position_m[0] - 250e-6).abs() < 1e-12);
+    }
+    for (bytes, part) in [
+        (
+            &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..],
+            "neither a table of text nor a recording",
+        ),
+        (b"", "is empty"),
+        (b"0,1,2\n1,2,3\n", "no heading"),
+    ] {
+        let (_folder, path) = write("r.csv", "");
+        std::fs::write(&path, bytes).expect("written");
+        let message = read(&Source::new(&path)).expect_err(part).to_string();
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn a_unit_that_is_not_known_wants_a_gain() {
+    let text = "t,x,bridge (mV/V)\n0,1,2\n";
+    let read = |force_gain| {
+        read_text(text, |source| {
+            source.columns.force = Some("bridge (mV/V)".to_owned());
+            source.force_gain = force_gain;
+        })
+    };
+    let message = read(None).expect_err("no unit of force").to_string();
+    assert!(
+        message.contains("`bridge (mV/V)`") && message.contains("--force-gain"),
+        "{message}"
+    );
+    assert!((read(Some(50.0)).expect("a record").record.force_n[0] - 100.0).abs() < 1e-12);
+}
+
+#[test]
+fn options_of_recordings_are_refused_for_a_table() {
+    let message = read_text("t,x,f\n0,1,2\n", |source| source.moving = MovingMass::Device)
+        .expect_err("no recording")
+        .to_string();
+    assert!(message.contains("--moving"), "{message}");
 }
