@@ -134,7 +134,7 @@
 //!
 //! ```text
 //! S {"event":"state","state":"engaged","tick":183042,"revision":42,...}         at once, and at every change
-//! S {"event":"servo","tick":190000,"servo":{"settings":{...},...}}              topic `state`: the servo's settings, when they change
+//! S {"event":"servo","tick":190000,"servo":{"settings":{...},...}}             of `state`, when they change
 //! S {"event":"timing","rate_hz":1000.0,"ticks":183042,"overruns":0,...}         once a second
 //! S {"event":"samples","seq":9,"dropped":0,"rows":[[183042,183.042,"engaged",...],...]}
 //! S {"event":"log","seq":12,"op":"set","by":{"uid":1000,"user":"ada",...},...}  at every change, by anyone
