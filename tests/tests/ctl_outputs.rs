@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
-use system_tests::ctl_offline;
+use system_tests::ctl;
+
+const NO_DAEMON: &str = "/nonexistent/control.sock";
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
@@ -27,7 +29,7 @@ fn run(arguments: &[String], more: &[&str]) -> (Output, String) {
         .map(String::as_str)
         .chain(more.iter().copied())
         .collect();
-    let output = ctl_offline(&arguments);
+    let output = ctl(NO_DAEMON.as_ref(), &arguments);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     (output, said)
 }
@@ -98,7 +100,10 @@ fn what_is_no_motion_and_what_cannot_be_repaired_is_said_plainly() {
     ] {
         let (path, motion) = file(directory.path(), name);
         std::fs::write(path, bytes).expect("written");
-        let output = ctl_offline(&["simulate", &scene, "--motion", &motion, "--out", &out]);
+        let output = ctl(
+            NO_DAEMON.as_ref(),
+            &["simulate", &scene, "--motion", &motion, "--out", &out],
+        );
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{said}");
         assert!(said.contains(&format!("{name}: {why}")), "{said}");
@@ -106,13 +111,14 @@ fn what_is_no_motion_and_what_cannot_be_repaired_is_said_plainly() {
     // A Parquet file that lost its end, and what stood beside it.
     let (path, torn) = file(directory.path(), "torn.parquet");
     std::fs::write(path, b"PAR1 and some rows").expect("written");
-    let output = ctl_offline(&["recording", "repair", &torn, &out]);
+    let output = ctl(NO_DAEMON.as_ref(), &["recording", "repair", &torn, &out]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(
         said.contains("torn.parquet") && !said.contains("recording repair"),
         "{said}"
     );
-    let output = ctl_offline(&["recording", "export", &torn, &out]);
-    assert!(String::from_utf8_lossy(&output.stderr).contains("recording repair"));
+    let output = ctl(NO_DAEMON.as_ref(), &["recording", "export", &torn, &out]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("recording repair"), "{said}");
 }

@@ -385,11 +385,10 @@ fn markers_are_set_by_keys_and_no_key_passes_for_a_stop() {
     terminal.type_in("q");
     assert!(terminal.end().success());
     assert!(terminal.is_as_a_shell_wants_it());
-    assert!(
-        terminal.screen().contents().contains("3 markers"),
-        "{}",
-        terminal.screen().contents()
-    );
+    // Its last line may be broken anywhere between two words.
+    let left = terminal.screen().contents();
+    let words: Vec<&str> = left.split_whitespace().collect();
+    assert!(words.windows(2).any(|pair| pair == ["3", "markers"]), "{left}");
     let found = read(&file);
     assert_eq!(found.ending, Ending::Complete);
     assert_eq!(markers(&found), ["marker 1", "7", "marker 3"]);

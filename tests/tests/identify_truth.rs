@@ -178,6 +178,9 @@ fn a_rig_that_breaks_away_above_its_friction_has_its_static_limits_and_no_coggin
 
 #[test]
 fn what_gives_way_before_it_slides_is_found_by_the_motions_of_a_run() {
+    if !test_run::is_long_for("the stiffness before sliding, found by the motions of a run") {
+        return;
+    }
     let truth = RigProperties {
         friction_n: 2.0,
         presliding_n_per_m: Some(2e4),

@@ -2,6 +2,7 @@
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
+use crate::output::count;
 use crate::scene::reference;
 use crate::table_file::TableFile;
 use crate::{complete, output, progress, set};
@@ -197,8 +198,10 @@ fn show(path: &Path, report: &Report, ending: Ending, ticks_per_s: f64) -> Resul
     }
     for one in &report.uncompared {
         output::text(&format!(
-            "{} ticks from tick {} on not compared: {}",
-            one.ticks, one.first_tick, one.reason
+            "{} from tick {} on not compared: {}",
+            count(one.ticks, "tick"),
+            one.first_tick,
+            one.reason
         ))?;
     }
     if ending != Ending::Complete {
@@ -304,8 +307,8 @@ fn show_what_if(path: &Path, summary: &Summary) -> Result<(), Failure> {
     }
     if summary.not_computed > 0 {
         output::text(&format!(
-            "{} ticks not computed: the servo's state does not follow from the recording there",
-            summary.not_computed
+            "{} not computed: the servo's state does not follow from the recording there",
+            count(summary.not_computed, "tick")
         ))?;
     }
     output::text("the motion is the recorded one: the hand does not react to the other force")

@@ -112,7 +112,10 @@ impl<'a> Session<'a> {
     pub(super) async fn status(&mut self) -> Result<IdentificationReply, Failure> {
         let status: IdentificationReply = self.daemon.ask(Request::IdentifyStatus {}).await?;
         match &status.ended {
-            Some(why) if !status.moving => Err(Failure::BadRig(format!("the identification has ended: {why}"))),
+            Some(why) if !status.moving => Err(Failure::BadRig(format!(
+                "the identification has ended: {why}{}",
+                hint(why)
+            ))),
             _ => Ok(status),
         }
     }
@@ -215,6 +218,18 @@ impl<'a> Session<'a> {
             recorder.finish().await.map_err(|error| cannot_write(&error))?;
         }
         Ok(())
+    }
+}
+
+/// Where to look for the reason of a fault by time.
+fn hint(why: &str) -> &'static str {
+    if ["device_clock", "stalled", "periods were missed", "no new sample"]
+        .iter()
+        .any(|fault| why.contains(fault))
+    {
+        "; the machine or the link did not keep time: `haptic-ctl timing` and `haptic-ctl doctor` may say why"
+    } else {
+        ""
     }
 }
 

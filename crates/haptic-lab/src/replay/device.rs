@@ -148,10 +148,15 @@ impl Device {
         };
         let times = self.clocks.times().iter();
         let chosen = *times.min_by(|one, other| distance(one.elapsed).total_cmp(&distance(other.elapsed)))?;
-        if distance(chosen.elapsed) == 0.0 {
-            self.clocks.keep(|elapsed| distance(elapsed) == 0.0);
+        let fits = |elapsed| distance(elapsed) == 0.0;
+        let fitting = self.clocks.times().iter().filter(|time| fits(time.elapsed)).count();
+        if fitting > 0 {
+            self.clocks.keep(fits);
         }
-        self.doubt_for(NotCompared::ClockUnknown);
+        // A hand at rest has the same velocity whatever the time.
+        if fitting != 1 || row.device_velocity_mps == 0.0 {
+            self.doubt_for(NotCompared::ClockUnknown);
+        }
         Some(chosen)
     }
 

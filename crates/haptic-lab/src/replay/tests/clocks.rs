@@ -62,6 +62,7 @@ impl Rig {
     }
 
     /// The time since the last tick, ns, and what the device says.
+    #[expect(clippy::cast_sign_loss, reason = "times are not negative")]
     fn tick(&mut self) -> (u64, Measurement) {
         let Link {
             period_ns,
