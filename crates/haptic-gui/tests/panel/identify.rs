@@ -195,10 +195,20 @@ fn changed(revision: u64, dry_run: bool) -> Result<Answer, WireError> {
 #[test]
 fn the_scene_found_is_tried_under_a_lease_and_goes_back_by_itself() {
     let mut panel = answered(identify_page(connected(RigState::Engaged)));
+    let usual = asked(&mut panel);
+    // The coupling that suits this rig.
+    let mut active = Scene::paper();
+    active.coupling.as_mut().expect("it has one").stiffness = 7000.0;
+    hear(&mut panel, active_scene(1, &active));
     let foreseen = asked(&mut panel);
-    let [Intent::Foresee { scene }] = &foreseen[..] else {
-        panic!("{foreseen:?}")
+    let ([Intent::Foresee { scene: with_usual }], [Intent::Foresee { scene }]) = (&usual[..], &foreseen[..]) else {
+        panic!("{usual:?}, {foreseen:?}")
     };
+    assert_eq!(
+        (scene.coupling, &scene.friction),
+        (active.coupling, &with_usual.friction)
+    );
+    assert_ne!(scene.coupling, with_usual.coupling);
     assert!(
         foreseen[0]
             .request()

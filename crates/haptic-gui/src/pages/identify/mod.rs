@@ -33,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
                 choice::show(ui, model, intents);
                 show_asking(ui, model, intents);
                 if let Progress::Found(found) = model.view.fitting.progress() {
-                    result::show(ui, found);
+                    result::show(ui, found, model.daemon.scene.active.as_ref());
                 }
             });
         });
