@@ -23,7 +23,7 @@ trap '[ -z "$daemon" ] || kill "$daemon"; rm -rf "$socket"' EXIT
 mkdir -p "$out"
 
 echo "1. A lab records the real surface: a force sensor with 0.1 N of noise, an encoder of 10 um"
-ctl surface scenes/aluminium-on-teflon.toml --mass 1 --out "$out/real.csv" --hand "$out/hand.csv"
+ctl surface scenes/aluminium-on-teflon.toml --mass 1 --out "$out/real.csv" --hand "$out/hand.csv" --force
 
 echo "2. Its mass and friction are identified"
 ctl identify "$out/real.csv" --model karnopp --out "$out/scene.toml" --plot "$out/identified.html"

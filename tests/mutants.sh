@@ -5,7 +5,7 @@
 # result, and why each that lived may.
 #
 #   tests/mutants.sh               # every part
-#   tests/mutants.sh limiter rt    # limiter, senses, state, servo, session, clock, rt, thread
+#   tests/mutants.sh limiter rt    # limiter, senses, state, servo, forces, motion, session, clock, rt, thread
 #
 # What is committed is tested, not what is being worked on. The clone and its build stay in
 # $HAPTICD_MUTANTS_DIR (by default target/mutants), so a second run begins sooner. A change may take
@@ -20,7 +20,7 @@ if [ "$(cargo mutants --version 2>/dev/null)" != "cargo-mutants $version" ]; the
 fi
 
 parts=("$@")
-[ ${#parts[@]} != 0 ] || parts=(limiter senses state servo session clock rt thread)
+[ ${#parts[@]} != 0 ] || parts=(limiter senses state servo forces motion session clock rt thread)
 
 # For each part: the files that are changed, their package, and the names of the tests that should
 # see it. What is not named here is not run: a whole test run for every change would take a week.
@@ -34,6 +34,14 @@ describe() {
         package=haptic-core tests=(servo --skip every_build_gives)
         files=(servo/{mod,inputs,sensing,transition,force_offset,fault,state}.rs)
         ;;
+    forces)
+        package=haptic-core files=(servo/{force,ramp}.rs compensation.rs)
+        tests=(servo compensation --skip every_build_gives)
+        ;;
+    motion)
+        package=haptic-core files=(excitation/{mod,course}.rs pulse.rs rig_friction.rs bound_error.rs)
+        tests=(excitation pulse rig_friction bound_error servo::tests::motion)
+        ;;
     session)
         package=device-io files=(link/session.rs link/sent_messages.rs)
         tests=(link::session link::frame_tests)
@@ -41,15 +49,15 @@ describe() {
     clock) package=device-io files=(link/device_clock.rs) tests=(link::device_clock) ;;
     # Without a property that takes a second for each: what breaks it, others see.
     rt)
-        package=hapticd files=(rt/{clock,handoff,lateness,outbox,thread_settings,tick}.rs)
-        tests=(rt::{clock,handoff,lateness,outbox,thread_settings,tick} --skip force_stays_within)
+        package=hapticd files=(rt/{clock,handoff,lateness,outbox,rig_setup,thread_settings,tick}.rs)
+        tests=(rt::{clock,handoff,lateness,outbox,rig_setup,thread_settings,tick} --skip force_stays_within)
         ;;
     thread)
         package=hapticd files=(rt/thread.rs rt/privileges.rs)
         tests=(rt::thread:: rt::privileges rt::panic_tests)
         ;;
     *)
-        echo "no part $1: limiter, senses, state, servo, session, clock, rt, thread" >&2
+        echo "no part $1: limiter, senses, state, servo, forces, motion, session, clock, rt, thread" >&2
         exit 2
         ;;
     esac
@@ -68,6 +76,8 @@ git -C "$folder/tree" checkout --quiet --force --detach FETCH_HEAD
 
 # Long runs are short: what they see, they see early.
 unset HAPTICD_TEST_LONG
+# A change that only a rare case shows counts as not seen.
+export PROPTEST_CASES=64
 export CARGO_TERM_COLOR=never
 # The clone has a target folder of its own.
 unset CARGO_TARGET_DIR

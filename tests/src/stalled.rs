@@ -3,6 +3,7 @@
 //! looks.
 #![allow(unsafe_code, reason = "a filter of system calls is set by pointers")]
 
+use crate::Daemon;
 use libc::{BPF_ABS, BPF_JEQ, BPF_JMP, BPF_K, BPF_LD, BPF_RET, BPF_W, sock_filter, sock_fprog};
 use std::io;
 use std::os::unix::process::CommandExt;
@@ -14,12 +15,36 @@ const SECCOMP_FILTER_FLAG_NEW_LISTENER: libc::c_ulong = 1 << 3;
 const SECCOMP_RET_USER_NOTIF: u32 = 0x7fc0_0000;
 const SECCOMP_RET_ALLOW: u32 = 0x7fff_0000;
 
+/// A daemon with a fake rig, whose disk does not answer; none where this kernel cannot hold system
+/// calls.
+///
+/// # Panics
+/// It does not start.
+#[must_use]
+pub fn daemon(arguments: &[&str]) -> Option<Daemon> {
+    let directory = tempfile::tempdir().expect("a directory");
+    let scenes = directory.path().join("scenes");
+    let mut command = Command::new(crate::binary("hapticd"));
+    command.args(["--device", "fake", "--scene-dir"]).arg(&scenes);
+    command.arg("--state-dir").arg(directory.path().join("state"));
+    command.args(arguments);
+    if let Err(why) = stall_disk(&mut command) {
+        test_run::skip("seccomp", &format!("a kernel that holds system calls: {why}"));
+        return None;
+    }
+    // A directory that is not there is not read.
+    std::fs::create_dir(scenes).expect("a directory");
+    let mut daemon = Daemon::spawn(command, &directory.path().join("run/control.sock"));
+    daemon._directory = Some(directory);
+    Some(daemon)
+}
+
 /// Has a program, once it is started, stand for ever in each call that lists a directory or waits
 /// until a file is on the disk. What kills it still does.
 ///
 /// # Errors
 /// This kernel cannot hold system calls.
-pub fn stall_disk(command: &mut Command) -> io::Result<()> {
+fn stall_disk(command: &mut Command) -> io::Result<()> {
     let action = SECCOMP_RET_USER_NOTIF;
     // SAFETY: the kernel reads one word.
     let available = unsafe { libc::syscall(libc::SYS_seccomp, SECCOMP_GET_ACTION_AVAIL, 0, &raw const action) };

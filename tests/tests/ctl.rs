@@ -288,7 +288,7 @@ fn a_scene_is_simulated_along_a_motion_without_a_daemon() {
     let (out, events) = (path("out.csv"), path("events.csv"));
     let simulate = |more: &[&str]| {
         let basic = [
-            "simulate", &scene, "--motion", &motion, "--out", &out, "--events", &events,
+            "simulate", &scene, "--motion", &motion, "--out", &out, "--events", &events, "--force",
         ];
         let output = ctl(Path::new("/nonexistent/control.sock"), &[&basic, more].concat());
         assert!(output.status.success(), "{}", text(&output.stderr));
@@ -316,7 +316,10 @@ fn a_scene_is_simulated_along_a_motion_without_a_daemon() {
         "a block that moves begins sliding"
     );
 
-    let output = ctl(Path::new("/"), &["simulate", &scene, "--motion", &scene, "--out", &out]);
+    let output = ctl(
+        Path::new("/"),
+        &["simulate", &scene, "--motion", &scene, "--out", &out, "--force"],
+    );
     assert_eq!(output.status.code(), Some(2));
     assert!(
         text(&output.stderr).contains("device_position_m"),

@@ -4,7 +4,7 @@ use haptic_ipc::RigState;
 use rustix::process::{Pid, Signal, kill_process};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
-use system_tests::{Daemon, binary, status, wait_for_state};
+use system_tests::{Daemon, PATIENCE, binary, status, wait_for_state};
 
 /// A lease that is not lost where a busy machine lets haptic-ctl wait.
 const TIMEOUT: &str = "2s";
@@ -106,9 +106,40 @@ fn a_command_that_ends_well_is_no_success_when_the_daemon_has_gone_meanwhile() {
 #[test]
 fn a_request_to_end_goes_on_to_the_command() {
     let daemon = Daemon::start(&[]);
-    let mut holder = held(&daemon, "5s");
-    // Waiting would close the input, and `cat` would end by that: only the signal may end it.
-    let _input = holder.stdin.take().expect("it is a pipe");
-    kill_process(Pid::from_child(&holder), Signal::TERM).expect("it runs");
-    assert_eq!(holder.wait().expect("it ends").code(), Some(143));
+    // The interrupt is not that of a terminal, which the command would have got too.
+    for (signal, code) in [(Signal::TERM, 143), (Signal::INT, 130)] {
+        let mut holder = held(&daemon, "5s");
+        // Waiting would close the input, and `cat` would end by that: only the signal may end it.
+        let _input = holder.stdin.take().expect("it is a pipe");
+        kill_process(Pid::from_child(&holder), signal).expect("it runs");
+        assert_eq!(holder.wait().expect("it ends").code(), Some(code));
+    }
+}
+
+#[test]
+fn a_haptic_ctl_that_is_killed_takes_the_command_with_it() {
+    let daemon = Daemon::start(&[]);
+    let mut holder = lease(&daemon, TIMEOUT, &["sleep", "1000"]);
+    let children = format!("/proc/{0}/task/{0}/children", holder.id());
+    let command = found("the command", || {
+        std::fs::read_to_string(&children).ok()?.trim().parse::<u32>().ok()
+    });
+    holder.kill().expect("it runs");
+    found("its end", || {
+        let stat = std::fs::read_to_string(format!("/proc/{command}/stat")).unwrap_or_default();
+        (stat.is_empty() || stat.contains(") Z ")).then_some(())
+    });
+    drop(holder.wait());
+}
+
+/// Asks until there is something.
+fn found<T>(what: &str, ask: impl Fn() -> Option<T>) -> T {
+    let began = Instant::now();
+    loop {
+        if let Some(found) = ask() {
+            return found;
+        }
+        assert!(began.elapsed() < PATIENCE, "waited in vain for {what}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
 }

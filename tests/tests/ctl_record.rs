@@ -18,6 +18,7 @@ fn start(daemon: &Daemon, file: &Path, more: &[&str]) -> Child {
         .args(more)
         .arg("--socket")
         .arg(daemon.socket())
+        .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -427,12 +428,35 @@ fn a_program_sets_markers_by_lines_where_that_is_asked_for() {
             assert!(began.elapsed() < PATIENCE, "{:?}", markers(&read(&file)));
             system_tests::pause();
         }
-        // The end of its input does not end it.
         drop(lines);
-        wait_for_rows(&file, read(&file).rows.len() + 300);
-        assert_eq!(end(recorder, Signal::TERM).status.code(), Some(0));
+        let ended = if asked {
+            // The program that set the markers has ended.
+            recorder.wait_with_output().expect("it ends")
+        } else {
+            wait_for_rows(&file, read(&file).rows.len() + 300);
+            end(recorder, Signal::TERM)
+        };
+        assert_eq!(ended.status.code(), Some(0));
+        assert_eq!(read(&file).ending, Ending::Complete);
         assert_eq!(markers(&read(&file)), wanted);
     }
+}
+
+#[test]
+fn the_end_of_the_markers_does_not_cut_the_time_that_was_asked_for() {
+    let daemon = Daemon::start(&[]);
+    let (_directory, file) = somewhere("csv");
+    let recorder = start(&daemon, &file, &["--markers-from-stdin", "--for", "400ms"]);
+    // Its input ends at once.
+    assert_eq!(recorder.wait_with_output().expect("it ends").status.code(), Some(0));
+    assert!(read(&file).rows.len() > 300);
+    let refused = daemon.ctl(&["record", "nothing.mcap", "--for", "0s"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        text(&refused.stderr).contains("--for = 0 s"),
+        "{}",
+        text(&refused.stderr)
+    );
 }
 
 #[test]

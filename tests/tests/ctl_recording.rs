@@ -382,7 +382,15 @@ fn a_recording_is_a_motion_for_simulate_and_for_the_hand_in_every_format() {
     let mut forces = Vec::new();
     for motion in shelf.in_every_format(&file).iter().chain([&plain_table]) {
         let out = shelf.path("out.csv");
-        let told = offline_ok(&["simulate", SCENE, "--motion", plain(motion), "--out", plain(&out)]);
+        let told = offline_ok(&[
+            "simulate",
+            SCENE,
+            "--motion",
+            plain(motion),
+            "--out",
+            plain(&out),
+            "--force",
+        ]);
         assert!(told.contains(&format!("{} ticks", whole.rows.len() - 1)), "{told}");
         forces.push(std::fs::read_to_string(&out).expect("rows"));
         assert_eq!(forces.last(), forces.first(), "{}", motion.display());

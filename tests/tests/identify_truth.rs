@@ -7,10 +7,10 @@ use haptic_core::block::Contact;
 use haptic_core::velocity::{Estimator, Method};
 use haptic_core::{Excitation, PulseShape, Renderer};
 use haptic_ipc::{IdentificationReply, Peer};
-use haptic_lab::identify::Record;
 use haptic_lab::identify::cogging::{SweepSample, at_speed};
 use haptic_lab::identify::plan::Bounds;
 use haptic_lab::identify::rig_itself::{self, RigItself};
+use haptic_lab::identify::{ModelKind, Options, Record, identify};
 
 const PERIOD_NS: u64 = 1_000_000;
 
@@ -174,4 +174,31 @@ fn a_rig_that_breaks_away_above_its_friction_has_its_static_limits_and_no_coggin
     let limits = found.identified.static_force_n.expect("found");
     is_within("static limit +, N", limits.positive, 1.12, 0.05);
     is_within("static limit -, N", limits.negative, 1.12, 0.05);
+}
+
+#[test]
+fn what_gives_way_before_it_slides_is_found_by_the_motions_of_a_run() {
+    let truth = RigProperties {
+        friction_n: 2.0,
+        presliding_n_per_m: Some(2e4),
+        resolution_m: 1e-6,
+        ..RigProperties::default()
+    };
+    let mut rig = Loop::new(truth);
+    let bounds = Bounds::new(&of_rig(truth.resolution_m), None, None);
+    rig.excite(bounds.chirp(6.0, 1.0));
+    let ramps = rig.excite(bounds.ramps(1));
+    let breakaway_n = ramps.iter().map(|sample| sample.force_n.abs()).fold(0.0, f64::max);
+    rig.excite(bounds.strokes(breakaway_n));
+    let options = Options {
+        offset_n: Some(0.0),
+        ..Options::new(ModelKind::Dahl)
+    };
+    let found = identify(&rig.record, &options).expect("a usable record");
+    println!("{found:#?}");
+    is_within("mass, kg", found.mass_kg.expect("found"), 1.4, 0.03);
+    let dynamic = found.dynamic_force_n.expect("found");
+    is_within("friction +, N", dynamic.positive, 2.0, 0.03);
+    is_within("friction -, N", dynamic.negative, 2.0, 0.03);
+    is_within("stiffness, N/m", found.stiffness_n_per_m.expect("found"), 2e4, 0.1);
 }

@@ -97,6 +97,7 @@ fn every_ready_scene_is_simulated_by_every_scheme() {
                     motion.to_str().expect("a plain path"),
                     "--out",
                     out.to_str().expect("a plain path"),
+                    "--force",
                     "--scheme",
                     scheme,
                 ],

@@ -43,7 +43,18 @@ fn a_socket_in_use_is_refused_and_a_stale_one_is_replaced() {
     assert_eq!(status(&mut second.client()).state, RigState::Idle);
     let (ended, _) = second.end(Signal::TERM);
     assert!(ended.success());
-    assert!(!socket.exists(), "a daemon that ends in order takes its socket with it");
+    let left: Vec<_> = std::fs::read_dir(directory.path().join("rig"))
+        .expect("a directory")
+        .collect();
+    assert!(left.is_empty(), "a daemon that ends in order leaves nothing: {left:?}");
+
+    // Its lock is no way to another's file.
+    let lock = directory.path().join("rig/control.sock.lock");
+    std::os::unix::fs::symlink(directory.path().join("made"), &lock).expect("a link");
+    let (code, said) = refused(&["--device", "fake", "--socket", path]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(!directory.path().join("made").exists(), "{said}");
+    std::fs::remove_file(&lock).expect("it is ours");
 
     std::fs::write(&socket, "precious").expect("a file");
     let (code, said) = refused(&["--device", "fake", "--socket", path]);

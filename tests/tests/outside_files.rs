@@ -9,7 +9,7 @@ use std::os::unix::net::UnixListener;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-use system_tests::stalled::stall_disk;
+use system_tests::stalled;
 use system_tests::{Daemon, PATIENCE, binary, ctl, wait_for_state};
 
 /// Each kind of file that is none to read, with what the refusal says of it.
@@ -145,19 +145,9 @@ fn what_is_no_configuration_scene_or_motion_is_refused_at_once() {
 // hazard: H14
 #[test]
 fn a_disk_that_does_not_answer_holds_up_neither_a_stop_nor_the_end() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let socket = directory.path().join("run/control.sock");
-    let mut command = Command::new(binary("hapticd"));
-    command
-        .args(["--device", "fake", "--ramp-ms", "20", "--scene-dir"])
-        .arg(directory.path().join("scenes"));
-    if let Err(why) = stall_disk(&mut command) {
-        test_run::skip("seccomp", &format!("a kernel that holds system calls: {why}"));
+    let Some(daemon) = stalled::daemon(&["--ramp-ms", "20"]) else {
         return;
-    }
-    // A directory that is not there is not read.
-    fs::create_dir(directory.path().join("scenes")).expect("a directory");
-    let daemon = Daemon::spawn(command, &socket);
+    };
     let mut client = daemon.client();
     let _: StateReply = client.request(Request::Engage {}).expect("it is idle");
     wait_for_state(&mut client, RigState::Engaged);

@@ -10,7 +10,8 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::Instant;
-use system_tests::{Daemon, PATIENCE, binary};
+use system_tests::fake_rig::FakeRig;
+use system_tests::{Daemon, PATIENCE, binary, wait_for_state};
 
 /// Marks and rows in the order of the file.
 fn entries(recording: &Recording) -> impl Iterator<Item = Entry> {
@@ -183,6 +184,64 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
         assert!(!report.is_exact(), "it makes no difference: {changed:?}");
     }
     println!("{} ticks, {live} of them with force, are the same", report.compared());
+}
+
+#[test]
+fn a_rig_behind_a_link_gives_its_forces_again_also_after_another_one_came() {
+    let _one = crate::one_of_two();
+    let directory = tempfile::tempdir().expect("a directory");
+    let link = directory.path().join("rig");
+    let rig = FakeRig::start_at(&link, &["--hand", "arm"]);
+    let daemon = Daemon::start_on(&rig.address(), &["--ramp-ms=20", "--velocity=foaw-end-fit"]);
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    // What a replay knows nothing of: an engagement before the recording.
+    drop(daemon.ctl(&["engage", "--wait"]));
+    drop(daemon.ctl(&["release", "--wait"]));
+    let file = directory.path().join("session.mcap");
+    let recorder = Command::new(binary("haptic-ctl"))
+        .arg("record")
+        .arg(&file)
+        .arg("--socket")
+        .arg(daemon.socket())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("haptic-ctl starts");
+    wait_for_rows(&file, 300);
+    drop(daemon.ctl(&["engage", "--wait"]));
+    wait_for_rows(&file, 300);
+    drop(daemon.ctl(&["release", "--wait"]));
+    drop(rig);
+    wait_for_state(&mut client, RigState::Disconnected);
+    let _other = FakeRig::start_at(
+        &link,
+        &["--hand", "arm", "--resolution-mm", "0.05", "--force-limit-n", "7"],
+    );
+    wait_for_state(&mut client, RigState::Idle);
+    wait_for_rows(&file, 300);
+    // A busy machine may fault the rig: that is recorded, too.
+    drop(daemon.ctl(&["engage", "--wait"]));
+    wait_for_rows(&file, 300);
+    kill_process(Pid::from_child(&recorder), Signal::INT).expect("it runs");
+    assert!(recorder.wait_with_output().expect("it ends").status.success());
+    let (said, _) = ctl_json(&file, &[]);
+    assert_eq!(
+        (&said["differing"], &said["first_differing"]),
+        (&0.into(), &Value::Null),
+        "{said}"
+    );
+    let recording = recording::read(&file).expect("a recording");
+    let newest = recording.marks.iter().rev().find_map(|(_, mark)| match mark {
+        Mark::Servo { servo, .. } => Some(servo),
+        _ => None,
+    });
+    let newest = newest.expect("another device was told of");
+    assert_eq!(
+        (newest.device_resolution_m, newest.device_force_limit_n),
+        (5e-5, Some(7.0))
+    );
+    println!("{said}");
 }
 
 #[test]

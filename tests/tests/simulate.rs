@@ -18,7 +18,7 @@ fn simulate(directory: &Path, motion: &str, more: &[&str]) -> Output {
         motion_file.to_str().expect("a plain path"),
         out.to_str().expect("a plain path"),
     );
-    let basic = ["simulate", SCENE, "--motion", motion_file, "--out", out];
+    let basic = ["simulate", SCENE, "--motion", motion_file, "--out", out, "--force"];
     ctl(Path::new("/nonexistent"), &[&basic, more].concat())
 }
 

@@ -15,6 +15,7 @@ mod ctl_change;
 mod ctl_doctor;
 mod ctl_identify;
 mod ctl_lease;
+mod ctl_outputs;
 mod ctl_record;
 mod ctl_recording;
 mod ctl_requests;

@@ -58,7 +58,7 @@ pub enum ClockError {
 }
 
 /// How the clocks stood to each other at the quickest sample of a window.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Quickest {
     host_ns: u64,
     /// Our time less the device's, ns.
@@ -66,7 +66,7 @@ struct Quickest {
 }
 
 /// A window that is being filled.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Window {
     first: Stamp,
     samples: u32,
@@ -74,7 +74,7 @@ struct Window {
 }
 
 /// What is known of a clock that has sent a sample.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Running {
     last: Stamp,
     equal: u32,
@@ -83,7 +83,7 @@ struct Running {
 }
 
 /// Compares a device's clock with ours, sample by sample.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleClock {
     /// The device's time may be off ours by so much at once, ns.
     tolerance_ns: u64,
@@ -118,6 +118,16 @@ impl SampleClock {
     #[must_use]
     pub fn period_s(&self) -> f64 {
         self.period_s
+    }
+
+    /// Whether our clock contradicts a sample's stamps: the sampling period then decides on the time since
+    /// the sample before.
+    #[must_use]
+    pub fn is_contradicted(&self, stamp: Stamp) -> bool {
+        self.running.as_ref().is_some_and(|Running { last, .. }| {
+            let device_ns = stamp.device_ns.saturating_sub(last.device_ns);
+            !agree(seconds(device_ns), seconds(stamp.host_ns.saturating_sub(last.host_ns)))
+        })
     }
 
     /// The time since the sample before, s; zero at the first.

@@ -31,6 +31,7 @@ impl ChangeArguments {
             if_revision: self.if_revision,
             ramp_ms: self.ramp.map(milliseconds),
             dry_run: self.dry_run,
+            at_tick: None,
         }
     }
 }

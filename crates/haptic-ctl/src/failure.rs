@@ -1,6 +1,8 @@
 //! How a command can end badly, and with which exit code.
 
 use haptic_ipc::{ClientError, ErrorCode, WireError};
+use std::io;
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -49,6 +51,26 @@ impl From<std::io::Error> for Failure {
 }
 
 impl Failure {
+    /// The refusal to replace a file.
+    pub(crate) fn exists(path: &Path) -> Self {
+        Self::Usage(format!("{} exists; --force replaces it", path.display()))
+    }
+
+    /// The failure to create a file: by its name, which is wrong usage, or by what the disk says.
+    pub(crate) fn not_created(path: &Path, error: &io::Error) -> Self {
+        let message = format!("{}: {error}", path.display());
+        match error.kind() {
+            io::ErrorKind::AlreadyExists => Self::exists(path),
+            io::ErrorKind::NotFound
+            | io::ErrorKind::PermissionDenied
+            | io::ErrorKind::IsADirectory
+            | io::ErrorKind::NotADirectory
+            | io::ErrorKind::InvalidFilename
+            | io::ErrorKind::ReadOnlyFilesystem => Self::Usage(message),
+            _ => Self::File(message),
+        }
+    }
+
     /// The exit code of a request that the daemon refuses with this.
     pub(crate) const fn code_of_refusal(code: ErrorCode) -> u8 {
         match code {

@@ -16,7 +16,8 @@ use tokio::signal::unix::{SignalKind, signal};
 pub(crate) const HELP: &str = "\
 The exit code is the command's. After a command that ends with 0 the rig stays as the command has left it; after any \
 other end it is released. \
-SIGTERM and SIGHUP are passed on to the command.
+SIGTERM, SIGHUP and a SIGINT that is not the terminal's are passed on to the command; a haptic-ctl that is killed takes \
+the command with it by SIGTERM.
 
     haptic-ctl lease --timeout 200ms -- python3 experiment.py";
 
@@ -56,7 +57,10 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<()
         .command
         .split_first()
         .ok_or_else(|| Failure::Usage("there is no command to run".to_owned()))?;
-    let mut child = match Command::new(program).args(rest).spawn() {
+    let mut command = Command::new(program);
+    command.args(rest);
+    end_with_this_process(&mut command);
+    let mut child = match command.spawn() {
         Ok(child) => child,
         Err(error) => {
             end(daemon).await?;
@@ -76,8 +80,12 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<()
                     lost = Some(failure);
                 }
             }
-            // A terminal sends this to the command too.
-            _ = interrupt.recv() => {}
+            _ = interrupt.recv() => {
+                // A terminal sends it to the command too.
+                if !is_in_foreground() {
+                    pass_on(&child, rustix::process::Signal::INT);
+                }
+            }
             _ = terminate.recv() => pass_on(&child, rustix::process::Signal::TERM),
             _ = hang_up.recv() => pass_on(&child, rustix::process::Signal::HUP),
         }
@@ -93,6 +101,33 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments) -> Result<()
 async fn end(daemon: &mut Daemon) -> Result<(), Failure> {
     let _: LeaseReply = daemon.ask(Request::Lease { timeout_ms: 0 }).await?;
     Ok(())
+}
+
+/// Lets the kernel end the command when this process dies, however it dies: without the lease it would go on with a rig
+/// that is released.
+fn end_with_this_process(command: &mut Command) {
+    let parent = nix::unistd::getpid();
+    let before = move || {
+        nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGTERM)?;
+        // It may have died before the kernel was asked.
+        if nix::unistd::getppid() == parent {
+            Ok(())
+        } else {
+            Err(nix::errno::Errno::ESRCH.into())
+        }
+    };
+    // SAFETY: between fork and exec two system calls are made, and nothing is allocated or locked.
+    #[expect(unsafe_code, reason = "what runs between fork and exec has no safe wrapper")]
+    unsafe {
+        command.pre_exec(before);
+    }
+}
+
+/// Whether this process is in the foreground of its terminal, where ^C goes to it and to the command.
+fn is_in_foreground() -> bool {
+    let terminal = std::fs::File::open("/dev/tty").map_err(drop);
+    let foreground = terminal.and_then(|terminal| rustix::termios::tcgetpgrp(&terminal).map_err(drop));
+    foreground == Ok(rustix::process::getpgrp())
 }
 
 fn pass_on(child: &Child, signal: rustix::process::Signal) {

@@ -113,9 +113,7 @@ mod tests {
                 pid: Some(7),
                 program: Some("haptic-ctl".into()),
             }),
-            op: "set".into(),
             revision: 9,
-            state: None,
             changes: vec![Difference {
                 param: "mass".into(),
                 unit: Some("kg".into()),
@@ -123,7 +121,7 @@ mod tests {
                 after: Some(Value::Number(Directional::both(1.5))),
             }],
             ramp_ms: Some(50.0),
-            message: None,
+            ..JournalEntry::of("set")
         };
         let zone = TimeZone::fixed(jiff::tz::offset(2));
         assert_eq!(

@@ -35,6 +35,7 @@ mod set;
 mod simulate;
 mod status;
 mod surface;
+mod table_file;
 mod timing;
 mod top;
 mod undo;
@@ -75,7 +76,7 @@ struct Arguments {
 const GLOBAL: &str = "Options of every subcommand";
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done, 1 refused by the daemon, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer, or timed out, \
+Exit codes: 0 done, 1 refused by the daemon or not written, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer, or timed out, \
 6 the rig is stopped or faulted, 130 interrupted.
 
 With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of \

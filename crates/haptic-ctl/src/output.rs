@@ -2,14 +2,74 @@
 
 use crate::failure::Failure;
 use haptic_core::Directional;
+use rustix::termios::tcgetwinsize;
 use serde::Serialize;
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 
 /// Writes a text and a newline.
 pub(crate) fn line(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     writeln!(out, "{text}")?;
     Ok(out.flush()?)
+}
+
+/// Writes a text for people and a newline. A terminal gets its lines broken at words.
+pub(crate) fn text(text: &str) -> Result<(), Failure> {
+    match terminal_columns() {
+        Some(columns) => line(&wrapped(text, columns)),
+        None => line(text),
+    }
+}
+
+/// The width of the terminal that standard output is.
+fn terminal_columns() -> Option<usize> {
+    let out = std::io::stdout();
+    let columns = out.is_terminal().then(|| tcgetwinsize(&out).ok()).flatten()?.ws_col;
+    (columns > 0).then_some(columns.into())
+}
+
+/// Breaks lines at words. What follows a break stands below the last column of a table, or below the line's
+/// beginning.
+fn wrapped(text: &str, columns: usize) -> String {
+    let lines = text.lines().map(|line| wrapped_line(line, columns));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+fn wrapped_line(line: &str, columns: usize) -> String {
+    let begin = line.len() - line.trim_start().len();
+    let last_column = line.rfind("  ").map_or(begin, |gap| gap + 2);
+    let width = |text: &str| text.chars().count();
+    let indent = Some(width(&line[..last_column]))
+        .filter(|indent| *indent <= columns / 2)
+        .unwrap_or(begin);
+    let mut wrapped = String::new();
+    let mut room = columns;
+    let mut rest = line;
+    let mut words_from = last_column.max(begin);
+    while width(rest) > room {
+        let end = rest.char_indices().nth(room).map_or(rest.len(), |(end, _)| end);
+        // A word that is too long stays whole.
+        let found = rest[words_from..].find(' ').map(|first| words_from + first);
+        let Some(first) = found else { break };
+        let at = match rest[..end].rfind(' ') {
+            _ if rest[end..].starts_with(' ') => end,
+            Some(last) => last.max(first),
+            None => first,
+        };
+        wrapped.push_str(rest[..at].trim_end());
+        wrapped.push('\n');
+        wrapped.push_str(&" ".repeat(indent));
+        rest = rest[at..].trim_start();
+        (room, words_from) = (columns.saturating_sub(indent).max(1), 0);
+    }
+    wrapped.push_str(rest);
+    wrapped
+}
+
+/// So many of something, whose plural has an s.
+pub(crate) fn count(number: u64, what: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{number} {what}{plural}")
 }
 
 /// Writes a value as one line of JSON.
@@ -55,6 +115,16 @@ pub(crate) fn directional(value: Directional) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_are_broken_at_words_and_go_on_below_their_last_column() {
+        assert_eq!(wrapped("one two three\nfour", 9), "one two\nthree\nfour");
+        assert_eq!(wrapped("by  one two three", 12), "by  one two\n    three");
+        assert_eq!(wrapped("  one two three", 9), "  one two\n  three");
+        assert_eq!(wrapped("a-word-of-no-end and more", 9), "a-word-of-no-end\nand more");
+        assert_eq!(wrapped("\u{b5}m \u{b5}m \u{b5}m", 5), "\u{b5}m \u{b5}m\n\u{b5}m");
+        assert_eq!(wrapped("", 9), "");
+    }
 
     #[test]
     fn columns_line_up() {

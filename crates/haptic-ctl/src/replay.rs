@@ -3,16 +3,15 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::scene::reference;
+use crate::table_file::TableFile;
 use crate::{complete, output, progress, set};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::{Scene, Scheme};
-use haptic_ipc::{BUILT_IN_SCENES, Changes, ClientError, Request, SceneRef, SceneReply};
+use haptic_ipc::{BUILT_IN_SCENES, ClientError, Request, SceneRef, SceneReply, WireError};
 use haptic_lab::recording::{self, Ending, Metadata, Reader, RecordingError};
 use haptic_lab::replay::{self, Alternative, Felt, LargestDifference, Report, Summary, Tally, WhatIf};
 use serde_json::{Value, json};
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -44,6 +43,10 @@ pub(crate) struct Arguments {
     /// Output: both forces, one row a tick
     #[arg(long, value_name = "OUT.csv")]
     out: Option<PathBuf>,
+
+    /// Replace an existing file
+    #[arg(long, requires = "out")]
+    force: bool,
 }
 
 impl Arguments {
@@ -85,11 +88,14 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
 }
 
 fn changes(texts: &[String]) -> Result<Vec<(haptic_core::ParameterKey, f64)>, Failure> {
-    let changes: Changes = texts
-        .iter()
-        .map(|text| set::assignment(text))
-        .collect::<Result<_, _>>()?;
-    changes.resolve().map_err(|error| Failure::Usage(error.message))
+    let change = |text: &String| {
+        let (name, value) = set::assignment(text)?;
+        let key = name
+            .parse()
+            .map_err(|error| Failure::Usage(WireError::from(error).message))?;
+        Ok((key, value))
+    };
+    texts.iter().map(change).collect()
 }
 
 /// The other scene: built in, from a file, or of the daemon.
@@ -175,7 +181,7 @@ fn rate(ticks: u64, began: Instant) -> f64 {
 }
 
 fn show(path: &Path, report: &Report, ending: Ending, ticks_per_s: f64) -> Result<(), Failure> {
-    output::line(&format!(
+    output::text(&format!(
         "{}: {} ticks, {} compared ({} with force), {} of them differ",
         path.display(),
         report.ticks,
@@ -184,24 +190,24 @@ fn show(path: &Path, report: &Report, ending: Ending, ticks_per_s: f64) -> Resul
         report.differing
     ))?;
     if let Some(first) = &report.first_differing {
-        output::line(&format!(
+        output::text(&format!(
             "first at tick {} ({:.6} s): {} is recorded as {}, and computed as {}\n  {}",
             first.tick, first.t_s, first.column, first.recorded, first.computed, first.likely
         ))?;
     }
     for one in &report.uncompared {
-        output::line(&format!(
+        output::text(&format!(
             "{} ticks from tick {} on not compared: {}",
             one.ticks, one.first_tick, one.reason
         ))?;
     }
     if ending != Ending::Complete {
-        output::line(&format!("the recording is {ending}"))?;
+        output::text(&format!("the recording is {ending}"))?;
     }
     if report.compared() == 0 {
-        output::line("nothing was compared: begin a recording before force flows")?;
+        output::text("nothing was compared: begin a recording before force flows")?;
     }
-    output::line(&format!("{ticks_per_s} ticks a second"))
+    output::text(&format!("{ticks_per_s} ticks a second"))
 }
 
 fn what_if(arguments: &Arguments, alternative: Alternative, as_json: bool) -> Result<(), Failure> {
@@ -210,7 +216,7 @@ fn what_if(arguments: &Arguments, alternative: Alternative, as_json: bool) -> Re
     let mut out = arguments
         .out
         .as_deref()
-        .map(|out| Forces::create(out, path))
+        .map(|out| Forces::create(out, path, arguments.force))
         .transpose()?;
     let began = Instant::now();
     let bar = progress::busy("replaying");
@@ -281,8 +287,8 @@ fn show_what_if(path: &Path, summary: &Summary) -> Result<(), Failure> {
         row("time stuck, s", &|tally| format!("{:.3}", tally.stuck_s)),
         row("work of the hand, J", &|tally| format!("{:.4}", tally.energy_j)),
     ];
-    output::line(&format!("{}: {} ticks", path.display(), summary.ticks))?;
-    output::line(&output::table(&rows))?;
+    output::text(&format!("{}: {} ticks", path.display(), summary.ticks))?;
+    output::text(&output::table(&rows))?;
     if let Some(LargestDifference {
         tick,
         t_s,
@@ -290,29 +296,26 @@ fn show_what_if(path: &Path, summary: &Summary) -> Result<(), Failure> {
         what_if_n,
     }) = largest_difference
     {
-        output::line(&format!(
+        output::text(&format!(
             "they differ most at tick {tick} ({t_s:.6} s): {recorded_n:.4} N recorded, {what_if_n:.4} N instead"
         ))?;
     } else {
-        output::line("both forces are the same in every tick")?;
+        output::text("both forces are the same in every tick")?;
     }
     if summary.not_computed > 0 {
-        output::line(&format!(
+        output::text(&format!(
             "{} ticks not computed: the servo's state does not follow from the recording there",
             summary.not_computed
         ))?;
     }
-    output::line("the motion is the recorded one: the hand does not react to the other force")
+    output::text("the motion is the recorded one: the hand does not react to the other force")
 }
 
 /// The file of both forces.
-struct Forces<'a> {
-    path: &'a Path,
-    file: BufWriter<File>,
-}
+struct Forces<'a>(TableFile<'a>);
 
 impl<'a> Forces<'a> {
-    fn create(path: &'a Path, recording: &Path) -> Result<Self, Failure> {
+    fn create(path: &'a Path, recording: &Path, replace: bool) -> Result<Self, Failure> {
         if path
             .canonicalize()
             .is_ok_and(|out| recording.canonicalize().is_ok_and(|read| read == out))
@@ -320,12 +323,8 @@ impl<'a> Forces<'a> {
             let path = path.display();
             return Err(Failure::Usage(format!("{path} is the recording: name another file")));
         }
-        let file = File::create(path).map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
-        let mut forces = Self {
-            path,
-            file: BufWriter::new(file),
-        };
-        forces.line(format_args!(
+        let mut forces = Self(TableFile::create(path, replace)?);
+        forces.0.line(format_args!(
             "tick,t_s,device_position_m,device_velocity_mps,recorded_force_N,what_if_force_N,recorded_contact,\
              what_if_contact,what_if_block_position_m,what_if_block_velocity_mps"
         ))?;
@@ -337,7 +336,7 @@ impl<'a> Forces<'a> {
         let cell =
             |of: fn(&haptic_ipc::Sample) -> f64| what_if.as_ref().map_or_else(String::new, |row| of(row).to_string());
         let contact = what_if.as_ref().map_or_else(String::new, |row| row.contact.to_string());
-        self.line(format_args!(
+        self.0.line(format_args!(
             "{},{},{},{},{},{},{},{contact},{},{}",
             recorded.tick,
             recorded.t_s,
@@ -351,17 +350,7 @@ impl<'a> Forces<'a> {
         ))
     }
 
-    fn finish(mut self) -> Result<(), Failure> {
-        let path = self.path;
-        self.file.flush().map_err(|error| Self::failure(path, &error))
-    }
-
-    fn line(&mut self, line: std::fmt::Arguments<'_>) -> Result<(), Failure> {
-        let path = self.path;
-        writeln!(self.file, "{line}").map_err(|error| Self::failure(path, &error))
-    }
-
-    fn failure(path: &Path, error: &std::io::Error) -> Failure {
-        Failure::File(format!("{}: {error}", path.display()))
+    fn finish(self) -> Result<(), Failure> {
+        self.0.finish()
     }
 }

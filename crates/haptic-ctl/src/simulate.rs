@@ -2,14 +2,13 @@
 
 use crate::failure::Failure;
 use crate::scene::reference;
+use crate::table_file::{self, TableFile};
 use crate::{output, progress};
 use clap::Args;
 use haptic_core::{Scene, SceneError, Scheme};
 use haptic_lab::motion::{self, MotionError, MotionReader};
 use haptic_lab::simulate::{self, Cost, CostMeter, Row, Simulator, Start};
 use serde_json::json;
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -42,6 +41,10 @@ pub(crate) struct Arguments {
     /// Initial velocity of the block, m/s; a moving block starts sliding
     #[arg(long, value_name = "M/S", allow_hyphen_values = true, default_value = "0")]
     block_velocity: f64,
+
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
@@ -54,6 +57,9 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         }
     }
     refuse_overwriting(arguments)?;
+    for path in [Some(&arguments.out), arguments.events.as_ref()].into_iter().flatten() {
+        table_file::check(path, arguments.force)?;
+    }
     let scene = reference::file(&arguments.scene)?;
     if scene.is_on_device() && (arguments.block_position.is_some() || arguments.block_velocity != 0.0) {
         return Err(Failure::Usage(format!(
@@ -79,7 +85,7 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
             "exhausted_ticks": summary.exhausted_ticks,
         }));
     }
-    output::line(&format!(
+    output::text(&format!(
         "{}, {} scheme: {} ticks, {:.1} ns a tick (median), worst {:.2} us\n\
          {} changes of contact, {} J of energy created by friction, {} ticks out of work",
         scene.name,
@@ -115,8 +121,9 @@ fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary,
     let (first, period_s) = (motion.first(), motion.period_s());
     let mut simulator = Simulator::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
     let mut meter = CostMeter::new(scene, arguments.scheme, period_s, &first, start).map_err(refused)?;
-    let mut rows_file = Output::create(&arguments.out)?;
-    let mut events_file = arguments.events.as_deref().map(Output::create).transpose()?;
+    let create = |path| TableFile::create(path, arguments.force);
+    let mut rows_file = create(&arguments.out)?;
+    let mut events_file = arguments.events.as_deref().map(create).transpose()?;
     rows_file.write(|file| simulate::write_rows_header(file))?;
     if let Some(file) = &mut events_file {
         file.write(|file| simulate::write_events_header(file))?;
@@ -140,9 +147,9 @@ fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary,
         samples += stretch.len();
         event_count += events.len();
     }
-    rows_file.write(std::io::Write::flush)?;
-    if let Some(file) = &mut events_file {
-        file.write(std::io::Write::flush)?;
+    rows_file.finish()?;
+    if let Some(file) = events_file {
+        file.finish()?;
     }
     Ok(Summary {
         ticks: samples - 1,
@@ -151,30 +158,6 @@ fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary,
         exhausted_ticks: simulator.exhausted_ticks(),
         cost: meter.cost(),
     })
-}
-
-/// A file that is written, by name.
-struct Output<'a> {
-    path: &'a Path,
-    file: BufWriter<File>,
-}
-
-impl<'a> Output<'a> {
-    fn create(path: &'a Path) -> Result<Self, Failure> {
-        let file = File::create(path).map_err(|error| Self::failure(path, &error))?;
-        Ok(Self {
-            path,
-            file: BufWriter::new(file),
-        })
-    }
-
-    fn write(&mut self, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<(), Failure> {
-        write(&mut self.file).map_err(|error| Self::failure(self.path, &error))
-    }
-
-    fn failure(path: &Path, error: &std::io::Error) -> Failure {
-        Failure::Usage(format!("{}: {error}", path.display()))
-    }
 }
 
 /// No output may take the place of an input or of the other output.

@@ -2,13 +2,12 @@
 
 use crate::failure::Failure;
 use crate::scene::reference;
+use crate::table_file::{self, TableFile};
 use crate::{output, progress};
 use clap::Args;
 use haptic_lab::identify::study::Sensors;
 use haptic_lab::surface;
 use serde_json::json;
-use std::fs::File;
-use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
@@ -41,9 +40,17 @@ pub(crate) struct Arguments {
     /// Seed of the noise
     #[arg(long, value_name = "N", default_value = "1")]
     seed: u64,
+
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+    // Before the work, which takes seconds.
+    for path in [Some(&arguments.out), arguments.hand.as_ref()].into_iter().flatten() {
+        table_file::check(path, arguments.force)?;
+    }
     let scene = reference::file(&arguments.scene)?;
     let name = arguments.scene.display();
     let Some(block) = scene.block else {
@@ -72,11 +79,11 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     let record = &recorded.mass;
     let rows = record.t_s.iter().zip(&record.position_m).zip(&record.force_n);
     let rows = rows.map(|((t, position), force)| format!("{t:.4},{position:.7},{force:.5}"));
-    write(&arguments.out, "t_s,position_m,force_N", rows)?;
+    write(arguments, &arguments.out, "t_s,position_m,force_N", rows)?;
     if let Some(path) = &arguments.hand {
         let rows = recorded.hand.iter();
         let rows = rows.map(|sample| format!("{:.4},{:.7}", sample.t_s, sample.position_m));
-        write(path, "t_s,position_m", rows)?;
+        write(arguments, path, "t_s,position_m", rows)?;
     }
     let length_s = record.t_s.last().copied().unwrap_or(0.0);
     if as_json {
@@ -87,7 +94,7 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
             "mass_kg": mass_kg,
         }));
     }
-    output::line(&format!(
+    output::text(&format!(
         "{}: {mass_kg} kg on the surface of {}, {length_s:.1} s, {} rows",
         arguments.out.display(),
         scene.name,
@@ -95,14 +102,11 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     ))
 }
 
-fn write(path: &Path, header: &str, rows: impl Iterator<Item = String>) -> Result<(), Failure> {
-    let write = || {
-        let mut file = BufWriter::new(File::create(path)?);
-        writeln!(file, "{header}")?;
-        for row in rows {
-            writeln!(file, "{row}")?;
-        }
-        file.flush()
-    };
-    write().map_err(|error: std::io::Error| Failure::File(format!("{}: {error}", path.display())))
+fn write(arguments: &Arguments, path: &Path, header: &str, rows: impl Iterator<Item = String>) -> Result<(), Failure> {
+    let mut file = TableFile::create(path, arguments.force)?;
+    file.line(format_args!("{header}"))?;
+    for row in rows {
+        file.line(format_args!("{row}"))?;
+    }
+    file.finish()
 }

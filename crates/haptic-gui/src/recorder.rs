@@ -190,7 +190,7 @@ impl Writer {
 
     fn keep(&mut self, event: &Event) -> Kept {
         match event {
-            Event::State(_) => self.keep_change(Part::Event(event.clone())),
+            Event::State(_) | Event::Servo(_) => self.keep_change(Part::Event(event.clone())),
             Event::Samples(batch) => {
                 if let Kept::Ended = self.pass_on_changes() {
                     return Kept::Ended;

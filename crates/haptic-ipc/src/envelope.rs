@@ -101,13 +101,16 @@ mod tests {
         else {
             panic!("{envelope:?}");
         };
-        assert_eq!(params.resolve().expect("known names").len(), 3);
+        assert_eq!(params.resolve(&Scene::paper()).expect("known names").len(), 3);
         for op in Request::OPERATIONS {
             let more = match *op {
                 "set" => r#","params":{}"#,
                 "subscribe" => r#","topics":["samples"],"rate_hz":100"#,
                 "scene.load" => r#","scene":"viscous-drag","ramp_ms":50"#,
                 "scene.save" => r#","name":"mine","scene":7"#,
+                "scene.delete" => r#","name":"mine""#,
+                "scene.rename" => r#","name":"mine","to":"yours""#,
+                "schedule" => r#","changes":[{"at_tick":9,"params":{"mass":{"times":2}}}],"name":"a","keep":true"#,
                 "scene.diff" => r#","from":{"friction":{"law":"viscous","viscous":2}}"#,
                 "lease" => r#","timeout_ms":500"#,
                 "commission.pulse" => r#","force_N":-1.5,"duration_ms":100"#,
@@ -204,7 +207,7 @@ mod tests {
         else {
             panic!("it reads");
         };
-        let refused = Scene::paper().with(&params.resolve().expect("known names"));
+        let refused = Scene::paper().with(&params.resolve(&Scene::paper()).expect("known names"));
         assert!(refused.is_err_and(|error| error.to_string().contains("twice")));
     }
 

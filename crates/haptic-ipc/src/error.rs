@@ -50,6 +50,10 @@ pub enum ErrorCode {
     /// The scene is not at the revision that `if_revision` names, which is `value`; `min` and `max`
     /// are the newest.
     Conflict,
+    /// Scheduled changes wait for their tick, and this would come between; the message says whose.
+    Scheduled,
+    /// No schedule has this name, or all of it is rendered.
+    NoSuchSchedule,
     /// There is no change to undo.
     NothingToUndo,
     /// There is no change to redo.

@@ -56,6 +56,10 @@ impl Field for Vec<Topic> {
 pub enum Event {
     /// The whole state: at once after `subscribe`, and at every change.
     State(StateEvent),
+    /// The servo's settings, where they are not those that the answer to `subscribe` or the last such
+    /// event told: another device was plugged in, or more is known of the rig that was engaged. Of the
+    /// topic `state`.
+    Servo(Box<ServoEvent>),
     /// Once a second.
     Timing(Box<Timing>),
     /// A batch of ticks.
@@ -97,6 +101,16 @@ pub struct StateEvent {
     /// The whole scene, and how it came in; an earlier server does not tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arrival: Option<Box<SceneArrival>>,
+}
+
+/// The servo's settings from a tick on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct ServoEvent {
+    /// The first tick that is computed with them.
+    pub tick: u64,
+    /// The settings.
+    pub servo: ServoSetup,
 }
 
 /// A batch of ticks.

@@ -19,7 +19,8 @@ pub struct JournalEntry {
     /// The client that did it; absent for the daemon's own entries.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<Peer>,
-    /// The operation; `fault`, `lease_lapsed`, `disconnected` and `connected` are the daemon's own.
+    /// The operation; `fault`, `lease_lapsed`, `disconnected`, `connected` and `schedule_cancelled` are the
+    /// daemon's own.
     pub op: String,
     /// The newest revision after it.
     pub revision: u64,
@@ -32,6 +33,12 @@ pub struct JournalEntry {
     /// Duration of the scene's ramp, ms.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ramp_ms: Option<f64>,
+    /// The tick that was asked for, of a scheduled change.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_tick: Option<u64>,
+    /// Name of the schedule that it belongs to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub schedule: Option<String>,
     /// Further text: the reason of a fault or of an expired lease, the device that was lost or found, or
     /// the file of a saved scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -52,6 +59,8 @@ impl JournalEntry {
             state: None,
             changes: Vec::new(),
             ramp_ms: None,
+            at_tick: None,
+            schedule: None,
             message: None,
         }
     }
@@ -76,6 +85,14 @@ impl fmt::Display for JournalEntry {
         }
         if let Some(ramp) = self.ramp_ms {
             write!(f, "  over {ramp} ms")?;
+        }
+        if let Some(schedule) = &self.schedule {
+            write!(f, "  schedule {schedule}")?;
+        }
+        if let (Some(tick), Some(at_tick)) = (self.tick, self.at_tick)
+            && tick != at_tick
+        {
+            write!(f, "  scheduled for tick {at_tick}")?;
         }
         if let Some(message) = &self.message {
             write!(f, "  {message}")?;

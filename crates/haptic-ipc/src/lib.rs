@@ -91,7 +91,7 @@
 //! A client with a lease is a dead man's switch: should it close its connection, or send no line
 //! for `timeout_ms` (20 to 60000), the real-time thread itself releases the rig along its ramp. Any
 //! request renews the lease, `lease` with 0 ends it. Every client may have one; the first to expire
-//! releases.
+//! releases. An `engage` that was still waiting when the lease of its client expired is refused.
 //!
 //! ## Commissioning
 //! A rig that was never commissioned does not engage ([`ErrorCode::NotCommissioned`]), unless the
@@ -134,6 +134,7 @@
 //!
 //! ```text
 //! S {"event":"state","state":"engaged","tick":183042,"revision":42,...}         at once, and at every change
+//! S {"event":"servo","tick":190000,"servo":{"settings":{...},...}}              topic `state`: the servo's settings, when they change
 //! S {"event":"timing","rate_hz":1000.0,"ticks":183042,"overruns":0,...}         once a second
 //! S {"event":"samples","seq":9,"dropped":0,"rows":[[183042,183.042,"engaged",...],...]}
 //! S {"event":"log","seq":12,"op":"set","by":{"uid":1000,"user":"ada",...},...}  at every change, by anyone
@@ -170,6 +171,7 @@
 mod advice;
 mod async_client;
 mod built_in_scenes;
+mod change_options;
 mod changes;
 mod client;
 mod commission;
@@ -192,6 +194,7 @@ mod request;
 mod rig_friction;
 mod sample;
 mod scene;
+mod schedule;
 #[cfg(feature = "schema")]
 pub mod schema;
 pub mod socket_path;
@@ -204,28 +207,33 @@ mod values;
 pub use advice::{Advice, AdviceBasis, AdviceReply, Finding};
 pub use async_client::AsyncClient;
 pub use built_in_scenes::BUILT_IN_SCENES;
-pub use changes::Changes;
+pub use change_options::ChangeOptions;
+pub use changes::{Changes, ParameterChange, RelativeChange};
 pub use client::{Client, ClientError, Receiver, Sender};
 pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
 pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};
 pub use error::{ErrorCode, WireError};
-pub use event::{Event, SamplesEvent, StateEvent, SubscribeReply, Topic};
+pub use event::{Event, SamplesEvent, ServoEvent, StateEvent, SubscribeReply, Topic};
 pub use identification::{ExcitationEnd, ExcitationReport, IdentificationReply};
 pub use journal::{JournalEntry, LeaseReply, LogReply, Peer, StateChange};
 pub use line::{Hello, Rights, ServerLine};
 pub use link::{DevicesReply, FoundDevice, LinkCounts, LinkErrorStatus, LinkStatus, LinkedDevice};
 pub use problem::Problem;
 pub use replay::{SceneArrival, SceneRamp, ServoSetup};
-pub use request::{ChangeOptions, Request};
+pub use request::Request;
 pub use rig_friction::{LossSource, RigFrictionStatus};
 pub use sample::{FIRST_SAMPLE_COLUMNS, SAMPLE_COLUMNS, Sample};
 pub use scene::{
     ChangeReply, Difference, ListedScene, SceneDiffReply, SceneListReply, SceneRef, SceneReply, SceneSaveReply, Value,
     differences, params_of,
 };
+pub use schedule::{
+    AcceptedChange, MOST_SCHEDULED_CHANGES, SceneChange, ScheduleCancelReply, ScheduleReply, ScheduleStatus,
+    ScheduledChange,
+};
 pub use state::{RigState, StateReply};
-pub use status::{DeviceStatus, ForceLimitBy, RealTimeStatus, Status};
+pub use status::{DeviceStatus, ForceLimitBy, LibraryScene, RealTimeStatus, Status};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
 pub use unknown_word::{meant_in, meant_or_semicolon};
 

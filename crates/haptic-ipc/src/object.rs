@@ -53,7 +53,7 @@ pub(crate) struct FieldValue<'a> {
     pub(crate) limits: Option<Limits>,
 }
 
-impl FieldValue<'_> {
+impl<'a> FieldValue<'a> {
     /// The same, called by its name instead of its path.
     pub(crate) const fn alone(self) -> Self {
         Self { object: "", ..self }
@@ -70,6 +70,11 @@ impl FieldValue<'_> {
 
     /// The value as serde reads it.
     pub(crate) fn json<T: DeserializeOwned>(&self) -> Option<T> {
+        serde_json::from_str(self.text).ok()
+    }
+
+    /// The value as serde reads it, with what it borrows from the line.
+    pub(crate) fn borrowed<T: Deserialize<'a>>(&self) -> Option<T> {
         serde_json::from_str(self.text).ok()
     }
 

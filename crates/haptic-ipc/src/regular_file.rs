@@ -14,6 +14,9 @@ use std::path::Path;
 /// Largest file that is read into memory, bytes. A scene takes about one thousand.
 pub const LARGEST_BYTES: u64 = 1024 * 1024;
 
+/// Longest line of a file that an error shows, bytes.
+const LONGEST_LINE_BYTES: usize = 200;
+
 /// Opens a regular file for reading, without waiting.
 ///
 /// # Errors
@@ -75,6 +78,18 @@ fn accept(found: FileType) -> io::Result<()> {
     ))
 }
 
+/// A parser's message, of whose lines, which may be the file's, none is longer than 200 bytes.
+#[must_use]
+pub fn with_short_lines(message: &str) -> String {
+    let cut = |line: &str| {
+        let (text, end) = line.split_at(line.trim_end_matches('\n').len());
+        let kept = text.floor_char_boundary(LONGEST_LINE_BYTES);
+        let mark = if kept < text.len() { "..." } else { "" };
+        format!("{}{mark}{end}", &text[..kept])
+    };
+    message.split_inclusive('\n').map(cut).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,6 +97,15 @@ mod tests {
     use std::os::unix::fs::symlink;
     use std::os::unix::net::UnixListener;
     use std::time::{Duration, Instant};
+
+    #[test]
+    fn a_message_shows_no_long_line() {
+        let long = "ä".repeat(1000);
+        let message = format!("at line 3\n{long}\n  ^\nunknown\n");
+        let expected = format!("at line 3\n{}...\n  ^\nunknown\n", "ä".repeat(100));
+        assert_eq!(with_short_lines(&message), expected);
+        assert_eq!(with_short_lines("short"), "short");
+    }
 
     // hazard: H14
     #[test]

@@ -1,15 +1,14 @@
 //! The grammar of the protocol: each operation with its fields, their limits, and its answer.
 
+use crate::change_options::ChangeOptions;
 use crate::changes::Changes;
 use crate::error::WireError;
 use crate::event::Topic;
 use crate::object::{Limits, Object};
 use crate::refusal;
 use crate::scene::SceneRef;
+use crate::schedule::ScheduledChange;
 use serde::Serialize;
-
-/// Ramps, ms.
-const RAMP: Limits = Limits::new(0, 10_000);
 
 /// How long a client with a lease may be silent, ms. Below, an ordinary program would lapse
 /// whenever the machine is busy.
@@ -26,34 +25,6 @@ const BATCH: Limits = Limits::new(1, 1000);
 
 /// What can be found of a rig for a hand: m, N.
 const FOUND: Limits = Limits::new(0, 1000);
-
-/// How a scene changes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-pub struct ChangeOptions {
-    /// Refuse unless this is the newest revision.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub if_revision: Option<u64>,
-    /// Time over which to change, ms; at once when absent.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[cfg_attr(feature = "schema", schemars(range(min = RAMP.smallest(), max = RAMP.max)))]
-    pub ramp_ms: Option<f64>,
-    /// Answer with what would happen, and change nothing.
-    #[serde(default, skip_serializing_if = "is_default")]
-    pub dry_run: bool,
-}
-
-impl ChangeOptions {
-    const FIELDS: [&str; 3] = ["if_revision", "ramp_ms", "dry_run"];
-
-    fn read(line: &Object<'_>) -> Result<Self, WireError> {
-        Ok(Self {
-            if_revision: line.optional("if_revision", None)?,
-            ramp_ms: line.optional("ramp_ms", Some(RAMP))?,
-            dry_run: line.optional("dry_run", None)?,
-        })
-    }
-}
 
 /// Writes the grammar down once: each operation with the fields that it needs, those that may be
 /// left out, whether it takes [`ChangeOptions`], and its answer. From that come the type, its
@@ -186,6 +157,21 @@ operations! {
         /// Whether it may replace a scene of this name.
         replace: bool,
     } -> crate::SceneSaveReply;
+    /// Delete a saved scene from the library.
+    SceneDelete "scene.delete" {
+        /// Its name there.
+        name: String,
+    } -> crate::SceneSaveReply;
+    /// Rename a saved scene in the library.
+    SceneRename "scene.rename" {
+        /// Its name there.
+        name: String,
+        /// Its new name.
+        to: String,
+    } optional {
+        /// Whether it may replace a scene of the new name.
+        replace: bool,
+    } -> crate::SceneSaveReply;
     /// The scenes in the library.
     SceneList "scene.list" {} -> crate::SceneListReply;
     /// The differences of two scenes.
@@ -200,6 +186,25 @@ operations! {
     Undo "undo" {} with options -> crate::ChangeReply;
     /// Redo the change that was undone last.
     Redo "redo" {} with options -> crate::ChangeReply;
+    /// Change the scene in ticks to come: all of these changes, or none.
+    Schedule "schedule" {
+        /// The changes, in the order of their ticks.
+        changes: Vec<ScheduledChange>,
+    } optional {
+        /// Name of the schedule, for `schedule.cancel`; the daemon's choice when absent.
+        name: Option<String>,
+        /// Keep it when this client closes its connection or its lease expires.
+        keep: bool,
+        /// Refuse unless this is the newest revision.
+        if_revision: Option<u64>,
+        /// Answer with what would happen, and schedule nothing.
+        dry_run: bool,
+    } -> crate::ScheduleReply;
+    /// Take scheduled changes back before their tick, of any client.
+    ScheduleCancel "schedule.cancel" {} optional {
+        /// Only this schedule and those after it; all when absent.
+        name: Option<String>,
+    } -> crate::ScheduleCancelReply;
     /// Ramp the force up.
     Engage "engage" {} -> crate::StateReply;
     /// Ramp the force down.

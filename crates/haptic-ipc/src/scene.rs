@@ -149,14 +149,23 @@ pub fn params_of(scene: &Scene) -> BTreeMap<String, Directional> {
 }
 
 /// Answer to `set`, `scene.load`, `undo` and `redo`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ChangeReply {
     /// Revision of the changed scene; after a dry run or a no-op, the newest revision.
     pub revision: u64,
-    /// The first tick that rendered it, or began to ramp to it; absent after a dry run.
+    /// Whether the scene is changed by it: false after a no-op or a dry run. An earlier server does
+    /// not tell.
+    #[serde(default = "assumed")]
+    pub changed: bool,
+    /// The first tick that rendered it, or began to ramp to it; absent after a dry run or a no-op,
+    /// and with `at_tick`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tick: Option<u64>,
+    /// The tick that will render it, as asked for. The journal and the events of topic `log` tell
+    /// when it was rendered.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_tick: Option<u64>,
     /// The tick at which the ramp ends, if no tick is missed. The force follows within 50 ms, over
     /// which its last step fades in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -171,6 +180,11 @@ pub struct ChangeReply {
     pub changes: Vec<Difference>,
     /// Remarks on the changed scene, and the bounds that it breaks.
     pub advice: Vec<Advice>,
+}
+
+/// Whether a change of an earlier server, which does not tell, has changed the scene.
+const fn assumed() -> bool {
+    true
 }
 
 /// A difference of two scenes.
@@ -278,13 +292,13 @@ pub struct ListedScene {
     pub problem: Option<String>,
 }
 
-/// Answer to `scene.save`.
+/// Answer to `scene.save`, `scene.rename` and `scene.delete`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SceneSaveReply {
-    /// Its name in the library.
+    /// Its name in the library; after `scene.delete`, the name that it had.
     pub name: String,
-    /// Its file.
+    /// Its file; after `scene.delete`, the file that was removed.
     pub path: String,
 }
 

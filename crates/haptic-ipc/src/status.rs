@@ -4,6 +4,7 @@ use crate::journal::Peer;
 use crate::link::LinkStatus;
 use crate::problem::Problem;
 use crate::rig_friction::RigFrictionStatus;
+use crate::schedule::ScheduleStatus;
 use crate::state::RigState;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +33,12 @@ pub struct Status {
     pub revision: u64,
     /// Name of the active scene.
     pub scene: String,
+    /// The scene of the library that it was loaded from, or saved as.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub library_scene: Option<LibraryScene>,
+    /// The changes that wait for their tick.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scheduled: Option<ScheduleStatus>,
     /// Force commanded on the hand in the last tick, N.
     #[serde(rename = "command_force_N")]
     pub command_force_n: f64,
@@ -58,6 +65,16 @@ pub struct Status {
     pub device: DeviceStatus,
     /// The real-time thread.
     pub real_time: RealTimeStatus,
+}
+
+/// The scene of the library that the active scene comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct LibraryScene {
+    /// Its name there.
+    pub name: String,
+    /// Whether the active scene was changed since.
+    pub changed: bool,
 }
 
 /// The rig, as `status` shows it.

@@ -137,6 +137,10 @@ fn value() -> impl Strategy<Value = String> {
             "[{\"state\":null}]",
             "{\"mass\":1}",
             "{\"mass\":[]}",
+            "{\"mass\":{\"times\":2}}",
+            "{\"mass\":{\"plus\":[]}}",
+            "[{\"at_tick\":1,\"params\":{}}]",
+            "[{\"at_tick\":1,\"scene\":[]}]",
             "{\"mass\":1,\"mass\":2}",
             "{\"Fs\":{\"positive\":1,\"negative\":1e400}}",
             "{\"Fs\":{\"positive\":1,\"positive\":2}}",
@@ -167,7 +171,7 @@ fn listed(line: &str, after: &str) -> Vec<String> {
 
 fn line() -> impl Strategy<Value = String> {
     let operations = listed(r#"{"id":1,"op":"dance"}"#, "the operations are ");
-    assert_eq!(operations.len(), 30, "{operations:?}");
+    assert_eq!(operations.len(), 34, "{operations:?}");
     let mut names: Vec<String> = ["id", "op", "colour"].map(str::to_owned).into();
     for op in &operations {
         names.extend(listed(

@@ -2,7 +2,7 @@
 //!
 //! Every case is recorded with 100 seeds, or as many as the first argument says; a second one chooses the cases whose
 //! names begin with it. For each parameter the table says in how many runs it was reported, in how many of those the
-//! truth was inside the 95 % interval, and the mean and worst error.
+//! truth was inside the 95 % interval, the mean, the error (root mean square and worst) and half of the interval.
 
 use haptic_lab::identify::study::Judgement;
 use haptic_lab::identify::study::cases::{Case, cases};
@@ -36,26 +36,32 @@ fn print(case: &Case, seeds: u64) {
             ""
         },
     );
-    println!("| parameter | truth | mean | worst error | inside / reported |");
-    println!("|---|---|---|---|---|");
+    println!("| parameter | truth | mean | rms error | worst error | half interval | inside / reported |");
+    println!("|---|---|---|---|---|---|---|");
     for (name, judged) in &judgement.parameters {
-        let Some(reason) = judged.refused.as_ref().filter(|_| judged.reported == 0) else {
-            let truth = judged
-                .truth
-                .map_or_else(|| String::from("none"), |truth| format!("{truth}"));
-            let worst = match judged.truth {
-                Some(truth) if truth != 0.0 && name != "offset_N" => {
-                    format!("{:.2} %", 100.0 * judged.worst / truth.abs())
-                }
-                Some(_) => format!("{:.4}", judged.worst),
-                None => String::from("none"),
-            };
-            println!(
-                "| {name} | {truth} | {:.5} | {worst} | {} / {} |",
-                judged.mean, judged.inside, judged.reported
-            );
+        if let Some(reason) = judged.refused.as_ref().filter(|_| judged.reported == 0) {
+            println!("| {name} | | | | | | refused: {reason} |");
+            continue;
+        }
+        let Some(truth) = judged.truth else {
+            println!("| {name} | none | {:.5} | | | | {} |", judged.mean, judged.reported);
             continue;
         };
-        println!("| {name} | | | | refused: {reason} |");
+        let share = |value: f64| {
+            if truth == 0.0 || name == "offset_N" {
+                format!("{value:.4}")
+            } else {
+                format!("{:.2} %", 100.0 * value / truth.abs())
+            }
+        };
+        println!(
+            "| {name} | {truth} | {:.5} | {} | {} | {} | {} / {} |",
+            judged.mean,
+            share(judged.rms),
+            share(judged.worst),
+            share(judged.half),
+            judged.inside,
+            judged.reported
+        );
     }
 }

@@ -1,6 +1,6 @@
 //! Velocity and friction of recorded samples at even times.
 
-use crate::identify::smoothing::{Window, slope, weighted};
+use crate::smoothing::{Window, slope, weighted};
 
 /// Half the time over which samples are averaged, s: with an encoder of 10 um the velocity is good to
 /// 0.1 mm/s, the acceleration to 20 mm/s^2, and 3 Hz come through.

@@ -13,4 +13,5 @@ pub mod motion;
 pub mod recording;
 pub mod replay;
 pub mod simulate;
+mod smoothing;
 pub mod surface;

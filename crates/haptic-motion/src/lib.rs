@@ -110,6 +110,9 @@ impl Rows {
             .take(MAGIC_BYTES)
             .read_to_end(&mut first)
             .map_err(|source| MotionError::open(path, source))?;
+        if first.is_empty() {
+            return Err(MotionError::format(path, "the file is empty"));
+        }
         let table = if first.starts_with(parquet_table::MAGIC) {
             Table::Parquet(ParquetTable::new(path, file)?)
         } else {
@@ -117,9 +120,15 @@ impl Rows {
                 first.starts_with(mcap::MAGIC),
                 first.starts_with(csv_table::RECORDING_TITLE),
             );
+            // A character may go on beyond the first bytes.
+            let is_text = std::str::from_utf8(&first).map_or_else(|error| error.error_len().is_none(), |_| true)
+                && !first.contains(&0);
             let input = Cursor::new(first).chain(file);
             if is_mcap {
                 Table::Mcap(McapTable::new(path, input)?)
+            } else if !is_text {
+                let reason = "not a table: it is neither MCAP nor Parquet, nor text, as CSV is";
+                return Err(MotionError::format(path, reason));
             } else {
                 Table::Csv(CsvTable::new(path, input, is_recording)?)
             }

@@ -361,6 +361,9 @@ impl<S: Sides, R: StaticLimit> Moving for ExactBlock<S, R> {
     }
 
     fn set_state(&mut self, state: BlockState) {
+        for direction in [Direction::Positive, Direction::Negative] {
+            self.slides.get_mut(direction).rest();
+        }
         self.static_limit.begin(state.dwell_s);
         self.coupled.state = state.consistent();
         // The threshold may not be the one under which the slide was armed.

@@ -13,9 +13,8 @@
 
 use super::body::Coupling;
 use crate::direction::Direction;
-use crate::math::{exp, sqrt};
-use crate::series::{Newest, ORDER, Path, RECIPROCAL, Recurrence, Series, first_root};
-use core::f64::consts::LN_2;
+use crate::math::sqrt;
+use crate::series::{Newest, ORDER, Path, RECIPROCAL, ROOM, Recurrence, Series, first_root};
 
 /// Share of the series' own time that a piece takes at most where the series does not reach its end.
 const LONGEST: f64 = 0.95;
@@ -82,9 +81,13 @@ pub(crate) struct Piece {
 struct Growing {
     newest: Newest,
     /// Of the coefficients, N.
-    sizes: [f64; ORDER + 1],
-    /// `B + b`, N s/m.
+    sizes: [f64; ROOM],
+    /// `B + b`, and from order 1 on what the law adds of the newest speed, N s/m.
     damping: f64,
+    /// `H/M`: speed of a force, m/s/N.
+    acceleration: f64,
+    /// Two coefficients that are less than this are nothing, N.
+    nothing: f64,
 }
 
 /// A series, and how far it is used.
@@ -110,20 +113,30 @@ impl Start {
     }
 
     /// The motion under a law in one of its regimes; `viscous` is `b`, N s/m.
-    #[inline(never)]
+    #[inline(always)]
     pub(crate) fn expand<R: Recurrence>(&self, viscous: f64, law: &mut R) -> Expansion {
         let mut expansion = Expansion {
             path: Path::new(self.remaining_s),
             last: ORDER,
             end: 1.0,
         };
+        self.add_orders(viscous, law, &mut expansion);
+        expansion
+    }
+
+    /// Adds orders where the series are: none is copied while its newest coefficients are on their
+    /// way to memory.
+    #[inline(never)]
+    fn add_orders<R: Recurrence>(&self, viscous: f64, law: &mut R, expansion: &mut Expansion) {
         let mut growing = Growing {
             newest: Newest {
                 distance: 0.0,
                 speed: self.speed,
             },
-            sizes: [0.0; ORDER + 1],
+            sizes: [0.0; ROOM],
             damping: self.held.coupling.damping + viscous,
+            acceleration: self.held.inverse_mass * self.remaining_s,
+            nothing: 0.25 * law.tolerance_n(),
         };
         'orders: {
             macro_rules! add_orders {
@@ -137,85 +150,104 @@ impl Start {
                 };
             }
             add_orders!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19);
-            let last_sizes = &growing.sizes[ORDER + 1 - R::LOOK_BACK..];
+            let last_sizes = &growing.sizes[ROOM - R::LOOK_BACK..];
             let reach = law.caution() * self.reach(last_sizes, law.tolerance_n());
             expansion.end = reach.min(LONGEST);
         }
         let Newest { distance, speed } = growing.newest;
         expansion.path.set(expansion.last, distance, speed);
-        expansion
     }
 
     /// Adds the order after `N`; whether it and the one before it are nothing.
     #[inline(always)]
     fn adds_nothing<const N: usize, R: Recurrence>(&self, law: &mut R, path: &mut Path, growing: &mut Growing) -> bool {
-        let Held {
-            inverse_mass, coupling, ..
-        } = self.held;
         let Newest { distance, speed } = growing.newest;
         let duration_s = self.remaining_s;
         let friction = law.friction::<N>(path, growing.newest);
         path.set(N, distance, speed);
-        let rest = (coupling.stiffness * distance + growing.damping * speed) + friction;
+        let known = self.held.coupling.stiffness * distance + friction;
+        let damped = growing.damping * speed;
         let force = match N {
-            0 => self.net.unwrap_or(self.at_rest - rest),
-            1 => self.slope * duration_s - rest,
-            _ => -rest,
+            0 => self.net.unwrap_or(self.at_rest - known - damped),
+            1 => (self.slope * duration_s - known) - damped,
+            _ => -known - damped,
         };
-        let share = RECIPROCAL[N + 1] * duration_s;
+        if N == 0 {
+            growing.damping += law.newest_damping();
+        }
         growing.newest = Newest {
-            distance: share * speed,
-            speed: (share * inverse_mass) * force,
+            distance: (RECIPROCAL[N + 1] * duration_s) * speed,
+            speed: (RECIPROCAL[N + 1] * growing.acceleration) * force,
         };
-        growing.sizes[N + 1] = self.held.impedance * growing.newest.speed.abs() + law.next_size();
-        N + 1 >= R::FEWEST_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < 0.25 * law.tolerance_n()
+        if N + 2 >= R::FEWEST_ORDERS {
+            growing.sizes[N + 1] = self.held.impedance * growing.newest.speed.abs() + law.next_size();
+        }
+        N + 1 >= R::FEWEST_ORDERS && growing.sizes[N] + growing.sizes[N + 1] < growing.nothing
     }
 
     /// How far a series reaches whose last coefficients have these sizes, N, until what it leaves
     /// out is the tolerance, N.
     fn reach(&self, sizes: &[f64], tolerance_n: f64) -> f64 {
-        let scale = self.held.holds;
+        let scale = log2(self.held.holds);
         let growth = sizes
             .iter()
             .rev()
-            .enumerate()
-            .map(|(back, size)| log2(size / scale) * RECIPROCAL[ORDER - back])
+            .zip(RECIPROCAL[..=ORDER].iter().rev())
+            .map(|(&size, &of_order)| (log2(size) - scale) * of_order)
             .fold(f64::MIN, f64::max);
-        let allowed = log2(tolerance_n / scale) * RECIPROCAL[ORDER];
-        SHARE * exp(LN_2 * (allowed - growth))
+        let allowed = (log2(tolerance_n) - scale) * RECIPROCAL[ORDER];
+        SHARE * exp2(allowed - growth)
     }
 }
+
+/// What a number of 1 has as its bits, and what of them its exponent is counted in.
+const ONE: f64 = 1023.0;
+const EXPONENT: f64 = (1_u64 << 52) as f64;
 
 /// The binary logarithm of a number that is not negative, to 0.09: a straight line between powers
 /// of two. Of zero it is as little as a number has.
 fn log2(value: f64) -> f64 {
-    value.to_bits() as f64 / (1_u64 << 52) as f64 - 1023.0
+    value.to_bits().cast_signed() as f64 / EXPONENT - ONE
+}
+
+/// A power of two, to 0.3 %: a parabola between whole ones.
+fn exp2(power: f64) -> f64 {
+    let power = (power + ONE).max(0.0);
+    let whole = power as i64;
+    let part = power - whole as f64;
+    f64::from_bits(whole.cast_unsigned() << 52) * (1.0 + part * (0.6565 + 0.3435 * part))
 }
 
 impl Expansion {
     /// Ends the piece where the speed falls to a level, m/s; whether it does. A piece that begins at
     /// the level leaves it first.
     pub(crate) fn falls_to(&mut self, level: f64) -> bool {
-        let speeds = &self.path.speed.coefficients()[..=self.last];
-        let root = first_root_after_start(speeds[0] - level, &speeds[1..], self.end);
-        self.ends_at(root)
+        let mut speeds = *self.path.speed.coefficients();
+        speeds[0] -= level;
+        self.ends_at_root_of(speeds)
     }
 
     /// Ends the piece where a series comes down to zero, whose coefficients follow from the path;
     /// whether it does.
     pub(crate) fn until(&mut self, coefficient: impl Fn(&Path, usize) -> f64) -> bool {
-        let mut polynomial = [0.0; ORDER + 1];
+        let mut polynomial = [0.0; ROOM];
         for (n, term) in polynomial.iter_mut().enumerate().take(self.last + 1) {
             *term = coefficient(&self.path, n);
         }
-        let root = first_root_after_start(polynomial[0], &polynomial[1..=self.last], self.end);
-        self.ends_at(root)
+        self.ends_at_root_of(polynomial)
     }
 
-    fn ends_at(&mut self, root: Option<f64>) -> bool {
-        if let Some(root) = root {
-            self.end = root;
+    /// Ends the piece at the first root of a polynomial; whether there is one. One at the start
+    /// itself is left behind.
+    fn ends_at_root_of(&mut self, mut polynomial: [f64; ROOM]) -> bool {
+        let mut degree = self.last;
+        while polynomial[0] == 0.0 && degree > 0 {
+            polynomial.copy_within(1.., 0);
+            polynomial[degree] = 0.0;
+            degree -= 1;
         }
+        let root = first_root(&polynomial, degree, self.end);
+        self.end = root.unwrap_or(self.end);
         root.is_some()
     }
 
@@ -226,7 +258,7 @@ impl Expansion {
 
     /// The value of a series of the path at the end.
     pub(crate) fn at_end(&self, series: &Series) -> f64 {
-        series.at(self.end, self.last)
+        series.at(self.end)
     }
 
     /// The piece. `speed` is that of the event that ended it, m/s.
@@ -239,16 +271,4 @@ impl Expansion {
             work: 1,
         }
     }
-}
-
-/// The first root of a polynomial of which `first` is the first coefficient; one at the start
-/// itself is left behind.
-#[inline(always)]
-fn first_root_after_start(mut first: f64, mut rest: &[f64], end: f64) -> Option<f64> {
-    while first == 0.0
-        && let [next, others @ ..] = rest
-    {
-        (first, rest) = (*next, others);
-    }
-    first_root(first, rest, end)
 }

@@ -40,9 +40,17 @@ impl Recurrence for OnCurve {
     }
 
     #[inline(always)]
-    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
-        let above = self.above.next::<N>(path, newest);
-        if N == 0 { self.dynamic_force + above } else { above }
+    fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
+        if N == 0 {
+            self.above.begin(newest);
+            self.dynamic_force + self.above.at_start
+        } else {
+            self.above.next::<N>(newest)
+        }
+    }
+
+    fn newest_damping(&self) -> f64 {
+        self.above.per_speed
     }
 
     fn next_size(&self) -> f64 {
@@ -118,7 +126,7 @@ impl FallingSlide {
     fn by_series(&self, start: &Start, stop: f64, arms_at: Option<f64>) -> (Piece, Ends) {
         let mut friction = OnCurve {
             dynamic_force: self.dynamic_force(),
-            above: FallSeries::new(&self.fall, self.fall.at(start.speed)),
+            above: FallSeries::new(&self.fall, start.speed),
         };
         let mut expansion = start.expand(self.viscous, &mut friction);
         let slow = self.fall.fallen_from;
@@ -143,7 +151,7 @@ impl FallingSlide {
         if start.listens {
             let path = &expansion.path;
             let above = integral_of_product(
-                |n| friction.above.force.get(n),
+                |n| friction.above.get(n),
                 |n| path.speed.get(n),
                 expansion.end,
                 expansion.last_of_law(),
@@ -178,6 +186,13 @@ impl Slide for FallingSlide {
 
     fn half_turns(&self, time_s: f64) -> f64 {
         self.fast.half_turns(time_s)
+    }
+
+    fn rest(&mut self) {
+        self.fast.rest();
+        if self.peak != self.static_force() {
+            self.set_off(self.static_force());
+        }
     }
 
     fn set_off(&mut self, limit: f64) {

@@ -130,6 +130,7 @@ impl Moving for LinearBlock {
     }
 
     fn set_state(&mut self, state: BlockState) {
+        self.propagator.rest(&self.oscillator);
         self.state = state.consistent();
         if self.state.contact == Contact::Stuck {
             self.state.contact = self.at_rest();

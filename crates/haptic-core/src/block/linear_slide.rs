@@ -52,6 +52,10 @@ impl Slide for LinearSlide {
         self.oscillator.half_turns(time_s)
     }
 
+    fn rest(&mut self) {
+        self.propagator.rest(&self.oscillator);
+    }
+
     fn set_off(&mut self, _limit: f64) {}
 
     fn steady(&mut self, motion: &Motion, elapsed_s: f64, level: FallLevel) -> Option<(f64, f64)> {

@@ -18,6 +18,13 @@ impl Propagator {
         }
     }
 
+    /// Forgets the tick before: what it then gives depends on nothing that was.
+    pub(super) fn rest(&mut self, oscillator: &Oscillator) {
+        if self.cached_for != 0.0 {
+            *self = Self::new(oscillator);
+        }
+    }
+
     /// The response at `t`: the one kept where the tick is as long as the last, one derived from it
     /// where it nearly is.
     pub(super) fn at(&mut self, oscillator: &Oscillator, t: f64) -> Response {

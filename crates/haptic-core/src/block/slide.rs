@@ -53,6 +53,8 @@ pub(crate) trait Slide: Clone + Debug + Send + Sync + 'static {
     fn damping(&self) -> f64;
     /// Half-turns of the free oscillation in a time.
     fn half_turns(&self, time_s: f64) -> f64;
+    /// Forgets the ticks before.
+    fn rest(&mut self);
     /// The contact lets go at a limit, N.
     fn set_off(&mut self, limit: f64);
 

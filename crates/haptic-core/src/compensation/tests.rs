@@ -69,7 +69,47 @@ fn in_motion_it_is_the_share_of_what_was_identified_for_that_direction() {
         "slower than dynamic friction begins"
     );
     let partly = in_motion(compensator(0.8), 5e-3);
-    assert!(partly > 0.0 && partly < 0.3, "{partly} N");
+    // A third of the way from 2.5 mm/s to 10 mm/s, a quarter of a count and one in a sample.
+    assert!(near(partly, 0.8 * (0.8 + 0.005) / 3.0), "{partly} N");
+}
+
+// hazard: F21
+#[test]
+fn after_a_rest_the_account_is_empty() {
+    let mut compensator = compensator(0.8);
+    let step = |compensator: &mut Compensator, step: i32| {
+        let force = compensator.force(motion(f64::from(step) * 0.1 * T, 0.1));
+        compensator.applied(force - 3.0);
+        force
+    };
+    let before = (0..100).map(|k| step(&mut compensator, k)).last();
+    assert!(before.is_some_and(|force| force > 0.5), "{before:?}");
+    compensator.rest();
+    assert_eq!(step(&mut compensator, 100), 0.0);
+    assert!(step(&mut compensator, 101) < 0.5, "it fills anew");
+}
+
+// hazard: F21
+#[test]
+fn a_slow_device_gets_no_more_than_the_account_holds_until_its_next_sample() {
+    let mut compensator = compensator(0.8);
+    // The force of a sample stays for 5 mm.
+    let (speed, ticks) = (0.5, 10);
+    let reserve_j = RESERVE_M * (0.8 + RESERVE_SPEED_MPS * 2.0);
+    for step in 0..200 {
+        let sample = step / ticks;
+        let force = compensator.force(Motion {
+            elapsed_s: if step % ticks == 0 { f64::from(ticks) * T } else { 0.0 },
+            ..motion(f64::from(sample * ticks) * speed * T, speed)
+        });
+        compensator.applied(force - 3.0);
+        let coming_j = force * speed * f64::from(ticks) * T;
+        assert!(
+            coming_j <= reserve_j * 1.000_001,
+            "{coming_j} J of {reserve_j} J in tick {step}"
+        );
+        assert!(sample < 2 || coming_j > 0.5 * reserve_j, "{coming_j} J in tick {step}");
+    }
 }
 
 #[test]

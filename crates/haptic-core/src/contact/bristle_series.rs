@@ -1,36 +1,64 @@
 //! Recurrences that several bristles share: the force `p` of a bristle along the motion, which
 //! follows it by its elastic share, `p' = sigma w rho`, and the friction `p + sigma1 w rho`.
 
-use super::level::{Fall, FallSeries};
-use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner, integral_of_product};
+use super::level::FallSeries;
+use crate::series::{Newest, Path, Products, RECIPROCAL, Recurrence, Series, inner, integral_of_product};
 
 /// A bristle this near its steady force, N, is there: its tail would be stiff, and is not felt.
 pub(crate) const SETTLED_N: f64 = 1e-11;
 
-/// The bristle's force, and what of the motion it takes up.
+/// The bristle's force, and what of the motion it takes up. One that is not `DAMPED` has no
+/// `sigma1`, so that its friction does not wait for what it takes up.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct BristleForce {
-    stiffness: f64,
+pub(crate) struct BristleForce<const DAMPED: bool> {
+    /// `sigma H`, N s/m: force of a speed over the series' own time.
+    rate: f64,
     damping: f64,
+    /// The force at the start, N.
+    at_start: f64,
     force: Series,
     /// `w rho`, m/s.
     taken: Series,
+    /// Share of the speed's newest coefficient in that of `w rho`, from order 1 on.
+    uptake: f64,
     last: usize,
 }
 
-impl BristleForce {
-    /// `stiffness` is `sigma`, N/m, `damping` `sigma1`, N s/m, and `force` what it has along the
-    /// motion, N.
-    pub(crate) fn new(stiffness: f64, damping: f64, force: f64) -> Self {
-        let mut series = Self {
-            stiffness,
+impl BristleForce<true> {
+    /// `duration_s` is the series' own time, s, `stiffness` `sigma`, N/m, `damping` `sigma1`, N s/m,
+    /// and `force` what it has along the motion, N.
+    #[inline(always)]
+    pub(crate) fn new(duration_s: f64, stiffness: f64, damping: f64, force: f64) -> Self {
+        Self::with(duration_s, stiffness, damping, force)
+    }
+}
+
+impl BristleForce<false> {
+    /// `duration_s` is the series' own time, s, `stiffness` `sigma`, N/m, and `force` what it has
+    /// along the motion, N.
+    #[inline(always)]
+    pub(crate) fn undamped(duration_s: f64, stiffness: f64, force: f64) -> Self {
+        Self::with(duration_s, stiffness, 0.0, force)
+    }
+}
+
+impl<const DAMPED: bool> BristleForce<DAMPED> {
+    #[inline(always)]
+    fn with(duration_s: f64, stiffness: f64, damping: f64, force: f64) -> Self {
+        Self {
+            rate: stiffness * duration_s,
             damping,
+            at_start: force,
             force: Series::ZERO,
             taken: Series::ZERO,
+            uptake: 0.0,
             last: 0,
-        };
-        series.force.set(0, force);
-        series
+        }
+    }
+
+    /// The force at the start, N.
+    pub(crate) fn at_start(&self) -> f64 {
+        self.at_start
     }
 
     /// The coefficient of order `n`, N; there is one more than have been asked for.
@@ -38,14 +66,40 @@ impl BristleForce {
         self.force.get(n)
     }
 
-    /// Takes the coefficient of order `N` of `w rho`, and gives that of the friction, N.
+    /// Takes the coefficient of order 0 of `w rho`, and the share of the speed's newest coefficient
+    /// that later ones contain. Gives the coefficient of the friction, N.
     #[inline(always)]
-    pub(crate) fn take<const N: usize>(&mut self, taken: f64, duration_s: f64) -> f64 {
+    pub(crate) fn begin(&mut self, taken: f64, uptake: f64) -> f64 {
+        self.uptake = uptake;
+        self.force.set(0, self.at_start);
+        self.take::<0>(taken);
+        self.friction::<0>(taken)
+    }
+
+    /// Takes the coefficient of order `N` of `w rho`, from 1 on, without that share. Gives the
+    /// coefficient of the friction without it, N.
+    #[inline(always)]
+    pub(crate) fn next<const N: usize>(&mut self, known: f64, newest: Newest) -> f64 {
+        self.take::<N>(known + self.uptake * newest.speed);
+        self.friction::<N>(known)
+    }
+
+    #[inline(always)]
+    fn take<const N: usize>(&mut self, taken: f64) {
         self.taken.set(N, taken);
-        self.force
-            .set(N + 1, self.stiffness * duration_s * RECIPROCAL[N + 1] * taken);
+        self.force.set(N + 1, self.rate * RECIPROCAL[N + 1] * taken);
         self.last = N + 1;
-        self.force.get(N) + self.damping * taken
+    }
+
+    #[inline(always)]
+    fn friction<const N: usize>(&self, taken: f64) -> f64 {
+        let force = self.force.get(N);
+        if DAMPED { force + self.damping * taken } else { force }
+    }
+
+    /// [`Recurrence::newest_damping`].
+    pub(crate) fn newest_damping(&self) -> f64 {
+        self.damping * self.uptake
     }
 
     /// The size of its newest coefficient, N.
@@ -55,7 +109,7 @@ impl BristleForce {
 
     /// Its value, N.
     pub(crate) fn at(&self, time: f64) -> f64 {
-        self.force.at(time, self.last)
+        self.force.at(time)
     }
 
     /// Energy that it took and does not hold, J: `p (w - w rho) + sigma1 w (w rho)`, integrated.
@@ -74,28 +128,31 @@ impl BristleForce {
 
 /// A bristle under a constant limit, `rho = r = 1 - p/limit`: `r' = -(sigma/limit) w r`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TowardsLimit {
-    pub(crate) bristle: BristleForce,
-    inverse_limit: f64,
+pub(crate) struct TowardsLimit<const DAMPED: bool> {
+    pub(crate) bristle: BristleForce<DAMPED>,
+    /// Change of `r` by what is taken up, over the series' own time, s/m.
+    rate: f64,
+    rest_at_start: f64,
     rest: Series,
     tolerance_n: f64,
 }
 
-impl TowardsLimit {
+impl<const DAMPED: bool> TowardsLimit<DAMPED> {
     /// `tolerance_n` is what the series may leave out, N.
-    pub(crate) fn new(bristle: BristleForce, limit: f64, tolerance_n: f64) -> Self {
-        let mut rest = Series::ZERO;
-        rest.set(0, 1.0 - bristle.get(0) / limit);
+    #[inline(always)]
+    pub(crate) fn new(bristle: BristleForce<DAMPED>, limit: f64, tolerance_n: f64) -> Self {
+        let inverse_limit = 1.0 / limit;
         Self {
-            bristle,
-            inverse_limit: 1.0 / limit,
-            rest,
+            rate: -bristle.rate * inverse_limit,
+            rest_at_start: 1.0 - bristle.at_start * inverse_limit,
+            rest: Series::ZERO,
             tolerance_n,
+            bristle,
         }
     }
 }
 
-impl Recurrence for TowardsLimit {
+impl<const DAMPED: bool> Recurrence for TowardsLimit<DAMPED> {
     const LOOK_BACK: usize = 2;
     const FEWEST_ORDERS: usize = 4;
 
@@ -105,18 +162,24 @@ impl Recurrence for TowardsLimit {
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
-        let speed = newest.speed;
-        let known = inner::<N>(&path.speed, &self.rest);
-        let taken = if N == 0 {
-            speed * self.rest.get(0)
+        let friction = if N == 0 {
+            let rest = self.rest_at_start;
+            self.rest.set(0, rest);
+            self.bristle.begin(newest.speed * rest, rest)
         } else {
-            (known + path.speed.get(0) * self.rest.get(N)) + speed * self.rest.get(0)
+            let known = inner::<N>(&path.speed, &self.rest) + path.speed.get(0) * self.rest.get(N);
+            self.bristle.next::<N>(known, newest)
         };
-        let friction = self.bristle.take::<N>(taken, path.duration_s);
-        self.rest.set(N + 1, -self.inverse_limit * self.bristle.get(N + 1));
+        self.rest
+            .set(N + 1, self.rate * RECIPROCAL[N + 1] * self.bristle.taken.get(N));
         friction
     }
 
+    fn newest_damping(&self) -> f64 {
+        self.bristle.newest_damping()
+    }
+
+    #[inline(always)]
     fn next_size(&self) -> f64 {
         self.bristle.next_size()
     }
@@ -126,20 +189,48 @@ impl Recurrence for TowardsLimit {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RatioSeries {
     inverse_level: f64,
+    pub(crate) at_start: f64,
+    /// What a newton of the fall takes from it, 1/N.
+    per_fall: f64,
+    /// Share of the speed's newest coefficient in that of the ratio, s/m.
+    pub(crate) per_speed: f64,
     fall: Option<FallSeries>,
-    pub(crate) ratio: Series,
+    /// `E u` and `w u`.
+    products: Products,
 }
 
 impl RatioSeries {
-    /// `kinetic` is the steady force of a fast slide, N; `fall` what it falls by, with its value at
-    /// the start.
-    pub(crate) fn new(kinetic: f64, fall: Option<(&Fall, f64)>) -> Self {
-        let level = kinetic + fall.map_or(0.0, |(_, at_start)| at_start);
+    /// For a bristle's force at the start, N, over the steady force of a fast slide, N, and a fall
+    /// from there.
+    #[inline(always)]
+    pub(crate) fn new(force: f64, kinetic: f64, fall: Option<FallSeries>) -> Self {
+        let (above, per_speed) = fall.as_ref().map_or((0.0, 0.0), |fall| (fall.at_start, fall.per_speed));
+        let inverse_level = 1.0 / (kinetic + above);
+        let at_start = inverse_level * force;
+        let per_fall = inverse_level * at_start;
         Self {
-            inverse_level: 1.0 / level,
-            fall: fall.map(|(fall, at_start)| FallSeries::new(fall, at_start)),
-            ratio: Series::ZERO,
+            inverse_level,
+            at_start,
+            per_fall,
+            per_speed: -per_fall * per_speed,
+            fall,
+            products: Products::ZERO,
         }
+    }
+
+    /// Sets the coefficients of order 0.
+    #[inline(always)]
+    pub(crate) fn begin(&mut self, newest: Newest) {
+        let above = self.fall.as_ref().map_or(0.0, |fall| fall.at_start);
+        self.products.set(0, [above, newest.speed], [self.at_start; 2]);
+        if let Some(fall) = &mut self.fall {
+            fall.begin(newest);
+        }
+    }
+
+    /// The coefficient of order `n`.
+    pub(crate) fn get(&self, n: usize) -> f64 {
+        self.products.right(n)[0]
     }
 
     /// The size of what its newest coefficient hides, N.
@@ -147,19 +238,20 @@ impl RatioSeries {
         self.fall.as_ref().map_or(0.0, FallSeries::size)
     }
 
-    /// The coefficient of order `N` for one of the force, N, after the products of that order.
+    /// Adds the coefficient of order `N`, from 1 on, for one of the force, N. Gives it without the
+    /// speed's newest coefficient, and under a fall the inner sum of `w u`.
     #[inline(always)]
-    pub(crate) fn next<const N: usize>(&mut self, force: f64, path: &Path, newest: Newest) -> f64 {
-        let ratio = match &mut self.fall {
-            Some(fall) if N > 0 => {
-                let known = self.inverse_level * (force - inner::<N>(&fall.force, &self.ratio));
-                let a_newton = self.inverse_level * self.ratio.get(0);
-                known - a_newton * fall.next::<N>(path, newest)
-            }
-            _ => self.inverse_level * force,
-        };
-        self.ratio.set(N, ratio);
-        ratio
+    pub(crate) fn next<const N: usize>(&mut self, force: f64, newest: Newest) -> (f64, f64) {
+        let (mut known, mut moved, mut above) = (self.inverse_level * force, 0.0, 0.0);
+        if let Some(fall) = &mut self.fall {
+            let [fallen, with_speed] = self.products.inner::<N>();
+            let known_above = fall.next::<N>(newest);
+            known = self.inverse_level * (force - fallen) - self.per_fall * known_above;
+            (moved, above) = (with_speed, fall.get(N));
+        }
+        let ratio = known + self.per_speed * newest.speed;
+        self.products.set(N, [above, newest.speed], [ratio; 2]);
+        (known, moved)
     }
 }
 
@@ -172,7 +264,7 @@ pub(crate) const LOOK_BACK_ON_CURVE: usize = 6;
 /// A bristle under Stribeck's curve, `rho = 1 - u`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct UnderCurve {
-    pub(crate) bristle: BristleForce,
+    pub(crate) bristle: BristleForce<true>,
     pub(crate) ratio: RatioSeries,
     /// What the series may leave out, N.
     pub(crate) tolerance_n: f64,
@@ -188,17 +280,20 @@ impl Recurrence for UnderCurve {
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
-        let speed = newest.speed;
-        let known = inner::<N>(&path.speed, &self.ratio.ratio);
-        let ratio = self.ratio.next::<N>(self.bristle.get(N), path, newest);
-        let taken = if N == 0 {
-            speed * (1.0 - ratio)
-        } else {
-            (speed * (1.0 - self.ratio.ratio.get(0)) - known) - path.speed.get(0) * ratio
-        };
-        self.bristle.take::<N>(taken, path.duration_s)
+        if N == 0 {
+            self.ratio.begin(newest);
+            let (speed, share) = (newest.speed, 1.0 - self.ratio.at_start);
+            return self.bristle.begin(speed * share, share - speed * self.ratio.per_speed);
+        }
+        let (ratio, moved) = self.ratio.next::<N>(self.bristle.get(N), newest);
+        self.bristle.next::<N>(-moved - path.speed.get(0) * ratio, newest)
     }
 
+    fn newest_damping(&self) -> f64 {
+        self.bristle.newest_damping()
+    }
+
+    #[inline(always)]
     fn next_size(&self) -> f64 {
         self.bristle.next_size().max(self.ratio.size())
     }

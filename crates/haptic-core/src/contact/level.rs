@@ -3,7 +3,7 @@
 use crate::direction::Direction;
 use crate::directional::Directional;
 use crate::math::{exp, ln, sqrt};
-use crate::series::{Newest, Path, RECIPROCAL, Series, inner, inner_square};
+use crate::series::{Newest, Products, RECIPROCAL};
 use core::fmt::Debug;
 
 /// Friction while sliding, without its viscous part.
@@ -44,6 +44,24 @@ pub(crate) struct Stribeck {
     pub(crate) dynamic_force: Directional,
     /// `ws`, m/s, at least [`SUDDEN_FALL_MPS`].
     pub(crate) velocity: f64,
+    /// From [`fallen_from`], m/s.
+    fallen_from: Directional,
+}
+
+impl Stribeck {
+    /// `velocity` is `ws`, m/s, at least [`SUDDEN_FALL_MPS`].
+    pub(crate) fn new(static_force: Directional, dynamic_force: Directional, velocity: f64) -> Self {
+        let mut curve = Self {
+            static_force,
+            dynamic_force,
+            velocity,
+            fallen_from: Directional::both(0.0),
+        };
+        for direction in Direction::BOTH {
+            curve.set_off(direction, static_force.get(direction));
+        }
+        curve
+    }
 }
 
 /// Beyond this many `ws` the exponential is less than the last digit.
@@ -67,6 +85,8 @@ impl Level for Stribeck {
 
     fn set_off(&mut self, direction: Direction, limit: f64) {
         *self.static_force.get_mut(direction) = limit;
+        let excess = limit - self.dynamic_force.get(direction);
+        *self.fallen_from.get_mut(direction) = fallen_from(excess, self.velocity);
     }
 
     fn fall(&self, direction: Direction) -> Option<Fall> {
@@ -74,7 +94,7 @@ impl Level for Stribeck {
         Some(Fall {
             excess,
             velocity: self.velocity,
-            fallen_from: fallen_from(excess, self.velocity),
+            fallen_from: self.fallen_from.get(direction),
         })
     }
 }
@@ -118,44 +138,60 @@ const COUNTS: f64 = 0.01;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FallSeries {
     inverse_square: f64,
-    /// `k q[k]`.
-    slope: Series,
-    pub(crate) force: Series,
+    /// Share of the speed's newest coefficient in that of `q`, s/m.
+    square_per_speed: f64,
+    /// And in that of `E`, N s/m.
+    pub(crate) per_speed: f64,
+    /// The force at the start, N.
+    pub(crate) at_start: f64,
+    /// `k q[k] E`, and the square of the speed.
+    products: Products,
     newest: f64,
 }
 
 impl FallSeries {
-    /// `at_start` is the force at the speed of the start.
-    pub(crate) fn new(fall: &Fall, at_start: f64) -> Self {
-        let mut series = Self {
-            inverse_square: 1.0 / (fall.velocity * fall.velocity),
-            slope: Series::ZERO,
-            force: Series::ZERO,
+    /// From a speed, m/s.
+    #[inline(always)]
+    pub(crate) fn new(fall: &Fall, speed: f64) -> Self {
+        let at_start = fall.at(speed);
+        let inverse_square = 1.0 / (fall.velocity * fall.velocity);
+        let square_per_speed = 2.0 * inverse_square * speed;
+        Self {
+            inverse_square,
+            square_per_speed,
+            per_speed: -at_start * square_per_speed,
+            at_start,
+            products: Products::ZERO,
             newest: at_start,
-        };
-        series.force.set(0, at_start);
-        series
+        }
+    }
+
+    /// Sets the coefficients of order 0.
+    #[inline(always)]
+    pub(crate) fn begin(&mut self, newest: Newest) {
+        self.products.set(0, [0.0, newest.speed], [self.at_start, newest.speed]);
+    }
+
+    /// The coefficient of order `n`, N.
+    pub(crate) fn get(&self, n: usize) -> f64 {
+        self.products.right(n)[0]
     }
 
     /// The size of its newest coefficient, N.
+    #[inline(always)]
     pub(crate) fn size(&self) -> f64 {
         COUNTS * self.newest.abs()
     }
 
-    /// The coefficient of order `N`, N.
+    /// Adds the coefficient of order `N`, N, from 1 on. Gives it without the speed's newest
+    /// coefficient.
     #[inline(always)]
-    pub(crate) fn next<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
-        if N == 0 {
-            return self.force.get(0);
-        }
-        let (speed, first) = (path.speed.get(0), self.force.get(0));
-        let squares = self.inverse_square * inner_square::<N>(&path.speed);
-        let fallen = RECIPROCAL[N] * inner::<N>(&self.slope, &self.force);
-        let a_speed = 2.0 * self.inverse_square * speed;
-        let force = -(fallen + first * squares) - first * a_speed * newest.speed;
-        self.slope.set(N, N as f64 * (squares + a_speed * newest.speed));
-        self.force.set(N, force);
-        self.newest = force;
-        force
+    pub(crate) fn next<const N: usize>(&mut self, Newest { speed, .. }: Newest) -> f64 {
+        let [fallen, squares] = self.products.inner::<N>();
+        let known = -(RECIPROCAL[N] * fallen + (self.at_start * self.inverse_square) * squares);
+        let slope = N as f64 * (self.inverse_square * squares + self.square_per_speed * speed);
+        self.newest = known + self.per_speed * speed;
+        self.products.set(N, [slope, speed], [self.newest, speed]);
+        known
     }
 }

@@ -6,7 +6,7 @@
 //! ```
 
 use crate::math::{exp, ln_1p, powf, sqrt};
-use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner};
+use crate::series::{Newest, Path, Products, RECIPROCAL, Recurrence, Series};
 
 /// The friction of one direction in one piece.
 pub(crate) struct PowerSeries {
@@ -18,11 +18,10 @@ pub(crate) struct PowerSeries {
     inverse_first: f64,
     /// `dY/dx`, 1/m.
     slope: f64,
-    line: Series,
-    /// `n Y[n]`.
-    weighted: Series,
-    /// `r`, or `Y` itself where `r` is its square.
-    factor: Series,
+    at_start: f64,
+    rest_at_start: f64,
+    /// `Y` and `n Y[n]`, both by `r`, or by `Y` itself where `r` is its square.
+    products: Products,
     friction: Series,
     next_size: f64,
 }
@@ -38,27 +37,23 @@ impl PowerSeries {
         } else {
             powf(rest, 1.0 - exponent)
         };
-        let mut series = Self {
+        Self {
             limit,
             exponent,
             power_and_one: 1.0 / (1.0 - exponent) + 1.0,
             inverse_first: 1.0 / at_start,
             slope: (exponent - 1.0) * stiffness / limit,
-            line: Series::ZERO,
-            weighted: Series::ZERO,
-            factor: Series::ZERO,
+            at_start,
+            rest_at_start: rest,
+            products: Products::ZERO,
             friction: Series::ZERO,
             next_size: 0.0,
-        };
-        series.line.set(0, at_start);
-        series.factor.set(0, if exponent == SQUARE { at_start } else { rest });
-        series.friction.set(0, limit * (1.0 - rest));
-        series
+        }
     }
 
     /// The coefficient of order `n` of `Y`.
     pub(crate) fn line(&self, n: usize) -> f64 {
-        self.line.get(n)
+        self.products.left(n)[0]
     }
 
     /// The coefficient of order `n` of the friction, N.
@@ -68,12 +63,12 @@ impl PowerSeries {
 
     /// The way to the limit, m, which an exponent below 1 has.
     pub(crate) fn way_to_limit(&self) -> f64 {
-        -self.line.get(0) / self.slope
+        -self.at_start / self.slope
     }
 
     /// `r` after a way, m.
     pub(crate) fn rest_at(&self, distance: f64) -> f64 {
-        let line = self.line.get(0) + self.slope * distance;
+        let line = self.at_start + self.slope * distance;
         if line <= 0.0 {
             0.0
         } else if self.exponent == SQUARE {
@@ -87,17 +82,16 @@ impl PowerSeries {
     /// The coefficient of order `N` of `r`, for one of the line.
     #[inline(always)]
     fn rest<const N: usize>(&mut self, line: f64) -> f64 {
-        let known = inner::<N>(&self.line, &self.factor);
-        let first = self.factor.get(0);
-        if self.exponent == SQUARE {
-            self.factor.set(N, line);
-            return known + 2.0 * first * line;
-        }
+        let [known, weighted] = self.products.inner::<N>();
         let weight = N as f64;
-        let weighted = inner::<N>(&self.weighted, &self.factor) + weight * line * first;
+        if self.exponent == SQUARE {
+            self.products.set(N, [line, 0.0], [line; 2]);
+            return known + 2.0 * self.at_start * line;
+        }
+        let first = self.rest_at_start;
+        let weighted = weighted + weight * line * first;
         let rest = (self.power_and_one * weighted * RECIPROCAL[N] - (known + line * first)) * self.inverse_first;
-        self.factor.set(N, rest);
-        self.weighted.set(N, weight * line);
+        self.products.set(N, [line, weight * line], [rest; 2]);
         rest
     }
 }
@@ -108,14 +102,20 @@ impl Recurrence for PowerSeries {
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
-        if N > 0 {
-            let line = self.slope * newest.distance;
-            let friction = -self.limit * self.rest::<N>(line);
-            self.line.set(N, line);
-            self.friction.set(N, friction);
-            self.next_size = friction.abs();
-        }
-        self.friction.get(N)
+        let friction = if N == 0 {
+            let factor = if self.exponent == SQUARE {
+                self.at_start
+            } else {
+                self.rest_at_start
+            };
+            self.products.set(0, [self.at_start, 0.0], [factor; 2]);
+            self.limit * (1.0 - self.rest_at_start)
+        } else {
+            -self.limit * self.rest::<N>(self.slope * newest.distance)
+        };
+        self.friction.set(N, friction);
+        self.next_size = friction.abs();
+        friction
     }
 
     fn next_size(&self) -> f64 {

@@ -64,12 +64,12 @@ impl<L: Level, P: Plasticity> Bristle<L, P> {
     }
 
     /// The end of a piece by its series. `speed` is that of the event that ended it, m/s.
-    pub(super) fn bend(
+    pub(super) fn bend<const DAMPED: bool>(
         &mut self,
         start: &Start,
         expansion: &Expansion,
         speed: Option<f64>,
-        bristle: &BristleForce,
+        bristle: &BristleForce<DAMPED>,
     ) -> Piece {
         self.set_force(start, bristle.at(expansion.end));
         let dissipated = if start.listens {

@@ -256,7 +256,7 @@ impl DahlContact {
     /// A piece on the exponential that `i = 1` has.
     fn yield_exponentially(&mut self, start: &Start) -> Piece {
         let (limit, sign) = (self.law.dynamic_force.get(start.direction), start.direction.sign());
-        let bristle = BristleForce::new(self.law.contact_stiffness, 0.0, sign * self.force);
+        let bristle = BristleForce::undamped(start.remaining_s, self.law.contact_stiffness, sign * self.force);
         let mut series = TowardsLimit::new(bristle, limit, TOLERANCE_N);
         let mut expansion = start.expand(self.law.viscous.get(start.direction), &mut series);
         let speed = expansion.falls_to(0.0).then_some(0.0);

@@ -22,7 +22,7 @@ use crate::directional::Directional;
 use crate::math::{cos, sin_cos};
 use crate::parameters::{Parameter, SceneError, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::{FINE_TOLERANCE_N, Newest, Path, RECIPROCAL, Recurrence, Series, inner};
+use crate::series::{FINE_TOLERANCE_N, Newest, Path, Products, RECIPROCAL, Recurrence};
 use alloc::boxed::Box;
 use core::f64::consts::PI;
 
@@ -225,7 +225,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
         if self.is_settled(along, kinetic) {
             return self.slide(start, falls_to);
         }
-        let bristle = BristleForce::new(self.stiffness, self.damping, along);
+        let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
         let viscous = self.viscous.get(direction);
         if along >= kinetic * (1.0 - 0.5 * BAND) {
             let mut series = TowardsLimit::new(bristle, kinetic, FINE_TOLERANCE_N);
@@ -233,7 +233,7 @@ impl<L: Level> PiecewiseContact for Bristle<L, DelayedPlasticity> {
             let speed = expansion.falls_to(falls_to).then_some(falls_to);
             return self.bend(start, &expansion, speed, &series.bristle);
         }
-        let mut series = DelayedSeries::new(bristle, RatioSeries::new(kinetic, None), fraction);
+        let mut series = DelayedSeries::new(bristle, RatioSeries::new(along, kinetic, None), fraction);
         let mut expansion = start.expand(viscous, &mut series);
         let speed = expansion.falls_to(falls_to).then_some(falls_to);
         self.bend(start, &expansion, speed, &series.bristle)
@@ -245,33 +245,30 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
     fn flow_on_curve(&mut self, start: &Start, fall: &Fall, kinetic: f64) -> Piece {
         let along = start.direction.sign() * self.force();
         let fraction = self.plasticity.fraction;
-        let above = fall.at(start.speed);
-        let bristle = BristleForce::new(self.stiffness, self.damping, along);
+        let fall = FallSeries::new(fall, start.speed);
+        let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
         let viscous = self.viscous.get(start.direction);
-        let ratio = along / (kinetic + above);
+        let ratio = along / (kinetic + fall.at_start);
         let (expansion, stops, leaves, bristle) = if ratio < fraction - 0.5 * BAND {
-            let mut series = StretchSeries {
-                bristle,
-                fall: FallSeries::new(fall, above),
-            };
+            let mut series = StretchSeries { bristle, fall };
             let mut piece = start.expand(viscous, &mut series);
             let stops = piece.falls_to(0.0);
             let yields = piece.until(|_, n| {
-                let level = series.fall.force.get(n) + if n == 0 { kinetic } else { 0.0 };
+                let level = series.fall.get(n) + if n == 0 { kinetic } else { 0.0 };
                 fraction * level - series.bristle.get(n)
             });
             (piece, stops, yields, series.bristle)
         } else if ratio < 1.0 - 0.5 * BAND {
-            let ratio = RatioSeries::new(kinetic, Some((fall, above)));
+            let ratio = RatioSeries::new(along, kinetic, Some(fall));
             let mut series = DelayedSeries::new(bristle, ratio, fraction);
             let mut piece = start.expand(viscous, &mut series);
             let stops = piece.falls_to(0.0);
-            let ratios = &series.ratio.ratio;
+            let ratios = &series.ratio;
             let sticks = piece.until(|_, n| ratios.get(n) - if n == 0 { fraction - BAND } else { 0.0 });
             let slides = piece.until(|_, n| if n == 0 { 1.0 - ratios.get(n) } else { -ratios.get(n) });
             (piece, stops, sticks || slides, series.bristle)
         } else {
-            let ratio = RatioSeries::new(kinetic, Some((fall, above)));
+            let ratio = RatioSeries::new(along, kinetic, Some(fall));
             let mut series = UnderCurve {
                 bristle,
                 ratio,
@@ -279,7 +276,7 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
             };
             let mut piece = start.expand(viscous, &mut series);
             let stops = piece.falls_to(0.0);
-            let ratios = &series.ratio.ratio;
+            let ratios = &series.ratio;
             let sticks = piece.until(|_, n| ratios.get(n) - if n == 0 { 1.0 - BAND } else { 0.0 });
             (piece, stops, sticks, series.bristle)
         };
@@ -290,7 +287,7 @@ impl<L: Level> Bristle<L, DelayedPlasticity> {
 
 /// A bristle that takes up the whole motion while its limit falls with speed.
 struct StretchSeries {
-    bristle: BristleForce,
+    bristle: BristleForce<true>,
     fall: FallSeries,
 }
 
@@ -303,9 +300,17 @@ impl Recurrence for StretchSeries {
     }
 
     #[inline(always)]
-    fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
-        self.fall.next::<N>(path, newest);
-        self.bristle.take::<N>(newest.speed, path.duration_s)
+    fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
+        if N == 0 {
+            self.fall.begin(newest);
+            return self.bristle.begin(newest.speed, 1.0);
+        }
+        self.fall.next::<N>(newest);
+        self.bristle.next::<N>(0.0, newest)
+    }
+
+    fn newest_damping(&self) -> f64 {
+        self.bristle.newest_damping()
     }
 
     fn next_size(&self) -> f64 {
@@ -316,57 +321,62 @@ impl Recurrence for StretchSeries {
 /// A bristle that flows in part: `rho = 1 - alpha u`, `alpha = (1 - cos theta)/2`, `theta = pi (u -
 /// f)/(1 - f)`.
 struct DelayedSeries {
-    bristle: BristleForce,
+    bristle: BristleForce<true>,
     ratio: RatioSeries,
-    fraction: f64,
     /// `pi/(1 - f)`.
     a_ratio: f64,
-    /// `n theta[n]`.
-    turn: Series,
-    sine: Series,
-    cosine: Series,
-    alpha: Series,
-    share: Series,
+    sine_and_cosine_at_start: (f64, f64),
+    /// Of `rho`, over `u`.
+    share_slope: f64,
+    /// `n theta[n]` by the cosine and by the sine.
+    turned: Products,
+    /// `alpha u` and `w rho`.
+    flown: Products,
 }
 
 impl DelayedSeries {
-    fn new(bristle: BristleForce, ratio: RatioSeries, fraction: f64) -> Self {
+    fn new(bristle: BristleForce<true>, ratio: RatioSeries, fraction: f64) -> Self {
+        let a_ratio = PI / (1.0 - fraction);
+        let (sine, cosine) = sin_cos(a_ratio * (ratio.at_start - fraction));
         Self {
             bristle,
             ratio,
-            fraction,
-            a_ratio: PI / (1.0 - fraction),
-            turn: Series::ZERO,
-            sine: Series::ZERO,
-            cosine: Series::ZERO,
-            alpha: Series::ZERO,
-            share: Series::ZERO,
+            a_ratio,
+            sine_and_cosine_at_start: (sine, cosine),
+            share_slope: -0.5 * ((1.0 - cosine) + a_ratio * sine * ratio.at_start),
+            turned: Products::ZERO,
+            flown: Products::ZERO,
         }
     }
 
+    /// Sets the coefficients of order 0, and gives that of `rho`.
     #[inline(always)]
-    fn elastic_share<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
-        let turned_cosine = inner::<N>(&self.turn, &self.cosine);
-        let turned_sine = inner::<N>(&self.turn, &self.sine);
-        let flown = inner::<N>(&self.alpha, &self.ratio.ratio);
-        let ratio = self.ratio.next::<N>(self.bristle.get(N), path, newest);
-        let (sine, cosine, alpha, share);
-        if N == 0 {
-            (sine, cosine) = sin_cos(self.a_ratio * (ratio - self.fraction));
-            alpha = 0.5 * (1.0 - cosine);
-            share = 1.0 - alpha * ratio;
-        } else {
-            let turn = N as f64 * self.a_ratio * ratio;
-            sine = RECIPROCAL[N] * (turned_cosine + turn * self.cosine.get(0));
-            cosine = -RECIPROCAL[N] * (turned_sine + turn * self.sine.get(0));
-            alpha = -0.5 * cosine;
-            share = -(flown + alpha * self.ratio.ratio.get(0) + self.alpha.get(0) * ratio);
-            self.turn.set(N, turn);
-        }
-        self.sine.set(N, sine);
-        self.cosine.set(N, cosine);
-        self.alpha.set(N, alpha);
+    fn begin(&mut self, newest: Newest) -> f64 {
+        self.ratio.begin(newest);
+        let (sine, cosine) = self.sine_and_cosine_at_start;
+        let alpha = 0.5 * (1.0 - cosine);
+        let share = 1.0 - alpha * self.ratio.at_start;
+        self.turned.set(0, [0.0; 2], [cosine, sine]);
+        self.flown.set(0, [alpha, newest.speed], [self.ratio.at_start, share]);
         share
+    }
+
+    /// Adds the coefficient of order `N` of `rho`, from 1 on. Gives it without the speed's newest
+    /// coefficient, and the inner sum of `w rho`.
+    #[inline(always)]
+    fn elastic_share<const N: usize>(&mut self, newest: Newest) -> (f64, f64) {
+        let turned = self.turned.inner::<N>().map(|sum| RECIPROCAL[N] * sum);
+        let [flown, moved] = self.flown.inner::<N>();
+        let (known_ratio, _) = self.ratio.next::<N>(self.bristle.get(N), newest);
+        let ratio = self.ratio.get(N);
+        let turn = self.a_ratio * ratio;
+        let (sine_at_start, cosine_at_start) = self.sine_and_cosine_at_start;
+        let (sine, cosine) = (turned[0] + turn * cosine_at_start, -turned[1] - turn * sine_at_start);
+        let known = -(flown + 0.5 * turned[1] * self.ratio.at_start);
+        let share = known + self.share_slope * ratio;
+        self.turned.set(N, [N as f64 * turn; 2], [cosine, sine]);
+        self.flown.set(N, [-0.5 * cosine, newest.speed], [ratio, share]);
+        (known + self.share_slope * known_ratio, moved)
     }
 }
 
@@ -380,16 +390,17 @@ impl Recurrence for DelayedSeries {
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
-        let speed = newest.speed;
-        let known = inner::<N>(&path.speed, &self.share);
-        let share = self.elastic_share::<N>(path, newest);
-        self.share.set(N, share);
-        let taken = if N == 0 {
-            speed * share
-        } else {
-            (known + speed * self.share.get(0)) + path.speed.get(0) * share
-        };
-        self.bristle.take::<N>(taken, path.duration_s)
+        if N == 0 {
+            let (speed, share) = (newest.speed, self.begin(newest));
+            let uptake = share + speed * self.share_slope * self.ratio.per_speed;
+            return self.bristle.begin(speed * share, uptake);
+        }
+        let (share, moved) = self.elastic_share::<N>(newest);
+        self.bristle.next::<N>(moved + path.speed.get(0) * share, newest)
+    }
+
+    fn newest_damping(&self) -> f64 {
+        self.bristle.newest_damping()
     }
 
     fn next_size(&self) -> f64 {

@@ -53,11 +53,8 @@ pub(super) struct StribeckForces {
 impl StribeckForces {
     /// Stribeck's curve; `None` where the two forces are equal.
     pub(super) fn curve(&self) -> Option<Stribeck> {
-        (self.static_force != self.dynamic_force).then_some(Stribeck {
-            static_force: self.static_force,
-            dynamic_force: self.dynamic_force,
-            velocity: self.velocity,
-        })
+        (self.static_force != self.dynamic_force)
+            .then(|| Stribeck::new(self.static_force, self.dynamic_force, self.velocity))
     }
 
     /// Friction of a steady slide without its viscous part, N.

@@ -24,7 +24,7 @@ use crate::directional::Directional;
 use crate::math::sqrt;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::{FINE_TOLERANCE_N, Newest, Path, Recurrence, Series, inner, inner_square};
+use crate::series::{FINE_TOLERANCE_N, Newest, Path, Products, Recurrence};
 use alloc::boxed::Box;
 
 /// Hayward-Armstrong friction.
@@ -176,7 +176,7 @@ impl PiecewiseContact for Bristle<Directional, AdhesionPlasticity> {
         if along.abs() < centre * (1.0 - 1e-12) {
             return self.stretch(start, centre, 0.0);
         }
-        let bristle = BristleForce::new(self.stiffness, 0.0, along);
+        let bristle = BristleForce::undamped(start.remaining_s, self.stiffness, along);
         let viscous = self.viscous.get(direction);
         if self.plasticity.onset < NO_ONSET {
             let mut series = TowardsLimit::new(bristle, limit, FINE_TOLERANCE_N);
@@ -201,70 +201,82 @@ const NEAR_CENTRE: f64 = 0.35;
 /// The recurrences of the law: `rho = 1 - (1 + o)(u - o u/(o + u^8))`, with `u = p/Fd` and the onset
 /// `o`. Each coefficient is that of `u` times a slope at the start, and what older ones add.
 struct AdhesionSeries {
-    bristle: BristleForce,
+    bristle: BristleForce<false>,
     onset: f64,
     inverse_limit: f64,
-    /// `u`, `u^2`, `u^4` and `u^8`, and their slopes over `u`.
-    powers: [Series; 4],
+    /// `u`, `u^2`, `u^4` and `u^8` at the start, and their slopes over `u`.
+    powers: [f64; 4],
     power_slopes: [f64; 4],
-    /// `1/(o + u^8)`, and its slope.
-    inverse: Series,
+    /// `1/(o + u^8)` at the start, and its slope.
+    inverse: f64,
     inverse_slope: f64,
-    /// `rho`, and its slope.
-    share: Series,
+    /// `rho` at the start, and its slope.
+    share: f64,
     share_slope: f64,
+    /// The squares of `u` and of `u^2`.
+    squares: Products,
+    /// The square of `u^4`, and `w rho`.
+    moved: Products,
+    /// `u^8` and `u` over `o + u^8`.
+    adhered: Products,
 }
 
 impl AdhesionSeries {
-    fn new(bristle: BristleForce, limit: f64, onset: f64) -> Self {
-        let mut series = Self {
+    fn new(bristle: BristleForce<false>, limit: f64, onset: f64) -> Self {
+        let inverse_limit = 1.0 / limit;
+        let ratio = bristle.at_start() * inverse_limit;
+        let (mut powers, mut power_slopes) = ([ratio; 4], [1.0; 4]);
+        for k in 1..4 {
+            powers[k] = powers[k - 1] * powers[k - 1];
+            power_slopes[k] = 2.0 * powers[k - 1] * power_slopes[k - 1];
+        }
+        let inverse = 1.0 / (onset + powers[3]);
+        let inverse_slope = -inverse * inverse * power_slopes[3];
+        Self {
             bristle,
             onset,
-            inverse_limit: 1.0 / limit,
-            powers: [Series::ZERO; 4],
-            power_slopes: [1.0; 4],
-            inverse: Series::ZERO,
-            inverse_slope: 0.0,
-            share: Series::ZERO,
-            share_slope: 0.0,
-        };
-        let ratio = bristle.get(0) * series.inverse_limit;
-        let (mut power, mut slope) = (ratio, 1.0);
-        for k in 0..4 {
-            series.powers[k].set(0, power);
-            series.power_slopes[k] = slope;
-            (power, slope) = (power * power, 2.0 * power * slope);
+            inverse_limit,
+            powers,
+            power_slopes,
+            inverse,
+            inverse_slope,
+            share: 1.0 - (1.0 + onset) * (ratio - onset * ratio * inverse),
+            share_slope: -(1.0 + onset) * (1.0 - onset * (inverse + ratio * inverse_slope)),
+            squares: Products::ZERO,
+            moved: Products::ZERO,
+            adhered: Products::ZERO,
         }
-        let inverse = 1.0 / (onset + series.powers[3].get(0));
-        series.inverse.set(0, inverse);
-        series.inverse_slope = -inverse * inverse * series.power_slopes[3];
-        let product_slope = inverse + ratio * series.inverse_slope;
-        series
-            .share
-            .set(0, 1.0 - (1.0 + onset) * (ratio - onset * ratio * inverse));
-        series.share_slope = -(1.0 + onset) * (1.0 - onset * product_slope);
-        series
     }
 
-    /// The coefficient of order `N` of `rho`, from 1 on, for one of `u`.
+    /// Sets the coefficients of order 0.
     #[inline(always)]
-    fn elastic_share<const N: usize>(&mut self, ratio: f64) -> f64 {
-        let [ratios, .., eighths] = &self.powers;
-        let inverse = self.inverse.get(0);
-        let inverted = inner::<N>(eighths, &self.inverse);
-        let adhered = inner::<N>(ratios, &self.inverse);
-        let mut known = 0.0;
-        self.powers[0].set(N, ratio);
-        for k in 1..4 {
-            let root = &self.powers[k - 1];
-            known = inner_square::<N>(root) + 2.0 * root.get(0) * known;
-            let power = known + self.power_slopes[k] * ratio;
-            self.powers[k].set(N, power);
-        }
-        let known_inverse = -inverse * (inverted + inverse * known);
-        self.inverse.set(N, known_inverse + self.inverse_slope * ratio);
-        let known_product = adhered + self.powers[0].get(0) * known_inverse;
-        (1.0 + self.onset) * self.onset * known_product + self.share_slope * ratio
+    fn begin(&mut self, newest: Newest) {
+        let [first, second, fourth, eighth] = self.powers;
+        self.squares.set(0, [first, second], [first, second]);
+        self.moved.set(0, [fourth, newest.speed], [fourth, self.share]);
+        self.adhered.set(0, [eighth, first], [self.inverse; 2]);
+    }
+
+    /// Adds the coefficient of order `N` of `rho`, from 1 on, for one of `u`. Gives it, and the inner
+    /// sum of `w rho`.
+    #[inline(always)]
+    fn elastic_share<const N: usize>(&mut self, ratio: f64, newest: Newest) -> (f64, f64) {
+        let [inverted, adhered] = self.adhered.inner::<N>();
+        let [of_first, of_second] = self.squares.inner::<N>();
+        let [of_fourth, moved] = self.moved.inner::<N>();
+        let [first, second, fourth, _] = self.powers;
+        let known_fourth = of_second + 2.0 * second * of_first;
+        let known_eighth = of_fourth + 2.0 * fourth * known_fourth;
+        let power = |k: usize, known: f64| known + self.power_slopes[k] * ratio;
+        let known_inverse = -self.inverse * (inverted + self.inverse * known_eighth);
+        let known_product = adhered + first * known_inverse;
+        let share = (1.0 + self.onset) * self.onset * known_product + self.share_slope * ratio;
+        let (second, fourth, eighth) = (power(1, of_first), power(2, known_fourth), power(3, known_eighth));
+        let inverse = known_inverse + self.inverse_slope * ratio;
+        self.squares.set(N, [ratio, second], [ratio, second]);
+        self.moved.set(N, [fourth, newest.speed], [fourth, share]);
+        self.adhered.set(N, [eighth, ratio], [inverse; 2]);
+        (share, moved)
     }
 }
 
@@ -278,26 +290,18 @@ impl Recurrence for AdhesionSeries {
     }
 
     fn caution(&self) -> f64 {
-        if self.powers[0].get(0).abs() < NEAR_CENTRE {
-            0.7
-        } else {
-            1.0
-        }
+        if self.powers[0].abs() < NEAR_CENTRE { 0.7 } else { 1.0 }
     }
 
     #[inline(always)]
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64 {
-        let speed = newest.speed;
-        let known = inner::<N>(&path.speed, &self.share);
+        if N == 0 {
+            self.begin(newest);
+            return self.bristle.begin(newest.speed * self.share, self.share);
+        }
         let ratio = self.bristle.get(N) * self.inverse_limit;
-        let taken = if N == 0 {
-            speed * self.share.get(0)
-        } else {
-            let share = self.elastic_share::<N>(ratio);
-            self.share.set(N, share);
-            (known + speed * self.share.get(0)) + path.speed.get(0) * share
-        };
-        self.bristle.take::<N>(taken, path.duration_s)
+        let (share, moved) = self.elastic_share::<N>(ratio, newest);
+        self.bristle.next::<N>(moved + path.speed.get(0) * share, newest)
     }
 
     fn next_size(&self) -> f64 {

@@ -120,11 +120,7 @@ impl Karnopp {
     /// Stribeck's curve, where there is one.
     fn curve(&self) -> Option<Stribeck> {
         let falls = self.stribeck_velocity >= SUDDEN_FALL_MPS && self.static_force != self.dynamic_force;
-        falls.then_some(Stribeck {
-            static_force: self.static_force,
-            dynamic_force: self.dynamic_force,
-            velocity: self.stribeck_velocity,
-        })
+        falls.then(|| Stribeck::new(self.static_force, self.dynamic_force, self.stribeck_velocity))
     }
 
     /// Whether the static limit depends on the time at rest.

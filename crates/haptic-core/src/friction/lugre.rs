@@ -15,7 +15,8 @@ use super::law::{Law, LawKind};
 use super::usual;
 use crate::block::{Piece, PiecewiseContact, Start};
 use crate::contact::{
-    Bristle, BristleForce, DeviceLugre, FlowLevel, FullPlasticity, Level, RatioSeries, TowardsLimit, UnderCurve,
+    Bristle, BristleForce, DeviceLugre, FallSeries, FlowLevel, FullPlasticity, Level, RatioSeries, TowardsLimit,
+    UnderCurve,
 };
 use crate::direction::Direction;
 use crate::directional::Directional;
@@ -167,15 +168,15 @@ impl<L: Level> PiecewiseContact for Bristle<L, FullPlasticity> {
             None if kinetic == 0.0 && along != 0.0 => self.let_go(start),
             None if self.is_settled(along, kinetic) => self.slide(start, falls_to),
             None => {
-                let bristle = BristleForce::new(self.stiffness, self.damping, along);
+                let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
                 let mut series = TowardsLimit::new(bristle, kinetic, USUAL_TOLERANCE_N);
                 let mut expansion = start.expand(self.viscous.get(direction), &mut series);
                 let speed = expansion.falls_to(falls_to).then_some(falls_to);
                 self.bend(start, &expansion, speed, &series.bristle)
             }
             Some(fall) => {
-                let bristle = BristleForce::new(self.stiffness, self.damping, along);
-                let ratio = RatioSeries::new(kinetic, Some((&fall, fall.at(start.speed))));
+                let bristle = BristleForce::new(start.remaining_s, self.stiffness, self.damping, along);
+                let ratio = RatioSeries::new(along, kinetic, Some(FallSeries::new(&fall, start.speed)));
                 let mut series = UnderCurve {
                     bristle,
                     ratio,

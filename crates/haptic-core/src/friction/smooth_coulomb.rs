@@ -9,7 +9,7 @@ use crate::directional::Directional;
 use crate::math::exp_m1;
 use crate::parameters::{Parameter, Slot};
 use crate::render::{BlockSetup, DeviceSurface, Surface};
-use crate::series::{Newest, Path, RECIPROCAL, Recurrence, Series, inner, inner_square};
+use crate::series::{Newest, Path, Products, RECIPROCAL, Recurrence};
 use alloc::boxed::Box;
 
 /// Smooth Coulomb friction.
@@ -107,10 +107,10 @@ impl YieldingContact for SmoothCoulomb {
 struct TanhSeries {
     limit: f64,
     per_speed: f64,
-    tanh: Series,
-    /// `n q[n]`.
-    weighted: Series,
-    slope: Series,
+    /// At the start.
+    tanh: f64,
+    /// `tanh` by itself, and `n q[n]` by its slope.
+    products: Products,
     next_size: f64,
 }
 
@@ -119,22 +119,15 @@ impl Recurrence for TanhSeries {
     const FEWEST_ORDERS: usize = 8;
 
     fn friction<const N: usize>(&mut self, _path: &Path, newest: Newest) -> f64 {
-        let squares = inner_square::<N>(&self.tanh);
-        let sloped = inner::<N>(&self.weighted, &self.slope);
-        let tanh = if N == 0 {
-            self.tanh.get(0)
-        } else {
-            let weighted = N as f64 * self.per_speed * newest.speed;
-            self.weighted.set(N, weighted);
-            RECIPROCAL[N] * (sloped + weighted * self.slope.get(0))
-        };
-        let slope = if N == 0 {
-            1.0 - tanh * tanh
-        } else {
-            -(squares + 2.0 * self.tanh.get(0) * tanh)
-        };
-        self.tanh.set(N, tanh);
-        self.slope.set(N, slope);
+        let slope_at_start = 1.0 - self.tanh * self.tanh;
+        let (mut tanh, mut slope, mut weighted) = (self.tanh, slope_at_start, 0.0);
+        if N > 0 {
+            let [squares, sloped] = self.products.inner::<N>();
+            weighted = N as f64 * self.per_speed * newest.speed;
+            tanh = RECIPROCAL[N] * (sloped + weighted * slope_at_start);
+            slope = -(squares + 2.0 * self.tanh * tanh);
+        }
+        self.products.set(N, [tanh, weighted], [tanh, slope]);
         self.next_size = self.limit * tanh.abs();
         self.limit * tanh
     }
@@ -150,12 +143,10 @@ impl PiecewiseContact for SmoothCoulomb {
         let mut series = TanhSeries {
             limit,
             per_speed: 1.0 / self.stribeck_velocity,
-            tanh: Series::ZERO,
-            weighted: Series::ZERO,
-            slope: Series::ZERO,
+            tanh: self.at(start.direction, start.speed) / limit,
+            products: Products::ZERO,
             next_size: 0.0,
         };
-        series.tanh.set(0, self.at(start.direction, start.speed) / limit);
         let mut expansion = start.expand(0.0, &mut series);
         let speed = expansion.falls_to(0.0).then_some(0.0);
         expansion.piece(speed, 0.0)

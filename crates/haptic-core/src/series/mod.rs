@@ -6,18 +6,22 @@
 //! that sum, and a law finishes it. Its terms add up in a fixed order: the same bits in every build.
 //! The order is a constant to the compiler, so that nothing is left of the loops.
 //!
-//! A series is bound by how long each order waits for the one before it. So a law has what is known
-//! already apart from what the newest coefficients add, and few operations from one to the other.
+//! A series is bound by how long each order waits for the one before it. So a law keeps what the
+//! newest coefficients add apart from what is known already, and few operations lie between them;
+//! the share of the speed's newest coefficient in the friction does not pass through the law at all
+//! ([`Recurrence::newest_damping`]). A law with several products forms them in pairs ([`Products`]).
 
+mod products;
 mod roots;
 
+pub(crate) use products::Products;
 pub(crate) use roots::first_root;
 
 /// Order up to which a series is kept.
 pub(crate) const ORDER: usize = 20;
 
 /// Coefficients of a series.
-const ROOM: usize = ORDER + 1;
+pub(crate) const ROOM: usize = ORDER + 1;
 
 /// `1/n`, so that a recurrence divides nothing.
 pub(crate) const RECIPROCAL: [f64; ORDER + 2] = {
@@ -49,14 +53,14 @@ impl Series {
         &self.0
     }
 
-    /// Its value at a time, of the coefficients up to `last`.
-    pub(crate) fn at(&self, time: f64, last: usize) -> f64 {
-        value(&self.0[..=last], time)
+    /// Its value at a time.
+    pub(crate) fn at(&self, time: f64) -> f64 {
+        value(&self.0, time)
     }
 }
 
 /// The sum over `k` from 1 to `N - 1` of `a[k] b[N - k]`: of order `N` of the product what is known
-/// before its own coefficients.
+/// before its own coefficients. For several products see [`Products`].
 #[inline(always)]
 pub(crate) fn inner<const N: usize>(a: &Series, b: &Series) -> f64 {
     if N < 2 {
@@ -74,30 +78,16 @@ pub(crate) fn inner<const N: usize>(a: &Series, b: &Series) -> f64 {
     older + (a.0[1] * b.0[N - 1] + a.0[N - 1] * b.0[1])
 }
 
-/// The same of a square: each term but the middle one is there twice.
-#[inline(always)]
-pub(crate) fn inner_square<const N: usize>(a: &Series) -> f64 {
-    if N < 2 {
-        return 0.0;
-    }
-    if N == 2 {
-        return a.0[1] * a.0[1];
-    }
-    let middle = if N.is_multiple_of(2) { a.0[N / 2] } else { 0.0 };
-    let mut sums = [0.0; 2];
-    for k in 2..N.div_ceil(2) {
-        sums[k % 2] += a.0[k] * a.0[N - k];
-    }
-    let older = 2.0 * (sums[0] + sums[1]) + middle * middle;
-    older + 2.0 * a.0[1] * a.0[N - 1]
-}
-
-/// A polynomial's value, by Horner's rule.
-pub(crate) fn value(polynomial: &[f64], time: f64) -> f64 {
-    polynomial
-        .iter()
-        .rev()
-        .fold(0.0, |sum, &coefficient| sum * time + coefficient)
+/// A polynomial's value: by pairs, which do not wait for each other (Estrin 1960).
+pub(crate) fn value(polynomial: &[f64; ROOM], time: f64) -> f64 {
+    let second = time * time;
+    let fourth = second * second;
+    let eighth = fourth * fourth;
+    let pair = |k: usize| polynomial[k] + polynomial[k + 1] * time;
+    let four = |k: usize| pair(k) + pair(k + 2) * second;
+    let eight = |k: usize| four(k) + four(k + 4) * fourth;
+    let highest = four(16) + polynomial[20] * fourth;
+    (eight(0) + eight(8) * eighth) + highest * (eighth * eighth)
 }
 
 /// The integral from 0 to `end` of the product of two series, each of its coefficients up to
@@ -121,6 +111,7 @@ pub(crate) struct Path {
 }
 
 impl Path {
+    #[inline(always)]
     pub(crate) fn new(duration_s: f64) -> Self {
         Self {
             duration_s,
@@ -166,9 +157,16 @@ pub(crate) trait Recurrence {
         1.0
     }
 
-    /// The coefficient of order `N` of the friction without its viscous part, N. Orders come one
-    /// after the other, from 0.
+    /// The coefficient of order `N` of the friction without its viscous part, N, and from order 1 on
+    /// without the share that [`newest_damping`](Self::newest_damping) gives. Orders come one after
+    /// the other, from 0.
     fn friction<const N: usize>(&mut self, path: &Path, newest: Newest) -> f64;
+
+    /// Share of the speed's newest coefficient in that of the friction, N s/m, from order 1 on. It is
+    /// asked for once, after order 0. The motion's next order then does not wait for the law.
+    fn newest_damping(&self) -> f64 {
+        0.0
+    }
 
     /// The size of the coefficient of order `n + 1` of the law's own state, N, where the last one
     /// asked for was `n`.
@@ -182,13 +180,16 @@ mod tests {
     /// Checks the orders of a product one after the other.
     macro_rules! check_orders {
         ($a:expr, $b:expr, $($n:literal)*) => {
-            let (mut left, mut right) = (Series::ZERO, Series::ZERO);
+            let (mut left, mut right, mut products) = (Series::ZERO, Series::ZERO, Products::ZERO);
             $(
                 let product = (0..=$n).map(|k| $a(k) * $b($n - k)).sum::<f64>();
                 let newest = if $n == 0 { $a(0) * $b(0) } else { $a(0) * $b($n) + $a($n) * $b(0) };
                 assert_eq!(newest + inner::<$n>(&left, &right), product, "order {}", $n);
                 let square = (0..$n).skip(1).map(|k| $b(k) * $b($n - k)).sum::<f64>();
-                assert_eq!(inner_square::<$n>(&right), square, "order {}", $n);
+                if $n > 0 {
+                    assert_eq!(products.inner::<$n>(), [inner::<$n>(&left, &right), square], "order {}", $n);
+                }
+                products.set($n, [$a($n), $b($n)], [$b($n); 2]);
                 left.set($n, $a($n));
                 right.set($n, $b($n));
             )*

@@ -5,15 +5,13 @@
 //! 1981): none, one, which a safeguarded Newton iteration finds, or maybe more, in which case the
 //! interval is halved.
 
-use super::ORDER;
-
-const COEFFICIENTS: usize = ORDER + 1;
+use super::{ROOM, value};
 
 /// `1 / (n over k)`.
-const INVERSE_BINOMIAL: [[f64; COEFFICIENTS]; COEFFICIENTS] = {
-    let mut table = [[0.0; COEFFICIENTS]; COEFFICIENTS];
+const INVERSE_BINOMIAL: [[f64; ROOM]; ROOM] = {
+    let mut table = [[0.0; ROOM]; ROOM];
     let mut n = 0;
-    while n < COEFFICIENTS {
+    while n < ROOM {
         let mut binomial = 1.0;
         let mut k = 0;
         while k <= n {
@@ -30,27 +28,36 @@ const INVERSE_BINOMIAL: [[f64; COEFFICIENTS]; COEFFICIENTS] = {
 const MOST_HALVINGS: u32 = 40;
 
 /// The first time in `(0, end]` at which a polynomial that is positive at 0 comes to zero; `None`
-/// where it stays positive. A polynomial that is not positive at 0 is at its root there. It is given
-/// by its first coefficient and the others.
-pub(crate) fn first_root(first: f64, others: &[f64], end: f64) -> Option<f64> {
-    if first <= 0.0 {
+/// where it stays positive. A polynomial that is not positive at 0 is at its root there. Its
+/// coefficients beyond its degree are zero, and `end` is at most 1.
+pub(crate) fn first_root(polynomial: &[f64; ROOM], degree: usize, end: f64) -> Option<f64> {
+    if polynomial[0] <= 0.0 {
         return Some(0.0);
     }
-    if stays_positive(first, others, end) {
+    if stays_positive(polynomial, end) {
         return None;
     }
-    let degree = others.len();
-    let mut scaled = [0.0; COEFFICIENTS];
-    scaled[0] = first;
-    let mut power = 1.0;
-    for (scaled, &coefficient) in scaled[1..].iter_mut().zip(others) {
-        power *= end;
-        *scaled = coefficient * power;
+    root_on_the_way(polynomial, degree, end)
+}
+
+/// The same of a polynomial that may come to zero. Apart, so that the others make no room for it.
+#[inline(never)]
+fn root_on_the_way(polynomial: &[f64; ROOM], degree: usize, end: f64) -> Option<f64> {
+    let mut fall = [0.0; ROOM];
+    for k in 1..ROOM {
+        fall[k - 1] = -(k as f64) * polynomial[k];
     }
-    let scaled = &scaled[..=degree];
-    let mut bernstein = [0.0; COEFFICIENTS];
-    for (k, &coefficient) in scaled.iter().enumerate() {
-        bernstein[k] = coefficient * INVERSE_BINOMIAL[degree][k];
+    let curve = Curve { polynomial, fall, end };
+    if stays_positive(&curve.fall, end) {
+        // It falls throughout, and so has one root or none.
+        let (first, last) = (polynomial[0], value(polynomial, end));
+        return (last < 0.0).then(|| curve.refine(0.0, end, end * (first / (first - last))));
+    }
+    let mut bernstein = [0.0; ROOM];
+    let mut power = 1.0;
+    for k in 0..=degree {
+        bernstein[k] = polynomial[k] * power * INVERSE_BINOMIAL[degree][k];
+        power *= end;
     }
     for level in 1..=degree {
         for k in (level..=degree).rev() {
@@ -59,98 +66,52 @@ pub(crate) fn first_root(first: f64, others: &[f64], end: f64) -> Option<f64> {
     }
     let whole = Interval {
         begin: 0.0,
-        width: 1.0,
+        width: end,
         bernstein,
     };
-    whole.first_root(scaled, MOST_HALVINGS).map(|root| root * end)
+    whole.first_root(&curve, degree, MOST_HALVINGS)
 }
 
 /// Whether the least value of the first three terms on `[0, end]` outweighs all negative ones after
 /// them.
-fn stays_positive(first: f64, others: &[f64], end: f64) -> bool {
-    let [b, c, rest @ ..] = others else {
-        return others.iter().all(|slope| first + slope * end > 0.0);
-    };
+fn stays_positive(polynomial: &[f64; ROOM], end: f64) -> bool {
+    let [first, b, c, ..] = *polynomial;
     let (b, c) = (b * end, c * (end * end));
     let bottom = if b < 0.0 && -b < 2.0 * c {
         first - 0.25 * b * b / c
     } else {
         first.min(first + b + c)
     };
-    // Horner's rule on the negative terms alone.
-    let negative = rest.iter().rev().fold(0.0, |sum, term| (sum + term.min(0.0)) * end);
-    bottom + negative * (end * end) > 0.0
+    let mut negative = [0.0; ROOM];
+    for k in 3..ROOM {
+        negative[k] = if polynomial[k] < 0.0 { polynomial[k] } else { 0.0 };
+    }
+    bottom + value(&negative, end) > 0.0
 }
 
-/// A part of `[0, 1]`, with the polynomial's Bernstein coefficients on it.
-struct Interval {
-    begin: f64,
-    width: f64,
-    bernstein: [f64; COEFFICIENTS],
+/// A polynomial up to a time, and how fast it falls.
+struct Curve<'a> {
+    polynomial: &'a [f64; ROOM],
+    fall: [f64; ROOM],
+    end: f64,
 }
 
-impl Interval {
-    fn first_root(&self, polynomial: &[f64], halvings: u32) -> Option<f64> {
-        let degree = polynomial.len() - 1;
-        let bernstein = &self.bernstein[..=degree];
-        let changes = bernstein
-            .windows(2)
-            .filter(|pair| (pair[0] < 0.0) != (pair[1] < 0.0))
-            .count();
-        let passes = bernstein[degree] < 0.0;
-        match changes {
-            0 => None,
-            1 if passes => Some(self.refine(polynomial)),
-            _ if halvings == 0 => passes.then(|| self.refine(polynomial)),
-            _ => {
-                let (left, right) = self.halves(degree);
-                left.first_root(polynomial, halvings - 1)
-                    .or_else(|| right.first_root(polynomial, halvings - 1))
-            }
-        }
-    }
-
-    /// Both halves, by de Casteljau's construction.
-    fn halves(&self, degree: usize) -> (Self, Self) {
-        let mut right = self.bernstein;
-        let mut left = [0.0; COEFFICIENTS];
-        left[0] = right[0];
-        for (level, left) in left[1..=degree].iter_mut().enumerate() {
-            for k in 0..degree - level {
-                right[k] = 0.5 * (right[k] + right[k + 1]);
-            }
-            *left = right[0];
-        }
-        let width = 0.5 * self.width;
-        let half = |begin: f64, bernstein| Self {
-            begin,
-            width,
-            bernstein,
-        };
-        (half(self.begin, left), half(self.begin + width, right))
-    }
-
-    /// The root of a polynomial that falls through zero here, by Newton's method: each step that
-    /// leaves the bracket is replaced by a bisection, so that 64 always suffice.
-    fn refine(&self, polynomial: &[f64]) -> f64 {
-        let (first, last) = (self.bernstein[0].max(0.0), self.bernstein[polynomial.len() - 1]);
-        let (from, to) = (self.begin, self.begin + self.width);
+impl Curve<'_> {
+    /// The root between two times, where it falls through zero, by Newton's method from a guess:
+    /// each step that leaves the bracket is replaced by a bisection, so that 64 always suffice.
+    fn refine(&self, from: f64, to: f64, guess: f64) -> f64 {
         let (mut above, mut below) = (from, to);
-        let mut at = from + self.width * (first / (first - last));
+        let mut at = guess;
         for _ in 0..64 {
-            let (mut there, mut slope) = (0.0, 0.0);
-            for &coefficient in polynomial.iter().rev() {
-                slope = slope * at + there;
-                there = there * at + coefficient;
-            }
+            let (there, fall) = (value(self.polynomial, at), value(&self.fall, at));
             if there > 0.0 {
                 above = at;
             } else {
                 below = at;
             }
-            let newton = at - there / slope;
+            let newton = at + there / fall;
             // Newton's error is then that of rounding.
-            if (newton - at).abs() <= 1e-15 {
+            if (newton - at).abs() <= 1e-15 * self.end {
                 return newton.max(from).min(to);
             }
             let next = if newton > above && newton < below {
@@ -167,15 +128,73 @@ impl Interval {
     }
 }
 
+/// A part of the time, with the polynomial's Bernstein coefficients on it.
+struct Interval {
+    begin: f64,
+    width: f64,
+    bernstein: [f64; ROOM],
+}
+
+impl Interval {
+    fn first_root(&self, curve: &Curve<'_>, degree: usize, halvings: u32) -> Option<f64> {
+        let bernstein = &self.bernstein[..=degree];
+        let changes = bernstein
+            .windows(2)
+            .filter(|pair| (pair[0] < 0.0) != (pair[1] < 0.0))
+            .count();
+        let passes = bernstein[degree] < 0.0;
+        let refined = || {
+            let (first, last) = (bernstein[0].max(0.0), bernstein[degree]);
+            let guess = self.begin + self.width * (first / (first - last));
+            curve.refine(self.begin, self.begin + self.width, guess)
+        };
+        match changes {
+            0 => None,
+            1 if passes => Some(refined()),
+            _ if halvings == 0 => passes.then(refined),
+            _ => {
+                let (left, right) = self.halves(degree);
+                left.first_root(curve, degree, halvings - 1)
+                    .or_else(|| right.first_root(curve, degree, halvings - 1))
+            }
+        }
+    }
+
+    /// Both halves, by de Casteljau's construction.
+    fn halves(&self, degree: usize) -> (Self, Self) {
+        let mut right = self.bernstein;
+        let mut left = [0.0; ROOM];
+        left[0] = right[0];
+        for (level, left) in left[1..=degree].iter_mut().enumerate() {
+            for k in 0..degree - level {
+                right[k] = 0.5 * (right[k] + right[k + 1]);
+            }
+            *left = right[0];
+        }
+        let width = 0.5 * self.width;
+        let half = |begin: f64, bernstein| Self {
+            begin,
+            width,
+            bernstein,
+        };
+        (half(self.begin, left), half(self.begin + width, right))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::series::value;
     use alloc::{vec, vec::Vec};
     use proptest::prelude::*;
 
-    /// The product of `(root - t)`, and of factors without a root.
-    fn with_roots(roots: &[f64], others: &[f64]) -> Vec<f64> {
+    fn padded(coefficients: &[f64]) -> [f64; ROOM] {
+        let mut polynomial = [0.0; ROOM];
+        polynomial[..coefficients.len()].copy_from_slice(coefficients);
+        polynomial
+    }
+
+    /// The product of `(root - t)`, and of factors without a root, and its degree.
+    fn with_roots(roots: &[f64], others: &[f64]) -> ([f64; ROOM], usize) {
         let multiply = |a: Vec<f64>, b: &[f64]| {
             let mut product = vec![0.0; a.len() + b.len() - 1];
             for (i, x) in a.iter().enumerate() {
@@ -195,7 +214,7 @@ mod tests {
         if polynomial[0] < 0.0 {
             polynomial.iter_mut().for_each(|term| *term = -*term);
         }
-        polynomial
+        (padded(&polynomial), polynomial.len() - 1)
     }
 
     proptest! {
@@ -207,11 +226,11 @@ mod tests {
             others in prop::collection::vec(-1.0..2.0f64, 0..5),
             end in 0.1..1.0f64,
         ) {
-            let polynomial = with_roots(&roots, &others);
+            let (polynomial, degree) = with_roots(&roots, &others);
             let first = roots.iter().copied().filter(|root| *root > 0.0).fold(f64::INFINITY, f64::min);
             let apart = roots.iter().all(|root| *root == first || (root - first).abs() > 1e-3);
             prop_assume!(apart && (first - end).abs() > 1e-3);
-            match first_root(polynomial[0], &polynomial[1..], end) {
+            match first_root(&polynomial, degree, end) {
                 Some(root) => prop_assert!((root - first).abs() < 1e-9, "{root} for {first}"),
                 None => prop_assert!(first > end, "none for {first}"),
             }
@@ -222,7 +241,7 @@ mod tests {
     #[test]
     fn a_touch_is_no_root_and_two_near_roots_are() {
         // (t - 1/2)^2 + gap.
-        let dip = |gap: f64| first_root(0.25 + gap, &[-1.0, 1.0], 1.0);
+        let dip = |gap: f64| first_root(&padded(&[0.25 + gap, -1.0, 1.0]), 2, 1.0);
         assert_eq!(dip(1e-13), None);
         let root = dip(-1e-12).expect("a root");
         assert!((root - (0.5 - 1e-6)).abs() < 1e-9, "{root}");
@@ -230,8 +249,8 @@ mod tests {
 
     #[test]
     fn a_polynomial_that_begins_at_its_root_is_there() {
-        assert_eq!(first_root(0.0, &[1.0], 1.0), Some(0.0));
-        assert_eq!(first_root(-1e-20, &[1.0], 1.0), Some(0.0));
-        assert_eq!(first_root(1.0, &[], 1.0), None);
+        assert_eq!(first_root(&padded(&[0.0, 1.0]), 1, 1.0), Some(0.0));
+        assert_eq!(first_root(&padded(&[-1e-20, 1.0]), 1, 1.0), Some(0.0));
+        assert_eq!(first_root(&padded(&[1.0]), 0, 1.0), None);
     }
 }

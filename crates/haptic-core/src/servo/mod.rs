@@ -20,6 +20,7 @@ mod transition;
 
 pub use fault::Fault;
 pub use inputs::{Event, Events, InputWord, Inputs};
+pub use sensing::{DECAY_S, SILENT_PERIODS};
 pub use state::{Command, RigState};
 pub use transition::{CompiledScene, Steps, Transition};
 
@@ -27,7 +28,7 @@ use crate::compensation::{Compensation, Compensator};
 use crate::limiter::{Limits, SafetyLimiter};
 use crate::passivity::{PassivityObserver, RigLosses};
 use crate::sample::Motor;
-use crate::sample_clock::seconds;
+use crate::sample_clock::{SampleClock, seconds};
 use crate::velocity;
 use alloc::boxed::Box;
 use force_offset::ForceOffset;
@@ -217,6 +218,16 @@ impl Servo {
     /// The estimate of velocity, for a servo that goes on where another one was.
     pub fn estimator_mut(&mut self) -> &mut velocity::Estimator {
         self.sensing.estimator_mut()
+    }
+
+    /// What is known of the device's clock, for a servo that goes on where another one was.
+    pub fn clock_mut(&mut self) -> &mut SampleClock {
+        self.sensing.clock_mut()
+    }
+
+    /// Sets our own clock, ns, by which samples are timed, for a servo that goes on where another one was.
+    pub fn set_now_ns(&mut self, now_ns: u64) {
+        self.now_ns = now_ns;
     }
 
     /// State of the rig.

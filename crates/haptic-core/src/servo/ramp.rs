@@ -56,3 +56,60 @@ impl CompiledScene {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The paper's scene with another stiffness, N/m.
+    fn stiff(stiffness: f64) -> Scene {
+        let mut scene = Scene::paper();
+        scene.coupling.as_mut().expect("a coupling").stiffness = stiffness;
+        scene
+    }
+
+    fn ramped(ramp_s: f64) -> CompiledScene {
+        CompiledScene::ramped(&stiff(1000.0), &stiff(3000.0), 7, Scheme::Exact, 1e-3, ramp_s).expect("both are valid")
+    }
+
+    /// The force of a stuck block at 0.1 mm, N.
+    fn felt(renderer: &Renderer) -> f64 {
+        let mut renderer = renderer.clone();
+        renderer.start_at(0.0, 0.0);
+        renderer.tick(1e-3, 1e-4, 0.0).coupling_force
+    }
+
+    #[test]
+    fn a_scene_comes_in_by_a_step_a_period_from_the_one_before_to_itself() {
+        let CompiledScene {
+            mut renderer,
+            transition: Transition::Steps(mut steps),
+            revision: 7,
+        } = ramped(9.5e-3)
+        else {
+            panic!("both are of one law");
+        };
+        assert_eq!(steps.count(), 10);
+        for step in 0..=10 {
+            let on_the_way = stiff(1000.0).toward(&stiff(3000.0), f64::from(step) / 10.0);
+            let on_the_way = on_the_way.expect("both are of one law");
+            let expected = Renderer::new(&on_the_way, Scheme::Exact, 1e-3).expect("it is valid");
+            assert_eq!(felt(&renderer), felt(&expected), "step {step}");
+            steps.advance(0.951e-3, &mut renderer);
+        }
+        assert_eq!(
+            felt(&renderer),
+            felt(&Renderer::new(&stiff(3000.0), Scheme::Exact, 1e-3).expect("valid"))
+        );
+    }
+
+    #[test]
+    fn a_long_way_has_a_bounded_number_of_steps_and_none_has_none() {
+        assert!(matches!(ramped(10.0).transition, Transition::Steps(steps) if steps.count() == 250));
+        assert!(matches!(ramped(0.0).transition, Transition::AtOnce));
+        let other = Scene::paper().with_law("viscous").expect("a law").expect("a scene");
+        let fading =
+            CompiledScene::ramped(&Scene::paper(), &other, 7, Scheme::Exact, 1e-3, 0.02).expect("both are valid");
+        assert!(matches!(fading.transition, Transition::Fade { over_s: 0.02 }));
+    }
+}

@@ -9,10 +9,10 @@ use crate::sample_clock::{SampleClock, Stamp, seconds};
 use crate::velocity::{Estimator, Method};
 
 /// Periods without a new sample after which the force decays.
-const SILENT_PERIODS: f64 = 3.0;
+pub const SILENT_PERIODS: f64 = 3.0;
 
 /// The force has decayed so long after that, s.
-const DECAY_S: f64 = 0.02;
+pub const DECAY_S: f64 = 0.02;
 
 /// It comes back in so long, s: the hand has moved on meanwhile, and the surface grips it anew.
 const RETURN_S: f64 = 0.05;
@@ -92,6 +92,10 @@ impl Sensing {
 
     pub(super) fn estimator_mut(&mut self) -> &mut Estimator {
         &mut self.estimator
+    }
+
+    pub(super) fn clock_mut(&mut self) -> &mut SampleClock {
+        &mut self.clock
     }
 
     /// What the device says of its motor.

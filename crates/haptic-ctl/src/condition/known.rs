@@ -27,7 +27,7 @@ impl Observations {
                     self.fulfils(condition)
                 });
             }
-            Event::Log(_) | Event::Unknown => return false,
+            Event::Servo(_) | Event::Log(_) | Event::Unknown => return false,
         }
         self.fulfils(condition)
     }

@@ -4,7 +4,7 @@ use super::ticks::Ticks;
 use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::record::not_created;
+use crate::record::RecordingThread;
 use crate::{beginning, progress};
 use haptic_core::Excitation;
 use haptic_core::rig_friction::RigFriction;
@@ -12,7 +12,6 @@ use haptic_ipc::{
     Event, ExcitationEnd, ExcitationReport, IdentificationReply, LONGEST_COMMISSION_LEASE_MS, LeaseReply, Request,
     Topic,
 };
-use haptic_lab::recording::{self, Recorder};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -32,7 +31,7 @@ const ATTEMPTS: usize = 3;
 pub(super) struct Session<'a> {
     daemon: &'a mut Daemon,
     console: Console,
-    recorder: Option<Recorder>,
+    recorder: Option<RecordingThread>,
     pub(super) begun: IdentificationReply,
     pub(super) ticks: Ticks,
     /// Nominal time between two ticks, s.
@@ -78,8 +77,7 @@ impl<'a> Session<'a> {
         let (status, metadata) = beginning::subscribe(self.daemon, subscription, Some(notes.to_owned())).await?;
         self.period_s = 1.0 / status.rate_hz;
         let Some(file) = file else { return Ok(()) };
-        let recorder = recording::create(file, &metadata, replace).map_err(|error| not_created(&error))?;
-        self.recorder = Some(recorder);
+        self.recorder = Some(RecordingThread::create(file, &metadata, replace)?);
         Ok(())
     }
 
@@ -181,7 +179,8 @@ impl<'a> Session<'a> {
                 self.ticks.take(samples);
             }
             if let Some(recorder) = &mut self.recorder {
-                recorder.event(&event).map_err(|error| cannot_write(&error))?;
+                recorder.event(&event);
+                recorder.check().map_err(|error| cannot_write(&error))?;
             }
         }
     }
@@ -213,7 +212,7 @@ impl<'a> Session<'a> {
         let _: IdentificationReply = self.daemon.ask(Request::IdentifyEnd {}).await?;
         let _: LeaseReply = self.daemon.ask(Request::Lease { timeout_ms: 0 }).await?;
         if let Some(recorder) = self.recorder.take() {
-            recorder.finish().map_err(|error| cannot_write(&error))?;
+            recorder.finish().await.map_err(|error| cannot_write(&error))?;
         }
         Ok(())
     }

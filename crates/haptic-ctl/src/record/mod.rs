@@ -2,19 +2,22 @@
 
 mod link_watch;
 mod person;
+mod thread;
 mod tick_clock;
+
+pub(crate) use thread::RecordingThread;
 
 use crate::condition::{Condition, Observations};
 use crate::daemon::Daemon;
 use crate::duration::duration;
 use crate::failure::Failure;
+use crate::recording::report;
 use crate::recording::summary::Summary;
-use crate::recording::{exists, report};
 use crate::{beginning, complete, output, progress};
 use clap::ValueHint;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Event, Request, Topic, regular_file};
-use haptic_lab::recording::{self, CreateError, Format, Mark, Recorder, Totals};
+use haptic_lab::recording::{Format, Mark, Totals};
 use indicatif::ProgressBar;
 use link_watch::LinkWatch;
 use person::{Input, Person};
@@ -64,7 +67,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with = "notes", value_hint = ValueHint::FilePath)]
     notes_file: Option<PathBuf>,
 
-    /// Set a marker for each line of standard input, with the line as its text
+    /// Set a marker for each line of standard input, with the line as its text; the end of the input ends
+    /// the recording, unless --for or --until does
     #[arg(long)]
     markers_from_stdin: bool,
 
@@ -83,9 +87,14 @@ impl Arguments {
                     .to_owned(),
             ));
         }
+        if self.length == Some(Duration::ZERO) {
+            return Err(Failure::Usage(
+                "--for = 0 s: a recording of no time holds nothing; give it a longer one, as in 10s".to_owned(),
+            ));
+        }
         Format::of(&self.file).map_err(|error| Failure::Usage(error.to_string()))?;
         if !self.force && self.file.exists() {
-            return Err(exists(&self.file));
+            return Err(Failure::exists(&self.file));
         }
         Ok(vec![Request::Status {}, self.subscription(), Request::get()])
     }
@@ -97,6 +106,11 @@ impl Arguments {
             rate_hz: self.rate,
             batch_ms: Some(20),
         }
+    }
+
+    /// Whether it ends at a time or by a condition.
+    fn has_end(&self) -> bool {
+        self.length.is_some() || self.until.is_some()
     }
 
     fn notes(&self) -> Result<Option<String>, Failure> {
@@ -154,11 +168,10 @@ impl Signals {
 
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
     // Caught from here on, so that the file gets its end.
-    let signals = Signals::new()?;
+    let mut signals = Signals::new()?;
     let notes = arguments.notes()?;
     let (status, metadata) = beginning::subscribe(daemon, arguments.subscription(), notes).await?;
-    let recorder =
-        recording::create(&arguments.file, &metadata, arguments.force).map_err(|error| not_created(&error))?;
+    let recorder = RecordingThread::create(&arguments.file, &metadata, arguments.force)?;
     let mut session = Session {
         arguments,
         recorder,
@@ -168,14 +181,14 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
         next_tick: status.tick,
         markers: 0,
     };
-    let end = session.record(daemon, signals).await;
-    session.end(end, json)
+    let end = session.record(daemon, &mut signals).await;
+    session.end(end, &mut signals, json).await
 }
 
 /// A recording that runs.
 struct Session<'a> {
     arguments: &'a Arguments,
-    recorder: Recorder,
+    recorder: RecordingThread,
     link: LinkWatch,
     observations: Observations,
     clock: TickClock,
@@ -185,7 +198,7 @@ struct Session<'a> {
 }
 
 impl Session<'_> {
-    async fn record(&mut self, daemon: &mut Daemon, mut signals: Signals) -> End {
+    async fn record(&mut self, daemon: &mut Daemon, signals: &mut Signals) -> End {
         let mut person = Person::new(self.arguments.markers_from_stdin);
         let bar = progress::bar(self.arguments.length, person.keys());
         let end = loop {
@@ -199,8 +212,8 @@ impl Session<'_> {
                     bar.set_message(shown(&totals, self.markers));
                 }
                 Some(input) = person.next() => {
-                    if self.hear(input, &bar) {
-                        break End::Interrupted;
+                    if let Some(end) = self.hear(input, &bar) {
+                        break end;
                     }
                 }
                 () = signals.any() => break End::Interrupted,
@@ -239,11 +252,11 @@ impl Session<'_> {
         for mark in self.link.marks(&event, self.next_tick) {
             self.recorder.mark(mark);
         }
-        let mut written = self.recorder.event(&event);
+        self.recorder.event(&event);
         if matches!(event, Event::Timing(_)) {
-            written = written.and_then(|()| self.recorder.flush());
+            self.recorder.flush();
         }
-        if let Err(error) = written {
+        if let Err(error) = self.recorder.check() {
             return Some(End::NotWritten(error));
         }
         let until = self.arguments.until.as_ref();
@@ -251,8 +264,8 @@ impl Session<'_> {
         (is_full || holds).then_some(End::Reached)
     }
 
-    /// Takes what a person wants; says whether that is the end.
-    fn hear(&mut self, input: Input, bar: &ProgressBar) -> bool {
+    /// Takes what a person wants; gives the reason where that is the end.
+    fn hear(&mut self, input: Input, bar: &ProgressBar) -> Option<End> {
         match input {
             Input::Marker(text) => {
                 self.markers += 1;
@@ -261,27 +274,38 @@ impl Session<'_> {
                 // The rows of this moment are still on their way.
                 let tick = self.next_tick.max(self.clock.next_tick().unwrap_or(0));
                 self.recorder.mark(Mark::Marker { tick, text });
-                false
+                None
             }
             Input::OtherKey => {
                 bar.set_prefix(person::OTHER_KEY);
-                false
+                None
             }
-            Input::End => true,
+            Input::End => Some(End::Interrupted),
+            // A time or a condition that was asked for comes first.
+            Input::LastLine => (!self.arguments.has_end()).then_some(End::Reached),
         }
     }
 
-    fn end(self, end: End, json: bool) -> Result<(), Failure> {
+    async fn end(self, end: End, signals: &mut Signals, json: bool) -> Result<(), Failure> {
         let (file, markers) = (&self.arguments.file, self.markers);
-        let (written, failure, is_complete) = match end {
-            End::NotWritten(error) => (Err(error), None, false),
-            End::Lost(failure) => (self.recorder.break_off(), Some(failure), false),
-            End::Reached => (self.recorder.finish(), None, true),
-            End::Interrupted => {
-                // Without a time or a condition, an interrupt is how a recording ends.
-                let is_early = self.arguments.length.is_some() || self.arguments.until.is_some();
-                (self.recorder.finish(), is_early.then_some(Failure::Interrupted), true)
+        let recorder = self.recorder;
+        let written = async {
+            match end {
+                End::NotWritten(error) => (Err(error), None, false),
+                End::Lost(failure) => (recorder.break_off().await, Some(failure), false),
+                End::Reached => (recorder.finish().await, None, true),
+                End::Interrupted => {
+                    // Without a time or a condition, an interrupt is how a recording ends.
+                    let is_early = self.arguments.has_end();
+                    (recorder.finish().await, is_early.then_some(Failure::Interrupted), true)
+                }
             }
+        };
+        let (written, failure, is_complete) = tokio::select! {
+            biased;
+            written = written => written,
+            // Nobody need wait for a disk that hangs.
+            () = signals.any() => return Err(Failure::Interrupted),
         };
         let totals = written.map_err(|error| not_written(file, &error))?;
         if json {
@@ -291,7 +315,7 @@ impl Session<'_> {
             output::json(&told)?;
         } else {
             let ending = if is_complete { "" } else { "; without an end" };
-            output::line(&format!("{}: {}{ending}", file.display(), shown(&totals, markers)))?;
+            output::text(&format!("{}: {}{ending}", file.display(), shown(&totals, markers)))?;
         }
         failure.map_or(Ok(()), Err)
     }
@@ -301,7 +325,7 @@ fn shown(totals: &Totals, markers: u64) -> String {
     let text = report::as_text(totals);
     match markers {
         0 => text,
-        _ => format!("{text}, {markers} markers"),
+        _ => format!("{text}, {}", output::count(markers, "marker")),
     }
 }
 
@@ -316,21 +340,6 @@ fn not_written(file: &Path, error: &io::Error) -> Failure {
         ),
         Err(unreadable) => format!("{name}: {error}; nothing of it reads: {unreadable}"),
     })
-}
-
-pub(crate) fn not_created(error: &CreateError) -> Failure {
-    match error {
-        CreateError::File { path, source } => match source.kind() {
-            io::ErrorKind::AlreadyExists => exists(path),
-            io::ErrorKind::NotFound
-            | io::ErrorKind::PermissionDenied
-            | io::ErrorKind::IsADirectory
-            | io::ErrorKind::NotADirectory
-            | io::ErrorKind::ReadOnlyFilesystem => Failure::Usage(error.to_string()),
-            _ => Failure::File(error.to_string()),
-        },
-        _ => Failure::Usage(error.to_string()),
-    }
 }
 
 /// Takes the samples beyond the length out of an event; says whether the length has been reached.

@@ -28,6 +28,8 @@ pub(super) enum Input {
     Marker(Option<String>),
     /// The end of the recording.
     End,
+    /// The end of the lines.
+    LastLine,
     /// A key that means nothing here.
     OtherKey,
 }
@@ -149,6 +151,8 @@ fn read_lines(sender: &UnboundedSender<Input>) {
             return;
         }
     }
+    // A recording that has ended hears nothing.
+    sender.send(Input::LastLine).unwrap_or_default();
 }
 
 #[cfg(test)]

@@ -55,7 +55,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     if json {
         return output::json(&report::as_json(out, &totals));
     }
-    output::line(&format!("{}: {}", out.display(), report::as_text(&totals)))
+    output::text(&format!("{}: {}", out.display(), report::as_text(&totals)))
 }
 
 /// What is kept, s from the first row.

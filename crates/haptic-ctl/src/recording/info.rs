@@ -3,8 +3,11 @@
 use super::summary::{Event, Summary, What};
 use super::unreadable;
 use crate::failure::Failure;
+use crate::output::count;
 use crate::{output, progress};
 use clap::ValueHint;
+use haptic_core::passivity::RigLosses;
+use haptic_ipc::{RigState, ServoSetup};
 use haptic_lab::recording::Ending;
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
@@ -25,7 +28,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     if json {
         return output::json(&as_json(arguments, &summary));
     }
-    output::line(&as_text(arguments, &summary))
+    output::text(&as_text(arguments, &summary))
 }
 
 fn as_json(arguments: &Arguments, summary: &Summary) -> serde_json::Value {
@@ -48,6 +51,8 @@ fn as_json(arguments: &Arguments, summary: &Summary) -> serde_json::Value {
         "lost": summary.lost,
         "gaps": summary.gaps,
         "missed": summary.missed,
+        "with_force": summary.with_force,
+        "peak_force_N": summary.peak_force_n,
         "events": summary.events,
         "notes": metadata.notes,
         "configuration": metadata.configuration,
@@ -87,15 +92,26 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
                 metadata.revision
             ),
         ),
-        row("length", format!("{:.3} s, {} rows", summary.length_s(), summary.rows)),
+        row(
+            "length",
+            format!("{:.3} s, {}", summary.length_s(), count(summary.rows, "row")),
+        ),
         row(
             "ticks",
             summary
                 .ticks
                 .map_or_else(|| "none".to_owned(), |[first, last]| format!("{first} to {last}")),
         ),
-        row("lost", format!("{} rows in {} gaps", summary.lost, summary.gaps)),
-        row("missed", format!("{} periods", summary.missed)),
+        row("force", force(summary)),
+        row("faults", faults(summary)),
+        row(
+            "lost",
+            match summary.gaps {
+                0 => "nothing".to_owned(),
+                gaps => format!("{} in {}", count(summary.lost, "row"), count(gaps, "gap")),
+            },
+        ),
+        row("missed", count(summary.missed, "period")),
         row("ending", summary.ending.to_string()),
     ];
     if let Some(notes) = &metadata.notes {
@@ -114,6 +130,28 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
     text
 }
 
+/// For how long force flowed, and how large it was.
+fn force(summary: &Summary) -> String {
+    if summary.with_force == 0 {
+        return "none".to_owned();
+    }
+    #[expect(clippy::cast_precision_loss, reason = "rows of a session")]
+    let with_force_s = summary.with_force as f64 / summary.metadata.rate_hz;
+    format!("{with_force_s:.1} s, at most {:.2} N", summary.peak_force_n)
+}
+
+/// How often the rig was stopped and faulted.
+fn faults(summary: &Summary) -> String {
+    let times = |wanted: RigState| {
+        let is_wanted = |event: &&Event| matches!(&event.what, What::State { state, .. } if *state == wanted);
+        summary.events.iter().filter(is_wanted).count() as u64
+    };
+    match (times(RigState::Stopped), times(RigState::Faulted)) {
+        (0, 0) => "none".to_owned(),
+        (stops, faults) => format!("{}, {}", count(stops, "stop"), count(faults, "fault")),
+    }
+}
+
 /// Time, kind and text of an event.
 fn event_row(event: &Event) -> Vec<String> {
     let (kind, text) = match &event.what {
@@ -123,6 +161,7 @@ fn event_row(event: &Event) -> Vec<String> {
             state,
             fault: Some(fault),
         } => ("state", format!("{state}: {fault}")),
+        What::Servo { servo } => ("servo", settings(servo)),
         What::Marker { text } => ("marker", text.clone()),
         What::Link { text } => ("link", text.clone()),
     };
@@ -132,6 +171,21 @@ fn event_row(event: &Event) -> Vec<String> {
         kind.to_owned(),
         text,
     ]
+}
+
+/// What of the servo's settings may change.
+fn settings(servo: &ServoSetup) -> String {
+    let RigLosses { damping, friction } = servo.settings.losses;
+    let limit = servo
+        .device_force_limit_n
+        .map_or_else(|| "no force limit".to_owned(), |limit_n| format!("at most {limit_n} N"));
+    let share = servo.settings.compensation.map_or_else(String::new, |compensation| {
+        format!(", {} of it compensated", compensation.share)
+    });
+    format!(
+        "a device with steps of {} m and {limit}; the rig takes up {friction} N and {damping} N s/m{share}",
+        servo.device_resolution_m
+    )
 }
 
 /// A time for people, in their time zone.

@@ -10,7 +10,6 @@ pub(crate) mod summary;
 use crate::failure::Failure;
 use clap::ValueHint;
 use haptic_lab::recording::{CopyError, CreateError, RecordingError};
-use std::io;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Subcommand)]
@@ -47,11 +46,6 @@ pub(crate) fn run(command: &Command, json: bool) -> Result<(), Failure> {
     }
 }
 
-/// The refusal to replace a file.
-pub(crate) fn exists(file: &Path) -> Failure {
-    Failure::Usage(format!("{} exists; --force replaces it", file.display()))
-}
-
 /// The failure to read a recording, with its name.
 fn unreadable(path: &Path, error: &RecordingError) -> Failure {
     Failure::Usage(match error {
@@ -64,12 +58,20 @@ fn unreadable(path: &Path, error: &RecordingError) -> Failure {
 /// The failure to make a recording from another one.
 fn not_copied(error: &CopyError) -> Failure {
     match error {
-        CopyError::Create(CreateError::File { path, source }) if source.kind() == io::ErrorKind::AlreadyExists => {
-            exists(path)
-        }
-        CopyError::Write { .. } => Failure::File(error.to_string()),
         CopyError::Read { source, .. } if is_damage(source) => {
             Failure::Usage(format!("{error}; `haptic-ctl recording repair` keeps what can be read"))
+        }
+        _ => not_repaired(error),
+    }
+}
+
+/// The same, where a repair has kept nothing.
+fn not_repaired(error: &CopyError) -> Failure {
+    match error {
+        CopyError::Create(CreateError::File { path, source }) => Failure::not_created(path, source),
+        CopyError::Write { .. } => Failure::File(error.to_string()),
+        CopyError::Read { source, .. } if is_damage(source) => {
+            Failure::Usage(format!("{error}; nothing of it can be read"))
         }
         _ => Failure::Usage(error.to_string()),
     }

@@ -1,6 +1,6 @@
 //! `recording repair`: what can be read of a recording, as one with an end.
 
-use super::{Output, not_copied, report};
+use super::{Output, not_repaired, report};
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
@@ -20,7 +20,7 @@ pub(crate) struct Arguments {
 pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
     let Output { out, force } = &arguments.output;
     let bar = progress::busy("repairing");
-    let repaired = recording::repair(&arguments.file, out, *force).map_err(|error| not_copied(&error))?;
+    let repaired = recording::repair(&arguments.file, out, *force).map_err(|error| not_repaired(&error))?;
     bar.finish_and_clear();
     let (ending, dropped) = (repaired.ending.to_string(), repaired.dropped_bytes);
     if json {
@@ -29,7 +29,7 @@ pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
         told["dropped_bytes"] = dropped.into();
         return output::json(&told);
     }
-    output::line(&format!(
+    output::text(&format!(
         "{}: {}\n{}: {ending}; {dropped} bytes could not be read",
         out.display(),
         report::as_text(&repaired.totals),

@@ -1,5 +1,6 @@
 //! What is said of a recording that was written.
 
+use crate::output::count;
 use haptic_lab::recording::Totals;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -21,7 +22,10 @@ pub(crate) fn as_text(totals: &Totals) -> String {
     #[expect(clippy::cast_precision_loss, reason = "a size in megabytes")]
     let megabytes = totals.bytes as f64 * 1e-6;
     format!(
-        "{:.1} s, {} rows, {megabytes:.2} MB, {} lost, {} missed periods",
-        totals.length_s, totals.rows, totals.lost, totals.missed
+        "{:.1} s, {}, {megabytes:.2} MB, {} lost, {}",
+        totals.length_s,
+        count(totals.rows, "row"),
+        totals.lost,
+        count(totals.missed, "missed period")
     )
 }

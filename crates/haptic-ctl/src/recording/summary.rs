@@ -1,6 +1,6 @@
 //! What a recording holds, from one pass over it.
 
-use haptic_ipc::RigState;
+use haptic_ipc::{RigState, ServoSetup};
 use haptic_lab::recording::{self, Ending, Entry, Format, Mark, Metadata, RecordingError};
 use serde::Serialize;
 use std::path::Path;
@@ -14,6 +14,9 @@ pub(crate) struct Summary {
     /// The first and the last tick, and their times, s.
     pub(crate) ticks: Option<[u64; 2]>,
     times_s: Option<[f64; 2]>,
+    /// Rows with force, and the largest force, N.
+    pub(crate) with_force: u64,
+    pub(crate) peak_force_n: f64,
     /// Rows that are missing.
     pub(crate) lost: u64,
     /// Places where some are missing.
@@ -49,6 +52,9 @@ pub(crate) enum What {
         #[serde(skip_serializing_if = "Option::is_none")]
         fault: Option<String>,
     },
+    Servo {
+        servo: Box<ServoSetup>,
+    },
     Marker {
         text: String,
     },
@@ -66,6 +72,8 @@ impl Summary {
             rows: 0,
             ticks: None,
             times_s: None,
+            with_force: 0,
+            peak_force_n: 0.0,
             lost: 0,
             gaps: 0,
             missed: 0,
@@ -78,6 +86,8 @@ impl Summary {
             match entry {
                 Entry::Row(row) => {
                     summary.rows += 1;
+                    summary.with_force += u64::from(row.command_force_n != 0.0);
+                    summary.peak_force_n = summary.peak_force_n.max(row.command_force_n.abs());
                     let [first, _] = summary.times_s.unwrap_or([row.t_s; 2]);
                     let [first_tick, _] = summary.ticks.unwrap_or([row.tick; 2]);
                     summary.times_s = Some([first, row.t_s]);
@@ -116,6 +126,7 @@ impl Summary {
                 ..
             } => (tick, What::Scene { name, law, revision }),
             Mark::State { tick, state, fault } => (tick, What::State { state, fault }),
+            Mark::Servo { tick, servo } => (tick, What::Servo { servo }),
             Mark::Marker { tick, text } => (tick, What::Marker { text }),
             Mark::Link { tick, text } => (tick, What::Link { text }),
             Mark::Lost { rows } => {

@@ -18,9 +18,16 @@ pub(super) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
             scene
                 .problem
                 .as_ref()
-                .map_or_else(|| scene.title.clone(), |problem| format!("cannot be loaded: {problem}")),
+                .map_or_else(|| scene.title.clone(), |_| "cannot be loaded".to_owned()),
             scene.path.clone().unwrap_or_else(|| "built in".to_owned()),
         ]
     }));
-    output::line(&output::table(&rows))
+    output::line(&output::table(&rows))?;
+    // Below the table, which no broken file makes wider.
+    for scene in &reply.scenes {
+        if let Some(problem) = &scene.problem {
+            output::line(&format!("\n{} cannot be loaded: {problem}", scene.name))?;
+        }
+    }
+    Ok(())
 }

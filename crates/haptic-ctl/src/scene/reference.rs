@@ -4,7 +4,8 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_core::Scene;
-use haptic_ipc::{ClientError, ErrorCode, Request, SceneListReply, SceneRef, meant_in, regular_file};
+use haptic_ipc::regular_file::{self, with_short_lines};
+use haptic_ipc::{ClientError, ErrorCode, Request, SceneListReply, SceneRef, meant_in};
 use serde::de::DeserializeOwned;
 use std::path::Path;
 
@@ -35,10 +36,13 @@ pub(crate) fn read_optional(text: Option<&String>) -> Result<Option<SceneRef>, F
 pub(crate) fn file(path: &Path) -> Result<Scene, Failure> {
     let refused = |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}", path.display()));
     let text = regular_file::read_text(path).map_err(|error| refused(&error))?;
-    let mut scene: Scene = toml::from_str(&text).map_err(|error| match meant_in(error.message()) {
-        // The reader shows the line and ends it.
-        Some(meant) => refused(&format!("{error}did you mean `{meant}`?")),
-        None => refused(&error),
+    let mut scene: Scene = toml::from_str(&text).map_err(|error| {
+        let shown = with_short_lines(&error.to_string());
+        match meant_in(error.message()) {
+            // The reader shows the line and ends it.
+            Some(meant) => refused(&format!("{shown}did you mean `{meant}`?")),
+            None => refused(&shown),
+        }
     })?;
     if scene.name.is_empty() {
         scene.name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

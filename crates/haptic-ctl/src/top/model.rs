@@ -80,7 +80,7 @@ impl Model {
                     self.past.pop_front();
                 }
             }
-            Event::Log(_) | Event::Unknown => {}
+            Event::Servo(_) | Event::Log(_) | Event::Unknown => {}
         }
     }
 

@@ -254,12 +254,10 @@ mod tests {
     fn remarks_on_a_change_stand_in_for_advice() {
         let remarks = |revision, margin| ChangeReply {
             revision,
+            changed: true,
             tick: Some(1),
-            ramp_ends_tick: None,
-            dry_run: false,
-            changes: Vec::new(),
-            applied: [].into(),
             advice: vec![broken(None, margin)],
+            ..ChangeReply::default()
         };
         let about = stiffness();
         let mut advised = Advised::default();

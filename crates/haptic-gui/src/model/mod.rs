@@ -164,7 +164,7 @@ impl Model {
         let Self { daemon, tapes, view } = self;
         match event {
             // A topic of a later daemon.
-            Event::Unknown => {}
+            Event::Servo(_) | Event::Unknown => {}
             Event::Log(entry) => daemon.scene.take_entry(*entry),
             Event::State(event) => self.take_state(event),
             Event::Timing(timing) => daemon.timing = Some(*timing),

@@ -83,7 +83,7 @@ impl SceneFacts {
             return SceneChange::default();
         }
         let mut change = self.take_revision(reply.revision);
-        self.tick = reply.tick;
+        self.tick = reply.tick.or(self.tick);
         self.advised.take_remarks(reply);
         for (key, &value) in &reply.applied {
             let name = key.trim_end_matches(['+', '-']).to_owned();

@@ -127,8 +127,9 @@ fn scene_of(first: &Scene, mark: &Mark) -> Option<Scene> {
     let Mark::Scene { name, law, params, .. } = mark else {
         return None;
     };
-    let changes = Changes(params.iter().map(|(name, value)| (name.clone(), *value)).collect());
-    let scene = first.with_law(law)?.ok()?.with(&changes.resolve().ok()?).ok()?;
+    let changes: Changes = params.iter().map(|(name, value)| (name.clone(), *value)).collect();
+    let scene = first.with_law(law)?.ok()?;
+    let scene = scene.with(&changes.resolve(&scene).ok()?).ok()?;
     (params_of(&scene) == *params).then(|| Scene {
         name: name.clone(),
         ..scene

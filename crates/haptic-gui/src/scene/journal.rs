@@ -60,17 +60,14 @@ mod tests {
                 pid: Some(31),
                 ..Peer::default()
             }),
-            op: "set".into(),
             revision: 4,
-            state: None,
             changes: vec![Difference {
                 param: "static_force".into(),
                 unit: Some("N".into()),
                 before: Some(Value::Number(Directional::both(4.0))),
                 after: Some(Value::Number(Directional::both(5.0))),
             }],
-            ramp_ms: None,
-            message: None,
+            ..JournalEntry::of("set")
         };
         assert_eq!(
             line(&entry),

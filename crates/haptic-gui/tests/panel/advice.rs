@@ -142,13 +142,12 @@ fn the_answer_to_a_change_warns_where_the_daemon_has_no_more_advice() {
     hear(&mut panel, Update::Advised(Err(error)));
     assert!(panel.query_by_label_contains("advise").is_none(), "nobody asked for it");
     let reply = ChangeReply {
-        ramp_ends_tick: None,
-        dry_run: false,
-        changes: Vec::new(),
         revision: 2,
+        changed: true,
         tick: Some(321),
         applied: [("stiffness".to_owned(), 25_000.0)].into(),
         advice: vec![check("friction", 16_000.0, None)],
+        ..ChangeReply::default()
     };
     let applied = Update::Answered {
         intent: set("stiffness", 25_000.0),

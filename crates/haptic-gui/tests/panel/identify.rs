@@ -183,12 +183,11 @@ fn changed(revision: u64, dry_run: bool) -> Result<Answer, WireError> {
     };
     Ok(Answer::Changed(ChangeReply {
         revision,
+        changed: !dry_run,
         tick: Some(1),
-        ramp_ends_tick: None,
         dry_run,
         changes: vec![change],
-        applied: [].into(),
-        advice: Vec::new(),
+        ..ChangeReply::default()
     }))
 }
 

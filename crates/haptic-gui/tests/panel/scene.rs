@@ -46,12 +46,10 @@ fn changed(intent: Intent, revision: u64) -> Update {
     another.name.push('!');
     let reply = ChangeReply {
         revision,
+        changed: true,
         tick: Some(1000 + revision),
-        ramp_ends_tick: None,
-        dry_run: false,
-        applied: [].into(),
         changes: haptic_ipc::differences(&Scene::paper(), &another),
-        advice: vec![],
+        ..ChangeReply::default()
     };
     Update::Answered {
         intent,
@@ -100,23 +98,18 @@ fn undo_and_redo_show_how_far_they_reach_and_who_made_the_last_change() {
     hear(&mut panel, of_depth(3, 1));
     let entry = JournalEntry {
         seq: 1,
-        time_unix_s: 0.0,
-        tick: None,
         by: Some(Peer {
             user: Some("ada".into()),
             ..Peer::default()
         }),
-        op: "set".into(),
         revision: 1,
-        state: None,
         changes: vec![Difference {
             param: "mass".into(),
             unit: Some("kg".into()),
             before: Some(Value::Number(Directional::both(0.5))),
             after: Some(Value::Number(Directional::both(1.0))),
         }],
-        ramp_ms: None,
-        message: None,
+        ..JournalEntry::of("set")
     };
     hear(&mut panel, Update::Event(Event::Log(Box::new(entry))));
     press(&mut panel, "Changes");

@@ -196,13 +196,11 @@ fn an_accepted_change_is_shown_with_its_revision_and_tick() {
     panel.key_press(Key::Enter);
     panel.run();
     let reply = ChangeReply {
-        ramp_ends_tick: None,
-        dry_run: false,
-        changes: Vec::new(),
         revision: 2,
+        changed: true,
         tick: Some(321),
         applied: [("mass".to_owned(), 2.0)].into(),
-        advice: vec![],
+        ..ChangeReply::default()
     };
     let applied = Update::Answered {
         intent: set("mass", 2.0),

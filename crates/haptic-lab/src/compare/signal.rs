@@ -3,7 +3,7 @@
 use super::{CompareError, LEAST_S, Side};
 use crate::derivatives::{less_inertia, velocity};
 use crate::identify::Record;
-use crate::identify::smoothing::encoder_step;
+use crate::smoothing::encoder_step;
 
 /// Least extent of the positions of a motion, in steps of the encoder.
 const LEAST_STEPS: f64 = 10.0;

@@ -6,7 +6,8 @@
 //! standard error of the best, the simplest is chosen (Breiman, Friedman, Olshen and Stone 1984).
 
 use super::presliding::{self, Fit, PathLaw, Prepared};
-use super::{ModelKind, Options, Record};
+use super::progress::Progress;
+use super::{IdentifyError, ModelKind, Options, Record};
 
 /// Shares of the record that are left out in turn.
 const FOLDS: usize = 5;
@@ -56,24 +57,28 @@ impl Score {
 }
 
 /// Chooses a model for a record that was checked.
-pub(super) fn choose(record: &Record, options: &Options) -> Choice {
+///
+/// # Errors
+/// The caller cancels.
+pub(super) fn choose(record: &Record, options: &Options, progress: &mut Progress<'_>) -> Result<Choice, IdentifyError> {
     let simplest = |why: &str| Choice {
         model: ModelKind::Karnopp,
         because: format!("{why}, so that the simplest model was taken"),
     };
     let prepared = match presliding::find(record, PathLaw::Dahl, options) {
         Ok(presliding::Found { prepared, .. }) => prepared,
-        Err((why, _)) => return simplest(&why),
+        Err((why, _)) => return Ok(simplest(&why)),
     };
     let blocks = blocks(&prepared);
     if blocks.len() < FOLDS {
-        return simplest("there are too few strokes to leave some out");
+        return Ok(simplest("there are too few strokes to leave some out"));
     }
-    let scores = MODELS
-        .iter()
-        .filter_map(|&(model, law)| score(&prepared, model, law, &blocks, options));
-    pick(&scores.collect::<Vec<Score>>())
-        .unwrap_or_else(|| simplest("no model could be fitted to a part of the record"))
+    let mut scores = Vec::new();
+    for (place, &(model, law)) in MODELS.iter().enumerate() {
+        progress.at((place + 1) as f64 / (MODELS.len() + 1) as f64)?;
+        scores.extend(score(&prepared, model, law, &blocks, options));
+    }
+    Ok(pick(&scores).unwrap_or_else(|| simplest("no model could be fitted to a part of the record")))
 }
 
 /// The simplest within one standard error of the best.

@@ -1,7 +1,7 @@
 //! A record on an even grid of times, with the samples marked that hold no information.
 
 use super::Record;
-use super::smoothing::{white_noise, whole};
+use crate::smoothing::{white_noise, whole};
 
 /// A grid point farther than this from a sample of the record, in periods, lies in a gap.
 const GAP_PERIODS: f64 = 2.5;

@@ -16,19 +16,21 @@ mod karnopp;
 pub mod plan;
 mod plot;
 mod presliding;
+mod progress;
 pub mod record_file;
 mod result;
 pub mod rig_itself;
 mod scene;
 mod sensor;
-pub(crate) mod smoothing;
 pub mod study;
 mod values;
 
 pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
-
 pub use scene::IdentifiedScene;
+
+use progress::Progress;
+use std::ops::ControlFlow;
 use thiserror::Error;
 pub use values::FoundValue;
 
@@ -77,6 +79,24 @@ impl Options {
             longest_shift_s: 0.06,
             seed: 1,
         }
+    }
+
+    fn check(&self) -> Result<(), IdentifyError> {
+        if let Some(mass) = self.mass_kg.filter(|mass| !(1e-6..=1e4).contains(mass)) {
+            return Err(IdentifyError::Option {
+                name: "mass",
+                value: mass,
+                range: "1e-6 to 1e4 kg",
+            });
+        }
+        if let Some(offset) = self.offset_n.filter(|offset| !(-1e4..=1e4).contains(offset)) {
+            return Err(IdentifyError::Option {
+                name: "offset",
+                value: offset,
+                range: "-1e4 to 1e4 N",
+            });
+        }
+        Ok(())
     }
 }
 
@@ -148,6 +168,9 @@ pub enum IdentifyError {
         /// What is accepted.
         range: &'static str,
     },
+    /// The caller cancelled.
+    #[error("the identification was cancelled")]
+    Cancelled,
 }
 
 /// Fewest samples of a record.
@@ -209,33 +232,45 @@ pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
 /// The record or an option is unusable. What a usable record cannot determine is no error: it is in
 /// [`Identified::refused`].
 pub fn identify(record: &Record, options: &Options) -> Result<Identified, IdentifyError> {
+    identify_with_progress(record, options, &mut |_| ControlFlow::Continue(()))
+}
+
+/// Identifies a record, and calls `progress` with the share that is done, from 0 to 1, several times a second. `Break`
+/// cancels.
+///
+/// # Errors
+/// As [`identify`], and [`IdentifyError::Cancelled`].
+pub fn identify_with_progress(
+    record: &Record,
+    options: &Options,
+    progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
+) -> Result<Identified, IdentifyError> {
     record.check()?;
-    if let Some(mass) = options.mass_kg.filter(|mass| !(1e-6..=1e4).contains(mass)) {
-        return Err(IdentifyError::Option {
-            name: "mass",
-            value: mass,
-            range: "1e-6 to 1e4 kg",
-        });
-    }
-    if let Some(offset) = options.offset_n.filter(|offset| !(-1e4..=1e4).contains(offset)) {
-        return Err(IdentifyError::Option {
-            name: "offset",
-            value: offset,
-            range: "-1e4 to 1e4 N",
-        });
-    }
+    options.check()?;
+    identify_checked(record, options, &mut Progress::new(progress))
+}
+
+/// Share of the time of `auto` in which the model is chosen.
+const CHOICE_SHARE: f64 = 0.4;
+
+fn identify_checked(
+    record: &Record,
+    options: &Options,
+    progress: &mut Progress<'_>,
+) -> Result<Identified, IdentifyError> {
+    progress.at(0.0)?;
     match options.model {
         ModelKind::Karnopp => Ok(karnopp::identify(record, options)),
-        ModelKind::Dahl | ModelKind::Lugre => Ok(presliding::identify(record, options)),
+        ModelKind::Dahl | ModelKind::Lugre => presliding::identify(record, options, progress),
         ModelKind::Auto => {
-            let choice = choose::choose(record, options);
+            let choice = choose::choose(record, options, &mut progress.part(0.0, CHOICE_SHARE))?;
             let options = Options {
                 model: choice.model,
                 ..options.clone()
             };
             Ok(Identified {
                 chosen_because: Some(choice.because),
-                ..identify(record, &options)?
+                ..identify_checked(record, &options, &mut progress.part(CHOICE_SHARE, 1.0))?
             })
         }
     }

@@ -151,7 +151,7 @@ impl Copy {
         let mut name = path.file_name().map_or_else(OsString::new, OsString::from);
         name.push(".new");
         let making = path.with_file_name(name);
-        let file = File::create(&making).map_err(|source| failed(&making, source))?;
+        let file = File::create(&making).map_err(|source| failed(path, source))?;
         let mut copy = Self {
             writer: None,
             path: path.to_path_buf(),

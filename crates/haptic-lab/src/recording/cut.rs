@@ -103,6 +103,7 @@ impl Before {
         for mark in self.recent.drain(..) {
             match &mark {
                 Mark::State { .. } => self.state = Some(mark),
+                Mark::Servo { servo, .. } => self.metadata.servo = Some((**servo).clone()),
                 Mark::Scene { arrival, .. } => {
                     if let Some(arrival) = arrival {
                         // It says all that came before.

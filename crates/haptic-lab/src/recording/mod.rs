@@ -59,7 +59,7 @@ pub struct Metadata {
     pub revision: u64,
     /// That scene.
     pub scene: Scene,
-    /// What the rows are computed with; an earlier daemon did not tell.
+    /// What the rows are computed with until a mark says otherwise; an earlier daemon did not tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub servo: Option<ServoSetup>,
     /// Notes of the person who made it.
@@ -99,6 +99,13 @@ pub enum Mark {
         /// Why it is faulted.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         fault: Option<String>,
+    },
+    /// The servo's settings changed: another device was plugged in, or more is known of the rig.
+    Servo {
+        /// The first tick that is computed with them.
+        tick: u64,
+        /// The settings.
+        servo: Box<ServoSetup>,
     },
     /// Rows are missing here.
     Lost {
@@ -145,6 +152,7 @@ impl Mark {
         match self {
             Self::Scene { tick, .. }
             | Self::State { tick, .. }
+            | Self::Servo { tick, .. }
             | Self::Missed { tick, .. }
             | Self::Marker { tick, .. }
             | Self::Link { tick, .. } => Some(*tick),
@@ -160,7 +168,7 @@ impl Mark {
         }
         let kind: Kind = serde_json::from_slice(text)?;
         match kind.mark.as_deref() {
-            Some("scene" | "state" | "lost" | "missed" | "marker" | "link" | "end") => {
+            Some("scene" | "state" | "servo" | "lost" | "missed" | "marker" | "link" | "end") => {
                 serde_json::from_slice(text).map(Some)
             }
             _ => Ok(None),

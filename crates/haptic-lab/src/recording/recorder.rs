@@ -59,6 +59,13 @@ impl Recorder {
                 self.state_event(state);
                 Ok(())
             }
+            Event::Servo(event) => {
+                self.mark(Mark::Servo {
+                    tick: event.tick,
+                    servo: Box::new(event.servo.clone()),
+                });
+                Ok(())
+            }
             Event::Samples(samples) => self.samples(samples),
             _ => Ok(()),
         }

@@ -1,7 +1,8 @@
 //! What was computed against what was recorded.
 
 use super::error::ReplayError;
-use super::stepper::{NotCompared, Stepped, Stepper, is_same, word};
+use super::not_compared::NotCompared;
+use super::stepper::{Stepped, Stepper, is_same, word};
 use crate::recording::{Entry, Mark, Metadata};
 use haptic_ipc::{RigState, Sample};
 use serde::Serialize;

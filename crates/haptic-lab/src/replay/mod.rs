@@ -10,8 +10,11 @@
 //! recorded numbers for [`SETTLED_TICKS`] in a row, or has seen more samples than it remembers. What is
 //! not compared is counted, with the reason ([`NotCompared`]).
 
+mod clock;
 mod comparison;
+mod device;
 mod error;
+mod not_compared;
 mod scenes;
 mod stepper;
 mod tracker;
@@ -19,8 +22,9 @@ mod what_if;
 
 pub use comparison::{Comparison, Difference, Report, Uncompared, Value};
 pub use error::ReplayError;
+pub use not_compared::NotCompared;
 pub use scenes::Alternative;
-pub use stepper::{LONGEST_MEMORY_SAMPLES, NotCompared, SETTLED_TICKS};
+pub use stepper::{LONGEST_MEMORY_SAMPLES, SETTLED_TICKS};
 pub use what_if::{Felt, LargestDifference, Summary, Tally, WhatIf};
 
 use crate::recording::{Entry, Metadata, RecordingError};

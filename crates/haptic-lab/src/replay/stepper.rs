@@ -1,13 +1,13 @@
 //! A servo that is stepped through a recording's rows, wherever its state is known.
 
+use super::device::Device;
 use super::error::ReplayError;
+use super::not_compared::NotCompared;
 use super::scenes::{Alternative, Arriving, Scenes};
-use super::tracker::TrackerSearch;
 use crate::recording::{Mark, Metadata};
-use haptic_core::sample::DeviceError;
-use haptic_core::servo::{Command, Event, Events, InputWord, Inputs, Servo, Settings};
+use haptic_core::sample::{DeviceError, Motor};
+use haptic_core::servo::{Command, Event, Events, InputWord, Inputs, Servo};
 use haptic_ipc::{RigState, Sample, ServoSetup};
-use serde::Serialize;
 
 /// Ticks in a row with the recorded numbers after which a servo that began without force is known to
 /// be in the recorded one's state.
@@ -17,45 +17,8 @@ pub const SETTLED_TICKS: u32 = 32;
 /// the recorded one's state, or is another servo.
 pub const LONGEST_MEMORY_SAMPLES: u32 = 1000;
 
-/// Periods without a new sample after which the force may depend on the exact sampling period (the
-/// servo's own limit is 3), which a servo that began later knows only to a few per cent.
-const SILENT_PERIODS: f64 = 2.7;
-
 /// Share by which the rate of the rows may lie below the loop's before ticks are missing.
 const RATE_TOLERANCE: f64 = 1e-6;
-
-/// Why a row is not compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum NotCompared {
-    /// The servo has just begun: its estimate of velocity still depends on what came before.
-    Settling,
-    /// Force flowed when the recording began.
-    BeganWithForce,
-    /// Rows were lost before, and force has flowed since.
-    RowsLost,
-    /// Force began to flow before the servo had settled.
-    ForceTooSoon,
-    /// The recording does not hold the scene: a pulse, an excitation, or a scene from before it began.
-    UnknownScene,
-    /// The device fell silent. The force then depends on its period over a time before the recording.
-    DeviceSilent,
-}
-
-impl std::fmt::Display for NotCompared {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Settling => "the estimate of velocity still remembered what came before",
-            Self::BeganWithForce => "the recording began while force flowed",
-            Self::RowsLost => "rows were lost before, and the force had not been zero since",
-            Self::ForceTooSoon => "force began to flow before the estimate of velocity had settled",
-            Self::UnknownScene => {
-                "the scene is not in the recording (a pulse or an excitation, or one from before it began)"
-            }
-            Self::DeviceSilent => "the device fell silent, and its exact period was set before the recording began",
-        })
-    }
-}
 
 /// What became of a row.
 #[derive(Clone, Copy, Debug)]
@@ -80,20 +43,6 @@ enum Phase {
     Settled,
 }
 
-/// The samples of the device since the servo began.
-#[derive(Clone, Copy, Debug, Default)]
-struct Device {
-    sequence: Option<u32>,
-    /// Whether the newest row has a new sample.
-    is_fresh: bool,
-    samples: u32,
-    elapsed_ns: u64,
-    /// Time since the newest sample, ns.
-    silent_ns: u64,
-    /// Whether all that the servo knows of the device's clock came after the servo began.
-    clock_known: bool,
-}
-
 /// A servo, stepped through rows.
 #[derive(Debug)]
 pub(super) struct Stepper {
@@ -102,7 +51,6 @@ pub(super) struct Stepper {
     servo: Option<Servo>,
     phase: Phase,
     device: Device,
-    tracker: Option<TrackerSearch>,
     last_tick: Option<u64>,
     /// A what-if has no recorded force to be exact about.
     is_exact: bool,
@@ -138,11 +86,10 @@ impl Stepper {
         Ok(Self {
             is_exact: alternative.is_none(),
             scenes: Scenes::new(metadata, &setup, alternative),
+            device: Device::new(setup.settings.period_s, setup.settings.stale_ns),
             setup,
             servo: None,
             phase: Phase::Waiting(NotCompared::BeganWithForce),
-            device: Device::default(),
-            tracker: None,
             last_tick: None,
         })
     }
@@ -160,9 +107,25 @@ impl Stepper {
                 arrival: Some(arrival),
                 ..
             } => self.scenes.add(*revision, arrival),
-            Mark::Lost { .. } => self.wait(NotCompared::RowsLost),
+            Mark::Servo { servo, .. } => self.set_up(servo),
+            Mark::Lost { .. } => self.lose_rows(),
             _ => {}
         }
+    }
+
+    /// Goes on with other settings.
+    fn set_up(&mut self, servo: &ServoSetup) {
+        self.setup = servo.clone();
+        let settings = &self.setup.settings;
+        if let Some(servo) = &mut self.servo {
+            servo.set_rig(settings.losses, settings.compensation);
+        }
+    }
+
+    /// Rows are missing here, and with them samples of the device.
+    fn lose_rows(&mut self) {
+        self.device.lose();
+        self.wait(NotCompared::RowsLost);
     }
 
     /// Steps through a row.
@@ -171,9 +134,11 @@ impl Stepper {
     /// A scene cannot be rendered.
     pub(super) fn row(&mut self, row: &Sample) -> Result<Stepped, ReplayError> {
         if self.last_tick.is_some_and(|last| row.tick != last.wrapping_add(1)) {
-            self.wait(NotCompared::RowsLost);
+            self.lose_rows();
         }
         self.last_tick = Some(row.tick);
+        let inputs = self.inputs(row);
+        self.device.take(row, &inputs.sample);
         if word(row).is_motion() {
             self.wait(NotCompared::UnknownScene);
             return Ok(Stepped::Unknown(NotCompared::UnknownScene));
@@ -181,18 +146,39 @@ impl Stepper {
         if let Phase::Waiting(why) = self.phase {
             return self.begin(row, why);
         }
-        let Some(computed) = self.step(row)? else {
+        let Some(computed) = self.step(row, &inputs)? else {
             return self.begin(row, NotCompared::UnknownScene);
         };
+        if !matches!(self.phase, Phase::Settled) {
+            return self.settle(row, &inputs, &computed);
+        }
+        if self.is_exact
+            && !is_same(row, &computed)
+            && let Some(why) = self.device.doubt(row, &computed)
+        {
+            self.wait(why);
+            return Ok(Stepped::Unknown(why));
+        }
+        Ok(Stepped::Computed(computed))
+    }
+
+    /// Counts a row towards the end of settling.
+    fn settle(&mut self, row: &Sample, inputs: &Inputs, computed: &Sample) -> Result<Stepped, ReplayError> {
         let Phase::Settling { same, samples } = &mut self.phase else {
-            if self.is_exact && row.state.is_live() && self.is_period_unknown() {
-                self.wait(NotCompared::DeviceSilent);
-                return Ok(Stepped::Unknown(NotCompared::DeviceSilent));
-            }
-            return Ok(Stepped::Computed(computed));
+            return Ok(Stepped::Computed(*computed));
         };
-        *samples += u32::from(self.device.is_fresh);
-        *same = if is_same(row, &computed) { *same + 1 } else { 0 };
+        *samples += u32::from(self.device.is_fresh());
+        // A device that repeats a sample, or a motor that is to be off, may bring a fault by a time that
+        // began before the servo did.
+        let is_telling = match inputs.sample {
+            Ok(sample) => *samples > 0 && (sample.motor != Motor::Enabled || row.state.is_live()),
+            Err(_) => true,
+        };
+        *same = if is_telling && self.device.is_velocity_found() && is_same(row, computed) {
+            *same + 1
+        } else {
+            0
+        };
         let samples = *samples;
         if *same >= SETTLED_TICKS || samples >= LONGEST_MEMORY_SAMPLES {
             self.phase = Phase::Settled;
@@ -222,7 +208,6 @@ impl Stepper {
             return Ok(Stepped::Unknown(NotCompared::UnknownScene));
         };
         let mut servo = Servo::new(self.setup.settings, scene);
-        self.device = Device::default();
         let word = word(row);
         // What happened and what was asked for has had its effect in the row's state.
         let quiet = Inputs {
@@ -249,13 +234,7 @@ impl Stepper {
         if word.write_failed() || row.state == RigState::Disconnected {
             servo.disconnect();
         }
-        self.device.take(row, quiet.sample.is_err());
-        self.tracker = servo.estimator_mut().tracker_mut().map(|_| {
-            let Settings { period_s, stale_ns, .. } = self.setup.settings;
-            let mut search = TrackerSearch::new(period_s, stale_ns);
-            search.before(row, quiet.sample.is_err());
-            search
-        });
+        self.device.begin(row, &quiet, &mut servo);
         self.servo = Some(servo);
         self.phase = if self.is_exact {
             Phase::Settling { same: 0, samples: 0 }
@@ -278,7 +257,7 @@ impl Stepper {
     }
 
     /// The row as the servo computes it; `None` where the scene is not known.
-    fn step(&mut self, row: &Sample) -> Result<Option<Sample>, ReplayError> {
+    fn step(&mut self, row: &Sample, inputs: &Inputs) -> Result<Option<Sample>, ReplayError> {
         let word = word(row);
         let scene = if word.new_scene() {
             match self.scenes.arriving(row.revision)? {
@@ -289,22 +268,15 @@ impl Stepper {
         } else {
             None
         };
-        let inputs = self.inputs(row);
         let Some(servo) = &mut self.servo else {
             return Ok(None);
         };
-        let tracker = self.tracker.as_mut();
-        if let Some(state) = tracker.and_then(|search| search.before(row, inputs.sample.is_err()))
-            && let Some(tracker) = servo.estimator_mut().tracker_mut()
-        {
-            tracker.set_state(state);
-        }
-        let outputs = servo.step(&inputs, scene);
+        self.device.before(row, inputs, servo);
+        let outputs = servo.step(inputs, scene);
         while servo.take_retired().is_some() {}
         if word.write_failed() {
             servo.disconnect();
         }
-        self.device.take(row, inputs.sample.is_err());
         Ok(Some(Sample {
             state: servo.state(),
             contact: outputs.contact,
@@ -316,45 +288,6 @@ impl Stepper {
             command_force_n: outputs.force_n,
             ..*row
         }))
-    }
-
-    /// Whether the force may depend on a sampling period that the servo does not know to the last bit.
-    fn is_period_unknown(&self) -> bool {
-        let Device {
-            samples,
-            elapsed_ns,
-            silent_ns,
-            clock_known,
-            ..
-        } = self.device;
-        if clock_known || silent_ns == 0 {
-            return false;
-        }
-        #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a session")]
-        let (elapsed_s, silent_s) = (elapsed_ns as f64 * 1e-9, silent_ns as f64 * 1e-9);
-        let period_s = (elapsed_s / f64::from(samples.max(1))).max(self.setup.settings.period_s);
-        silent_s > SILENT_PERIODS * period_s
-    }
-}
-
-impl Device {
-    fn take(&mut self, row: &Sample, is_error: bool) {
-        if is_error {
-            // The servo forgets the device, and learns its clock anew.
-            *self = Self {
-                clock_known: true,
-                ..Self::default()
-            };
-            return;
-        }
-        self.elapsed_ns = self.elapsed_ns.saturating_add(row.elapsed_ns);
-        self.is_fresh = self.sequence.replace(row.device_sequence) != Some(row.device_sequence);
-        if self.is_fresh {
-            self.silent_ns = 0;
-            self.samples = self.samples.saturating_add(1);
-        } else {
-            self.silent_ns = self.silent_ns.saturating_add(row.elapsed_ns);
-        }
     }
 }
 

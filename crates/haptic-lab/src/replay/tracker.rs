@@ -6,7 +6,6 @@
 //! is held to them comes to within rounding of the tracker's state; around it every state is tried,
 //! and those stay that give the recorded velocities bit by bit.
 
-use haptic_core::sample_clock::{SampleClock, Stamp};
 use haptic_core::velocity::AlphaBetaGamma;
 use haptic_ipc::Sample;
 
@@ -23,9 +22,6 @@ const MOST_CANDIDATES: i64 = 200_000;
 /// Finds the state of a tracker.
 #[derive(Debug)]
 pub(super) struct TrackerSearch {
-    clock: SampleClock,
-    now_ns: u64,
-    sequence: Option<u32>,
     observer: AlphaBetaGamma,
     samples: u32,
     candidates: Vec<AlphaBetaGamma>,
@@ -33,44 +29,54 @@ pub(super) struct TrackerSearch {
 }
 
 impl TrackerSearch {
-    /// Begins with the next sample, of a tracker for steps of `period_s`.
-    pub(super) fn new(period_s: f64, stale_ns: u64) -> Self {
+    /// Begins after a row, of a tracker for steps of `period_s`.
+    pub(super) fn new(period_s: f64, row: &Sample) -> Self {
+        let mut observer = AlphaBetaGamma::new(period_s);
+        observer.set_state([row.device_position_m, row.device_velocity_mps, 0.0]);
         Self {
-            clock: SampleClock::new(stale_ns),
-            now_ns: 0,
-            sequence: None,
-            observer: AlphaBetaGamma::new(period_s),
+            observer,
             samples: 0,
             candidates: Vec::new(),
             is_over: false,
         }
     }
 
-    /// The state that the tracker had before a row, as far as it is known by now. `is_error` says that
-    /// the row has no sample: the tracker then begins anew, and nothing is left to be found.
-    pub(super) fn before(&mut self, row: &Sample, is_error: bool) -> Option<[f64; 3]> {
+    /// Whether the tracker is known to the last bit, or begins anew.
+    pub(super) fn is_over(&self) -> bool {
+        self.is_over
+    }
+
+    /// Whether there are states that may be the tracker's.
+    pub(super) fn is_found(&self) -> bool {
+        self.is_over || !self.candidates.is_empty()
+    }
+
+    /// The tracker begins anew with the next sample: nothing is left to be found.
+    pub(super) fn end(&mut self) {
+        self.is_over = true;
+        self.candidates = Vec::new();
+    }
+
+    /// How far the recorded velocity lies from the nearest that a sample so long after the one before may
+    /// give, m/s; `None` once the tracker is known.
+    pub(super) fn distance_mps(&self, elapsed_s: f64, row: &Sample) -> Option<f64> {
         if self.is_over {
             return None;
         }
-        self.now_ns = self.now_ns.saturating_add(row.elapsed_ns);
-        if is_error {
-            self.is_over = true;
-            return None;
-        }
-        if self.sequence.replace(row.device_sequence) == Some(row.device_sequence) {
-            return None;
-        }
-        let elapsed = self.clock.elapsed_s(Stamp {
-            sequence: row.device_sequence,
-            device_ns: row.device_time_ns,
-            host_ns: self.now_ns,
-        });
-        // A sample that was held back, and a clock that was not believed, are no matter of a tracker.
-        let is_plain = row.sample_position_m.to_bits() == row.device_position_m.to_bits();
-        let (Ok(elapsed_s), true) = (elapsed, is_plain) else {
-            self.is_over = true;
-            return None;
+        let after = |tracker: &AlphaBetaGamma| {
+            let velocity = { *tracker }.update(elapsed_s, row.sample_position_m);
+            (velocity - row.device_velocity_mps).abs()
         };
+        let nearest = self.candidates.iter().map(after).min_by(f64::total_cmp);
+        Some(nearest.unwrap_or_else(|| after(&self.observer)))
+    }
+
+    /// The state that the tracker had before a row whose sample was taken so long after the one before,
+    /// as far as it is known by now.
+    pub(super) fn before(&mut self, elapsed_s: f64, row: &Sample) -> Option<[f64; 3]> {
+        if self.is_over {
+            return None;
+        }
         let known = self.filter(elapsed_s, row);
         self.observe(elapsed_s, row);
         known
@@ -93,8 +99,7 @@ impl TrackerSearch {
             && others.iter().all(|other| bits(other) == bits(first))
         {
             // From here on the tracker itself is exact.
-            self.is_over = true;
-            self.candidates = Vec::new();
+            self.end();
         }
         known
     }

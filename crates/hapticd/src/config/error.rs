@@ -2,7 +2,7 @@
 
 use device_io::fake::TooShort;
 use haptic_core::SceneError;
-use haptic_ipc::regular_file;
+use haptic_ipc::regular_file::{self, with_short_lines};
 use haptic_motion::MotionError;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
@@ -12,11 +12,8 @@ use thiserror::Error;
 pub(crate) enum ConfigError {
     #[error("{}: {source}", .path.display())]
     Read { path: PathBuf, source: std::io::Error },
-    #[error("{}: {source}", .path.display())]
-    Parse {
-        path: PathBuf,
-        source: Box<toml::de::Error>,
-    },
+    #[error("{}: {message}", .path.display())]
+    Parse { path: PathBuf, message: String },
     #[error("{}: {source}", .path.display())]
     Scene { path: PathBuf, source: SceneError },
     #[error(transparent)]
@@ -38,6 +35,8 @@ pub(crate) enum ConfigError {
         max: f64,
         unit: &'static str,
     },
+    #[error("rate = {0} Hz is not a whole number: it must be one from 100 to 20000 Hz")]
+    BrokenRate(f64),
     #[error("cpu = {cpu} is not available: this process may use the processors {available:?}")]
     NoSuchCpu { cpu: usize, available: Vec<usize> },
     #[error(
@@ -63,7 +62,7 @@ pub(super) fn read_toml<T: serde::de::DeserializeOwned>(path: &Path) -> Result<T
     })?;
     toml::from_str(&text).map_err(|source| ConfigError::Parse {
         path: path.to_path_buf(),
-        source: Box::new(source),
+        message: with_short_lines(&source.to_string()),
     })
 }
 

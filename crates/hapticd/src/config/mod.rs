@@ -161,6 +161,9 @@ impl Options {
 
     fn period_ns(&self) -> Result<u64, ConfigError> {
         let rate_hz = within("rate", self.rate, 1000.0, 100.0, 20_000.0, "Hz")?;
+        if rate_hz.fract() != 0.0 {
+            return Err(ConfigError::BrokenRate(rate_hz));
+        }
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
@@ -320,6 +323,7 @@ mod tests {
             (vec!["--rate", "50"], vec!["rate", "50", "100", "20000", "Hz"]),
             (vec!["--rate", "-2e-5"], vec!["rate", "-0.00002", "100", "20000", "Hz"]),
             (vec!["--rate", "NaN"], vec!["rate", "NaN"]),
+            (vec!["--rate", "1000.5"], vec!["rate", "1000.5", "whole number", "Hz"]),
             (vec!["--force-limit-n", "0"], vec!["force-limit-n", "0", "0.1", "N"]),
             (vec!["--rig-mass-kg", "-1"], vec!["rig-mass-kg", "-1", "kg"]),
             (vec!["--stale-ms", "0"], vec!["stale-ms", "0", "1", "1000", "ms"]),

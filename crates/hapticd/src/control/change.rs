@@ -45,7 +45,7 @@ impl PendingChange {
     /// The real-time thread does not answer; if it continues, it will render the scene.
     pub(super) async fn finished(&self, rig: &RigHandle) -> Result<ChangeReply, WireError> {
         let mut reply = self.reply.clone();
-        if !reply.dry_run {
+        if reply.changed {
             let tick = rig.rendered(reply.revision).await?;
             reply.tick = Some(tick);
             reply.ramp_ends_tick = self.ramp_ticks.map(|ticks| tick + ticks);
@@ -65,7 +65,7 @@ pub(super) fn set(
     merge: bool,
     options: ChangeOptions,
 ) -> Result<PendingChange, WireError> {
-    let changes = params.resolve()?;
+    let changes = params.resolve(&rig.scene())?;
     let scene = rig.scene().with(&changes)?;
     let dragged = Drag {
         session: by.session,
@@ -132,12 +132,11 @@ fn begin(
     let changes = differences(&rig.scene(), &scene);
     let reply = ChangeReply {
         revision: newest,
-        tick: None,
-        ramp_ends_tick: None,
         dry_run: options.dry_run,
         applied: values_set(&changes),
         advice: advise::warnings(rig, &scene),
         changes,
+        ..ChangeReply::default()
     };
     // Setting the current value is a no-op: it adds no step to the history and no revision, so
     // other clients' revisions stay current.
@@ -158,7 +157,11 @@ fn begin(
     let ramp_ticks = compiled.ramp_ticks();
     let revision = rig.apply(scene, compiled, step, entry);
     Ok(PendingChange {
-        reply: ChangeReply { revision, ..reply },
+        reply: ChangeReply {
+            revision,
+            changed: true,
+            ..reply
+        },
         ramp_ticks,
     })
 }

@@ -1,14 +1,15 @@
 //! `engage`, `release`, `reset` and `stop`: the changes of the rig's state.
 
 use crate::control::RigHandle;
+use crate::control::requester::Requester;
 use haptic_core::servo::Command;
-use haptic_ipc::{Peer, StateReply, WireError};
+use haptic_ipc::{StateReply, WireError};
 
 pub(super) async fn command(
     rig: &RigHandle,
     command: Command,
     stops_known: u64,
-    by: &Peer,
+    by: Requester<'_>,
 ) -> Result<StateReply, WireError> {
     let outcome = rig.command(command, stops_known, Some(by)).await?;
     Ok(StateReply {

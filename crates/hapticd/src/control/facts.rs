@@ -97,6 +97,12 @@ impl Facts {
         }
     }
 
+    /// Whether the properties of the device are known: there is no link to it, or it is connected.
+    pub(crate) fn is_device_known(&self) -> bool {
+        let state = self.link.as_ref().map(LinkMonitor::state);
+        matches!(state, None | Some(LinkState::Connected { .. }))
+    }
+
     /// What the loop computes its forces with, on the device that is connected, where it knows so
     /// much of the rig.
     pub(crate) fn servo_setup(&self, rig: RigSetup) -> ServoSetup {

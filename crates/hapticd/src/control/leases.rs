@@ -3,12 +3,15 @@
 use crate::rt::clock::now_ns;
 use haptic_ipc::Peer;
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use tokio::sync::Notify;
 
 /// The leases of all clients.
 #[derive(Debug, Default)]
 pub(crate) struct Leases {
     held: RefCell<Vec<Lease>>,
+    /// Sessions whose lease has expired since they last sent a line.
+    absent: RefCell<BTreeSet<u64>>,
     changed: Notify,
 }
 
@@ -55,8 +58,9 @@ impl Leases {
         }
     }
 
-    /// Restarts the timeout of a client's lease; false if it holds none.
+    /// A client has sent a line: restarts the timeout of its lease; false if it holds none.
     pub(super) fn renew(&self, session: u64) -> bool {
+        self.absent.borrow_mut().remove(&session);
         let mut held = self.held.borrow_mut();
         let lease = held.iter_mut().find(|lease| lease.session == session);
         lease.is_some_and(|lease| {
@@ -65,9 +69,23 @@ impl Leases {
         })
     }
 
-    /// Removes and returns leases.
+    /// Removes and returns leases that have expired.
     pub(super) fn take(&self, which: impl Fn(&Lease) -> bool) -> Vec<Lease> {
-        self.held.borrow_mut().extract_if(.., |lease| which(lease)).collect()
+        let expired: Vec<Lease> = self.held.borrow_mut().extract_if(.., |lease| which(lease)).collect();
+        self.absent
+            .borrow_mut()
+            .extend(expired.iter().map(|lease| lease.session));
+        expired
+    }
+
+    /// Whether the lease of a client has expired since it last sent a line.
+    pub(super) fn is_absent(&self, session: u64) -> bool {
+        self.absent.borrow().contains(&session)
+    }
+
+    /// A client is gone, and will send nothing more.
+    pub(super) fn forget(&self, session: u64) {
+        self.absent.borrow_mut().remove(&session);
     }
 
     /// Notifies the task that waits for the next lease to expire.

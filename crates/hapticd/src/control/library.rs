@@ -6,6 +6,7 @@ use crate::control::journal::Completion;
 use crate::control::whole_file;
 use crate::control::worker_pool::{WorkError, WorkerPool};
 use haptic_core::Scene;
+use haptic_ipc::regular_file::with_short_lines;
 use haptic_ipc::{
     BUILT_IN_SCENES, ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
     meant_or_semicolon, regular_file,
@@ -209,7 +210,10 @@ fn check(name: &str) -> Result<(), WireError> {
 
 fn read(whence: &str, text: &str) -> Result<Scene, WireError> {
     let scene: Scene = toml::from_str(text).map_err(|error| {
-        let message = cut(format!("{whence}: {error}"), LONGEST_PROBLEM + whence.len());
+        let message = cut(
+            format!("{whence}: {}", with_short_lines(&error.to_string())),
+            LONGEST_PROBLEM + whence.len(),
+        );
         WireError::new(ErrorCode::SceneFile, message).about("scene")
     })?;
     sound(&scene)?;

@@ -4,7 +4,7 @@ use haptic_ipc::Peer;
 
 /// A client, as the journal and the history know it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Requester<'a> {
-    pub(super) session: u64,
-    pub(super) peer: &'a Peer,
+pub(crate) struct Requester<'a> {
+    pub(crate) session: u64,
+    pub(crate) peer: &'a Peer,
 }

@@ -7,7 +7,8 @@
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::whole_file;
 use crate::control::worker_pool::WorkerPool;
-use haptic_ipc::{ErrorCode, Peer, WireError, regular_file};
+use haptic_ipc::regular_file::{self, with_short_lines};
+use haptic_ipc::{ErrorCode, Peer, WireError};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::ErrorKind;
@@ -168,7 +169,9 @@ fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String> {
             };
         }
     };
-    toml::from_str(&text).map(Some).map_err(|error| error.to_string())
+    toml::from_str(&text)
+        .map(Some)
+        .map_err(|error| with_short_lines(&error.to_string()))
 }
 
 fn write(path: &Path, heading: &str, found: &impl Serialize) -> Result<(), String> {

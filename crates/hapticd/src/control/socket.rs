@@ -12,7 +12,7 @@
 use crate::control::peer::is_member;
 use haptic_ipc::Problem;
 use nix::unistd::Group as SystemGroup;
-use rustix::fs::{FlockOperation, Mode, flock};
+use rustix::fs::{FlockOperation, Mode, OFlags, flock};
 use rustix::io::Errno;
 use rustix::process::{geteuid, umask};
 use std::fs::{DirBuilder, File, Permissions, set_permissions};
@@ -155,8 +155,7 @@ pub(crate) struct Socket {
     pub(super) listener: UnixListener,
     pub(super) access: Access,
     path: PathBuf,
-    /// Held while the daemon runs, so that no other daemon takes the socket for stale.
-    _lock: File,
+    lock: Lock,
 }
 
 impl Socket {
@@ -177,7 +176,7 @@ impl Socket {
             DirBuilder::new().mode(0o700).create(directory).map_err(failed)?;
             access.share(directory, directory_mode)?;
         }
-        let lock = lock(path).map_err(failed)?.ok_or_else(in_use)?;
+        let lock = Lock::take(path).map_err(failed)?.ok_or_else(in_use)?;
         match std::fs::symlink_metadata(path) {
             Ok(found) if !found.file_type().is_socket() => {
                 return Err(SocketError::NotASocket {
@@ -203,7 +202,7 @@ impl Socket {
             listener: bound.map_err(failed)?,
             access,
             path: path.to_path_buf(),
-            _lock: lock,
+            lock,
         };
         socket.access.share(path, socket_mode)?;
         Ok(socket)
@@ -244,8 +243,9 @@ impl Socket {
 
 impl Drop for Socket {
     fn drop(&mut self) {
-        // The file is this daemon's own: the lock is still held.
+        // Both files are this daemon's own: the lock is still held.
         drop(std::fs::remove_file(&self.path));
+        drop(std::fs::remove_file(&self.lock.path));
     }
 }
 
@@ -257,20 +257,42 @@ fn missing_directories(path: &Path) -> Vec<&Path> {
         .collect()
 }
 
-/// Takes the lock beside the socket, unless another process holds it. The kernel releases the lock
-/// however the process ends.
-fn lock(path: &Path) -> io::Result<Option<File>> {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".lock");
-    let file = File::options()
-        .create(true)
-        .truncate(false)
-        .write(true)
-        .mode(0o600)
-        .open(name)?;
-    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-        Ok(()) => Ok(Some(file)),
-        Err(Errno::WOULDBLOCK) => Ok(None),
-        Err(error) => Err(error.into()),
+/// The lock beside the socket, held while the daemon runs, so that no other daemon takes the socket for stale. The kernel
+/// releases it however the process ends.
+#[derive(Debug)]
+struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    /// Takes the lock of a socket, unless another process holds it.
+    fn take(socket: &Path) -> io::Result<Option<Self>> {
+        let mut path = socket.as_os_str().to_owned();
+        path.push(".lock");
+        let path = PathBuf::from(path);
+        loop {
+            // Who may write here must not have another file opened in the daemon's name.
+            let file = File::options()
+                .create(true)
+                .truncate(false)
+                .write(true)
+                .mode(0o600)
+                .custom_flags(OFlags::NOFOLLOW.bits().cast_signed())
+                .open(&path)?;
+            match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+                Ok(()) => {}
+                Err(Errno::WOULDBLOCK) => return Ok(None),
+                Err(error) => return Err(error.into()),
+            }
+            // A daemon that ended meanwhile has removed the file that was opened here: the lock is another's to take.
+            let locked = file.metadata()?;
+            match std::fs::symlink_metadata(&path) {
+                Ok(found) if (found.dev(), found.ino()) == (locked.dev(), locked.ino()) => {
+                    return Ok(Some(Self { path, _file: file }));
+                }
+                _ => {}
+            }
+        }
     }
 }

@@ -23,6 +23,8 @@ pub(super) async fn status(rig: &RigHandle) -> Status {
         velocity_estimator: facts.servo.velocity.to_string(),
         revision: rig.revision(),
         scene: rig.scene().name.clone(),
+        library_scene: None,
+        scheduled: None,
         command_force_n: newest.map_or(0.0, |record| record.command_force),
         energy_excess_j: newest.map_or(0.0, |record| record.energy_excess),
         device_position_m: newest.map_or(0.0, |record| record.device_position),

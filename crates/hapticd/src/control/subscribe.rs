@@ -49,6 +49,9 @@ pub(super) fn subscribe(
             distinct.push(*topic);
         }
     }
+    // While force flows, the settings are those of the engagement; else those that one would have now.
+    let in_use = rig.servo_in_use().filter(|_| rig.state().is_live());
+    let servo = in_use.unwrap_or_else(|| rig.facts.servo_setup(rig_friction::setup(rig)));
     rig.feed().subscribe(
         session,
         Subscription {
@@ -58,6 +61,7 @@ pub(super) fn subscribe(
             lines: lines.clone(),
             room: Arc::clone(room),
         },
+        servo.clone(),
     );
     #[expect(clippy::cast_precision_loss, reason = "at most 200 000")]
     let rate_hz = loop_rate_hz / every as f64;
@@ -66,6 +70,6 @@ pub(super) fn subscribe(
         rate_hz,
         batch_ms,
         columns: SAMPLE_COLUMNS.iter().map(ToString::to_string).collect(),
-        servo: Some(rig.facts.servo_setup(rig_friction::setup(rig))),
+        servo: Some(servo),
     })
 }

@@ -108,6 +108,9 @@ pub(crate) struct CommandWord {
 
 const STOPS_MASK: u32 = 0x00ff_ffff;
 
+/// Bits of a command word below its serial number.
+const SERIAL_SHIFT: u32 = 32;
+
 impl CommandWord {
     pub(super) fn pack(self) -> u64 {
         let code = match self.command {
@@ -115,7 +118,7 @@ impl CommandWord {
             Command::Release => 2,
             Command::Reset => 3,
         };
-        u64::from(self.serial) << 32 | u64::from(self.stops_known & STOPS_MASK) << 8 | code
+        u64::from(self.serial) << SERIAL_SHIFT | u64::from(self.stops_known & STOPS_MASK) << 8 | code
     }
 
     pub(super) fn unpack(word: u64) -> Option<Self> {
@@ -127,7 +130,7 @@ impl CommandWord {
         };
         #[expect(clippy::cast_possible_truncation, reason = "the fields as packed")]
         Some(Self {
-            serial: (word >> 32) as u32,
+            serial: (word >> SERIAL_SHIFT) as u32,
             stops_known: (word >> 8) as u32 & STOPS_MASK,
             command,
         })
@@ -218,15 +221,16 @@ impl Shared {
         self.command.store(word.pack(), Ordering::Release);
     }
 
-    /// Takes the newest command back. The real-time thread may be carrying it out at this moment;
-    /// once that is done it can be seen in the answers.
-    pub(crate) fn withdraw(&self) {
-        self.command.store(0, Ordering::Release);
+    /// Takes the newest command back, which has this serial number. The real-time thread may be
+    /// carrying it out at this moment; once that is done it can be seen in the answers.
+    pub(crate) fn withdraw(&self, serial: u32) {
+        self.command.store(u64::from(serial) << SERIAL_SHIFT, Ordering::Release);
     }
 
-    /// The newest command.
-    pub(crate) fn command(&self) -> Option<CommandWord> {
-        CommandWord::unpack(self.command.load(Ordering::Acquire))
+    /// The newest command as a word, for [`CommandWord::unpack`]. Each command changes it, also one
+    /// that was withdrawn before anybody looked.
+    pub(crate) fn command_word(&self) -> u64 {
+        self.command.load(Ordering::Acquire)
     }
 }
 

@@ -101,16 +101,22 @@ fn a_scene_that_nobody_took_is_replaced_and_one_that_was_taken_does_not_come_aga
 #[test]
 fn a_command_is_there_until_it_is_withdrawn_and_knows_of_the_stops_before_it() {
     let shared = Shared::new();
-    assert_eq!(shared.command(), None);
+    let command = || CommandWord::unpack(shared.command_word());
+    assert_eq!(command(), None);
     assert_eq!([shared.stop(), shared.stop(), shared.stops()], [1, 2, 2]);
     shared.send(7, Command::Reset, shared.stops());
-    let word = shared.command().expect("it was sent");
+    let word = command().expect("it was sent");
     assert_eq!((word.serial, word.stops_known, word.command), (7, 2, Command::Reset));
     assert!(!word.overtaken_by(shared.stops()));
     assert_eq!(shared.stop(), 3);
     assert!(word.overtaken_by(shared.stops()));
-    shared.withdraw();
-    assert_eq!(shared.command(), None);
+    let (before, sent) = (0, shared.command_word());
+    shared.withdraw(7);
+    assert_eq!(command(), None);
+    assert!(
+        ![before, sent].contains(&shared.command_word()),
+        "the loop can tell that there was one"
+    );
 }
 
 #[test]

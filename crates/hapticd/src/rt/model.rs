@@ -18,7 +18,7 @@ mod atomic {
     pub(crate) use loom::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 }
 
-use handoff::{Outcome, Shared, Stopped};
+use handoff::{CommandWord, Outcome, Shared, Stopped};
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::RigState;
@@ -86,8 +86,8 @@ fn a_reset_never_clears_a_stop_that_came_after_it() {
                 stops_seen = stops;
                 state = RigState::Stopped;
             }
-            if let Some(word) = shared.command().filter(|word| word.serial != last_command) {
-                last_command = word.serial;
+            let word = std::mem::replace(&mut last_command, shared.command_word());
+            if let Some(word) = CommandWord::unpack(last_command).filter(|_| word != last_command) {
                 if !word.overtaken_by(stops) && word.command == Command::Reset {
                     state = RigState::Idle;
                 }

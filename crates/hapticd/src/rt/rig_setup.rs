@@ -8,7 +8,7 @@ use haptic_core::compensation::Compensation;
 use haptic_core::passivity::RigLosses;
 
 /// What is known of the rig.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RigSetup {
     pub(crate) losses: RigLosses,
     pub(crate) compensation: Option<Compensation>,

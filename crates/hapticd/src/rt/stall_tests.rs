@@ -355,7 +355,7 @@ fn a_tick_ends_wherever_a_command_or_a_stop_is_preempted() {
             shared.send(2, Command::Release, shared.stops());
             shared.stop();
             shared.send(3, Command::Reset, shared.stops());
-            shared.withdraw();
+            shared.withdraw(3);
             std::hint::black_box(shared.answers.command(3));
         })
     });

@@ -8,7 +8,7 @@ use crate::rt::clock::{Wake, now_ns};
 use crate::rt::handoff::{CommandWord, Heard, Outcome, Shared, Stopped};
 use crate::rt::lateness::Lateness;
 use crate::rt::outbox::{Producer, TickRecord};
-use crate::rt::rig_setup::SetupReceiver;
+use crate::rt::rig_setup::{RigSetup, SetupReceiver};
 use device_io::{Device, DeviceError, Written};
 use haptic_core::sample::{Measurement, Motor};
 use haptic_core::servo::{
@@ -34,6 +34,8 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     outbox: Producer,
     /// Facts of the rig to engage, if they may change.
     rig_setups: Option<SetupReceiver>,
+    /// The newest of them, until it is engaged.
+    rig_setup: Option<RigSetup>,
     servo: Servo,
     /// Missed periods, held against the late policy.
     lateness: Lateness,
@@ -43,7 +45,7 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     scenes_seen: u64,
     stops_seen: u64,
     pending_stop: Option<PendingStop>,
-    last_command: u32,
+    last_command_word: u64,
     last_began_ns: Option<u64>,
     /// Time that the machine had slept in all when the tick before began, ns.
     asleep_ns: u64,
@@ -64,6 +66,7 @@ impl<D: Device + ?Sized> Tick<D> {
             shared,
             outbox,
             rig_setups: None,
+            rig_setup: None,
             servo,
             lateness,
             control_timeout_ns,
@@ -71,7 +74,7 @@ impl<D: Device + ?Sized> Tick<D> {
             scenes_seen: 0,
             stops_seen: 0,
             pending_stop: None,
-            last_command: 0,
+            last_command_word: 0,
             last_began_ns: None,
             asleep_ns: 0,
             device,
@@ -225,10 +228,18 @@ impl<D: Device + ?Sized> Tick<D> {
     }
 
     fn new_command(&mut self) -> Option<CommandWord> {
-        let word = self.shared.command().filter(|word| word.serial != self.last_command)?;
-        self.last_command = word.serial;
+        let word = self.shared.command_word();
+        if word == self.last_command_word {
+            return None;
+        }
+        self.last_command_word = word;
+        // Also that of a command which was withdrawn: it must not fill the queue.
+        if let Some(setup) = self.rig_setups.as_mut().and_then(SetupReceiver::newest) {
+            self.rig_setup = Some(setup);
+        }
+        let word = CommandWord::unpack(word)?;
         if word.command == Command::Engage
-            && let Some(setup) = self.rig_setups.as_mut().and_then(SetupReceiver::newest)
+            && let Some(setup) = self.rig_setup.take()
         {
             self.servo.set_rig(setup.losses, setup.compensation);
         }

@@ -10,8 +10,8 @@ use crate::telemetry::timing::TimingRecorder;
 use device_io::link::LinkMonitor;
 use haptic_core::Scene;
 use haptic_ipc::{
-    Event, JournalEntry, LinkStatus, RigState, Sample, SamplesEvent, SceneArrival, SceneRamp, StateEvent, Timing,
-    Topic, params_of,
+    Event, JournalEntry, LinkStatus, RigState, Sample, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup,
+    StateEvent, Timing, Topic, params_of,
 };
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -81,6 +81,10 @@ struct Subscriber {
     dropped: u64,
     due: Instant,
     state_sent: bool,
+    /// The servo's settings that it was told.
+    servo: ServoSetup,
+    /// Whether there are others, which it is yet to be told.
+    servo_due: bool,
 }
 
 /// The control end of the telemetry.
@@ -102,6 +106,8 @@ pub(crate) struct Feed {
     last_state: Option<(RigState, u64)>,
     /// The first record of each state and revision since the last call of `pump`.
     changes: Vec<TickRecord>,
+    /// The servo's settings, and the first tick that was computed with them, once they may have changed.
+    servo: Option<(u64, ServoSetup)>,
     timing_due: Instant,
     /// Records lost in the ring so far that subscribers were told of.
     ring_dropped: u64,
@@ -121,6 +127,7 @@ impl Feed {
             subscribers: Vec::new(),
             last_state: None,
             changes: Vec::new(),
+            servo: None,
             timing_due: Instant::now(),
             ring_dropped: 0,
         }
@@ -167,7 +174,8 @@ impl Feed {
     }
 
     /// Begins, replaces or (without topics) ends the subscription of a session.
-    pub(crate) fn subscribe(&mut self, session: u64, subscription: Subscription) {
+    /// `servo` is what it is told of the servo's settings.
+    pub(crate) fn subscribe(&mut self, session: u64, subscription: Subscription, servo: ServoSetup) {
         self.unsubscribe(session);
         if subscription.topics.is_empty() {
             return;
@@ -180,6 +188,8 @@ impl Feed {
             seq: 0,
             dropped: 0,
             state_sent: false,
+            servo,
+            servo_due: false,
         });
     }
 
@@ -195,14 +205,20 @@ impl Feed {
     }
 
     /// Processes the records since the last call, and sends the events that are due. `scenes` holds
-    /// all that may be active. Returns the first record of each state and revision.
-    pub(crate) fn pump(&mut self, scenes: &VecDeque<KnownScene>) -> Vec<TickRecord> {
+    /// all that may be active; `servo` asks for the servo's settings, as far as they are known. Returns the
+    /// first record of each state and revision.
+    pub(crate) fn pump(
+        &mut self,
+        scenes: &VecDeque<KnownScene>,
+        servo: impl Fn() -> Option<ServoSetup>,
+    ) -> Vec<TickRecord> {
         self.consumer.drop_retired();
         while let Some(record) = self.consumer.pop() {
-            self.process(&record);
+            self.process(&record, scenes, &servo);
         }
         let changes = std::mem::take(&mut self.changes);
-        self.announce_states(&changes, scenes);
+        self.announce_to_new(scenes);
+        self.announce_servo();
         let now = Instant::now();
         for subscriber in &mut self.subscribers {
             if now >= subscriber.due {
@@ -221,7 +237,7 @@ impl Feed {
     }
 
     #[expect(clippy::cast_precision_loss, reason = "nanoseconds of a run are far below 2^53")]
-    fn process(&mut self, record: &TickRecord) {
+    fn process(&mut self, record: &TickRecord, scenes: &VecDeque<KnownScene>, servo: &impl Fn() -> Option<ServoSetup>) {
         if self.newest.is_none() {
             self.started_ns = record.began_ns;
         }
@@ -232,11 +248,23 @@ impl Feed {
         if let Some(excitation) = &mut self.excitation {
             excitation.take(record);
         }
-        self.newest = Some(*record);
+        // What a row is computed with is told before the row: a stall of this thread may leave rows for
+        // several events.
+        let before = self.newest.replace(*record);
+        if before.is_none_or(|before| may_be_set_up_anew(&before, record))
+            && let Some(servo) = servo()
+        {
+            for subscriber in &mut self.subscribers {
+                subscriber.servo_due = subscriber.wants(Topic::State) && subscriber.servo != servo;
+            }
+            self.servo = Some((record.tick, servo));
+            self.announce_servo();
+        }
         let state = Some((record.state, record.revision));
         if self.last_state != state {
             self.last_state = state;
             self.changes.push(*record);
+            self.announce(record, scenes, |_| true);
         }
         let lost = record.dropped - self.ring_dropped;
         self.ring_dropped = record.dropped;
@@ -275,11 +303,23 @@ impl Feed {
         }
     }
 
-    /// Sends every change of state to all, and the whole state to new subscribers.
-    fn announce_states(&mut self, changes: &[TickRecord], scenes: &VecDeque<KnownScene>) {
-        for record in changes {
-            self.announce(record, scenes, |_| true);
+    /// Sends the servo's settings to those who were told others.
+    fn announce_servo(&mut self) {
+        let Some((tick, servo)) = &self.servo else { return };
+        for subscriber in self.subscribers.iter_mut().filter(|subscriber| subscriber.servo_due) {
+            let event = Event::Servo(Box::new(ServoEvent {
+                tick: *tick,
+                servo: servo.clone(),
+            }));
+            // A subscriber whose backlog is full gets them as soon as there is room.
+            if subscriber.subscription.send(line(&event)) {
+                (subscriber.servo, subscriber.servo_due) = (servo.clone(), false);
+            }
         }
+    }
+
+    /// Sends the whole state to new subscribers.
+    fn announce_to_new(&mut self, scenes: &VecDeque<KnownScene>) {
         if let Some(newest) = self.newest
             && self.subscribers.iter().any(|subscriber| !subscriber.state_sent)
         {
@@ -360,6 +400,13 @@ impl Subscriber {
     }
 }
 
+/// Whether the servo may have other settings from a record on: the rig was engaged, or its device answers
+/// again.
+fn may_be_set_up_anew(before: &TickRecord, record: &TickRecord) -> bool {
+    let answers = |record: &TickRecord| record.input_word.sample(0, 0, 0.0).is_ok();
+    (record.state.is_live() && !before.state.is_live()) || (answers(record) && !answers(before))
+}
+
 /// An event as a line.
 fn line(event: &Event) -> String {
     let mut line = serde_json::to_string(event).expect("events hold nothing that JSON cannot");
@@ -370,120 +417,4 @@ fn line(event: &Event) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::rt::outbox;
-
-    fn known(revision: u64) -> KnownScene {
-        KnownScene {
-            revision,
-            scene: Scene::paper(),
-            ramp: None,
-            undo_depth: 0,
-            redo_depth: 0,
-        }
-    }
-
-    fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, mpsc::Receiver<Line>) {
-        let (lines, received) = mpsc::channel(backlog);
-        let subscription = Subscription {
-            topics: topics.to_vec(),
-            every,
-            batch: Duration::ZERO,
-            lines,
-            room: Arc::new(Semaphore::new(BACKLOG_BYTES)),
-        };
-        (subscription, received)
-    }
-
-    fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {
-        std::iter::from_fn(|| received.try_recv().ok())
-            .map(|line| serde_json::from_str(&line.text).expect("an event"))
-            .collect()
-    }
-
-    #[test]
-    fn the_state_comes_whole_at_first_and_then_at_every_change() {
-        let (mut producer, consumer) = outbox::outbox();
-        let mut feed = Feed::new(consumer, 1_000_000, None);
-        let (subscription, mut received) = subscription(&[Topic::State], 1, 8);
-        feed.subscribe(1, subscription);
-        for (tick, state, revision) in [
-            (0, RigState::Idle, 1),
-            (1, RigState::Idle, 1),
-            (2, RigState::Engaging, 1),
-            (3, RigState::Engaging, 2),
-        ] {
-            let mut record = outbox::tests::record(tick);
-            (record.state, record.revision) = (state, revision);
-            producer.push(record);
-            feed.pump(&VecDeque::from([known(1), known(2)]));
-        }
-        let ticks: Vec<u64> = events(&mut received)
-            .iter()
-            .map(|event| match event {
-                Event::State(state) => state.tick,
-                other => panic!("{other:?}"),
-            })
-            .collect();
-        assert_eq!(ticks, [0, 2, 3]);
-    }
-
-    #[test]
-    fn what_a_slow_subscriber_misses_is_counted_and_told() {
-        let (mut producer, consumer) = outbox::outbox();
-        let mut feed = Feed::new(consumer, 1_000_000, None);
-        let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
-        feed.subscribe(1, subscription);
-        let scenes = VecDeque::from([known(1)]);
-        for tick in 0..10 {
-            producer.push(outbox::tests::record(tick));
-            feed.pump(&scenes);
-        }
-        // One event fitted; ticks 2, 4, 6 and 8 did not.
-        let first = events(&mut received);
-        producer.push(outbox::tests::record(10));
-        feed.pump(&scenes);
-        let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
-            panic!("two sample events");
-        };
-        assert_eq!((first.seq, first.dropped, first.rows[0].tick), (0, 0, 0));
-        assert_eq!((second.seq, second.dropped, second.rows[0].tick), (1, 4, 10));
-    }
-
-    // hazard: H20
-    #[test]
-    fn what_waits_for_a_subscriber_that_does_not_read_is_bounded_in_bytes() {
-        let (mut producer, consumer) = outbox::outbox();
-        let mut feed = Feed::new(consumer, 1_000_000, None);
-        // As many lines as a client has, in batches as long as they may be.
-        let topics = [Topic::Samples, Topic::State, Topic::Log, Topic::Timing];
-        let (subscription, mut received) = subscription(&topics, 1, BACKLOG_LINES);
-        let room = Arc::clone(&subscription.room);
-        feed.subscribe(1, subscription);
-        let scenes = VecDeque::from([known(1)]);
-        for tick in 0..40_000 {
-            producer.push(outbox::tests::record(tick));
-            if tick % 256 == 255 {
-                feed.pump(&scenes);
-            }
-        }
-        let held: Vec<Line> = std::iter::from_fn(|| received.try_recv().ok()).collect();
-        let bytes: usize = held.iter().map(|line| line.text.capacity()).sum();
-        println!("{bytes} bytes in {} lines wait, of {BACKLOG_BYTES}", held.len());
-        assert!(bytes <= BACKLOG_BYTES && bytes > BACKLOG_BYTES / 2, "{bytes}");
-        assert!(held.len() < BACKLOG_LINES, "the bytes bound it, not the lines");
-        // Once it is written there is all the room again, and what was missed is told.
-        drop(held);
-        assert_eq!(room.available_permits(), BACKLOG_BYTES);
-        for tick in 40_000..40_256 {
-            producer.push(outbox::tests::record(tick));
-        }
-        feed.pump(&scenes);
-        let told = events(&mut received);
-        let Some(Event::Samples(samples)) = told.first() else {
-            panic!("no samples")
-        };
-        assert!(samples.dropped > 0 && samples.dropped < 40_000, "{}", samples.dropped);
-    }
-}
+mod tests;

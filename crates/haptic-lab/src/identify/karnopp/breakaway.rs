@@ -2,21 +2,28 @@
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
-use crate::identify::smoothing::whole;
+use crate::smoothing::whole;
+use nalgebra::{Matrix4, Vector4};
 
 /// A load is slow when it takes at least so long to reach the breakaway, s. At a coupling of 25000 N/m and a
 /// limit of 4 N that is a hand at 1.6 mm/s. A faster one goes on rising while the mass sets off:
 /// at 100 mm/s a limit of 7 N reads as 14 N.
 const SLOWEST_LOAD_S: f64 = 0.1;
 
-/// The force is read off a line through at most so long before the breakaway, s.
-const LONGEST_LINE_S: f64 = 0.1;
+/// The load is fitted over at most so long before the mass may have set off, s.
+const LONGEST_LOAD_S: f64 = 0.1;
 
-/// Largest part of the force by which it may rise while the instant is uncertain.
-const LARGEST_RISE: f64 = 0.06;
+/// Largest part of the force that may be uncertain.
+const LARGEST_ERROR: f64 = 0.08;
 
-/// The start is read off two distances, the farther one reached in so many times the time of the nearer one.
-const FARTHER: f64 = 1.5;
+/// The motion is first seen at a distance, and so many times as far away.
+const FARTHER: f64 = 2.25;
+
+/// It may have begun so many times the time between both before the first.
+const EARLIER: f64 = 3.0;
+
+/// Least number of samples over which it may have begun.
+const FEWEST_STARTS: usize = 6;
 
 /// A start takes at most so long from the one distance to the other, s.
 const LONGEST_START_S: f64 = 0.1;
@@ -28,9 +35,9 @@ pub(super) struct Breakaway {
     pub(super) sense: i8,
     /// Driving force, N.
     pub(super) force_n: f64,
-    /// Standard error of the line there, N.
+    /// Its standard error, N.
     pub(super) noise_n: f64,
-    /// How much the force rises in the time by which the instant is uncertain, N.
+    /// How much the force rises from one sample to the next, N.
     pub(super) rise_n: f64,
     /// How fast it rises, N/s.
     pub(super) rate_n_per_s: f64,
@@ -40,7 +47,7 @@ impl Breakaway {
     /// Whether its force is that of the surface, and not of the load's speed.
     pub(super) fn is_slow(&self) -> bool {
         let force = self.force_n.abs();
-        self.rate_n_per_s.abs() * SLOWEST_LOAD_S <= force && self.rise_n <= LARGEST_RISE * force
+        self.rate_n_per_s.abs() * SLOWEST_LOAD_S <= force && self.rise_n + 2.0 * self.noise_n <= LARGEST_ERROR * force
     }
 }
 
@@ -58,7 +65,7 @@ pub(super) fn find(grid: &Grid, motion: &Motion, force: &[f64]) -> Vec<Breakaway
         };
         let threshold = 3.0 * motion.noise_m + 0.5 * motion.step_m;
         let (first, sense) = away(threshold)?;
-        let (second, same) = away(FARTHER * FARTHER * threshold)?;
+        let (second, same) = away(FARTHER * threshold)?;
         // A load that lets go again, a creep, or a slip shorter than that.
         let rests_between =
             |other: &std::ops::Range<usize>| other.start > quiet && other.start < second && other.end > first;
@@ -66,53 +73,95 @@ pub(super) fn find(grid: &Grid, motion: &Motion, force: &[f64]) -> Vec<Breakaway
         if same != sense || second > first + longest || motion.rests.iter().any(rests_between) {
             return None;
         }
-        // It sets off along a parabola.
-        let start = whole(((second - first) as f64 / (FARTHER - 1.0)).round());
-        let onset = first.saturating_sub(start).max(quiet);
-        let uncertain_s = ((first - onset) as f64 * 0.5 + 1.0) * grid.period_s;
-        let length = whole(LONGEST_LINE_S / grid.period_s).min(onset - rest.start);
-        let line = onset.checked_sub(length).filter(|_| length >= 8)?..onset;
-        if !grid.is_valid[line.clone()].iter().all(|valid| *valid) {
+        let span = whole(EARLIER * (second - first) as f64).max(FEWEST_STARTS);
+        let earliest = first.saturating_sub(span).max(quiet);
+        let length = whole(LONGEST_LOAD_S / grid.period_s).min(earliest - rest.start);
+        let load = earliest.checked_sub(length).filter(|_| length >= 8)?..first + 1;
+        if !grid.is_valid[load.clone()].iter().all(|valid| *valid) {
             return None;
         }
-        let (force_n, rate_per_sample, noise_n) = line_at_end(&force[line]);
-        let rate_n_per_s = rate_per_sample / grid.period_s;
-        let loads = rate_n_per_s * f64::from(sense) > 0.0 && force_n * f64::from(sense) > 0.0;
-        loads.then_some(Breakaway {
+        let signed: Vec<f64> = force[load].iter().map(|force| f64::from(sense) * force).collect();
+        let bend = Bend::find(&signed, length)?;
+        let rate_n_per_s = bend.rate / grid.period_s;
+        (rate_n_per_s > 0.0 && bend.force_n > 0.0).then(|| Breakaway {
             sense,
-            force_n,
-            noise_n,
-            rise_n: rate_n_per_s.abs() * uncertain_s,
-            rate_n_per_s,
+            force_n: f64::from(sense) * bend.force_n,
+            noise_n: bend.noise_n,
+            rise_n: bend.rate,
+            rate_n_per_s: f64::from(sense) * rate_n_per_s,
         })
     });
     found.collect()
 }
 
-/// Value at the end, slope per sample and standard error of that value, of the straight line through the values.
-fn line_at_end(values: &[f64]) -> (f64, f64, f64) {
-    let n = values.len() as f64;
-    let middle = (n - 1.0) / 2.0;
-    let mean = values.iter().sum::<f64>() / n;
-    let square = n * (n * n - 1.0) / 12.0;
-    let slope = values
-        .iter()
-        .enumerate()
-        .map(|(index, value)| (index as f64 - middle) * value)
-        .sum::<f64>()
-        / square;
-    let left: f64 = values
-        .iter()
-        .enumerate()
-        .map(|(index, value)| (value - mean - slope * (index as f64 - middle)).powi(2))
-        .sum();
-    let variance = left / (n - 2.0).max(1.0);
-    let end = n - middle;
-    (
-        mean + slope * end,
-        slope,
-        (variance * (1.0 / n + end * end / square)).sqrt(),
-    )
+/// Where a load bends: it rises along a parabola while the mass rests, and falls behind that once the mass gives way,
+/// which is seen some milliseconds before an encoder shows a motion.
+///
+/// A grip's damper takes force in proportion to the time since, its spring to the square of that. Each instant with
+/// each of the two counts by its likelihood.
+#[derive(Clone, Copy, Debug)]
+struct Bend {
+    /// Force there, N.
+    force_n: f64,
+    /// Its standard error, N.
+    noise_n: f64,
+    /// How fast the load rises there, N a sample.
+    rate: f64,
+}
+
+impl Bend {
+    /// In the load until the motion is seen; it bends from the sample `earliest` on.
+    fn find(load: &[f64], earliest: usize) -> Option<Self> {
+        let freedom = load.len() as f64 - 4.0;
+        let instants = (earliest..load.len() - 1).flat_map(|at| [1, 2].map(|power| (at, power)));
+        let fits: Vec<(f64, Self)> = instants
+            .filter_map(|(at, power)| Self::at(load, at, power, freedom))
+            .collect();
+        let least = fits.iter().map(|(square, _)| *square).fold(f64::INFINITY, f64::min);
+        let weights = || {
+            fits.iter()
+                .map(|(square, fit)| (((least - square) * freedom / (2.0 * least)).exp(), fit))
+        };
+        let sum: f64 = weights().map(|(weight, _)| weight).sum();
+        let mean = |of: &dyn Fn(&Self) -> f64| weights().map(|(weight, fit)| weight * of(fit)).sum::<f64>() / sum;
+        let force_n = mean(&|fit| fit.force_n);
+        let variance = mean(&|fit| fit.noise_n.powi(2) + (fit.force_n - force_n).powi(2));
+        (!fits.is_empty()).then(|| Self {
+            force_n,
+            noise_n: variance.sqrt(),
+            rate: mean(&|fit| fit.rate),
+        })
+    }
+
+    /// The best fit with the bend at a sample, after which a power of the time takes from the load, and the sum of
+    /// squares that it leaves, N^2.
+    fn at(load: &[f64], bend: usize, power: i32, freedom: f64) -> Option<(f64, Self)> {
+        let n = load.len() as f64;
+        let place = |at: usize| at as f64 / n - 1.0;
+        let (mut normal, mut right, mut square) = (Matrix4::zeros(), Vector4::zeros(), 0.0);
+        for (at, force) in load.iter().enumerate() {
+            let u = place(at);
+            let row = Vector4::new(1.0, u, u * u, (u - place(bend)).max(0.0).powi(power));
+            normal += row * row.transpose();
+            right += row * *force;
+            square += force * force;
+        }
+        let inverse = normal.try_inverse()?;
+        let found = inverse * right;
+        // A mass that gives way takes from the load.
+        if found[3] > 0.0 {
+            return None;
+        }
+        let left = (square - found.dot(&right)).max(1e-12 * square);
+        let u = place(bend);
+        let there = Vector4::new(1.0, u, u * u, 0.0);
+        let fit = Self {
+            force_n: found.dot(&there),
+            noise_n: (left / freedom * there.dot(&(inverse * there))).max(0.0).sqrt(),
+            rate: (found[1] + 2.0 * found[2] * u) / n,
+        };
+        Some((left, fit))
+    }
 }
 
 #[cfg(test)]
@@ -120,8 +169,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_carried_on_to_the_sample_behind_it() {
-        let (value, slope, error) = line_at_end(&[1.0, 1.5, 2.0, 2.5]);
-        assert!((value - 3.0).abs() < 1e-12 && (slope - 0.5).abs() < 1e-12 && error < 1e-9);
+    fn a_load_bends_where_the_mass_gives_way() {
+        let mut random = fastrand::Rng::with_seed(1);
+        for noise_n in [0.0, 0.05] {
+            let load: Vec<f64> = (0..120_i32)
+                .map(|at| 4.0 + 0.02 * f64::from(at - 110) - 0.05 * f64::from((at - 110).max(0)).powi(2))
+                .map(|force| force + noise_n * (random.f64() + random.f64() + random.f64() - 1.5) * 2.0)
+                .collect();
+            let bend = Bend::find(&load, 95).expect("it bends");
+            assert!((bend.force_n - 4.0).abs() < 0.03 + noise_n, "{bend:?}");
+            assert!((bend.rate - 0.02).abs() < 0.01, "{bend:?}");
+            assert!((bend.force_n - 4.0).abs() < 2.5 * bend.noise_n + bend.rate, "{bend:?}");
+        }
     }
 }

@@ -5,7 +5,7 @@
 
 use super::regression::{Rows, Shape, Unknown, fit, student};
 use crate::identify::grid::Grid;
-use crate::identify::smoothing::{weighted, whole};
+use crate::smoothing::{weighted, whole};
 use nalgebra::{DMatrix, DVector};
 
 /// Rows that the search over whole samples looks at.

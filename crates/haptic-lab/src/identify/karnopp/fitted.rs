@@ -2,8 +2,8 @@
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
-use crate::identify::smoothing::{Window, weighted};
 use crate::identify::{Identified, Record};
+use crate::smoothing::{Window, weighted};
 
 /// Half-length of the window under which accelerations are drawn, s; of at least six samples.
 const HALF_S: f64 = 15e-3;

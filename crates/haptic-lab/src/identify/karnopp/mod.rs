@@ -5,7 +5,7 @@
 //! -Fs- <= F - offset <= Fs+                  at rest
 //! ```
 //!
-//! Slides give all but `Fs`: a linear fit in the weak form (see [`smoothing`](super::smoothing)), with
+//! Slides give all but `Fs`: a linear fit in the weak form (see [`smoothing`](crate::smoothing)), with
 //! Huber's weights, under the longest window that costs no information. Its errors are those of leaving
 //! out parts of the record, so that they hold where neighbouring residuals are alike; intervals are
 //! widened by what the windows around it differ. `Fs` is read off breakaways under a slow load.
@@ -22,8 +22,8 @@ mod window;
 pub(super) use fitted::fitted;
 
 use super::grid::Grid;
-use super::smoothing::white_noise;
 use super::{Directions, Identified, Interval, ModelKind, Options, Record};
+use crate::smoothing::white_noise;
 use haptic_core::Directional;
 use motion::Motion;
 use regression::{Fit, Rows, Shape, Unfit, Unknown, fit, student};

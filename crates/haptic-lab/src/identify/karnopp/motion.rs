@@ -1,7 +1,7 @@
 //! Where the mass slides, which way, and where it rests.
 
 use crate::identify::grid::Grid;
-use crate::identify::smoothing::{encoder_step, slope, slope_noise, white_noise, whole};
+use crate::smoothing::{encoder_step, slope, slope_noise, white_noise, whole};
 use std::ops::Range;
 
 /// Longest time over which velocity is taken as even, s.

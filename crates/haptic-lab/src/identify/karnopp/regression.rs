@@ -2,8 +2,8 @@
 
 use super::motion::Motion;
 use crate::identify::grid::Grid;
-use crate::identify::smoothing::{Window, weighted};
 use crate::median::median;
+use crate::smoothing::{Window, weighted};
 use nalgebra::{DMatrix, DVector};
 
 /// A residual counts fully up to so many robust standard deviations. Wider than Huber's 1.345: what a law does not

@@ -29,10 +29,21 @@ fn level(breakaways: &[Breakaway], sense: i8) -> Option<(f64, f64)> {
     (!slow.is_empty()).then_some((mean * f64::from(sense), read.max(scatter) + rise))
 }
 
+/// The breakaways of a record whose force's zero drifts as the slides say, and half of the 95 % interval of that drift.
+fn breakaways(problem: &Problem<'_>, slides: &Slides) -> (Vec<Breakaway>, f64) {
+    let (drift, reach) = slides.value(&[(Unknown::Drift, 1.0)]).unwrap_or_default();
+    let n = problem.force.len() as f64;
+    let samples = problem.force.iter().enumerate();
+    let force: Vec<f64> = samples
+        .map(|(at, force)| force - drift * (at as f64 / n - 0.5))
+        .collect();
+    (breakaway::find(problem.grid, problem.motion, &force), 0.5 * reach)
+}
+
 /// Whether the breakaways lie so apart in both directions that an offset cannot explain it together with
 /// the slides.
 pub(super) fn differ(problem: &Problem<'_>, together: &Slides) -> bool {
-    let breakaways = breakaway::find(problem.grid, problem.motion, &problem.force);
+    let (breakaways, _) = breakaways(problem, together);
     let (Some(positive), Some(negative)) = (level(&breakaways, 1), level(&breakaways, -1)) else {
         return false;
     };
@@ -46,12 +57,13 @@ pub(super) fn differ(problem: &Problem<'_>, together: &Slides) -> bool {
 
 /// Puts the static friction into the result, or says why it cannot be told.
 pub(super) fn report(found: &mut Identified, problem: &Problem<'_>, slides: &Slides, options: &Options) {
-    let breakaways = breakaway::find(problem.grid, problem.motion, &problem.force);
+    let (breakaways, drift_reach) = breakaways(problem, slides);
     let offset = found.offset_n.or(options.offset_n).unwrap_or(0.0);
     let offset_reach = slides
         .value(&[(Unknown::Level(1), 1.0)])
         .filter(|_| !slides.fit.shape.is_separate)
-        .map_or(0.0, |(_, reach)| reach);
+        .map_or(0.0, |(_, reach)| reach)
+        .hypot(drift_reach);
     let mut values = [None; 2];
     for (value, sense) in values.iter_mut().zip([1, -1]) {
         *value =

@@ -4,6 +4,8 @@
 //! Slow motion, in which the steps are far apart, so gets a long window, and a turn a short one.
 
 use super::super::sensor::samples_in;
+use crate::smoothing::weighted;
+use std::sync::Arc;
 
 /// Halves of the windows, s.
 const HALF_WINDOWS_S: [f64; 9] = [0.003, 0.004, 0.006, 0.009, 0.013, 0.019, 0.028, 0.04, 0.06];
@@ -14,10 +16,13 @@ const WITHIN_STEPS: f64 = 0.56;
 const CHOSEN_EVERY: usize = 3;
 
 /// Weights that give the cubic through the samples of a window (Savitzky and Golay 1964).
+#[derive(Debug)]
 struct Window {
     half: usize,
-    /// The cubic polynomials that are orthogonal over the window, each over the sum of its squares, and by itself.
-    polynomials: [(Vec<f64>, Vec<f64>); 4],
+    /// At each place, what the cubic polynomials that are orthogonal over the window weigh there.
+    weights: Vec<[f64; 4]>,
+    /// The values of those polynomials there.
+    values: Vec<[f64; 4]>,
     /// Weights of the value in the middle, and of the slope there.
     middle: (Vec<f64>, Vec<f64>),
 }
@@ -27,96 +32,122 @@ impl Window {
         let places: Vec<f64> = (0..=2 * half).map(|k| k as f64 - half as f64).collect();
         let moment = |power: i32| places.iter().map(|i| i.powi(power)).sum::<f64>();
         let (squares, fourths) = (moment(2) / moment(0), moment(4) / moment(2));
-        let polynomial = |of: &dyn Fn(f64) -> f64| {
-            let values: Vec<f64> = places.iter().map(|&i| of(i)).collect();
-            let norm: f64 = values.iter().map(|value| value * value).sum();
-            (values.iter().map(|value| value / norm).collect::<Vec<f64>>(), values)
-        };
-        let polynomials = [
-            polynomial(&|_| 1.0),
-            polynomial(&|i| i),
-            polynomial(&|i| i * i - squares),
-            polynomial(&|i| i * (i * i - fourths)),
-        ];
+        let polynomials = |&i: &f64| [1.0, i, i * i - squares, i * (i * i - fourths)];
+        let values: Vec<[f64; 4]> = places.iter().map(polynomials).collect();
+        let norms: [f64; 4] = std::array::from_fn(|order| values.iter().map(|value| value[order].powi(2)).sum());
+        let weights: Vec<[f64; 4]> = values
+            .iter()
+            .map(|value| std::array::from_fn(|order| value[order] / norms[order]))
+            .collect();
         let sum = |one: usize, other: usize, factor: f64| {
-            let pairs = polynomials[one].0.iter().zip(&polynomials[other].0);
-            pairs.map(|(one, other)| one + factor * other).collect()
+            let weights = weights.iter();
+            weights.map(|weight| weight[one] + factor * weight[other]).collect()
         };
         Self {
             half,
             middle: (sum(0, 2, -squares), sum(1, 3, -fourths)),
-            polynomials,
+            weights,
+            values,
         }
     }
 
-    /// The weighted sum of the values about one, less that one.
-    fn sum(&self, weights: &[f64], values: &[f64], at: usize) -> f64 {
-        let about = &values[at - self.half..=at + self.half];
-        weights
-            .iter()
-            .zip(about)
-            .map(|(weight, value)| weight * (value - values[at]))
-            .sum()
-    }
-
     /// Whether the cubic about a sample is near all that was counted.
-    fn is_near(&self, values: &[f64], at: usize, within: f64) -> bool {
-        let cubic: [f64; 4] = std::array::from_fn(|order| self.sum(&self.polynomials[order].0, values, at));
-        let [_, (_, first), (_, second), (_, third)] = &self.polynomials;
-        let about = &values[at - self.half..=at + self.half];
-        about.iter().enumerate().all(|(k, value)| {
-            let here = cubic[0] + cubic[1] * first[k] + cubic[2] * second[k] + cubic[3] * third[k];
-            (value - values[at] - here).abs() <= within
+    fn is_near(&self, counted: &[f64], at: usize, within: f64) -> bool {
+        let about = &counted[at - self.half..=at + self.half];
+        let base = counted[at];
+        let mut cubic = [0.0; 4];
+        for (weights, count) in self.weights.iter().zip(about) {
+            for order in 0..4 {
+                cubic[order] += weights[order] * (count - base);
+            }
+        }
+        about.iter().zip(&self.values).all(|(count, values)| {
+            let here = cubic[0] + cubic[1] * values[1] + cubic[2] * values[2] + cubic[3] * values[3];
+            (count - base - here).abs() <= within
         })
     }
 }
 
-/// Positions without the steps, and velocities per sample. `noise` is the root mean square of what shakes the counts
-/// beside the steps.
-pub(crate) fn smooth(counted: &[f64], period_s: f64, step: f64, noise: f64) -> (Vec<f64>, Vec<f64>) {
-    let within = WITHIN_STEPS * step + 3.5 * noise;
-    let mut windows: Vec<Window> = Vec::new();
-    for half_s in HALF_WINDOWS_S {
-        let half = samples_in(half_s, period_s).max(3);
-        if windows.last().is_none_or(|window| window.half < half) {
-            windows.push(Window::new(half));
+/// The windows of a record, and which of them each sample gets; `None` at the ends, where there is no room.
+#[derive(Clone, Debug)]
+pub(crate) struct Windows {
+    all: Arc<[Window]>,
+    /// How far a count may be from the cubic, m.
+    within: f64,
+    chosen: Vec<Option<u8>>,
+}
+
+impl Windows {
+    /// The windows for counted positions, m. `noise` is the root mean square of what shakes the counts beside the
+    /// steps, m.
+    pub(crate) fn new(counted: &[f64], period_s: f64, step: f64, noise: f64) -> Self {
+        let within = WITHIN_STEPS * step + 3.5 * noise;
+        let mut all: Vec<Window> = Vec::new();
+        for half_s in HALF_WINDOWS_S {
+            let half = samples_in(half_s, period_s).max(3);
+            if all.last().is_none_or(|window| window.half < half) {
+                all.push(Window::new(half));
+            }
+        }
+        let windows = Self {
+            all: all.into(),
+            within,
+            chosen: Vec::new(),
+        };
+        windows.chosen_again(counted)
+    }
+
+    /// The same windows, chosen for other counts, m.
+    pub(crate) fn chosen_again(&self, counted: &[f64]) -> Self {
+        let (all, last) = (&self.all, counted.len() - 1);
+        // Neighbours have about the same window.
+        let mut longest = 0_u8;
+        let choice = |at: usize| {
+            let room = at.min(last - at);
+            if all[0].half > room {
+                return None;
+            }
+            let fits = |window: &Window| window.half <= room && window.is_near(counted, at, self.within);
+            if at % CHOSEN_EVERY == 0 {
+                while longest > 0 && !fits(&all[usize::from(longest)]) {
+                    longest -= 1;
+                }
+                while all.get(usize::from(longest) + 1).is_some_and(fits) {
+                    longest += 1;
+                }
+            }
+            while all[usize::from(longest)].half > room {
+                longest -= 1;
+            }
+            // The next shorter one is nearly as free of steps, and bends the motion a fifth as much.
+            Some(longest.saturating_sub(1))
+        };
+        Self {
+            all: self.all.clone(),
+            within: self.within,
+            chosen: (0..counted.len()).map(choice).collect(),
         }
     }
-    let last = counted.len() - 1;
-    // Neighbours have about the same window.
-    let mut chosen = 0;
-    (0..counted.len())
-        .map(|at| {
-            let room = at.min(last - at);
-            if windows[0].half > room {
+
+    /// Positions without the steps, and velocities per sample, of the motion for which the windows were chosen.
+    pub(crate) fn smooth(&self, counted: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let last = counted.len() - 1;
+        let smooth = |(at, chosen): (usize, &Option<u8>)| {
+            let Some(chosen) = chosen else {
                 let (before, after) = (at.saturating_sub(1), (at + 1).min(last));
                 return (
                     counted[at],
                     (counted[after] - counted[before]) / (after - before) as f64,
                 );
-            }
-            let has_room = |window: &Window| window.half <= room;
-            let fits = |window: &Window| has_room(window) && window.is_near(counted, at, within);
-            if at % CHOSEN_EVERY == 0 {
-                while chosen > 0 && !fits(&windows[chosen]) {
-                    chosen -= 1;
-                }
-                while windows.get(chosen + 1).is_some_and(fits) {
-                    chosen += 1;
-                }
-            }
-            while !has_room(&windows[chosen]) {
-                chosen -= 1;
-            }
-            // The next shorter one is nearly as free of steps, and bends the motion a fifth as much.
-            let window = &windows[chosen.saturating_sub(1)];
-            let (value, slope) = &window.middle;
+            };
+            let (value, slope) = &self.all[usize::from(*chosen)].middle;
             (
-                counted[at] + window.sum(value, counted, at),
-                window.sum(slope, counted, at),
+                counted[at] + weighted(value, counted, at, counted[at]),
+                weighted(slope, counted, at, counted[at]),
             )
-        })
-        .unzip()
+        };
+        self.chosen.iter().enumerate().map(smooth).unzip()
+    }
 }
 
 #[cfg(test)]
@@ -127,7 +158,7 @@ mod tests {
     fn error(motion: impl Fn(f64) -> f64) -> f64 {
         let truth: Vec<f64> = (0..4000).map(|k| motion(f64::from(k) * 1e-3)).collect();
         let counted: Vec<f64> = truth.iter().map(|x| (x / 1e-5).round() * 1e-5).collect();
-        let (smooth, _) = smooth(&counted, 1e-3, 1e-5, 0.0);
+        let (smooth, _) = Windows::new(&counted, 1e-3, 1e-5, 0.0).smooth(&counted);
         let inner = 200..3800;
         let squares: f64 = inner.clone().map(|k| (smooth[k] - truth[k]).powi(2)).sum();
         (squares / inner.len() as f64).sqrt()
@@ -153,7 +184,7 @@ mod tests {
             .map(|k| f64::from(k) * 1e-3)
             .map(|t| 3.0 + t - t * t * t)
             .collect();
-        let (smooth, speed) = smooth(&values, 1e-3, 0.0, 1e-12);
+        let (smooth, speed) = Windows::new(&values, 1e-3, 0.0, 1e-12).smooth(&values);
         for k in 10..990 {
             let t = k as f64 * 1e-3;
             assert!((smooth[k] - values[k]).abs() < 1e-11);

@@ -1,11 +1,11 @@
 //! The best fit of a law to a record, from several starts.
 
 use super::super::sensor::samples_in;
-use super::super::smoothing::white_noise;
 use super::super::{Directions, Options, Record};
 use super::fit::{Assumed, Estimate, Fit, Rows, fit};
 use super::laws::PathLaw;
 use super::path::Path;
+use crate::smoothing::white_noise;
 
 /// A fit has ended when a step changes the sum of squares, or the parameters, by less than this share.
 const FINAL: f64 = 1e-8;
@@ -140,8 +140,7 @@ impl Prepared {
 
     /// The same fit to another record of the same kind, which starts at its result.
     pub(crate) fn refit(&self, record: &Record, assumed: &Assumed, start: &Estimate) -> Option<Fit> {
-        let mut path = Path::new(record, 0.0)?;
-        path.is_recorded.clone_from(&self.path.is_recorded);
+        let path = self.path.drawn_again(record);
         let mut rows = Rows::new(&path, self.stride);
         rows.errors.clone_from(&self.rows.errors);
         let all: Vec<usize> = (0..rows.len()).collect();

@@ -3,7 +3,7 @@
 
 use super::super::Options;
 use super::errors::Errors;
-use super::laws::PathLaw;
+use super::laws::{Course, PathLaw};
 use super::path::Path;
 use super::weak::TestFunctions;
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
@@ -70,7 +70,7 @@ impl Rows {
     /// Expects the errors that a fit shows.
     pub(crate) fn weigh(&mut self, path: &Path, fit: &Fit) {
         let Estimate { law, values, .. } = &fit.estimate;
-        let tangent = law.tangent(values, path, &law.friction(values, path));
+        let tangent = law.tangent(values, path, &law.along(values, path).friction_n);
         if let Some(errors) = Errors::of(
             &fit.residual,
             &self.functions.of_force(&tangent),
@@ -166,7 +166,7 @@ pub(crate) struct Estimate {
 impl Estimate {
     /// The force that the law and the mass take at each sample, N, with an acceleration for each, m/s^2.
     pub(crate) fn force(&self, path: &Path, acceleration: &[f64]) -> Vec<f64> {
-        let friction = self.law.friction(&self.values, path);
+        let friction = self.law.along(&self.values, path).friction_n;
         (0..friction.len())
             .map(|k| {
                 let speed = path.speed_mps[k];
@@ -210,7 +210,8 @@ fn places(law: PathLaw, assumed: &Assumed) -> Vec<Place> {
         places.push(Place::Viscous(side));
         places.push(positive(PathLaw::DYNAMIC + side, 1e-6, 1e5));
         if law == PathLaw::Lugre {
-            places.push(Place::Value(PathLaw::STATIC_RATIO + side));
+            // A limit of 0 or less is none.
+            places.push(positive(PathLaw::STATIC_RATIO + side, 0.05, 20.0));
         }
     }
     if law != PathLaw::Coulomb {
@@ -243,8 +244,7 @@ impl Place {
     fn put(self, value: f64, alike: bool, estimate: &mut Estimate) {
         let mut put_value = |at: usize, value: f64| {
             estimate.values[at] = value;
-            let has_two = at == PathLaw::DYNAMIC || (estimate.law == PathLaw::Lugre && at == PathLaw::STATIC_RATIO);
-            if alike && has_two {
+            if alike && estimate.law.is_by_direction(at) {
                 estimate.values[at + 1] = value;
             }
         };
@@ -257,11 +257,6 @@ impl Place {
             Self::Logarithm { at, least, most } => put_value(at, value.exp().clamp(least, most)),
             Self::Value(at) => put_value(at, value),
         }
-    }
-
-    /// Whether the law's friction depends on it.
-    fn is_in_law(self) -> bool {
-        matches!(self, Self::Logarithm { .. } | Self::Value(_))
     }
 }
 
@@ -285,30 +280,26 @@ struct Problem<'a> {
     places: &'a [Place],
     alike: bool,
     estimate: Estimate,
-    /// The law's friction under each kept row, N.
+    /// The law's friction along the path.
+    course: Course,
+    /// The same under each row, N.
     friction: Vec<f64>,
 }
 
 impl Problem<'_> {
-    fn friction(&self, estimate: &Estimate) -> Vec<f64> {
-        let under = self
-            .rows
-            .functions
-            .of_force(&estimate.law.friction(&estimate.values, self.path));
-        self.kept.iter().map(|&row| under[row]).collect()
-    }
-
     fn set(&mut self, values: &DVector<f64>) {
         let before = self.estimate.values.clone();
         for (place, value) in self.places.iter().zip(values.iter()) {
             place.put(*value, self.alike, &mut self.estimate);
         }
         if self.friction.is_empty() || before != self.estimate.values {
-            self.friction = self.friction(&self.estimate);
+            self.course = self.estimate.law.along(&self.estimate.values, self.path);
+            self.friction = self.rows.functions.of_force(&self.course.friction_n);
         }
     }
 
-    fn left(&self, row: usize, friction: f64) -> f64 {
+    /// What a row leaves, N.
+    fn left(&self, row: usize) -> f64 {
         let Estimate {
             mass_kg,
             viscous,
@@ -321,19 +312,37 @@ impl Problem<'_> {
             - mass_kg * self.rows.acceleration[row]
             - rubbed
             - offset_n
-            - friction
+            - self.friction[row]
     }
 
-    /// Minus the derivative of what is left, by a parameter that the law's friction does not depend on.
-    fn regressor(&self, place: Place, row: usize) -> f64 {
+    /// Minus the derivative of what is left of the kept rows, by a parameter.
+    fn regressors(&self, place: Place) -> Vec<f64> {
+        let of_rows = |of: &dyn Fn(usize) -> f64| self.kept.iter().map(|&row| of(row)).collect();
+        let rows = self.rows;
         match place {
-            Place::Mass => self.rows.acceleration[row],
-            Place::Offset => 1.0,
-            Place::Shift => -self.rows.rate[row],
-            Place::Viscous(_) if self.alike => self.rows.velocity[0][row] + self.rows.velocity[1][row],
-            Place::Viscous(side) => self.rows.velocity[side][row],
-            Place::Logarithm { .. } | Place::Value(_) => 0.0,
+            Place::Mass => of_rows(&|row| rows.acceleration[row]),
+            Place::Offset => vec![1.0; self.kept.len()],
+            Place::Shift => of_rows(&|row| -rows.rate[row]),
+            Place::Viscous(_) if self.alike => of_rows(&|row| rows.velocity[0][row] + rows.velocity[1][row]),
+            Place::Viscous(side) => of_rows(&|row| rows.velocity[side][row]),
+            Place::Value(at) => self.by_value(at, 1.0),
+            Place::Logarithm { at, most, .. } => {
+                let value = self.estimate.values[at];
+                self.by_value(at, if value < most { value } else { 0.0 })
+            }
         }
+    }
+
+    /// The derivative of the kept rows' friction by one of the law's values, or by both where directions are alike.
+    fn by_value(&self, at: usize, scale: f64) -> Vec<f64> {
+        let has_two = self.alike && self.estimate.law.is_by_direction(at);
+        let columns = &self.course.by_value[at..=at + usize::from(has_two)];
+        let under: Vec<Vec<f64>> = columns
+            .iter()
+            .map(|column| self.rows.functions.of_force(column))
+            .collect();
+        let sum = |&row: &usize| scale * under.iter().map(|column| column[row]).sum::<f64>();
+        self.kept.iter().map(sum).collect()
     }
 }
 
@@ -354,9 +363,7 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
-        let rows = self.kept.iter().zip(&self.friction);
-        let weighted = rows.map(|(&row, friction)| self.left(row, *friction));
-        let mut left = DVector::from_iterator(self.kept.len(), weighted);
+        let mut left = DVector::from_iterator(self.kept.len(), self.kept.iter().map(|&row| self.left(row)));
         self.rows.errors.whiten(self.kept, left.as_mut_slice());
         left.iter().all(|left| left.is_finite()).then_some(left)
     }
@@ -364,24 +371,8 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         let mut jacobian = DMatrix::zeros(self.kept.len(), self.places.len());
         for (&place, mut column) in self.places.iter().zip(jacobian.column_iter_mut()) {
-            if place.is_in_law() {
-                let value = place.of(&self.estimate);
-                let step = 1e-4
-                    * if matches!(place, Place::Value(_)) {
-                        value.abs().max(1e-2)
-                    } else {
-                        1.0
-                    };
-                let mut moved = self.estimate.clone();
-                place.put(value + step, self.alike, &mut moved);
-                let friction = self.friction(&moved);
-                for (entry, (after, before)) in column.iter_mut().zip(friction.iter().zip(&self.friction)) {
-                    *entry = -(after - before) / step;
-                }
-            } else {
-                for (entry, &row) in column.iter_mut().zip(self.kept) {
-                    *entry = -self.regressor(place, row);
-                }
+            for (entry, regressor) in column.iter_mut().zip(self.regressors(place)) {
+                *entry = -regressor;
             }
             self.rows.errors.whiten(self.kept, column.as_mut_slice());
         }
@@ -412,6 +403,7 @@ pub(crate) fn fit(
         places: &places,
         alike: assumed.alike,
         estimate,
+        course: Course::default(),
         friction: Vec::new(),
     };
     let values = problem.params();
@@ -424,18 +416,12 @@ pub(crate) fn fit(
         .with_patience(20)
         .minimize(problem);
     let left = problem.residuals()?;
-    let whole = Problem {
-        kept: &(0..rows.len()).collect::<Vec<usize>>(),
-        friction: Vec::new(),
-        ..problem
-    };
-    let friction = whole.friction(&whole.estimate);
-    let residual: Vec<f64> = (0..rows.len()).map(|row| whole.left(row, friction[row])).collect();
+    let residual: Vec<f64> = (0..rows.len()).map(|row| problem.left(row)).collect();
     let freedom = (kept.len() - places.len()) as f64;
     Some(Fit {
         rms_n: (kept.iter().map(|&row| residual[row] * residual[row]).sum::<f64>() / freedom).sqrt(),
         weighted_rms: (left.norm_squared() / freedom).sqrt(),
         residual,
-        estimate: whole.estimate,
+        estimate: problem.estimate,
     })
 }

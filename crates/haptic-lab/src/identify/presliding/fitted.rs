@@ -1,10 +1,10 @@
 //! The force of a fit, sample by sample, to be drawn beside the record.
 
-use super::super::smoothing::{Window, weighted};
 use super::super::{Identified, ModelKind, Record};
 use super::fit::Estimate;
 use super::laws::PathLaw;
 use super::path::Path;
+use crate::smoothing::{Window, weighted};
 
 /// Half-length of the window under which accelerations are drawn, s; of at least six samples.
 const HALF_S: f64 = 15e-3;

@@ -33,8 +33,13 @@ impl PathLaw {
     /// Place of the bristle's damping, N s/m.
     pub(crate) const DAMPING: usize = 7;
 
-    /// Friction at each sample without its viscous part, N, positive against positive motion.
-    pub(crate) fn friction(self, values: &[f64], path: &Path) -> Vec<f64> {
+    /// Whether a value is that of positive motion, followed by that of negative motion.
+    pub(crate) fn is_by_direction(self, at: usize) -> bool {
+        at == Self::DYNAMIC || (self == Self::Lugre && at == Self::STATIC_RATIO)
+    }
+
+    /// Friction at each sample without its viscous part, and its derivatives.
+    pub(crate) fn along(self, values: &[f64], path: &Path) -> Course {
         match self {
             Self::Coulomb => coulomb(values, path),
             Self::Dahl => dahl(values, path),
@@ -60,92 +65,184 @@ impl PathLaw {
     }
 }
 
+/// Friction along a path.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Course {
+    /// At each sample, N, positive against positive motion.
+    pub(crate) friction_n: Vec<f64>,
+    /// Its derivative by each of the law's values.
+    pub(crate) by_value: Vec<Vec<f64>>,
+}
+
+impl Course {
+    fn new<const N: usize>(samples: impl Iterator<Item = (f64, [f64; N])>) -> Self {
+        let mut course = Self {
+            friction_n: Vec::with_capacity(samples.size_hint().0),
+            by_value: vec![Vec::with_capacity(samples.size_hint().0); N],
+        };
+        for (friction, by_value) in samples {
+            course.friction_n.push(friction);
+            for (column, derivative) in course.by_value.iter_mut().zip(by_value) {
+                column.push(derivative);
+            }
+        }
+        course
+    }
+}
+
 /// Index of the limit for a motion.
 fn side(distance: f64) -> usize {
     usize::from(distance < 0.0)
 }
 
-fn coulomb(values: &[f64], path: &Path) -> Vec<f64> {
-    let speeds = path.speed_mps.iter();
-    speeds
-        .map(|&speed| {
-            if speed == 0.0 {
-                0.0
-            } else {
-                values[side(speed)].copysign(speed)
-            }
-        })
-        .collect()
+/// Sets a derivative by the friction at the beginning to zero once the motion has wiped it out: a fit would divide by it.
+fn forget(by_start: &mut f64) {
+    if by_start.abs() < SETTLED {
+        *by_start = 0.0;
+    }
 }
 
-/// With `r = 1 - s F/Fc` and `a = sigma |dx|/Fc`: `r e^-a` for `i = 1`, else `r (1 + (i - 1) a r^(i-1))^(1/(1-i))`.
-fn dahl(values: &[f64], path: &Path) -> Vec<f64> {
+fn coulomb(values: &[f64], path: &Path) -> Course {
+    Course::new(path.speed_mps.iter().map(|&speed| {
+        let mut by_value = [0.0; 2];
+        if speed == 0.0 {
+            return (0.0, by_value);
+        }
+        by_value[side(speed)] = speed.signum();
+        (values[side(speed)].copysign(speed), by_value)
+    }))
+}
+
+/// What is left of Dahl's distance from the limit after a way, both over the limit, and its derivatives.
+struct Left {
+    value: f64,
+    by_rest: f64,
+    by_way: f64,
+    by_exponent: f64,
+}
+
+impl Left {
+    /// With the rest `r = 1 - s F/Fc` before and the way `a = sigma |dx|/Fc`: `r e^-a` for `i = 1`, else
+    /// `r (1 + (i - 1) a r^(i-1))^(1/(1-i))`.
+    fn new(rest: f64, way: f64, exponent: f64) -> Self {
+        /// Nearer to 1 the exponent's series is more exact than the formula.
+        const NEARLY_ONE: f64 = 1e-4;
+        let power = exponent - 1.0;
+        let slope = rest.powf(power);
+        let scaled = way * slope;
+        let grown = 1.0 + power * scaled;
+        if grown <= 0.0 {
+            return Self {
+                value: 0.0,
+                by_rest: 0.0,
+                by_way: 0.0,
+                by_exponent: 0.0,
+            };
+        }
+        let (logarithm, by_power) = if power.abs() < NEARLY_ONE {
+            let logarithm = scaled * (1.0 - 0.5 * power * scaled);
+            (logarithm, scaled * (0.5 * scaled - rest.ln()))
+        } else {
+            let logarithm = (power * scaled).ln_1p() / power;
+            let growth = scaled * (1.0 + power * rest.ln()) / grown;
+            (logarithm, (logarithm - growth) / power)
+        };
+        let share = (-logarithm).exp();
+        Self {
+            value: rest * share,
+            by_rest: share / grown,
+            by_way: -rest * share * slope / grown,
+            by_exponent: rest * share * by_power,
+        }
+    }
+}
+
+fn dahl(values: &[f64], path: &Path) -> Course {
     let (stiffness, exponent) = (values[PathLaw::STIFFNESS], values[PathLaw::EXPONENT]);
     let limits = [values[PathLaw::DYNAMIC], values[PathLaw::DYNAMIC + 1]];
     let mut force = values[PathLaw::START].clamp(-limits[1], limits[0]);
+    let mut by_value = [0.0; 5];
+    by_value[PathLaw::START] = 1.0;
     let mut before = path.smooth_m.first().copied().unwrap_or(0.0);
     let mut step = |position: f64| {
         let distance = position - before;
         before = position;
-        let limit = limits[side(distance)];
-        let rest = (1.0 - distance.signum() * force / limit).max(0.0);
-        if distance != 0.0 {
-            let left = if rest < SETTLED {
-                0.0
-            } else {
-                let a = stiffness * distance.abs() / limit;
-                let power = exponent - 1.0;
-                if power.abs() < 1e-6 {
-                    rest * (-a).exp()
-                } else {
-                    let grown = power * a * rest.powf(power);
-                    if grown > -1.0 {
-                        rest * (-grown.ln_1p() / power).exp()
-                    } else {
-                        0.0
-                    }
-                }
-            };
-            force = distance.signum() * limit * (1.0 - left);
+        if distance == 0.0 {
+            return (force, by_value);
         }
-        force
+        let (sign, side) = (distance.signum(), side(distance));
+        let limit = limits[side];
+        let rest = (1.0 - sign * force / limit).max(0.0);
+        if rest < SETTLED {
+            force = sign * limit;
+            by_value = [0.0; 5];
+            by_value[side] = sign;
+            return (force, by_value);
+        }
+        let way = stiffness * distance.abs() / limit;
+        let left = Left::new(rest, way, exponent);
+        by_value = by_value.map(|derivative| left.by_rest * derivative);
+        forget(&mut by_value[PathLaw::START]);
+        by_value[side] += sign * (1.0 - left.value - left.by_rest * (1.0 - rest) + left.by_way * way);
+        by_value[PathLaw::STIFFNESS] -= sign * limit * left.by_way * way / stiffness;
+        by_value[PathLaw::EXPONENT] -= sign * limit * left.by_exponent;
+        force = sign * limit * (1.0 - left.value);
+        (force, by_value)
     };
-    let ways = path.via_m.iter().zip(&path.smooth_m);
-    ways.map(|(&turn, &position)| {
+    Course::new(path.via_m.iter().zip(&path.smooth_m).map(|(&turn, &position)| {
         step(turn);
         step(position)
-    })
-    .collect()
+    }))
 }
 
 /// At the speed of the sample: `z+ = zss + (z - zss) e^(-|dx| sigma0/g)`, with `zss = s g/sigma0`; the friction is
 /// `sigma0 z + sigma1 z'`, with `z' = v (1 - s sigma0 z/g)`.
-fn lugre(values: &[f64], path: &Path) -> Vec<f64> {
+fn lugre(values: &[f64], path: &Path) -> Course {
     let (stiffness, damping) = (values[PathLaw::STIFFNESS], values[PathLaw::DAMPING]);
     let mut force = values[PathLaw::START];
-    let mut friction = force;
+    let mut by_force = [0.0; 8];
+    by_force[PathLaw::START] = 1.0;
+    let (mut friction, mut by_value) = (force, by_force);
     let mut before = path.smooth_m.first().copied().unwrap_or(0.0);
     let mut step = |position: f64, speed: f64| {
         let distance = position - before;
         before = position;
         if distance == 0.0 {
-            return friction;
+            return (friction, by_value);
         }
-        let side = side(distance);
-        let dynamic = values[PathLaw::DYNAMIC + side];
+        let (sign, side) = (distance.signum(), side(distance));
+        let (dynamic, ratio) = (values[PathLaw::DYNAMIC + side], values[PathLaw::STATIC_RATIO + side]);
         let fall = (speed / values[PathLaw::STRIBECK]).powi(2);
-        let level = dynamic * (1.0 + (values[PathLaw::STATIC_RATIO + side] - 1.0) * (-fall).exp());
-        let steady = level.copysign(distance);
-        force = steady + (force - steady) * (-distance.abs() * stiffness / level).exp();
-        friction = force + damping * speed * (1.0 - force / steady);
-        friction
+        let share = (-fall).exp();
+        let height = 1.0 + (ratio - 1.0) * share;
+        let level = dynamic * height;
+        let mut by_level = [0.0; 8];
+        by_level[PathLaw::DYNAMIC + side] = height;
+        by_level[PathLaw::STATIC_RATIO + side] = dynamic * share;
+        by_level[PathLaw::STRIBECK] = 2.0 * dynamic * (ratio - 1.0) * share * fall / values[PathLaw::STRIBECK];
+        let (steady, way) = (sign * level, distance.abs() * stiffness / level);
+        let kept = (-way).exp();
+        let apart = force - steady;
+        force = steady + apart * kept;
+        let slip = 1.0 - force / steady;
+        for k in 0..by_force.len() {
+            by_force[k] = kept * by_force[k] + (sign * (1.0 - kept) + apart * kept * way / level) * by_level[k];
+            if k == PathLaw::STIFFNESS {
+                by_force[k] -= apart * kept * way / stiffness;
+            }
+            by_value[k] = by_force[k] - damping * speed * (by_force[k] - force * by_level[k] / level) / steady;
+        }
+        forget(&mut by_force[PathLaw::START]);
+        forget(&mut by_value[PathLaw::START]);
+        friction = force + damping * speed * slip;
+        by_value[PathLaw::DAMPING] += speed * slip;
+        (friction, by_value)
     };
     let ways = path.via_m.iter().zip(&path.smooth_m).zip(&path.speed_mps);
-    ways.map(|((&turn, &position), &speed)| {
+    Course::new(ways.map(|((&turn, &position), &speed)| {
         step(turn, speed);
         step(position, speed)
-    })
-    .collect()
+    }))
 }
 
 #[cfg(test)]
@@ -199,7 +296,7 @@ mod tests {
                 exponent,
                 viscous: Directional::both(0.0),
             };
-            let ours = PathLaw::Dahl.friction(&[4.0, 3.0, 0.0, 4e4, exponent], &path);
+            let ours = PathLaw::Dahl.along(&[4.0, 3.0, 0.0, 4e4, exponent], &path).friction_n;
             let theirs = rendered(Friction::Dahl(law), &path);
             for k in 100..ours.len() {
                 assert!(
@@ -229,10 +326,43 @@ mod tests {
             contact_damping: 30.0,
             viscous: Directional::both(0.0),
         };
-        let ours = PathLaw::Lugre.friction(&[4.0, 3.0, 0.0, 4e4, 1.25, 1.5, 2e-3, 30.0], &path);
+        let ours = PathLaw::Lugre
+            .along(&[4.0, 3.0, 0.0, 4e4, 1.25, 1.5, 2e-3, 30.0], &path)
+            .friction_n;
         let theirs = rendered(Friction::Lugre(law), &path);
         for k in 100..ours.len() {
             assert!((ours[k] - theirs[k]).abs() < 0.06, "{} {} at {k}", ours[k], theirs[k]);
+        }
+    }
+    #[test]
+    fn derivatives_are_those_of_differences() {
+        let path = path();
+        for (law, values) in [
+            (PathLaw::Coulomb, vec![4.0, 3.0]),
+            (PathLaw::Dahl, vec![4.0, 3.0, 0.5, 4e4, 0.6]),
+            (PathLaw::Dahl, vec![4.0, 3.0, 0.5, 4e4, 1.0]),
+            (PathLaw::Dahl, vec![4.0, 3.0, 0.5, 4e4, 1.6]),
+            (PathLaw::Lugre, vec![4.0, 3.0, 0.5, 4e4, 1.25, 1.5, 2e-3, 30.0]),
+        ] {
+            let course = law.along(&values, &path);
+            for (at, column) in course.by_value.iter().enumerate() {
+                let width = 1e-5 * values[at];
+                let moved = |by: f64| {
+                    let mut values = values.clone();
+                    values[at] += by;
+                    law.along(&values, &path).friction_n
+                };
+                let (below, above) = (moved(-width), moved(width));
+                let steepest = column.iter().fold(0.0_f64, |most, slope| most.max(slope.abs()));
+                for k in 0..column.len() {
+                    let slope = (above[k] - below[k]) / (2.0 * width);
+                    assert!(
+                        (slope - column[k]).abs() < 2e-4 * steepest,
+                        "{law:?} {values:?}: by value {at} {} and not {slope} at {k}",
+                        column[k]
+                    );
+                }
+            }
         }
     }
 }

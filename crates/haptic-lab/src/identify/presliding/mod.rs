@@ -23,7 +23,8 @@ pub(super) use laws::PathLaw;
 
 use super::bootstrap::{Spread, World};
 use super::karnopp::{CALIBRATION_SHARE, SAMPLING_SHARE};
-use super::{Identified, ModelKind, Options, Record, Refusal, karnopp};
+use super::progress::Progress;
+use super::{Identified, IdentifyError, ModelKind, Options, Record, Refusal, karnopp};
 use fastrand::Rng;
 use fit::{Assumed, Estimate};
 use quantity::Quantity;
@@ -43,6 +44,9 @@ const BETTER_ON_A_CLOCK: f64 = 0.97;
 /// A law that leaves more than this share of the force, rms, says nothing of the record.
 const MOST_UNEXPLAINED: f64 = 0.5;
 
+/// Share of the time in which the law is fitted to the record itself, before records are drawn.
+const FIT_SHARE: f64 = 0.3;
+
 /// The best fit of a law to a record.
 pub(super) struct Found {
     pub(super) prepared: Prepared,
@@ -55,21 +59,28 @@ pub(super) struct Found {
 type Nothing = (String, &'static str);
 
 /// Identifies Dahl's law or LuGre's from a record that was checked.
-pub(super) fn identify(record: &Record, options: &Options) -> Identified {
+///
+/// # Errors
+/// The caller cancels.
+pub(super) fn identify(
+    record: &Record,
+    options: &Options,
+    progress: &mut Progress<'_>,
+) -> Result<Identified, IdentifyError> {
     let law = if options.model == ModelKind::Lugre {
         PathLaw::Lugre
     } else {
         PathLaw::Dahl
     };
     match find(record, law, options) {
-        Ok(found) => report(&found, options),
+        Ok(found) => report(&found, options, &mut progress.part(FIT_SHARE, 1.0)),
         Err((reason, instead)) => {
             let assumed = Assumed::of(options, true);
             let mut found = Identified::empty(options.model);
             for quantity in Quantity::of(law, &assumed) {
                 refuse(&mut found, Refusal::new(quantity.parameter(), &reason, instead));
             }
-            found
+            Ok(found)
         }
     }
 }
@@ -161,7 +172,7 @@ fn find_on(record: &Record, shift_s: f64, law: PathLaw, options: &Options) -> Re
 }
 
 /// Intervals, what is refused, and what remains.
-fn report(best: &Found, options: &Options) -> Identified {
+fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Result<Identified, IdentifyError> {
     let Found {
         prepared, fit, assumed, ..
     } = best;
@@ -185,15 +196,17 @@ fn report(best: &Found, options: &Options) -> Identified {
     let truth: Vec<f64> = quantities.iter().map(|quantity| quantity.value(estimate)).collect();
     let (world, noise_rms) = world(prepared, fit, assumed, options.seed);
     let mut random = Rng::with_seed(options.seed);
-    let estimates: Vec<Vec<f64>> = (0..DRAWN)
-        .filter_map(|_| prepared.refit(&world.draw(&mut random), assumed, estimate))
-        .map(|fit| {
+    let mut estimates: Vec<Vec<f64>> = Vec::with_capacity(DRAWN);
+    for drawn in 0..DRAWN {
+        progress.at(drawn as f64 / DRAWN as f64)?;
+        let fit = prepared.refit(&world.draw(&mut random), assumed, estimate);
+        estimates.extend(fit.map(|fit| {
             quantities
                 .iter()
                 .map(|quantity| quantity.value(&fit.estimate))
                 .collect()
-        })
-        .collect();
+        }));
+    }
     let Some(spread) = Spread::of(&truth, &estimates) else {
         for quantity in quantities {
             let reason = format!(
@@ -209,7 +222,7 @@ fn report(best: &Found, options: &Options) -> Identified {
                 ),
             );
         }
-        return found;
+        return Ok(found);
     };
     let explained = fit.weighted_rms <= UNEXPLAINED * noise_rms;
     if !explained {
@@ -258,7 +271,7 @@ fn report(best: &Found, options: &Options) -> Identified {
             Refusal::new(Quantity::Static(0).parameter(), &reason, &instead),
         );
     }
-    found
+    Ok(found)
 }
 
 /// Refuses a parameter, once, and takes out what was found of it in the other direction.

@@ -2,8 +2,8 @@
 
 use super::super::Record;
 use super::super::grid::Grid;
-use super::super::smoothing::{encoder_step, white_noise};
-use super::adaptive::smooth;
+use super::adaptive::Windows;
+use crate::smoothing::{encoder_step, white_noise};
 
 /// Fewest samples in which anything can be found.
 const FEWEST_SAMPLES: usize = 200;
@@ -28,6 +28,7 @@ pub(crate) struct Path {
     pub(crate) notes: Vec<String>,
     /// Step of the encoder, m; 0 where none shows.
     pub(crate) resolution_m: f64,
+    windows: Windows,
 }
 
 impl Path {
@@ -37,7 +38,15 @@ impl Path {
             return None;
         }
         let grid = Grid::new(record);
-        let mut path = Self {
+        let step = record
+            .resolution_m
+            .or_else(|| encoder_step(&record.position_m))
+            .unwrap_or(0.0);
+        let white = white_noise(&grid.position_m, &grid.is_valid);
+        // The steps alone make noise of up to step^2/12.
+        let noise = (white * white - step * step / 6.0).max(0.0).sqrt();
+        let windows = Windows::new(&grid.position_m, grid.period_s, step, noise.max(1e-12));
+        let path = Self {
             period_s: grid.period_s,
             force_n: grid.force_shifted(shift_s),
             counted_m: grid.position_m,
@@ -46,24 +55,30 @@ impl Path {
             speed_mps: Vec::new(),
             is_recorded: grid.is_valid,
             notes: grid.notes,
-            resolution_m: record
-                .resolution_m
-                .or_else(|| encoder_step(&record.position_m))
-                .unwrap_or(0.0),
+            resolution_m: step,
+            windows,
         };
-        path.smooth();
-        Some(path)
+        Some(path.smoothed())
     }
 
-    fn smooth(&mut self) {
-        let (white, step) = (white_noise(&self.counted_m, &self.is_recorded), self.resolution_m);
-        // The steps alone make noise of up to step^2/12.
-        let noise = (white * white - step * step / 6.0).max(0.0).sqrt();
-        (self.smooth_m, self.speed_mps) = smooth(&self.counted_m, self.period_s, step, noise.max(1e-12));
+    /// The same motion with other counts and forces.
+    pub(crate) fn drawn_again(&self, record: &Record) -> Self {
+        let path = Self {
+            windows: self.windows.chosen_again(&record.position_m),
+            counted_m: record.position_m.clone(),
+            force_n: record.force_n.clone(),
+            ..self.clone()
+        };
+        path.smoothed()
+    }
+
+    fn smoothed(mut self) -> Self {
+        (self.smooth_m, self.speed_mps) = self.windows.smooth(&self.counted_m);
         for speed in &mut self.speed_mps {
             *speed /= self.period_s;
         }
         self.via_m = turning_points(&self.smooth_m);
+        self
     }
 
     /// How fast the force changes, N/s.

@@ -8,6 +8,8 @@ use super::quantity::Quantity;
 
 /// A surface must give way by so many steps of the encoder, or the steps are taken for it.
 const FEWEST_STEPS: f64 = 3.0;
+/// Over shorter strokes, in steps of the encoder, what smoothing leaves of the steps bends the whole law.
+const LEAST_STROKE_STEPS: f64 = 100.0;
 /// Fewest turns that show how a surface gives way.
 const FEWEST_TURNS: usize = 4;
 /// A limit is reached after so many times the deflection `Fd/sigma`.
@@ -54,6 +56,24 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
             "record strokes of 10 mm and more",
         );
     }
+    if farthest < LEAST_STROKE_STEPS * step {
+        refused.add(
+            &[
+                "dynamic_force_N",
+                "viscous_Ns_per_m",
+                "static_force_N",
+                "stribeck_velocity_mps",
+                "offset_N",
+            ],
+            &short_stroke(farthest, step),
+            "record strokes of 10 mm and more beside the short ones",
+        );
+        refused.add(
+            &PRESLIDING,
+            &short_stroke(farthest, step),
+            "record strokes of 10 mm and more beside the short ones, or with a finer encoder",
+        );
+    }
     let rows = prepared.rows.moving();
     if estimate.law == PathLaw::Lugre {
         let fall = estimate.values[PathLaw::STRIBECK];
@@ -73,6 +93,14 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
         }
     }
     refused.0
+}
+
+fn short_stroke(farthest_m: f64, step_m: f64) -> String {
+    format!(
+        "the longest stroke of {:.3} mm is less than {LEAST_STROKE_STEPS} steps of the encoder ({:.1} um)",
+        farthest_m * 1e3,
+        step_m * 1e6
+    )
 }
 
 /// Why the encoder hides how the surface gives way; `None` where it does not. All of the law leans on that: a fit makes
@@ -129,7 +157,7 @@ pub(crate) fn by_interval(
         ),
         Quantity::Static(_) => (
             share(0.15),
-            String::from("little of the record slides slowly"),
+            String::from("little of the record slides so slowly that it shows the fall to dynamic friction"),
             "record ramps of 0.5 to 1 mm/s beside fast strokes",
         ),
         Quantity::Offset => (

@@ -4,8 +4,8 @@
 //! M sum phi'' x + sum phi friction = sum phi (F - offset)       one phi every `stride` samples
 //! ```
 
-use super::super::smoothing::{Window, weighted};
 use super::path::Path;
+use crate::smoothing::{Window, weighted};
 
 /// Half of a test function, in strides: neighbours overlap so far that nothing of the record is lost between them.
 const HALF_STRIDES: f64 = 2.08;

@@ -19,8 +19,12 @@ pub struct Judged {
     pub inside: usize,
     /// Mean of the values that were reported.
     pub mean: f64,
+    /// Root mean square of the values' errors, in the parameter's unit.
+    pub rms: f64,
     /// Greatest error of a value, in the parameter's unit.
     pub worst: f64,
+    /// Mean of half of the intervals, in the parameter's unit.
+    pub half: f64,
     /// The first reason for which it was refused.
     pub refused: Option<String>,
 }
@@ -55,7 +59,10 @@ impl Judgement {
             judgement.take(&found, &case.experiment.truth);
         }
         for judged in judgement.parameters.values_mut() {
-            judged.mean /= judged.reported.max(1) as f64;
+            let count = judged.reported.max(1) as f64;
+            judged.mean /= count;
+            judged.half /= count;
+            judged.rms = (judged.rms / count).sqrt();
         }
         judgement
     }
@@ -69,8 +76,10 @@ impl Judgement {
             let value = found_value(found, name);
             judged.reported += 1;
             judged.mean += value;
+            judged.half += 0.5 * (high - low);
             if let Some(truth) = judged.truth {
                 judged.inside += usize::from((*low..=*high).contains(&truth));
+                judged.rms += (value - truth).powi(2);
                 judged.worst = judged.worst.max((value - truth).abs());
             }
         }

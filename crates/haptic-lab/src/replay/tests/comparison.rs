@@ -4,6 +4,7 @@ use super::session::{Happening, Session, compared, eventful, metadata, reasons};
 use crate::recording::{self, Entry, Mark};
 use crate::replay::{Comparison, NotCompared, replay};
 use haptic_core::Scene;
+use haptic_core::passivity::RigLosses;
 use haptic_core::servo::{Command, InputWord};
 use haptic_ipc::RigState;
 use std::time::{Duration, Instant};
@@ -177,6 +178,29 @@ fn a_silent_device_is_not_compared_where_its_period_was_set_before_the_recording
     assert_eq!(report.differing, 0, "{report:?}");
     assert!(reasons(&report).contains(&NotCompared::DeviceSilent), "{report:?}");
     assert!(report.with_force > 250, "{report:?}");
+}
+
+#[test]
+fn what_became_known_of_the_rig_counts_from_its_engagement_on() {
+    let mut session = Session::new();
+    let losses = RigLosses {
+        damping: 0.0,
+        friction: 0.0,
+    };
+    session
+        .run(300)
+        .command(Command::Engage)
+        .run(300)
+        .command(Command::Release);
+    session.run(200).set_rig(losses, None).command(Command::Engage).run(300);
+    let report = session.replayed(0);
+    assert_eq!((report.differing, &report.first_differing), (0, &None));
+    assert!(report.with_force > 500, "{report:?}");
+    // Without the mark the second engagement is computed with what was known before.
+    session
+        .entries
+        .retain(|entry| !matches!(entry, Entry::Mark(Mark::Servo { .. })));
+    assert!(session.replayed(0).differing > 100);
 }
 
 #[test]

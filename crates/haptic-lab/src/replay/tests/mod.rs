@@ -1,3 +1,4 @@
+mod clocks;
 mod comparison;
 mod session;
 mod what_if;

@@ -10,7 +10,7 @@ use haptic_core::sample::{DeviceError, ErrorCode, Measurement};
 use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, Settings};
 use haptic_core::velocity::Method;
 use haptic_core::{Directional, Renderer, Scene, Scheme};
-use haptic_ipc::{Sample, SceneArrival, SceneRamp, ServoSetup};
+use haptic_ipc::{RigState, Sample, SceneArrival, SceneRamp, ServoSetup};
 
 const PERIOD_NS: u64 = 1_000_000;
 
@@ -54,6 +54,10 @@ pub(super) fn setup() -> ServoSetup {
 }
 
 pub(super) fn metadata() -> Metadata {
+    metadata_of(setup(), Scene::paper())
+}
+
+fn metadata_of(setup: ServoSetup, scene: Scene) -> Metadata {
     Metadata {
         server: "hapticd 0.0.9".into(),
         device: "fake rig".into(),
@@ -61,8 +65,8 @@ pub(super) fn metadata() -> Metadata {
         rate_hz: 1000.0,
         started_unix_s: 0.0,
         revision: 1,
-        scene: Scene::paper(),
-        servo: Some(setup()),
+        scene,
+        servo: Some(setup),
         notes: None,
         configuration: None,
     }
@@ -77,10 +81,14 @@ pub(super) struct Happening {
     pub(super) is_silent: bool,
     pub(super) write_failed: bool,
     pub(super) scene: Option<(Scene, f64)>,
+    /// The time since the tick before, ns, and the sample, where they are not the usual ones.
+    pub(super) measured: Option<(u64, Measurement)>,
 }
 
 /// A rig as the daemon runs it, and what a recording of it holds.
 pub(super) struct Session {
+    setup: ServoSetup,
+    first: Scene,
     servo: Servo,
     scene: Scene,
     revision: u64,
@@ -91,11 +99,17 @@ pub(super) struct Session {
 
 impl Session {
     pub(super) fn new() -> Self {
-        let ServoSetup { settings, scheme, .. } = setup();
-        let renderer = Renderer::new(&Scene::paper(), scheme, settings.period_s).expect("it is rendered");
+        Self::of(setup(), Scene::paper())
+    }
+
+    pub(super) fn of(setup: ServoSetup, scene: Scene) -> Self {
+        let ServoSetup { settings, scheme, .. } = setup;
+        let renderer = Renderer::new(&scene, scheme, settings.period_s).expect("it is rendered");
         Self {
+            setup,
+            first: scene.clone(),
             servo: Servo::new(settings, Box::new(CompiledScene::at_once(renderer, 1))),
-            scene: Scene::paper(),
+            scene,
             revision: 1,
             tick: 0,
             sequence: 0,
@@ -123,7 +137,7 @@ impl Session {
             scheme,
             device_resolution_m,
             device_force_limit_n,
-        } = setup();
+        } = self.setup;
         self.tick += 1;
         if !happening.is_silent {
             self.sequence += 1;
@@ -131,12 +145,13 @@ impl Session {
         // The hand turns at 2 Hz, and our clock is not exact.
         let t_s = f64::from(self.sequence) * 1e-3;
         let position_m = (0.03 * (12.6 * t_s).sin() / 1e-5).round() * 1e-5;
-        let sample = Measurement::new(self.sequence, u64::from(self.sequence) * PERIOD_NS, position_m);
+        let usual = Measurement::new(self.sequence, u64::from(self.sequence) * PERIOD_NS, position_m);
+        let (elapsed_ns, sample) = happening.measured.unwrap_or((PERIOD_NS + self.tick % 7 * 1000, usual));
         let inputs = Inputs {
-            elapsed_ns: PERIOD_NS + self.tick % 7 * 1000,
+            elapsed_ns,
             sample: happening.error.map_or(Ok(sample), Err),
             device_resolution_m,
-            device_force_limit_n: device_force_limit_n.expect("it names one"),
+            device_force_limit_n: device_force_limit_n.unwrap_or(f64::INFINITY),
             events: happening.events,
             command: happening.command,
         };
@@ -184,6 +199,27 @@ impl Session {
             ..Sample::default()
         }));
         self
+    }
+
+    /// More is known of the rig from the next tick on.
+    pub(super) fn set_rig(&mut self, losses: RigLosses, compensation: Option<Compensation>) -> &mut Self {
+        self.servo.set_rig(losses, compensation);
+        let mut servo = Box::new(self.setup.clone());
+        (servo.settings.losses, servo.settings.compensation) = (losses, compensation);
+        let tick = self.tick + 1;
+        self.entries.push(Entry::Mark(Mark::Servo { tick, servo }));
+        self
+    }
+
+    /// State of the rig.
+    pub(super) fn state(&self) -> RigState {
+        self.servo.state()
+    }
+
+    /// A replay of a recording that began so many rows later, while the first scene was active.
+    pub(super) fn replayed(&self, first: usize) -> Report {
+        let entries = self.entries[first..].iter().cloned().map(Ok);
+        replay(&metadata_of(self.setup.clone(), self.first.clone()), entries).expect("it is replayed")
     }
 
     /// Leaves the first entries out, as a recording does that began later.

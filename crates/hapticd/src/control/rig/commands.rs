@@ -5,6 +5,7 @@ use super::RigHandle;
 use crate::control::admission::{self, Admission, Purpose};
 use crate::control::connected_device::ConnectedDevice;
 use crate::control::journal::Completion;
+use crate::control::requester::Requester;
 use crate::control::rig_friction;
 use crate::control::sole_use;
 use crate::rt::handoff::Outcome;
@@ -24,7 +25,7 @@ struct WithdrawOnDrop<'a> {
 impl Drop for WithdrawOnDrop<'_> {
     fn drop(&mut self) {
         let shared = &self.rig.shared;
-        shared.withdraw();
+        shared.withdraw(self.serial);
         let Some(outcome) = shared.answers.command(self.serial).filter(|outcome| !outcome.refused) else {
             return;
         };
@@ -46,19 +47,28 @@ impl RigHandle {
     /// stops when it was asked for: a command that a later stop has overtaken is refused.
     ///
     /// # Errors
-    /// The rig's state does not allow it, or the real-time thread does not answer.
+    /// The rig's state does not allow it, the lease of the client has expired meanwhile, or the
+    /// real-time thread does not answer.
     pub(crate) async fn command(
         &self,
         command: Command,
         stops_known: u64,
-        by: Option<&Peer>,
+        by: Option<Requester<'_>>,
     ) -> Result<Outcome, WireError> {
         let admission = match command {
-            Command::Engage => admission::admit(self, Purpose::Scene).await?,
+            Command::Engage => {
+                let admission = admission::admit(self, Purpose::Scene).await?;
+                if by.is_some_and(|by| self.leases().is_absent(by.session)) {
+                    let message = "cannot engage: the lease of this client has expired since it asked";
+                    return Err(WireError::new(ErrorCode::WrongState, message).about("state"));
+                }
+                admission
+            }
             // A command that cannot bring force needs no admission.
             Command::Release | Command::Reset => Admission::NONE,
         };
-        self.carry_out(command, admission, stops_known, by).await
+        self.carry_out(command, admission, stops_known, by.map(|by| by.peer))
+            .await
     }
 
     /// Sends an admitted command.
@@ -131,6 +141,7 @@ impl RigHandle {
             setup.compensation = None;
         }
         if self.setups.borrow_mut().send(setup) {
+            self.sent_setup.set(Some(setup));
             return Ok(());
         }
         let message = "cannot engage: the real-time thread takes no commands; cut the power of the motor if it pulls";

@@ -21,10 +21,10 @@ use crate::control::sole_use::state::SoleUse;
 use crate::control::worker_pool::WorkerPool;
 use crate::rt::clock::now_ns;
 use crate::rt::handoff::Shared;
-use crate::rt::rig_setup::SetupSender;
+use crate::rt::rig_setup::{RigSetup, SetupSender};
 use crate::telemetry::feed::Feed;
 use haptic_core::Scene;
-use haptic_ipc::{ErrorCode, RigState, WireError};
+use haptic_ipc::{ErrorCode, RigState, ServoSetup, WireError};
 use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -52,6 +52,8 @@ pub(crate) struct RigHandle {
     pub(crate) facts: Facts,
     shared: Arc<Shared>,
     setups: RefCell<SetupSender>,
+    /// The newest that was sent.
+    sent_setup: Cell<Option<RigSetup>>,
     feed: RefCell<Feed>,
     history: RefCell<History>,
     journal: RefCell<Journal>,
@@ -88,6 +90,7 @@ impl RigHandle {
             facts,
             shared,
             setups: RefCell::new(setups),
+            sent_setup: Cell::new(None),
             feed: RefCell::new(feed),
             history: RefCell::new(History::new(revision, scene)),
             journal: RefCell::new(Journal::default()),
@@ -112,7 +115,7 @@ impl RigHandle {
         let changes = {
             let mut feed = self.feed.borrow_mut();
             feed.stops_ended(&self.shared.answers);
-            feed.pump(self.history.borrow().scenes())
+            feed.pump(self.history.borrow().scenes(), || self.servo_in_use())
         };
         self.keep_journal(&changes);
     }
@@ -121,6 +124,19 @@ impl RigHandle {
     pub(crate) fn feed(&self) -> RefMut<'_, Feed> {
         self.pump();
         self.feed.borrow_mut()
+    }
+
+    /// The settings that the loop's servo has, or will have with the command to engage that was sent;
+    /// `None` while the device is not connected, whose resolution and limit are among them.
+    pub(crate) fn servo_in_use(&self) -> Option<ServoSetup> {
+        let settings = &self.facts.servo;
+        let begun_with = RigSetup {
+            losses: settings.losses,
+            compensation: settings.compensation,
+        };
+        self.facts
+            .is_device_known()
+            .then(|| self.facts.servo_setup(self.sent_setup.get().unwrap_or(begun_with)))
     }
 
     /// The newest scene; it may still be on its way to the real-time thread.

@@ -18,7 +18,7 @@ impl Client {
         if let Some(refusal) = self.refusal(&envelope.request) {
             return Answer::Now(answer::<()>(id, Err(refusal)));
         }
-        let command = async |command| drive::command(rig, command, stops, by.peer).await;
+        let command = async |command| drive::command(rig, command, stops, by).await;
         let begun = |begun: Result<PendingChange, WireError>| match begun {
             Ok(change) => Answer::OnceRendered(PendingAnswer {
                 id: envelope.id,
@@ -39,6 +39,10 @@ impl Client {
             }
             Request::SceneList {} => answer(id, library::list(rig).await),
             Request::SceneDiff { from, to } => answer(id, diff::diff(rig, from, to).await),
+            Request::SceneDelete { .. }
+            | Request::SceneRename { .. }
+            | Request::Schedule { .. }
+            | Request::ScheduleCancel { .. } => answer::<()>(id, Err(not_served())),
             Request::Engage {} => answer(id, command(Command::Engage).await),
             Request::Release {} => answer(id, command(Command::Release).await),
             Request::Reset {} => answer(id, command(Command::Reset).await),
@@ -93,6 +97,10 @@ impl Client {
             peer: &self.peer,
         }
     }
+}
+
+fn not_served() -> WireError {
+    WireError::new(ErrorCode::WrongState, "this daemon does not serve this operation")
 }
 
 fn only_stopping() -> WireError {

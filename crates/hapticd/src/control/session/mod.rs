@@ -69,8 +69,8 @@ pub(super) async fn run(rig: Rc<RigHandle>, stream: UnixStream, session: u64, pe
     }
     client.raise_last_stops(&mut incoming).await;
     client.rig.feed().unsubscribe(session);
-    sole_use::closed(&client.rig, session);
-    lease::closed(&client.rig, session).await;
+    client.left().await;
+    client.rig.leases().forget(session);
     drop(client);
     // Queued lines are written, or given up after the timeout of every line.
     drop(writing.await);
@@ -184,9 +184,17 @@ impl Client {
                 tokio::task::yield_now().await;
             }
             if !lines.wait().await {
-                return;
+                break;
             }
         }
+        // Its last requests may wait for a disk.
+        self.left().await;
+    }
+
+    /// Takes the force away that depends on the client, which sends nothing more.
+    async fn left(&self) {
+        sole_use::closed(&self.rig, self.session);
+        lease::closed(&self.rig, self.session).await;
     }
 
     /// Parses a line and raises its stop; `None` for a blank line.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::rt::handoff::ANY_CONNECTION;
+use crate::rt::rig_setup::{RigSetup, rig_setups};
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst};
 
 /// A device that another is put in the place of.
@@ -72,4 +73,31 @@ fn an_engagement_for_a_device_that_was_replaced_meanwhile_is_refused() {
     assert!(!engages(0), "none was connected");
     assert!(engages(2));
     assert!(engages(ANY_CONNECTION), "one in this process");
+}
+
+#[test]
+fn commands_that_were_withdrawn_leave_no_setup_behind_and_the_newest_setup_counts() {
+    let mut bench = bench(ramp());
+    let (mut sender, receiver) = rig_setups();
+    bench.tick = bench.tick.with_rig_setups(receiver);
+    let setup = |friction| RigSetup {
+        losses: RigLosses { damping: 0.0, friction },
+        compensation: None,
+    };
+    // More of them than the queue holds.
+    for serial in 1..=9 {
+        assert!(sender.send(setup(f64::from(serial))), "no room for command {serial}");
+        bench.shared.send(serial, Command::Engage, bench.shared.stops());
+        bench.shared.withdraw(serial);
+        if serial < 9 {
+            bench.tick();
+        }
+    }
+    assert_eq!(bench.tick.servo.state(), RigState::Idle);
+    // The loop hears of the withdrawal between a setup and its command.
+    assert!(sender.send(setup(42.0)));
+    bench.tick();
+    bench.serial = 9;
+    assert!(!bench.command(Command::Engage).refused);
+    assert_eq!(bench.tick.servo.settings().losses.friction, 42.0);
 }

@@ -3,7 +3,10 @@
 use super::*;
 use crate::control::compile::Compiled;
 use device_io::protocol::message::ErrorCode;
+use haptic_core::compensation::{Compensation, LARGEST_SHARE};
+use haptic_core::rig_friction::RigFriction;
 use haptic_core::velocity::METHODS;
+use haptic_core::{Course, Directional, Excitation, PulseShape};
 use proptest::prelude::*;
 
 /// Something that can happen to the loop between two ticks, or in one.
@@ -14,9 +17,15 @@ enum Happening {
     Scene(usize),
     /// Over a time, s: in steps or, where the law is another, fading over.
     SlowScene(usize, f64),
+    /// A pulse, an excitation, or rest in the place of the scene.
+    Motion(usize),
     /// Leases lapse, or are taken anew.
     Lease {
         lapses: bool,
+    },
+    /// The control thread falls silent, or beats again.
+    Control {
+        is_silent: bool,
     },
     /// A reading, or none; and time that goes by, ns.
     Tick(Option<f64>, u64),
@@ -27,6 +36,21 @@ enum Happening {
     Missed(u64),
     RefusedWrite,
     BusyLink,
+}
+
+impl Happening {
+    /// Whether it takes the force away, or may.
+    fn is_trouble(&self) -> bool {
+        !matches!(
+            self,
+            Self::Command(Command::Engage | Command::Reset)
+                | Self::Scene(_)
+                | Self::SlowScene(..)
+                | Self::Motion(_)
+                | Self::Lease { .. }
+                | Self::Control { .. }
+        )
+    }
 }
 
 fn happening() -> impl Strategy<Value = Happening> {
@@ -46,7 +70,9 @@ fn happening() -> impl Strategy<Value = Happening> {
         1 => Just(Happening::Stop),
         2 => (0..8_usize).prop_map(Happening::Scene),
         2 => (0..8_usize, 0.002..0.05f64).prop_map(|(which, over_s)| Happening::SlowScene(which, over_s)),
+        2 => (0..3_usize).prop_map(Happening::Motion),
         1 => any::<bool>().prop_map(|lapses| Happening::Lease { lapses }),
+        1 => any::<bool>().prop_map(|is_silent| Happening::Control { is_silent }),
         30 => tick.prop_map(|(position, after_ns)| Happening::Tick(position, after_ns)),
         1 => Just(Happening::Repeat),
         1 => prop_oneof![
@@ -62,41 +88,103 @@ fn happening() -> impl Strategy<Value = Happening> {
     ]
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: test_run::extent(150, 1000), failure_persistence: None, ..ProptestConfig::default() })]
+/// As wide as they may be: more than the limits let through.
+fn motions() -> [Renderer; 3] {
+    let pulse = PulseShape {
+        force_n: 30.0,
+        rise_s: 0.001,
+        hold_s: 0.28,
+        fall_s: 0.01,
+        travel_limit_m: 0.02,
+        speed_limit_mps: 0.3,
+        wrong_way_limit_m: 0.02,
+    };
+    let excitation = Excitation {
+        course: Course::Sweep {
+            travel_m: 0.05,
+            speed_mps: 0.2,
+            rounds: 2,
+        },
+        force_limit_n: 30.0,
+        slew_limit_n_per_s: 2000.0,
+        stiffness_n_per_m: 20_000.0,
+        damping_ns_per_m: 20.0,
+        travel_limit_m: 0.25,
+        speed_limit_mps: 0.5,
+        lag_limit_m: 0.25,
+        wrong_way_limit_m: 0.25,
+    };
+    [
+        Renderer::pulse(PulseShape::REST, 1e-3),
+        Renderer::pulse(pulse, 1e-3),
+        Renderer::excitation(excitation, 1e-3),
+    ]
+    .map(|motion| motion.expect("it is bounded"))
+}
 
-    /// Whatever is measured, commanded and changed: the force is a number within the limits, and
-    /// zero where none may flow.
-    // hazard: P2
+/// Of a rig of much friction.
+fn compensation() -> Compensation {
+    Compensation {
+        share: LARGEST_SHARE,
+        friction: RigFriction {
+            mass: 1.0,
+            dynamic_force: Directional::both(30.0),
+            viscous: Directional::both(50.0),
+            cogging: None,
+        },
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: test_run::extent(120, 1000), failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever is measured, commanded and changed, whether a scene is rendered or a motion, with
+    /// the rig's friction compensated or not: the force is a number within the limits, and zero
+    /// where none may flow.
+    // hazard: P2, H2, H15, F20, F21
     #[test]
     fn force_stays_within_its_limits_and_where_it_belongs(
         happenings in prop::collection::vec(happening(), 1..250),
         accelerations in prop::collection::vec(-150.0..150.0f64, 250),
+        // A calm device and a gentle hand end no motion at once, and let force flow for long.
+        is_calm in any::<bool>(),
+        is_compensated in any::<bool>(),
         method in prop::sample::select(&METHODS[..]),
         ramp_s in 0.001..0.05f64,
     ) {
-        let scenes = scenes();
+        let (scenes, motions) = (scenes(), motions());
         let slew_n_per_s = 1000.0;
         let settings = Settings {
             ramp_s,
             passivity_control_n: 3.0,
             velocity: method,
+            compensation: is_compensated.then(compensation),
             ..slewed(slew_n_per_s)
         };
         let mut bench = bench_with(settings, []);
+        let vigour = if is_calm { 0.05 } else { 1.0 };
         let (mut position, mut velocity, mut revision, mut last) = (0.0, 0.0_f64, 1, 0.0_f64);
         let mut newest = Scene::paper();
+        let (mut is_lapsed, mut is_silent, mut letting_go_s) = (false, false, 0.0);
         for (happening, acceleration) in happenings.into_iter().zip(accelerations) {
             // A hand that shakes as hard as one can, at no more than 2 m/s.
-            velocity = (velocity + 1e-3 * acceleration).clamp(-2.0, 2.0);
+            velocity = (velocity + 1e-3 * vigour * acceleration).clamp(-2.0, 2.0);
             let step = 1e-3 * velocity;
             let (mut reading, mut after_ns, mut stopped) = (Ok(position), 1_000_000, false);
             let device = &mut *bench.tick.device;
             device.repeats = false;
             device.writing = Ok(Written::Taken);
             device.sample_ns = 1_000_000;
+            let happening = if is_calm && happening.is_trouble() {
+                Happening::Tick(Some(0.0), 1_000_000)
+            } else {
+                happening
+            };
             match happening {
                 Happening::Command(command) => {
+                    if command == Command::Engage {
+                        letting_go_s = 0.0;
+                    }
                     bench.serial += 1;
                     bench.shared.send(bench.serial, command, bench.shared.stops());
                 }
@@ -115,7 +203,17 @@ proptest! {
                     let way = Compiled::new(&from, &newest, Scheme::Exact, 1e-3, over_s).expect("both are valid");
                     bench.shared.scenes.post(way.into_scene(revision).0);
                 }
-                Happening::Lease { lapses } => bench.shared.lease_until(if lapses { 0 } else { u64::MAX }),
+                Happening::Motion(which) => {
+                    bench.shared.scenes.post(CompiledScene::at_once(motions[which].clone(), revision));
+                }
+                Happening::Lease { lapses } => {
+                    is_lapsed = lapses;
+                    bench.shared.lease_until(if lapses { 0 } else { u64::MAX });
+                }
+                Happening::Control { is_silent: silent } => {
+                    is_silent = silent;
+                    bench.shared.beat(if silent { 0 } else { u64::MAX });
+                }
                 // Mostly a hand that goes on, and now and then a leap to anywhere.
                 Happening::Tick(Some(anywhere), ns) if !anywhere.is_finite() || anywhere.abs() > 0.09 => {
                     (reading, after_ns) = (Ok(anywhere), ns);
@@ -148,6 +246,13 @@ proptest! {
             prop_assert!(force.is_finite() && force.abs() <= MAX_FORCE, "{record:?}");
             prop_assert!(!stopped || force == 0.0, "a stop takes it away at once: {record:?}");
             prop_assert!(!unreadable || force == 0.0, "nothing is known of the hand: {record:?}");
+            letting_go_s = if is_lapsed || is_silent {
+                letting_go_s + (after_ns as f64 * 1e-9).min(LONGEST_STEP_S)
+            } else {
+                0.0
+            };
+            let is_let_go = letting_go_s > ramp_s + LONGEST_STEP_S;
+            prop_assert!(!is_let_go || force == 0.0, "nobody is there: {record:?}");
             let most = slew_n_per_s * (after_ns as f64 * 1e-9).min(LONGEST_STEP_S) + 1e-9;
             prop_assert!(force.abs() - last.abs() <= most, "from {last} N to {force} N in {after_ns} ns");
             let written = bench.written.lock().expect("one thread").clone();

@@ -23,7 +23,7 @@ pub(crate) struct Window {
     /// Weights whose sum is 1.
     pub(crate) mean: Vec<f64>,
     /// Weights that give the first derivative, 1/s.
-    pub(super) slope: Vec<f64>,
+    pub(crate) slope: Vec<f64>,
     /// Weights that give the second derivative, 1/s^2.
     pub(crate) curvature: Vec<f64>,
 }
@@ -70,25 +70,33 @@ impl Window {
     }
 
     /// Standard deviation of the second derivative for samples with white noise of 1.
-    pub(super) fn curvature_noise(&self) -> f64 {
+    pub(crate) fn curvature_noise(&self) -> f64 {
         self.curvature.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
     }
 }
 
 /// The whole part of a number of samples; 0 where it is negative.
 #[expect(clippy::cast_sign_loss, reason = "a negative number becomes 0")]
-pub(super) fn whole(samples: f64) -> usize {
+pub(crate) fn whole(samples: f64) -> usize {
     samples as usize
 }
 
-/// The weighted sum of `values` around `at`, from the value there, so that large values keep their digits.
+/// The weighted sum of `values` around `at`, from `base`, so that large values keep their digits. Four sums side by side
+/// are what a processor adds at once.
 pub(crate) fn weighted(weights: &[f64], values: &[f64], at: usize, base: f64) -> f64 {
     let reach = weights.len() / 2;
-    weights
-        .iter()
-        .zip(&values[at - reach..=at + reach])
-        .map(|(weight, value)| weight * (value - base))
-        .sum()
+    let about = &values[at - reach..=at + reach];
+    let (mut weights, mut about) = (weights.chunks_exact(4), about.chunks_exact(4));
+    let mut sums = [0.0; 4];
+    for (weights, values) in weights.by_ref().zip(about.by_ref()) {
+        for k in 0..4 {
+            sums[k] += weights[k] * (values[k] - base);
+        }
+    }
+    for (weight, value) in weights.remainder().iter().zip(about.remainder()) {
+        sums[0] += weight * (value - base);
+    }
+    sums[0] + sums[1] + sums[2] + sums[3]
 }
 
 /// The slope of the straight line through `2 reach + 1` samples around each one, per second: the first
@@ -112,14 +120,14 @@ pub(crate) fn slope(values: &[f64], reach: usize, period_s: f64) -> Vec<f64> {
 }
 
 /// Standard deviation of [`slope`] for samples with white noise of 1, per second.
-pub(super) fn slope_noise(reach: usize, period_s: f64) -> f64 {
+pub(crate) fn slope_noise(reach: usize, period_s: f64) -> f64 {
     let square: f64 = (1..=reach).map(|k| 2.0 * (k * k) as f64).sum();
     1.0 / (square.sqrt() * period_s)
 }
 
 /// Standard deviation of the white noise in samples of a smooth curve: their fourth differences, without
 /// the tenth that is largest, which breakaways and glitches fill.
-pub(super) fn white_noise(values: &[f64], is_used: &[bool]) -> f64 {
+pub(crate) fn white_noise(values: &[f64], is_used: &[bool]) -> f64 {
     /// Standard deviation of a normal variable without the tenth that is farthest from 0.
     const TRIMMED: f64 = 0.7892;
     /// Norm of 1, -4, 6, -4, 1.

@@ -1,0 +1,197 @@
+//! The servo's knowledge of the device's clock, found from the rows.
+//!
+//! The servo holds the device's clock against its own in windows of a tenth of a second, one after
+//! another since the device's first sample, which a recording does not hold. One of these windows begins
+//! with a sample of the recording's first tenth of a second. So a clock is begun with each of those
+//! samples: after its first window one of them is the servo's. They agree on the time of nearly every
+//! sample; where they do not, the recorded outputs decide.
+
+use haptic_core::sample::{DeviceError, Measurement};
+use haptic_core::sample_clock::{ClockError, SampleClock, Stamp};
+use haptic_ipc::Sample;
+
+/// Samples after which clocks that have become equal are merged.
+const MERGE_SAMPLES: u32 = 64;
+
+/// A time since the sample before, and a clock that says so.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Time {
+    /// The time, s, or what is wrong with the stamps.
+    pub(super) elapsed: Result<f64, ClockError>,
+    /// The clock before the sample.
+    pub(super) before: SampleClock,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    clock: SampleClock,
+    /// Whether it began with the device, as the servo's did.
+    is_whole: bool,
+    /// Whether it was a possible clock of the servo before the newest sample, and what it made of that.
+    newest: (bool, Result<f64, ClockError>),
+}
+
+impl Candidate {
+    fn new(stale_ns: u64, is_whole: bool) -> Self {
+        Self {
+            clock: SampleClock::new(stale_ns),
+            is_whole,
+            newest: (false, Ok(0.0)),
+        }
+    }
+
+    /// Whether it may be the servo's to the last bit.
+    fn is_mature(&self) -> bool {
+        self.is_whole || self.clock.period_s() > 0.0
+    }
+}
+
+/// All that the servo may know of the device's clock.
+#[derive(Debug)]
+pub(super) struct ClockSearch {
+    stale_ns: u64,
+    now_ns: u64,
+    sequence: Option<u32>,
+    candidates: Vec<Candidate>,
+    is_gathering: bool,
+    samples: u32,
+    times: Vec<Time>,
+    is_open: bool,
+}
+
+impl ClockSearch {
+    /// Begins with the next row.
+    pub(super) fn new(stale_ns: u64) -> Self {
+        Self {
+            stale_ns,
+            now_ns: 0,
+            sequence: None,
+            candidates: Vec::new(),
+            is_gathering: true,
+            samples: 0,
+            times: Vec::new(),
+            is_open: false,
+        }
+    }
+
+    /// Our own clock, ns, from the first row on.
+    pub(super) fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+
+    /// The times that the servo may have made of the newest row's sample; none where it is not new.
+    pub(super) fn times(&self) -> &[Time] {
+        &self.times
+    }
+
+    /// Whether the servo may have made another time of it, which no clock here says.
+    pub(super) fn is_open(&self) -> bool {
+        self.is_open
+    }
+
+    /// A clock that may be the servo's after the newest row.
+    pub(super) fn clock(&self) -> Option<SampleClock> {
+        self.candidates.first().map(|candidate| candidate.clock)
+    }
+
+    /// The clock whose sampling period, at least `step_s`, is nearest to one (s).
+    pub(super) fn nearest(&self, period_s: f64, step_s: f64) -> Option<SampleClock> {
+        let distance = |candidate: &Candidate| (candidate.clock.period_s().max(step_s) - period_s).abs();
+        let nearest = self
+            .candidates
+            .iter()
+            .min_by(|one, other| distance(one).total_cmp(&distance(other)));
+        nearest.map(|candidate| candidate.clock)
+    }
+
+    /// The shortest and the longest sampling period that the servo may know, s, each at least `step_s`;
+    /// `None` where it may know any.
+    pub(super) fn periods(&self, step_s: f64) -> Option<[f64; 2]> {
+        if self.candidates.is_empty() || !self.candidates.iter().all(Candidate::is_mature) {
+            return None;
+        }
+        let periods = self
+            .candidates
+            .iter()
+            .map(|candidate| candidate.clock.period_s().max(step_s));
+        Some(periods.fold([f64::INFINITY, 0.0], |[least, most], period_s| {
+            [period_s.min(least), period_s.max(most)]
+        }))
+    }
+
+    /// Takes the next row.
+    pub(super) fn take(&mut self, row: &Sample, sample: &Result<Measurement, DeviceError>) {
+        self.times.clear();
+        self.is_open = false;
+        self.now_ns = self.now_ns.saturating_add(row.elapsed_ns);
+        let Ok(sample) = sample else {
+            // The servo forgets the device, and so begins its clock anew with the next sample.
+            self.sequence = None;
+            self.is_gathering = false;
+            self.candidates = vec![Candidate::new(self.stale_ns, true)];
+            return;
+        };
+        if self.sequence == Some(sample.sequence) || !sample.position_m.is_finite() {
+            return;
+        }
+        let is_begun = self.sequence.is_some() || !self.candidates.is_empty();
+        self.sequence = Some(sample.sequence);
+        if !is_begun {
+            // It may be the repetition of a sample that came before the recording.
+            return;
+        }
+        self.time(Stamp {
+            sequence: sample.sequence,
+            device_ns: sample.time_ns,
+            host_ns: self.now_ns,
+        });
+    }
+
+    fn time(&mut self, stamp: Stamp) {
+        let is_contradicted = self
+            .candidates
+            .first()
+            .is_none_or(|candidate| candidate.clock.is_contradicted(stamp));
+        self.is_open = is_contradicted && (self.is_gathering || !self.candidates.iter().all(Candidate::is_mature));
+        for candidate in &mut self.candidates {
+            let before = candidate.clock;
+            let elapsed = candidate.clock.elapsed_s(stamp);
+            candidate.newest = (candidate.is_whole || before.period_s() > 0.0, elapsed);
+            if self.times.iter().all(|time| time.elapsed != elapsed) {
+                self.times.push(Time { elapsed, before });
+            }
+        }
+        if self.is_gathering {
+            // A window that began before the recording is full no later than the first one here.
+            self.is_gathering = !self.candidates.first().is_some_and(Candidate::is_mature);
+            if self.is_gathering {
+                let mut candidate = Candidate::new(self.stale_ns, false);
+                candidate.newest.1 = candidate.clock.elapsed_s(stamp);
+                self.candidates.push(candidate);
+            }
+        }
+        self.samples = self.samples.wrapping_add(1);
+        if self.samples.is_multiple_of(MERGE_SAMPLES) {
+            self.merge();
+        }
+    }
+
+    /// Keeps the clocks whose time of the newest sample may be the servo's.
+    pub(super) fn keep(&mut self, may_be: impl Fn(Result<f64, ClockError>) -> bool) {
+        self.candidates.retain(|candidate| {
+            let (was_mature, elapsed) = candidate.newest;
+            !was_mature || may_be(elapsed)
+        });
+    }
+
+    /// Merges clocks that have become equal. They lie side by side in the order of their windows, in which
+    /// the first follows the last.
+    fn merge(&mut self) {
+        self.candidates.dedup_by(|one, other| one.clock == other.clock);
+        if let [first, .., last] = &self.candidates[..]
+            && first.clock == last.clock
+        {
+            self.candidates.pop();
+        }
+    }
+}

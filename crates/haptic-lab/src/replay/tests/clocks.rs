@@ -1,0 +1,294 @@
+//! Recordings of a device behind a link: its clock is not ours, and both jitter.
+
+use super::session::{Happening, Session, drag, setup};
+use crate::accuracy::cases;
+use crate::replay::Report;
+use fastrand::Rng;
+use haptic_core::passivity::RigLosses;
+use haptic_core::sample::{DeviceError, Measurement};
+use haptic_core::servo::{Command, Event};
+use haptic_core::velocity::METHODS;
+use haptic_core::{Renderer, Scene, Scheme};
+use haptic_ipc::RigState;
+
+/// How a link and its two ends keep time.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    /// Period of the loop, ns.
+    period_ns: u64,
+    /// Period of the device's samples, ns.
+    sample_ns: u64,
+    /// Largest delay of a wake-up, as a share of the period, and the share of ticks that have one.
+    late: (f64, f64),
+    /// Largest error of the time between two samples, as a share of theirs, and the share that have one.
+    jitter: (f64, f64),
+    /// Share of samples that are lost.
+    lost: f64,
+    /// Share of ticks with which a silence of up to 12 ms begins.
+    silent: f64,
+}
+
+/// A device and the loop that reads it.
+struct Rig {
+    link: Link,
+    rng: Rng,
+    now_ns: u64,
+    /// The next deadline of the loop.
+    deadline_ns: u64,
+    /// The next sample of the device, on our clock.
+    due_ns: u64,
+    silent_until_ns: u64,
+    /// The newest sample of the device, and the newest that came.
+    taken: Measurement,
+    newest: Measurement,
+    hand: [f64; 3],
+}
+
+impl Rig {
+    fn new(link: Link, rng: Rng) -> Self {
+        let mut rng = rng;
+        let first = Measurement::new(rng.u32(..), rng.u64(0..1 << 40), 0.0);
+        Self {
+            link,
+            now_ns: 0,
+            deadline_ns: 0,
+            due_ns: rng.u64(0..link.sample_ns),
+            silent_until_ns: 0,
+            taken: first,
+            newest: first,
+            hand: [0.005 + 0.03 * rng.f64(), 3.0 + 16.0 * rng.f64(), rng.f64() - 0.5],
+            rng,
+        }
+    }
+
+    /// The time since the last tick, ns, and what the device says.
+    fn tick(&mut self) -> (u64, Measurement) {
+        let Link {
+            period_ns,
+            sample_ns,
+            late,
+            jitter,
+            lost,
+            silent,
+        } = self.link;
+        let rng = &mut self.rng;
+        self.deadline_ns += period_ns;
+        let mut now_ns = self.deadline_ns + rng.u64(0..period_ns / 100);
+        if rng.f64() < late.1 {
+            now_ns += (rng.f64() * late.0 * period_ns as f64) as u64;
+        }
+        let now_ns = now_ns.max(self.now_ns + period_ns / 50);
+        if rng.f64() < silent {
+            self.silent_until_ns = now_ns + rng.u64(0..12_000_000);
+        }
+        while self.due_ns <= now_ns {
+            let mut step_ns = sample_ns;
+            if rng.f64() < jitter.1 {
+                step_ns = (sample_ns as f64 * (1.0 + jitter.0 * (2.0 * rng.f64() - 1.0))) as u64;
+            }
+            let at_s = self.due_ns as f64 * 1e-9;
+            self.due_ns += step_ns.max(1000);
+            // A microsecond is the device's unit of time.
+            let time_ns = self.taken.time_ns + step_ns.max(1000) / 1000 * 1000;
+            let [amplitude_m, omega, middle_m] = self.hand;
+            let position_m = middle_m + amplitude_m * (omega * at_s).sin();
+            let counted_m = (position_m / 1e-5).round() * 1e-5;
+            self.taken = Measurement::new(self.taken.sequence.wrapping_add(1), time_ns, counted_m);
+            if rng.f64() >= lost && now_ns >= self.silent_until_ns {
+                self.newest = self.taken;
+            }
+        }
+        let elapsed_ns = now_ns - std::mem::replace(&mut self.now_ns, now_ns);
+        (elapsed_ns, self.newest)
+    }
+}
+
+/// A session of a rig with scenes, stops, resets and unplugged cables, at random.
+fn session(seed: u64, link: Link) -> Session {
+    let mut rng = Rng::with_seed(seed);
+    let mut setup = setup();
+    let settings = &mut setup.settings;
+    settings.period_s = link.period_ns as f64 * 1e-9;
+    settings.velocity = METHODS[rng.usize(0..METHODS.len())];
+    if rng.bool() {
+        settings.compensation = None;
+    }
+    if rng.bool() {
+        settings.passivity_control_n = 0.0;
+    }
+    settings.limits.acceleration_mps2 = 1e5;
+    setup.scheme = [Scheme::Exact, Scheme::Implicit][rng.usize(0..2)];
+    let mut scenes = vec![Scene::paper(), drag()];
+    for (_, friction) in cases::laws() {
+        let on_block = Scene {
+            friction,
+            ..Scene::paper()
+        };
+        let on_device = Scene {
+            block: None,
+            coupling: None,
+            ..on_block.clone()
+        };
+        scenes.extend([on_block, on_device]);
+    }
+    scenes.retain(|scene| Renderer::new(scene, setup.scheme, setup.settings.period_s).is_ok());
+    let scene = |rng: &mut Rng| scenes[rng.usize(0..scenes.len())].clone();
+    let mut session = Session::of(setup, scene(&mut rng));
+    let mut rig = Rig::new(link, rng.fork());
+    let mut pause = rng.u32(150..900);
+    for _ in 0..LENGTH {
+        let measured = Some(rig.tick());
+        let mut happening = Happening {
+            measured,
+            ..Happening::default()
+        };
+        pause = pause.saturating_sub(1);
+        if pause == 0 {
+            pause = rng.u32(1..900);
+            match (session.state(), rng.u32(0..8)) {
+                (RigState::Idle, 0) => {
+                    let losses = RigLosses {
+                        damping: rng.f64(),
+                        friction: 0.1 * rng.f64(),
+                    };
+                    let compensation = super::session::setup().settings.compensation;
+                    session.set_rig(losses, compensation.filter(|_| rng.bool()));
+                    happening.command = Some(Command::Engage);
+                }
+                (RigState::Idle, _) => happening.command = Some(Command::Engage),
+                (RigState::Stopped | RigState::Faulted, _) => happening.command = Some(Command::Reset),
+                (_, 0) => happening.events = Event::Stop.into(),
+                (_, 1) => happening.error = Some(DeviceError::Disconnected),
+                (_, 2) => happening.write_failed = true,
+                (_, 3) => happening.command = Some(Command::Release),
+                (_, 4) => happening.events = Event::LeaseLapsed.into(),
+                _ => happening.scene = Some((scene(&mut rng), 0.2 * rng.f64())),
+            }
+        }
+        session.tick(happening);
+    }
+    session
+}
+
+const LENGTH: u32 = 6000;
+
+fn links() -> Vec<(&'static str, Link)> {
+    let steady = Link {
+        period_ns: 1_000_000,
+        sample_ns: 1_000_000,
+        late: (0.0, 0.0),
+        jitter: (0.0, 0.0),
+        lost: 0.0,
+        silent: 0.0,
+    };
+    vec![
+        ("steady", steady),
+        (
+            "its clock is fast",
+            Link {
+                sample_ns: 985_000,
+                ..steady
+            },
+        ),
+        (
+            "late wake-ups",
+            Link {
+                late: (3.0, 0.1),
+                ..steady
+            },
+        ),
+        (
+            "a jittering device",
+            Link {
+                jitter: (0.9, 0.3),
+                ..steady
+            },
+        ),
+        (
+            "both",
+            Link {
+                late: (4.0, 0.2),
+                jitter: (0.9, 0.3),
+                ..steady
+            },
+        ),
+        (
+            "lost samples",
+            Link {
+                lost: 0.05,
+                late: (1.0, 0.1),
+                ..steady
+            },
+        ),
+        (
+            "silences",
+            Link {
+                silent: 0.003,
+                late: (1.0, 0.1),
+                ..steady
+            },
+        ),
+        (
+            "all of it",
+            Link {
+                silent: 0.003,
+                lost: 0.05,
+                late: (4.0, 0.2),
+                jitter: (0.9, 0.3),
+                ..steady
+            },
+        ),
+        (
+            "a slow device",
+            Link {
+                sample_ns: 5_000_000,
+                jitter: (0.5, 0.2),
+                late: (2.0, 0.1),
+                ..steady
+            },
+        ),
+        (
+            "a fast loop",
+            Link {
+                period_ns: 250_000,
+                jitter: (0.9, 0.3),
+                late: (6.0, 0.2),
+                ..steady
+            },
+        ),
+        (
+            "a fast device",
+            Link {
+                sample_ns: 100_000,
+                jitter: (0.9, 0.3),
+                late: (2.0, 0.2),
+                ..steady
+            },
+        ),
+    ]
+}
+
+/// The replay of a recording of it that began at random in its first rest.
+fn replayed(seed: u64, link: Link) -> Report {
+    session(seed, link).replayed(seed as usize * 7 % 140)
+}
+
+#[test]
+fn a_replay_differs_nowhere_however_the_clocks_jitter() {
+    let seeds = test_run::extent(5, 200);
+    for (name, link) in links() {
+        let (mut ticks, mut compared, mut with_force) = (0, 0, 0);
+        for seed in 0..seeds {
+            let report = replayed(seed, link);
+            assert_eq!(
+                (report.differing, &report.first_differing),
+                (0, &None),
+                "{name}, seed {seed}: {report:?}"
+            );
+            ticks += report.ticks;
+            compared += report.compared();
+            with_force += report.with_force;
+        }
+        println!("{name}: {compared} of {ticks} compared, {with_force} with force");
+    }
+}

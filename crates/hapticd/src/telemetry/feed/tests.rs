@@ -1,0 +1,194 @@
+//! What subscribers are told, and in which order.
+
+use super::*;
+use crate::rt::outbox;
+
+fn known(revision: u64) -> KnownScene {
+    KnownScene {
+        revision,
+        scene: Scene::paper(),
+        ramp: None,
+        undo_depth: 0,
+        redo_depth: 0,
+    }
+}
+
+fn subscription(topics: &[Topic], every: u64, backlog: usize) -> (Subscription, mpsc::Receiver<Line>) {
+    let (lines, received) = mpsc::channel(backlog);
+    let subscription = Subscription {
+        topics: topics.to_vec(),
+        every,
+        batch: Duration::ZERO,
+        lines,
+        room: Arc::new(Semaphore::new(BACKLOG_BYTES)),
+    };
+    (subscription, received)
+}
+
+fn events(received: &mut mpsc::Receiver<Line>) -> Vec<Event> {
+    std::iter::from_fn(|| received.try_recv().ok())
+        .map(|line| serde_json::from_str(&line.text).expect("an event"))
+        .collect()
+}
+
+#[test]
+fn the_state_comes_whole_at_first_and_then_at_every_change() {
+    let (mut producer, consumer) = outbox::outbox();
+    let mut feed = Feed::new(consumer, 1_000_000, None);
+    let (subscription, mut received) = subscription(&[Topic::State], 1, 8);
+    feed.subscribe(1, subscription, setup(0.5));
+    for (tick, state, revision) in [
+        (0, RigState::Idle, 1),
+        (1, RigState::Idle, 1),
+        (2, RigState::Engaging, 1),
+        (3, RigState::Engaging, 2),
+    ] {
+        let mut record = outbox::tests::record(tick);
+        (record.state, record.revision) = (state, revision);
+        producer.push(record);
+        feed.pump(&VecDeque::from([known(1), known(2)]), || None);
+    }
+    let ticks: Vec<u64> = events(&mut received)
+        .iter()
+        .map(|event| match event {
+            Event::State(state) => state.tick,
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    assert_eq!(ticks, [0, 2, 3]);
+}
+
+#[test]
+fn what_a_slow_subscriber_misses_is_counted_and_told() {
+    let (mut producer, consumer) = outbox::outbox();
+    let mut feed = Feed::new(consumer, 1_000_000, None);
+    let (subscription, mut received) = subscription(&[Topic::Samples], 2, 1);
+    feed.subscribe(1, subscription, setup(0.5));
+    let scenes = VecDeque::from([known(1)]);
+    for tick in 0..10 {
+        producer.push(outbox::tests::record(tick));
+        feed.pump(&scenes, || None);
+    }
+    // One event fitted; ticks 2, 4, 6 and 8 did not.
+    let first = events(&mut received);
+    producer.push(outbox::tests::record(10));
+    feed.pump(&scenes, || None);
+    let [Event::Samples(first), Event::Samples(second)] = [&first[0], &events(&mut received)[0]] else {
+        panic!("two sample events");
+    };
+    assert_eq!((first.seq, first.dropped, first.rows[0].tick), (0, 0, 0));
+    assert_eq!((second.seq, second.dropped, second.rows[0].tick), (1, 4, 10));
+}
+
+// hazard: H20
+#[test]
+fn what_waits_for_a_subscriber_that_does_not_read_is_bounded_in_bytes() {
+    let (mut producer, consumer) = outbox::outbox();
+    let mut feed = Feed::new(consumer, 1_000_000, None);
+    // As many lines as a client has, in batches as long as they may be.
+    let topics = [Topic::Samples, Topic::State, Topic::Log, Topic::Timing];
+    let (subscription, mut received) = subscription(&topics, 1, BACKLOG_LINES);
+    let room = Arc::clone(&subscription.room);
+    feed.subscribe(1, subscription, setup(0.5));
+    let scenes = VecDeque::from([known(1)]);
+    for tick in 0..40_000 {
+        producer.push(outbox::tests::record(tick));
+        if tick % 256 == 255 {
+            feed.pump(&scenes, || None);
+        }
+    }
+    let held: Vec<Line> = std::iter::from_fn(|| received.try_recv().ok()).collect();
+    let bytes: usize = held.iter().map(|line| line.text.capacity()).sum();
+    println!("{bytes} bytes in {} lines wait, of {BACKLOG_BYTES}", held.len());
+    assert!(bytes <= BACKLOG_BYTES && bytes > BACKLOG_BYTES / 2, "{bytes}");
+    assert!(held.len() < BACKLOG_LINES, "the bytes bound it, not the lines");
+    // Once it is written there is all the room again, and what was missed is told.
+    drop(held);
+    assert_eq!(room.available_permits(), BACKLOG_BYTES);
+    for tick in 40_000..40_256 {
+        producer.push(outbox::tests::record(tick));
+    }
+    feed.pump(&scenes, || None);
+    let told = events(&mut received);
+    let Some(Event::Samples(samples)) = told.first() else {
+        panic!("no samples")
+    };
+    assert!(samples.dropped > 0 && samples.dropped < 40_000, "{}", samples.dropped);
+}
+
+fn setup(friction_n: f64) -> ServoSetup {
+    let settings = serde_json::json!({
+        "period_s": 1e-3, "ramp_s": 0.1,
+        "limits": {"force_N": 10.0, "slew_N_per_s": 1e3, "speed_mps": 3.0, "acceleration_mps2": 1e3},
+        "losses": {"damping_Ns_per_m": 0.0, "friction_N": friction_n},
+        "passivity_control_N": 0.0, "velocity": "alpha-beta-gamma", "stale_ns": 20_000_000,
+        "stop_button": null, "enable_button": null,
+    });
+    ServoSetup {
+        settings: serde_json::from_value(settings).expect("settings"),
+        scheme: haptic_core::Scheme::Exact,
+        device_resolution_m: 1e-5,
+        device_force_limit_n: None,
+    }
+}
+
+/// What each event is about: the revision of a state, the friction of the servo's settings, or the rows'
+/// ticks.
+fn told(events: &[Event]) -> Vec<String> {
+    let about = |event: &Event| match event {
+        Event::State(state) => format!("revision {} from {}", state.revision, state.tick),
+        Event::Servo(event) => format!("{} N from {}", event.servo.settings.losses.friction, event.tick),
+        Event::Samples(samples) => match &samples.rows[..] {
+            [first, .., last] => format!("rows {} to {}", first.tick, last.tick),
+            rows => format!("{} rows", rows.len()),
+        },
+        other => format!("{other:?}"),
+    };
+    events.iter().map(about).collect()
+}
+
+#[test]
+fn what_rows_are_computed_with_is_told_before_them_however_late_the_feed_is() {
+    let (mut producer, consumer) = outbox::with_capacity(2000);
+    let mut feed = Feed::new(consumer, 1_000_000, None);
+    let (subscription, mut received) = subscription(&[Topic::State, Topic::Samples], 1, 64);
+    feed.subscribe(1, subscription, setup(0.5));
+    let scenes = VecDeque::from([known(1), known(2)]);
+    // The control thread was held up for 600 ticks. A scene came in at 100, and the rig was engaged at 400.
+    for tick in 0..600 {
+        let mut record = outbox::tests::record(tick);
+        record.revision = if tick < 100 { 1 } else { 2 };
+        record.state = if tick < 400 { RigState::Idle } else { RigState::Engaged };
+        producer.push(record);
+    }
+    feed.pump(&scenes, || Some(setup(0.7)));
+    assert_eq!(
+        told(&events(&mut received)),
+        [
+            "0.7 N from 0",
+            "revision 1 from 0",
+            "revision 2 from 100",
+            "rows 0 to 255",
+            "revision 2 from 400",
+            "rows 256 to 511",
+            "rows 512 to 599",
+        ]
+    );
+    // What it was told is not told again, and a later one hears nothing of what came before it.
+    let (newer, mut heard) = self::subscription(&[Topic::State], 1, 64);
+    feed.subscribe(2, newer, setup(0.3));
+    for (tick, state) in [(600, RigState::Idle), (601, RigState::Engaging)] {
+        let mut record = outbox::tests::record(tick);
+        (record.revision, record.state) = (2, state);
+        producer.push(record);
+        feed.pump(&scenes, || Some(setup(0.7)));
+    }
+    assert_eq!(
+        told(&events(&mut received)),
+        ["revision 2 from 600", "1 rows", "revision 2 from 601", "1 rows"]
+    );
+    assert_eq!(
+        told(&events(&mut heard)),
+        ["revision 2 from 600", "0.7 N from 601", "revision 2 from 601"]
+    );
+}

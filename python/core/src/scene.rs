@@ -1,0 +1,66 @@
+//! A scene.
+
+use crate::refused;
+use haptic_core::{ParameterKey, Scene as CoreScene};
+use haptic_ipc::BUILT_IN_SCENES;
+use pyo3::prelude::*;
+
+/// A scene, checked.
+#[pyclass(frozen, eq, module = "hapticd_core._native")]
+#[derive(PartialEq)]
+pub(crate) struct Scene(pub(crate) CoreScene);
+
+impl Scene {
+    fn checked(scene: CoreScene) -> PyResult<Self> {
+        scene.validate().map_err(refused)?;
+        Ok(Self(scene))
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Reads a scene as a library's file holds it.
+    #[staticmethod]
+    fn from_toml(text: &str) -> PyResult<Self> {
+        Self::checked(toml::from_str(text).map_err(refused)?)
+    }
+
+    /// Reads a scene as it is on the wire and in a recording.
+    #[staticmethod]
+    fn from_json(text: &str) -> PyResult<Self> {
+        Self::checked(serde_json::from_str(text).map_err(refused)?)
+    }
+
+    /// A scene that every library has.
+    #[staticmethod]
+    fn named(name: &str) -> PyResult<Self> {
+        match BUILT_IN_SCENES.iter().find(|(other, _)| *other == name) {
+            Some((_, text)) => Self::from_toml(text),
+            None => {
+                let names: Vec<&str> = BUILT_IN_SCENES.iter().map(|(name, _)| *name).collect();
+                Err(refused(format!(
+                    "no built-in scene is called `{name}`; there are {}",
+                    names.join(", ")
+                )))
+            }
+        }
+    }
+
+    fn to_json(&self) -> PyResult<String> {
+        serde_json::to_string(&self.0).map_err(refused)
+    }
+
+    /// Its parameters by name, as JSON.
+    fn params_json(&self) -> PyResult<String> {
+        serde_json::to_string(&haptic_ipc::params_of(&self.0)).map_err(refused)
+    }
+
+    /// The scene with other values: names or symbols, and numbers in SI units.
+    fn with_values(&self, values: Vec<(String, f64)>) -> PyResult<Self> {
+        let changes = values
+            .into_iter()
+            .map(|(name, value)| Ok((name.parse::<ParameterKey>().map_err(refused)?, value)))
+            .collect::<PyResult<Vec<_>>>()?;
+        self.0.with(&changes).map(Self).map_err(refused)
+    }
+}

@@ -1,0 +1,158 @@
+"""A staircase: which difference of stiction does a person feel?
+
+Each trial gives two surfaces, one after the other, and asks which is stickier. After two right answers in a row the
+difference shrinks, after a wrong one it grows (2-down, 1-up: Levitt 1971), so that it settles where 71 % of the answers
+are right.
+
+    python examples/staircase.py                    # asks you, with the rig that haptic-ctl finds
+    python examples/staircase.py --simulated        # a simulated observer, on a simulated rig, without a display
+
+With PsychoPy, show `visual.TextStim` in `announce`, and read `event.waitKeys` in `asked`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import statistics
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+import hapticd
+
+STANDARD_N = 4.0
+"""Stiction of the standard surface, N."""
+
+FIRST_DIFFERENCE_N = 2.0
+STEP = 0.7
+"""Factor by which the difference shrinks."""
+
+
+@dataclass
+class Trial:
+    """A trial, and what came of it."""
+
+    difference_N: float
+    stickier: int
+    """Which of the two surfaces is the stickier one: 1 or 2."""
+    ticks: list[int]
+    """The ticks that began to render the surfaces."""
+    peak_force_N: list[float]
+    """Largest force on the hand during each."""
+    is_right: bool = False
+
+
+def present(rig: hapticd.Rig, difference_N: float, stickier: int, duration_s: float) -> Trial:
+    """Gives two surfaces, one after the other."""
+    rate_hz = rig.loop_rate_hz
+    ticks, peaks = [], []
+    for place in (1, 2):
+        stiction_N = STANDARD_N + (difference_N if place == stickier else 0.0)
+        change = rig.set(Fs=stiction_N, ramp="20ms")
+        # Without a change the surface is the same as before.
+        tick = change.tick if change.tick is not None else rig.status().tick
+        surface = rig.record(duration_s)
+        surface = surface[surface.tick >= tick + 0.05 * rate_hz]
+        ticks.append(tick)
+        peaks.append(float(surface.command_force_N.abs().max()))
+    return Trial(difference_N, stickier, ticks, peaks)
+
+
+def staircase(
+    rig: hapticd.Rig,
+    asked: Callable[[Trial], int],
+    *,
+    reversals: int,
+    duration_s: float,
+    chance: random.Random,
+) -> list[Trial]:
+    """Runs until the difference has turned so many times."""
+    trials: list[Trial] = []
+    difference_N, right_in_a_row, direction, turned = FIRST_DIFFERENCE_N, 0, 0, 0
+    while turned < reversals:
+        trial = present(rig, difference_N, chance.choice((1, 2)), duration_s)
+        trial.is_right = asked(trial) == trial.stickier
+        trials.append(trial)
+        right_in_a_row = right_in_a_row + 1 if trial.is_right else 0
+        step = -1 if right_in_a_row == 2 else 0 if trial.is_right else 1
+        if step == 0:
+            continue
+        right_in_a_row = 0
+        turned += direction == -step
+        direction = step
+        difference_N = min(difference_N * STEP**-step, FIRST_DIFFERENCE_N)
+    return trials
+
+
+def threshold_N(trials: list[Trial]) -> float:
+    """The geometric mean of the differences at which the staircase turned, without the first turn."""
+    differences = [trial.difference_N for trial in trials]
+    turns = [
+        here
+        for before, here, after in zip(differences, differences[1:], differences[2:], strict=False)
+        if (here - before) * (after - here) < 0
+    ]
+    return statistics.geometric_mean(turns[1:] or differences[-1:])
+
+
+def observer(noise_N: float, chance: random.Random) -> Callable[[Trial], int]:
+    """A simulated person, who feels the largest force of each surface with some noise."""
+
+    def answer(trial: Trial) -> int:
+        first, second = (peak + chance.gauss(0.0, noise_N) for peak in trial.peak_force_N)
+        return 1 if first > second else 2
+
+    return answer
+
+
+def person(trial: Trial) -> int:
+    """A person at the keyboard."""
+    while (key := input("Which was stickier, 1 or 2? ")) not in ("1", "2"):
+        pass
+    return int(key)
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description="A staircase of stiction.")
+    parser.add_argument("--simulated", action="store_true", help="a simulated observer on a simulated rig")
+    parser.add_argument("--reversals", type=int, default=8)
+    parser.add_argument("--duration", type=float, default=2.0, metavar="S", help="of a surface [default: 2]")
+    parser.add_argument("--seed", type=int, default=None)
+    given = parser.parse_args()
+    chance = random.Random(given.seed)
+    if given.simulated:
+        with (
+            hapticd.fake(hand="sine", hand_amplitude_m=0.005, hand_frequency_hz=2) as daemon,
+            daemon.connect() as rig,
+        ):
+            report(run(rig, observer(0.3, chance), given.reversals, given.duration, chance))
+    else:
+        with hapticd.connect() as rig:
+            report(run(rig, person, given.reversals, given.duration, chance))
+
+
+def run(
+    rig: hapticd.Rig,
+    asked: Callable[[Trial], int],
+    reversals: int,
+    duration_s: float,
+    chance: random.Random,
+) -> list[Trial]:
+    """Engages the rig, and runs the staircase."""
+    rig.set(Fs=STANDARD_N)
+    rig.engage()
+    rig.wait_for("engaged")
+    return staircase(rig, asked, reversals=reversals, duration_s=duration_s, chance=chance)
+
+
+def report(trials: list[Trial]) -> None:
+    """A line for each trial, and the threshold."""
+    for trial in trials:
+        print(json.dumps(asdict(trial)))
+    print(json.dumps({"trials": len(trials), "threshold_N": round(threshold_N(trials), 3)}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,254 @@
+"""The same for asyncio.
+
+    async with hapticd.aio.connect() as rig:
+        await rig.engage()
+        async for sample in rig.samples():
+            ...
+
+Requests and subscriptions run on threads of their own, so that a busy event loop keeps its lease and loses no sample.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
+
+from hapticd import rig as blocking
+from hapticd import socket_path
+from hapticd.answers import ChangeReply, SceneReply, ScheduleReply, StateReply, Status
+from hapticd.duration import Duration
+from hapticd.rig import Change, SceneRef
+from hapticd.sample import Sample
+
+if TYPE_CHECKING:
+    import pandas
+
+    from hapticd.samples import Buffer
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+class _Source(Protocol[T_co]):
+    def __next__(self) -> T_co: ...
+    def close(self) -> None: ...
+
+
+class Stream(Generic[T]):
+    """Samples or events, to iterate over. The subscription begins with its `async with` block, or else with the
+    first item that is awaited, and ends with the block, with `close`, or with the rig's.
+
+    Attributes:
+        source: The blocking stream, with its attributes.
+    """
+
+    def __init__(self, begin: Callable[[], _Source[T]]) -> None:
+        self._begin = begin
+        self._thread = ThreadPoolExecutor(1, "hapticd stream")
+        self.source: _Source[T] | None = None
+
+    def __aiter__(self) -> AsyncIterator[T]:
+        return self
+
+    async def __anext__(self) -> T:
+        return await asyncio.get_running_loop().run_in_executor(self._thread, self._next)
+
+    def _next(self) -> T:
+        return next(self._subscribe())
+
+    def _subscribe(self) -> _Source[T]:
+        if self.source is None:
+            self.source = self._begin()
+        return self.source
+
+    def close(self) -> None:
+        """Ends the subscription."""
+        if self.source is not None:
+            self.source.close()
+        self._thread.shutdown(wait=False)
+
+    async def __aenter__(self) -> Stream[T]:
+        await asyncio.get_running_loop().run_in_executor(self._thread, self._subscribe)
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class Rig:
+    """A rig, by its daemon: `hapticd.Rig` with methods to await.
+
+    Attributes:
+        blocking: The rig for code that may block.
+    """
+
+    def __init__(self, begin: Callable[[], blocking.Rig]) -> None:
+        self._begin = begin
+        self.blocking: blocking.Rig
+        # A stop has a thread of its own, and so waits for nothing.
+        self._requests = ThreadPoolExecutor(1, "hapticd requests")
+        self._stops = ThreadPoolExecutor(1, "hapticd stop")
+        self._waits = ThreadPoolExecutor(4, "hapticd wait")
+        self._streams: list[Stream[Any]] = []
+
+    async def _run(self, thread: ThreadPoolExecutor, call: Callable[[], T]) -> T:
+        return await asyncio.get_running_loop().run_in_executor(thread, call)
+
+    async def request(self, op: str, **fields: Any) -> dict[str, Any]:
+        """See `hapticd.Rig.request`."""
+        return await self._run(self._requests, partial(self.blocking.request, op, **fields))
+
+    async def engage(self) -> StateReply:
+        """See `hapticd.Rig.engage`."""
+        return await self._run(self._requests, self.blocking.engage)
+
+    async def release(self) -> StateReply:
+        """See `hapticd.Rig.release`."""
+        return await self._run(self._requests, self.blocking.release)
+
+    async def reset(self) -> StateReply:
+        """See `hapticd.Rig.reset`."""
+        return await self._run(self._requests, self.blocking.reset)
+
+    async def stop(self) -> StateReply:
+        """See `hapticd.Rig.stop`."""
+        return await self._run(self._stops, self.blocking.stop)
+
+    async def status(self) -> Status:
+        """See `hapticd.Rig.status`."""
+        return await self._run(self._requests, self.blocking.status)
+
+    async def get(self, scene: SceneRef | None = None) -> SceneReply:
+        """See `hapticd.Rig.get`."""
+        return await self._run(self._requests, partial(self.blocking.get, scene))
+
+    async def set(
+        self,
+        params: Mapping[str, Change] | None = None,
+        /,
+        *,
+        ramp: Duration | None = None,
+        at_tick: int | None = None,
+        if_revision: int | None = None,
+        dry_run: bool = False,
+        **more: Change,
+    ) -> ChangeReply:
+        """See `hapticd.Rig.set`."""
+        change = partial(
+            self.blocking.set, params, ramp=ramp, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run, **more
+        )
+        return await self._run(self._requests, change)
+
+    async def at(
+        self,
+        tick: int,
+        params: Mapping[str, Change] | None = None,
+        /,
+        *,
+        ramp: Duration | None = None,
+        **more: Change,
+    ) -> ChangeReply:
+        """See `hapticd.Rig.at`."""
+        return await self._run(self._requests, partial(self.blocking.at, tick, params, ramp=ramp, **more))
+
+    async def schedule(
+        self,
+        changes: Sequence[Mapping[str, Any]],
+        *,
+        name: str | None = None,
+        keep: bool = False,
+        if_revision: int | None = None,
+        dry_run: bool = False,
+    ) -> ScheduleReply:
+        """See `hapticd.Rig.schedule`."""
+        schedule = partial(
+            self.blocking.schedule, changes, name=name, keep=keep, if_revision=if_revision, dry_run=dry_run
+        )
+        return await self._run(self._requests, schedule)
+
+    async def cancel(self, name: str | None = None) -> int:
+        """See `hapticd.Rig.cancel`."""
+        return await self._run(self._requests, partial(self.blocking.cancel, name))
+
+    async def load(
+        self,
+        scene: SceneRef,
+        *,
+        ramp: Duration | None = None,
+        at_tick: int | None = None,
+        if_revision: int | None = None,
+        dry_run: bool = False,
+    ) -> ChangeReply:
+        """See `hapticd.Rig.load`."""
+        change = partial(
+            self.blocking.load, scene, ramp=ramp, at_tick=at_tick, if_revision=if_revision, dry_run=dry_run
+        )
+        return await self._run(self._requests, change)
+
+    async def undo(self) -> ChangeReply:
+        """See `hapticd.Rig.undo`."""
+        return await self._run(self._requests, self.blocking.undo)
+
+    async def redo(self) -> ChangeReply:
+        """See `hapticd.Rig.redo`."""
+        return await self._run(self._requests, self.blocking.redo)
+
+    async def record(self, length: Duration, *, rate_hz: float | None = None) -> pandas.DataFrame:
+        """See `hapticd.Rig.record`."""
+        return await self._run(self._waits, partial(self.blocking.record, length, rate_hz=rate_hz))
+
+    async def wait_for(self, state: str, timeout: Duration = 10.0) -> int:
+        """See `hapticd.Rig.wait_for`."""
+        return await self._run(self._waits, partial(self.blocking.wait_for, state, timeout))
+
+    async def buffer(
+        self, length: Duration = 60.0, *, rate_hz: float | None = None, batch_ms: int | None = None
+    ) -> Buffer:
+        """See `hapticd.Rig.buffer`."""
+        begin = partial(self.blocking.buffer, length, rate_hz=rate_hz, batch_ms=batch_ms)
+        return await self._run(self._requests, begin)
+
+    def samples(
+        self,
+        *,
+        rate_hz: float | None = None,
+        batch_ms: int | None = None,
+        on_gap: Literal["raise", "count"] = "raise",
+    ) -> Stream[Sample]:
+        """See `hapticd.Rig.samples`."""
+        return self._stream(partial(self.blocking.samples, rate_hz=rate_hz, batch_ms=batch_ms, on_gap=on_gap))
+
+    def events(self, topics: Sequence[str] = ("state", "log")) -> Stream[dict[str, Any]]:
+        """See `hapticd.Rig.events`."""
+        return self._stream(partial(self.blocking.events, topics))
+
+    def _stream(self, begin: Callable[[], _Source[T]]) -> Stream[T]:
+        stream = Stream(begin)
+        self._streams.append(stream)
+        return stream
+
+    async def __aenter__(self) -> Rig:
+        self.blocking = await self._run(self._requests, self._begin)
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for stream in self._streams:
+            stream.close()
+        # Shielded: the rig is let go of even if this task is cancelled again.
+        await asyncio.shield(self._run(self._stops, partial(self.blocking.__exit__, kind, error, trace)))
+        for thread in (self._requests, self._stops, self._waits):
+            thread.shutdown(wait=False)
+
+
+def connect(path: str | os.PathLike[str] | None = None, *, lease: Duration | None = 1.0, keep: bool = False) -> Rig:
+    """A rig, for `async with`. See `hapticd.connect`."""
+    return Rig(lambda: blocking.Rig(socket_path.for_client(path), lease=lease, keep=keep))

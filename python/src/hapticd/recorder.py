@@ -1,0 +1,71 @@
+"""A recording in memory: a data frame, with what happened meanwhile."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from typing import TYPE_CHECKING, Any
+
+from hapticd.errors import SamplesLostWarning
+from hapticd.frame import frame
+from hapticd.marks import scene_mark, state_mark
+from hapticd.sample import DTYPES
+from hapticd.samples import Gaps, cells, every
+from hapticd.subscription import Queue, subscribe
+
+if TYPE_CHECKING:
+    import pandas
+
+    from hapticd.rig import Rig
+
+
+def record(rig: Rig, length_s: float, rate_hz: float | None) -> pandas.DataFrame:
+    """Records for a time. See `Rig.record`."""
+    import numpy
+
+    status = rig.request("status")
+    # Samples and states come on one connection, so that their order is the daemon's.
+    queue: Queue[dict[str, Any]] = Queue(float("inf"), lambda event: 1)
+    fields: dict[str, Any] = {} if rate_hz is None else {"rate_hz": rate_hz}
+    answers: list[dict[str, Any]] = []
+    subscription = subscribe(rig.path, ["state", "samples"], queue.put, queue.end, answers.append, **fields)
+    try:
+        scene = rig.get()
+        started_unix_s = time.time()
+        rate_hz = float(answers[0]["rate_hz"])
+        gaps = Gaps(every(status["rate_hz"], rate_hz))
+        wanted = round(length_s * rate_hz)
+        rows: list[tuple[Any, ...]] = []
+        marks: list[dict[str, Any]] = []
+        known: dict[str, Any] = {}
+        while len(rows) < wanted:
+            event = queue.get()
+            if event["event"] == "state":
+                if event["revision"] != known.get("revision"):
+                    marks.append(scene_mark(event, len(rows)))
+                if event["state"] != known.get("state"):
+                    marks.append(state_mark(event, len(rows)))
+                known = event
+            elif event["event"] == "samples":
+                new = event["rows"][: wanted - len(rows)]
+                for place, lost in gaps.before(new, event["dropped"]):
+                    marks.append({"row": len(rows) + place, "mark": "lost", "rows": lost})
+                rows.extend(map(cells, new))
+    finally:
+        subscription.close()
+    marks.append({"row": len(rows), "mark": "end", "rows": len(rows), "lost": gaps.lost})
+    if gaps.lost:
+        warnings.warn(f"{gaps.lost} samples were lost", SamplesLostWarning, stacklevel=3)
+    table = numpy.array(rows, dtype=list(DTYPES.items()))
+    metadata = {
+        "server": rig.hello["server"],
+        "device": status["device"]["description"],
+        "loop_rate_hz": status["rate_hz"],
+        "rate_hz": rate_hz,
+        "started_unix_s": started_unix_s,
+        "revision": scene.revision,
+        "scene": scene.scene,
+        "servo": answers[0].get("servo"),
+        "configuration": status,
+    }
+    return frame({name: table[name] for name in DTYPES}, metadata, marks)

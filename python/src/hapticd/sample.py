@@ -1,0 +1,86 @@
+"""A tick, as subscribers and recordings have it."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+STATES = ("disconnected", "idle", "engaging", "engaged", "releasing", "stopped", "faulted")
+"""The states of the rig; a recording in MCAP holds their places in this list."""
+
+
+class Sample(NamedTuple):
+    """One tick."""
+
+    tick: int
+    """Number of the tick; consecutive unless samples were thinned or lost."""
+    t_s: float
+    """Time of the tick on the daemon's monotonic clock, s since the loop began."""
+    state: str
+    """State of the rig."""
+    contact: int
+    """0 stuck, +1 and -1 sliding."""
+    device_position_m: float
+    """Position of the device, m."""
+    device_velocity_mps: float
+    """Velocity of the device as estimated, m/s."""
+    block_position_m: float
+    """Position of the block, m."""
+    block_velocity_mps: float
+    """Velocity of the block, m/s."""
+    coupling_force_N: float
+    """Force in the coupling, which drives the block, N."""
+    command_force_N: float
+    """Force commanded on the hand after ramps and limits, N."""
+    revision: int
+    """Revision of the scene that this tick rendered."""
+    wake_latency_ns: int
+    """How long after its deadline the tick began, ns."""
+    tick_ns: int
+    """How long the tick took, the device's read and write included, ns."""
+    device_round_trip_ns: int
+    """How long the device's read and write took, ns; 0 where the rig is in the daemon itself."""
+    elapsed_ns: int = 0
+    """Time since the tick before on the daemon's clock, ns."""
+    device_sequence: int = 0
+    """Number of the device's sample, which wraps around."""
+    device_time_ns: int = 0
+    """When the device took the sample, on its own clock, ns."""
+    sample_position_m: float = 0.0
+    """Position as the device reported it, m, before anything was made of it."""
+    input_flags: int = 0
+    """The other inputs, bit by bit."""
+    error_detail: int = 0
+    """Detail of an error that the device reported."""
+
+
+COLUMNS = Sample._fields
+
+#: numpy's types of the columns; `state` is its place in `STATES`. Ticks and times are signed
+#: here, though they never are below 0, so that a difference of two may be.
+DTYPES: dict[str, str] = {
+    "tick": "<i8",
+    "t_s": "<f8",
+    "state": "u1",
+    "contact": "i1",
+    "device_position_m": "<f8",
+    "device_velocity_mps": "<f8",
+    "block_position_m": "<f8",
+    "block_velocity_mps": "<f8",
+    "coupling_force_N": "<f8",
+    "command_force_N": "<f8",
+    "revision": "<i8",
+    "wake_latency_ns": "<i8",
+    "tick_ns": "<i8",
+    "device_round_trip_ns": "<i8",
+    "elapsed_ns": "<i8",
+    "device_sequence": "<u4",
+    "device_time_ns": "<u8",
+    "sample_position_m": "<f8",
+    "input_flags": "<u4",
+    "error_detail": "<u4",
+}
+
+
+def of_row(row: list[Any]) -> Sample:
+    """The sample of a row. A later daemon may have more columns."""
+    return Sample(*row[: len(COLUMNS)])

@@ -1,0 +1,29 @@
+"""A daemon with a simulated rig for each test."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import hapticd
+
+# Streams of the Lab Streaming Layer are looked for on this machine alone.
+_LSL = tempfile.TemporaryDirectory(prefix="hapticd-lsl-")
+os.environ["LSLAPICFG"] = f"{_LSL.name}/lsl_api.cfg"
+Path(os.environ["LSLAPICFG"]).write_text("[multicast]\nResolveScope = machine\n")
+
+
+@pytest.fixture
+def daemon() -> Iterator[hapticd.Fake]:
+    with hapticd.fake() as daemon:
+        yield daemon
+
+
+@pytest.fixture
+def rig(daemon: hapticd.Fake) -> Iterator[hapticd.Rig]:
+    with daemon.connect() as rig:
+        yield rig

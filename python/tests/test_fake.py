@@ -1,0 +1,75 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import hapticd
+from hapticd import socket_path
+
+
+def test_options_are_those_of_the_daemon() -> None:
+    with hapticd.fake(rate=2000, force_limit_n=7.5, hand="free") as daemon, daemon.connect() as rig:
+        status = rig.status()
+        assert (status.rate_hz, status.device.force_limit_N) == (2000.0, 7.5)
+        assert any("control socket" in line for line in daemon.messages)
+    with pytest.raises(hapticd.HapticdError, match="force-limit"):
+        hapticd.fake(force_limit_n=-1)
+
+
+def test_the_binary_is_the_one_that_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    named = hapticd.binary()
+    monkeypatch.setenv("HAPTICD_BINARY", "/nowhere/hapticd")
+    assert hapticd.binary() == Path("/nowhere/hapticd")
+    monkeypatch.delenv("HAPTICD_BINARY")
+    (tmp_path / "hapticd").symlink_to(named)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert hapticd.binary() == tmp_path / "hapticd"
+    monkeypatch.setenv("PATH", "")
+    built = tmp_path / "target/debug/hapticd"
+    built.parent.mkdir(parents=True)
+    built.symlink_to(named)
+    monkeypatch.chdir(built.parent)
+    assert hapticd.binary().samefile(named)
+
+
+def test_the_daemon_ends_with_the_program_that_started_it() -> None:
+    program = (
+        "import sys, hapticd\n"
+        "daemon = hapticd.fake()\n"
+        "rig = daemon.connect()\n"
+        "rig.engage()\n"
+        "print(daemon.path, flush=True)\n"
+        "sys.stdin.read()\n"
+    )
+    child = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert child.stdout is not None
+    path = child.stdout.readline().strip()
+    with hapticd.connect(path, lease=None) as rig:
+        child.kill()
+        child.communicate()
+        until_s = time.monotonic() + 30
+        with pytest.raises(hapticd.ConnectionLost):
+            while time.monotonic() < until_s:
+                rig.status()
+
+
+def test_the_socket_is_looked_for_where_haptic_ctl_looks(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("HAPTICD_SOCKET", raising=False)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setenv("HOME", "/home/ada")
+    monkeypatch.setattr("os.geteuid", lambda: 1000)
+    name = "hapticd/control.sock"
+    assert [str(path) for path in socket_path.candidates()] == [
+        f"{tmp_path}/{name}",
+        f"/run/user/1000/{name}",
+        f"/home/ada/.local/state/{name}",
+        f"/run/{name}",
+    ]
+    assert socket_path.for_client(None) == tmp_path / name
+    monkeypatch.setenv("HAPTICD_SOCKET", "/srv/rig.sock")
+    assert socket_path.for_client(None) == Path("/srv/rig.sock")
+    assert socket_path.for_client("mine.sock") == Path("mine.sock")

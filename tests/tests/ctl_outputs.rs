@@ -1,0 +1,118 @@
+//! Files that `haptic-ctl` writes: nothing is replaced, and one rule for the exit codes.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+use system_tests::ctl_offline;
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// Each command that writes a table or a recording, with the name of what it writes.
+fn commands(out: &str) -> Vec<Vec<String>> {
+    let scene = format!("{ROOT}/scenes/lugre.toml");
+    let motion = format!("{ROOT}/crates/haptic-core/tests/data/reference/paper.csv");
+    let recording = format!("{ROOT}/tests/fixtures/recording-of-0.1.0.csv");
+    [
+        vec!["simulate", &scene, "--motion", &motion, "--out", out],
+        vec!["replay", &recording, "--scheme", "exact", "--out", out],
+        vec!["recording", "export", &recording, out],
+        vec!["surface", &scene, "--out", out],
+    ]
+    .map(|arguments| arguments.into_iter().map(str::to_owned).collect())
+    .to_vec()
+}
+
+fn run(arguments: &[String], more: &[&str]) -> (Output, String) {
+    let arguments: Vec<&str> = arguments
+        .iter()
+        .map(String::as_str)
+        .chain(more.iter().copied())
+        .collect();
+    let output = ctl_offline(&arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output, said)
+}
+
+fn file(directory: &Path, name: &str) -> (PathBuf, String) {
+    let path = directory.join(name);
+    let text = path.to_str().expect("a plain path").to_owned();
+    (path, text)
+}
+
+#[test]
+fn no_file_is_replaced_unless_that_is_asked_for_nor_written_under_another_ending() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (there, name) = file(directory.path(), "there.csv");
+    for arguments in commands(&name) {
+        std::fs::write(&there, "mine").expect("written");
+        let (output, said) = run(&arguments, &[]);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains("there.csv exists; --force replaces it"), "{said}");
+        assert_eq!(std::fs::read(&there).expect("it is there"), b"mine");
+        if arguments[0] != "surface" {
+            // That takes seconds, and writes as the others do.
+            let (output, said) = run(&arguments, &["--force"]);
+            assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
+            assert_ne!(std::fs::read(&there).expect("it is there"), b"mine");
+        }
+    }
+    let (other, name) = file(directory.path(), "other.txt");
+    for arguments in commands(&name) {
+        let (output, said) = run(&arguments, &[]);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains("other.txt") && said.contains(".csv"), "{said}");
+        assert!(!other.exists());
+    }
+}
+
+#[test]
+fn a_name_that_cannot_be_is_wrong_usage_and_a_full_disk_is_not() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (_, name) = file(directory.path(), "nowhere/out.csv");
+    for arguments in commands(&name)
+        .into_iter()
+        .filter(|arguments| arguments[0] != "surface")
+    {
+        let (output, said) = run(&arguments, &[]);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains("nowhere/out.csv: No such file"), "{said}");
+    }
+    if !Path::new("/dev/full").exists() {
+        test_run::skip("/dev/full", "a system that has it");
+        return;
+    }
+    for arguments in &commands("/dev/full")[..2] {
+        let (output, said) = run(arguments, &[]);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {said}");
+        assert!(said.contains("/dev/full: No space left"), "{said}");
+    }
+}
+
+#[test]
+fn what_is_no_motion_and_what_cannot_be_repaired_is_said_plainly() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let (_, out) = file(directory.path(), "out.csv");
+    let scene = format!("{ROOT}/scenes/lugre.toml");
+    for (name, bytes, why) in [
+        ("picture.png", &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "not a table"),
+        ("empty.csv", b"", "the file is empty"),
+    ] {
+        let (path, motion) = file(directory.path(), name);
+        std::fs::write(path, bytes).expect("written");
+        let output = ctl_offline(&["simulate", &scene, "--motion", &motion, "--out", &out]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(&format!("{name}: {why}")), "{said}");
+    }
+    // A Parquet file that lost its end, and what stood beside it.
+    let (path, torn) = file(directory.path(), "torn.parquet");
+    std::fs::write(path, b"PAR1 and some rows").expect("written");
+    let output = ctl_offline(&["recording", "repair", &torn, &out]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(
+        said.contains("torn.parquet") && !said.contains("recording repair"),
+        "{said}"
+    );
+    let output = ctl_offline(&["recording", "export", &torn, &out]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("recording repair"));
+}
