@@ -12,6 +12,7 @@ use egui::{ColorImage, Rect};
 use haptic_core::Scene;
 use haptic_lab::identify::record_file;
 use std::io::{BufWriter, Write as _};
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -21,6 +22,9 @@ use std::time::Duration;
 
 /// Most files at once: each may wait for its disk for ever.
 const MOST_AT_ONCE: usize = 4;
+
+/// Progress of an identification by which it is told again: a point of the bar.
+const TOLD_SHARE: f64 = 0.01;
 
 /// These threads give way to the window and to the daemon.
 const NICENESS: i32 = 10;
@@ -125,9 +129,21 @@ impl Files {
         self.cancel_identify();
         let is_over = Arc::new(AtomicBool::new(false));
         self.identify_is_over = Arc::clone(&is_over);
-        self.writer.work_unnoticed(move || Update::Identified {
-            number,
-            result: question.answer(&is_over).map(Box::new),
+        let sender = self.writer.sender.clone();
+        self.writer.work_unnoticed(move || {
+            let mut told = f64::NEG_INFINITY;
+            let mut progress = |share: f64| {
+                if is_over.load(Ordering::Acquire) {
+                    return ControlFlow::Break(());
+                }
+                if share - told >= TOLD_SHARE {
+                    told = share;
+                    sender.send(Update::Identifying { number, share }).unwrap_or_default();
+                }
+                ControlFlow::Continue(())
+            };
+            let result = question.answer(&mut progress).map(Box::new);
+            Update::Identified { number, result }
         });
     }
 

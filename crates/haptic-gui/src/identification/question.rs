@@ -5,8 +5,8 @@ use crate::tape::Tape;
 use haptic_lab::identify::record_file::{self, Loaded, MovingMass, Source};
 use haptic_lab::identify::{self, Options};
 use haptic_lab::recording::{Ending, Metadata, Recording};
+use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A question of identification.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,22 +65,19 @@ impl Question {
         }
     }
 
-    /// Finds the answer, until `is_over`.
+    /// Finds the answer. `progress` is told the share that is done, from 0 to 1; `Break` gives it up.
     ///
     /// # Errors
     /// Why nothing can be identified, or that it was given up.
-    pub fn answer(&self, is_over: &AtomicBool) -> Result<Found, String> {
+    pub fn answer(&self, progress: &mut dyn FnMut(f64) -> ControlFlow<()>) -> Result<Found, String> {
         let loaded = self.load()?;
         let mut options = self.options.clone();
         options.offset_n = options.offset_n.or(loaded.offset_n);
         if loaded.has_one_clock {
             options.longest_shift_s = 0.0;
         }
-        let mut identified =
-            identify::identify(&loaded.record, &options).map_err(|error| format!("{}: {error}", self.origin()))?;
-        if is_over.load(Ordering::Acquire) {
-            return Err("the identification was given up".to_owned());
-        }
+        let mut identified = identify::identify_with_progress(&loaded.record, &options, progress)
+            .map_err(|error| format!("{}: {error}", self.origin()))?;
         identified.notes.splice(0..0, loaded.notes);
         Ok(Found::new(self.origin(), &loaded.record, identified))
     }

@@ -77,6 +77,8 @@ pub(crate) struct Fitting {
     questions: u64,
     progress: Progress,
     advice: Foreseen,
+    /// The scene that the advice is on.
+    foreseen: Option<Scene>,
     trial: TrialStep,
     /// The name under which to save, as it is typed.
     pub(crate) save_as: String,
@@ -127,12 +129,16 @@ impl Fitting {
         self.trial != TrialStep::None
     }
 
-    /// The scene that was found.
-    pub(crate) fn scene(&self) -> Option<&Scene> {
-        match &self.progress {
-            Progress::Found(found) => found.scene.as_ref().ok().map(|made| &made.scene),
-            _ => None,
+    /// The scene that was found, with the coupling of the active one: that suits the rig.
+    pub(crate) fn scene(&self, active: Option<&Scene>) -> Option<Scene> {
+        let Progress::Found(found) = &self.progress else {
+            return None;
+        };
+        let mut scene = found.scene.as_ref().ok()?.scene.clone();
+        if let Some(coupling) = active.and_then(|active| active.coupling) {
+            scene.coupling = Some(coupling);
         }
+        Some(scene)
     }
 
     /// The names of the columns of the chosen file, or why they cannot be read; `None` before they are.
@@ -176,7 +182,7 @@ impl Fitting {
     /// Expects no answer any more.
     pub(crate) fn give_up(&mut self) {
         self.questions += 1;
-        (self.progress, self.advice) = (Progress::None, Foreseen::Unasked);
+        (self.progress, self.advice, self.foreseen) = (Progress::None, Foreseen::Unasked, None);
     }
 
     /// Takes the share that is done.
@@ -207,8 +213,8 @@ impl Fitting {
     }
 
     /// What to send now. `is_active` says whether a try has yet to go back.
-    pub(super) fn due(&mut self, is_connected: bool, is_active: bool) -> Option<Intent> {
-        let scene = self.scene().cloned().map(Box::new);
+    pub(super) fn due(&mut self, is_connected: bool, is_active: bool, active: Option<&Scene>) -> Option<Intent> {
+        let scene = self.scene(active).map(Box::new);
         match (self.trial, scene) {
             _ if !is_connected => None,
             (TrialStep::Leased, Some(scene)) => {
@@ -223,8 +229,8 @@ impl Fitting {
                 self.trial = TrialStep::None;
                 Some(Intent::Lease { timeout_ms: 0 })
             }
-            (_, Some(scene)) if matches!(self.advice, Foreseen::Unasked) => {
-                self.advice = Foreseen::Asked;
+            (_, Some(scene)) if self.foreseen.as_ref() != Some(&scene) => {
+                (self.advice, self.foreseen) = (Foreseen::Asked, Some((*scene).clone()));
                 Some(Intent::Foresee { scene })
             }
             _ => None,
@@ -233,7 +239,7 @@ impl Fitting {
 
     /// The connection is lost, and the lease with it.
     pub(super) fn lose_daemon(&mut self) {
-        (self.trial, self.advice) = (TrialStep::None, Foreseen::Unasked);
+        (self.trial, self.advice, self.foreseen) = (TrialStep::None, Foreseen::Unasked, None);
     }
 
     /// Takes the answer to an intent of this page; gives back an answer to any other.
@@ -244,7 +250,7 @@ impl Fitting {
     ) -> Option<Result<Answer, WireError>> {
         match (intent, result) {
             (Intent::Foresee { scene }, result) => {
-                if self.scene() == Some(scene) {
+                if self.foreseen.as_ref() == Some(&**scene) {
                     self.advice = Foreseen::Told(match result {
                         Ok(Answer::Changed(reply)) => Ok(reply.advice),
                         Ok(_) => Err("the daemon's answer is not that to a change".to_owned()),

@@ -137,7 +137,8 @@ impl Model {
     pub fn due(&mut self, now: Instant) -> (Vec<Intent>, Option<Duration>) {
         let View { tuning, fitting, .. } = &mut self.view;
         let (mut intents, wait) = tuning.due(now, self.daemon.scene.revision);
-        intents.extend(fitting.due(self.daemon.is_connected(), tuning.trial.is_active()));
+        let active = self.daemon.scene.active.as_ref();
+        intents.extend(fitting.due(self.daemon.is_connected(), tuning.trial.is_active(), active));
         tuning.note_sent(&intents);
         (intents, wait)
     }

@@ -12,9 +12,9 @@ use haptic_core::Scene;
 use haptic_gui::{Answer, Files, Found, Intent, Page, Question, Update};
 use haptic_ipc::{ChangeReply, Difference, ErrorCode, LeaseReply, RigState, SceneSaveReply, WireError};
 use haptic_lab::identify::ModelKind;
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::LazyLock;
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// A record of 0.5 kg on a surface with 3 N of friction and 2 N s/m, pushed by a strong hand, with columns that
@@ -79,7 +79,7 @@ fn ask_for(panel: &mut Panel, path: &Path) -> (u64, Question) {
 static FOUND: LazyLock<Found> = LazyLock::new(|| {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, question) = ask_for(&mut identify_page(panel()), &foreign(folder.path()));
-    question.answer(&AtomicBool::new(false)).expect("an answer")
+    question.answer(&mut |_| ControlFlow::Continue(())).expect("an answer")
 });
 
 /// A panel with the answer.
@@ -104,6 +104,8 @@ fn a_foreign_file_is_identified_with_the_columns_that_are_chosen() {
         (ModelKind::Karnopp, None)
     );
     panel.get_by_label("cancel identification");
+    hear(&mut panel, Update::Identifying { number, share: 0.42 });
+    panel.get_by_label("identified 42 %");
     let result = Ok(Box::new(FOUND.clone()));
     hear(
         &mut panel,
@@ -167,7 +169,7 @@ fn what_is_seen_of_the_rig_is_identified_and_a_refusal_is_in_words() {
         (None, "what is seen of the rig, 2.0 s")
     );
     // The block of these rows never moves.
-    let result = question.answer(&AtomicBool::new(false)).map(Box::new);
+    let result = question.answer(&mut |_| ControlFlow::Continue(())).map(Box::new);
     hear(&mut panel, Update::Identified { number, result });
     panel.get_by_label_contains("Not determined: mass_kg");
     panel.get_by_label_contains("a scene needs mass_kg");
@@ -194,10 +196,20 @@ fn changed(revision: u64, dry_run: bool) -> Result<Answer, WireError> {
 #[test]
 fn the_scene_found_is_tried_under_a_lease_and_goes_back_by_itself() {
     let mut panel = answered(identify_page(connected(RigState::Engaged)));
+    let usual = asked(&mut panel);
+    // The coupling that suits this rig.
+    let mut active = Scene::paper();
+    active.coupling.as_mut().expect("it has one").stiffness = 7000.0;
+    hear(&mut panel, active_scene(1, &active));
     let foreseen = asked(&mut panel);
-    let [Intent::Foresee { scene }] = &foreseen[..] else {
-        panic!("{foreseen:?}")
+    let ([Intent::Foresee { scene: with_usual }], [Intent::Foresee { scene }]) = (&usual[..], &foreseen[..]) else {
+        panic!("{usual:?}, {foreseen:?}")
     };
+    assert_eq!(
+        (scene.coupling, &scene.friction),
+        (active.coupling, &with_usual.friction)
+    );
+    assert_ne!(scene.coupling, with_usual.coupling);
     assert!(
         foreseen[0]
             .request()
@@ -322,5 +334,5 @@ fn a_file_is_identified_on_a_thread_of_its_own_which_can_be_given_up() {
     let (8, Err(why)) = answer(&files) else {
         panic!("it is given up")
     };
-    assert!(why.contains("given up"), "{why}");
+    assert!(why.contains("cancelled"), "{why}");
 }

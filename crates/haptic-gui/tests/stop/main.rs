@@ -116,7 +116,7 @@ fn an_identification_does_not_keep_a_stop_waiting() {
     desk.turn_to(Page::Identify);
     let record = Pipe::unopened();
     let fed = record.feed();
-    // An endless recording is read, and never fitted.
+    // A pipe keeps its reader waiting.
     let source = Source::new(record.path());
     let options = Options::new(ModelKind::Auto);
     desk.ask(Intent::Identify {

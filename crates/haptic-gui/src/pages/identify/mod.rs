@@ -33,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
                 choice::show(ui, model, intents);
                 show_asking(ui, model, intents);
                 if let Progress::Found(found) = model.view.fitting.progress() {
-                    result::show(ui, found);
+                    result::show(ui, found, model.daemon.scene.active.as_ref());
                 }
             });
         });
@@ -65,7 +65,8 @@ fn show_asking(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
             match share {
                 #[expect(clippy::cast_possible_truncation, reason = "a share is drawn")]
                 Some(share) => {
-                    ui.add(ProgressBar::new(share as f32).show_percentage());
+                    ui.add(ProgressBar::new(share as f32).show_percentage())
+                        .accessible_name(format!("identified {:.0} %", 100.0 * share));
                 }
                 None => {
                     ui.label("Reading");

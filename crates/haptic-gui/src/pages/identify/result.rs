@@ -3,9 +3,11 @@
 use crate::identification::Found;
 use crate::theme::Palette;
 use egui::{Grid, Label, RichText, Ui};
+use haptic_core::Scene;
 use haptic_lab::identify::ModelKind;
 
-pub(super) fn show(ui: &mut Ui, found: &Found) {
+/// Shows it; `active` is the scene on the rig.
+pub(super) fn show(ui: &mut Ui, found: &Found, active: Option<&Scene>) {
     let Found { origin, identified, .. } = found;
     ui.separator();
     let model = match identified.model {
@@ -42,6 +44,12 @@ pub(super) fn show(ui: &mut Ui, found: &Found) {
     let assumptions = found.scene.iter().flat_map(|made| &made.assumptions);
     for note in identified.notes.iter().chain(assumptions) {
         small(ui, note);
+    }
+    if found.scene.is_ok() && active.is_some_and(|active| active.coupling.is_some()) {
+        small(
+            ui,
+            "here it is tried and saved with the coupling of the active scene, which suits the rig",
+        );
     }
 }
 

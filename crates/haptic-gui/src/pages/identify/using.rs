@@ -21,12 +21,11 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let Progress::Found(found) = fitting.progress() else {
         return;
     };
-    let made = match &found.scene {
-        Ok(made) => made.clone(),
-        Err(why) => {
-            wrapped(ui, why, Palette::of(ui).caution_text);
-            return;
-        }
+    if let Err(why) = &found.scene {
+        wrapped(ui, why, Palette::of(ui).caution_text);
+    }
+    let Some(scene) = fitting.scene(model.daemon.scene.active.as_ref()) else {
+        return;
     };
     show_advice(ui, fitting.advice());
     let seconds = TRIAL.as_secs();
@@ -45,7 +44,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     if button.on_hover_text(hint).on_disabled_hover_text(why_not).clicked() {
         intents.push(fitting.begin_trial());
     }
-    ui.horizontal_wrapped(|ui| show_saving(ui, fitting, &made.scene, is_connected, intents));
+    ui.horizontal_wrapped(|ui| show_saving(ui, fitting, &scene, is_connected, intents));
     notice::show(ui, &mut fitting.report);
 }
 
