@@ -1,4 +1,4 @@
-//! Changes in ticks to come, relative changes, and the library's files, from the command line.
+//! Changes in ticks to come, relative changes, the value of one parameter, and the library's files, from the command line.
 
 use serde_json::Value;
 use system_tests::{Daemon, status};
@@ -77,6 +77,16 @@ fn values_are_multiplied_and_added_to_and_scenes_renamed_and_deleted() {
     );
     let said = daemon.ctl_ok(&["set", "--by", "Fs-=500mN", "--json"]);
     assert_eq!(json(&said)[0]["applied"]["static_force-"], 4.5);
+    for (name, value) in [("mass", "1.5 kg"), ("Fs", "+8 -4.5 N"), ("Fs-", "4.5 N")] {
+        assert_eq!(daemon.ctl_ok(&["get", name]).trim_end(), value);
+    }
+    let one = json(&daemon.ctl_ok(&["get", "Fs+", "--json"]));
+    assert_eq!(
+        one[0],
+        serde_json::json!({"param":"static_force+","value":8.0,"unit":"N"})
+    );
+    let said = refused(&daemon, &["get", "sigma0"], 1);
+    assert!(said.contains("the scene has no"), "{said}");
     let said = refused(&daemon, &["set", "mass+=1"], 2);
     assert!(said.contains("--by mass=VALUE"), "{said}");
     let said = daemon.ctl_ok(&["set", "mass=1.5"]);

@@ -1,4 +1,4 @@
-//! `get`: a scene's parameters.
+//! `get`: a scene's parameters, or the value of one.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -6,20 +6,30 @@ use crate::scene::reference;
 use crate::{complete, output, units};
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::parameters::TABLE;
-use haptic_ipc::{Request, SceneReply};
+use haptic_core::{Directional, ParameterKey};
+use haptic_ipc::{ClientError, ErrorCode, Request, SceneReply, WireError};
+use serde_json::json;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Scene: a name of the library, a revision as @42, or a FILE.toml [default: active]
+    /// Scene: a name of the library, a revision as @42, or a FILE.toml [default: active]; or a parameter of the
+    /// active scene, as in mass or Fs+, whose value alone is printed
     #[arg(add = ArgValueCompleter::new(complete::scenes))]
     scene: Option<String>,
 }
 
 impl Arguments {
     pub(crate) fn request(&self) -> Result<Request, Failure> {
-        Ok(Request::Get {
-            scene: reference::read_optional(self.scene.as_ref())?,
-        })
+        let scene = match self.parameter() {
+            Some(_) => None,
+            None => reference::read_optional(self.scene.as_ref())?,
+        };
+        Ok(Request::Get { scene })
+    }
+
+    /// The parameter that is asked for.
+    fn parameter(&self) -> Option<ParameterKey> {
+        self.scene.as_ref()?.parse().ok()
     }
 }
 
@@ -30,6 +40,9 @@ pub(crate) async fn run(
     json: bool,
 ) -> Result<(), Failure> {
     let reply: SceneReply = reference::ask(daemon, request).await?;
+    if let Some(key) = arguments.parameter() {
+        return show_one(&reply, key, json);
+    }
     if json {
         return output::json(&reply);
     }
@@ -55,4 +68,22 @@ pub(crate) async fn run(
         reply.scene.friction.law(),
         output::table(&rows)
     ))
+}
+
+/// Prints the value of one parameter.
+fn show_one(reply: &SceneReply, key: ParameterKey, json: bool) -> Result<(), Failure> {
+    let info = key.parameter.info();
+    let Some(value) = reply.params.get(info.name) else {
+        let has: Vec<&str> = reply.params.keys().map(String::as_str).collect();
+        let message = format!("the scene has no {}; it has {}", info.name, has.join(", "));
+        return Err(ClientError::Refused(WireError::new(ErrorCode::NotApplicable, message).about(info.name)).into());
+    };
+    let value = key
+        .direction
+        .map_or(*value, |direction| Directional::both(value.get(direction)));
+    if json {
+        return output::json(&json!({ "param": key.to_string(), "value": value, "unit": info.unit }));
+    }
+    let text = format!("{} {}", output::directional(value), units::shown(info.unit));
+    output::line(text.trim_end())
 }
