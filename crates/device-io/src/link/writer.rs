@@ -244,6 +244,18 @@ mod tests {
         }
     }
 
+    /// A writer whose device takes each message only once it is let, and what it was sent.
+    fn held() -> (Writer, mpsc::Sender<()>, mpsc::Receiver<FromHost>) {
+        let (lets, go) = mpsc::channel::<()>();
+        let (sends, sent) = mpsc::channel();
+        let writer = Writer::start(0, move |message| {
+            sends.send(message).map_err(drop)?;
+            go.recv_timeout(Duration::from_secs(10)).map_err(drop)
+        })
+        .expect("a thread");
+        (writer, lets, sent)
+    }
+
     #[test]
     fn the_last_word_is_what_was_posted_last() {
         for k in 0..200 {
@@ -262,14 +274,8 @@ mod tests {
 
     #[test]
     fn a_command_is_taken_when_the_device_has_it_and_not_when_it_is_posted() {
-        let (lets, go) = mpsc::channel::<()>();
-        let (sends, sent) = mpsc::channel();
+        let (mut writer, lets, sent) = held();
         let counters = LinkCounters::default();
-        let mut writer = Writer::start(0, move |message| {
-            sends.send(message).map_err(drop)?;
-            go.recv_timeout(Duration::from_secs(10)).map_err(drop)
-        })
-        .expect("a thread");
         let mut sequence = 0;
         let mut post = |enabled: bool| {
             sequence += 1;
@@ -319,14 +325,8 @@ mod tests {
 
     #[test]
     fn what_is_not_sent_is_counted() {
-        let (lets, go) = mpsc::channel::<()>();
-        let (sends, sent) = mpsc::channel();
+        let (mut writer, lets, sent) = held();
         let counters = LinkCounters::default();
-        let mut writer = Writer::start(0, move |message| {
-            sends.send(message).map_err(drop)?;
-            go.recv().map_err(drop)
-        })
-        .expect("a thread");
         writer.post(None, command(1, true), 0, &counters).expect("well");
         sent.recv().expect("the first goes at once");
         for sequence in 2..=10 {
@@ -349,14 +349,8 @@ mod tests {
 
     #[test]
     fn a_device_that_takes_nothing_is_given_up() {
-        let (lets, go) = mpsc::channel::<()>();
-        let (sends, sent) = mpsc::channel();
+        let (mut writer, lets, sent) = held();
         let counters = LinkCounters::default();
-        let mut writer = Writer::start(0, move |message| {
-            sends.send(message).map_err(drop)?;
-            go.recv().map_err(drop)
-        })
-        .expect("a thread");
         // Where nothing was posted, nothing is late.
         writer.post(None, command(1, true), 1000 * MS, &counters).expect("well");
         sent.recv().expect("it is sent");

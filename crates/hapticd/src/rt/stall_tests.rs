@@ -394,7 +394,7 @@ fn a_queue_towards_the_real_time_side_would_stall_it_and_this_is_seen() {
 const TICK_BUDGET: (u64, u64) = if cfg!(debug_assertions) {
     (2130, 4200)
 } else {
-    (1300, 3500)
+    (1180, 3410)
 };
 
 #[test]
