@@ -108,7 +108,7 @@ impl Windows {
                 return None;
             }
             let fits = |window: &Window| window.half <= room && window.is_near(counted, at, self.within);
-            if at % CHOSEN_EVERY == 0 {
+            if at.is_multiple_of(CHOSEN_EVERY) {
                 while longest > 0 && !fits(&all[usize::from(longest)]) {
                     longest -= 1;
                 }
