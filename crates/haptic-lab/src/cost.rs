@@ -5,195 +5,20 @@
 //! else the machine does: the program that counts starts itself once more under it, as a probe that
 //! runs [`measured_ticks`] for one thing after another, and reads one total for each.
 
+mod callgrind;
+mod scenes;
+
+pub use callgrind::{CountError, count};
+pub use scenes::{excitations, scenes};
+
 use crate::accuracy::cases::{self, Case, ToAndFro};
 use crate::accuracy::{Extent, INSTRUCTIONS_ON, LawCase, law_cases, schemes_by_law};
 use crate::motion::{DeviceSample, usual_period_s};
 use crate::simulate::{Start, measure_cost, renderer};
-use haptic_core::friction::{
-    Dahl, ElastoPlastic, Friction, HaywardArmstrong, Karnopp, Lugre, Reseat, ResetIntegrator, SalcudeanVlaar, Viscous,
-};
-use haptic_core::{BoundError, Course, Directional, Excitation, Renderer, Scene, SceneError, Scheme};
+use haptic_core::{BoundError, Excitation, Renderer, SceneError, Scheme};
 use std::fmt;
-use std::io;
-use std::path::Path;
-use std::process::{Command, Stdio};
 use std::str::FromStr;
 use std::time::Instant;
-use thiserror::Error;
-
-/// The scenes of the table, from the least to the most that can be asked of a tick.
-///
-/// # Panics
-/// Never: they are valid scenes, which a test runs through.
-#[must_use]
-pub fn scenes() -> Vec<(&'static str, Scene)> {
-    let both = Directional::both;
-    let apart = Directional {
-        positive: 4.0,
-        negative: 3.0,
-    };
-    let plain = Karnopp::new(4.0, 3.5);
-    let asymmetric = Karnopp {
-        static_force: Directional {
-            positive: 5.0,
-            negative: 4.0,
-        },
-        dynamic_force: apart,
-        ..plain
-    };
-    let lugre = Lugre {
-        static_force: both(4.0),
-        dynamic_force: both(3.5),
-        stribeck_velocity: 0.01,
-        contact_stiffness: 1e4,
-        contact_damping: 10.0,
-        viscous: both(2.0),
-    };
-    let elasto_plastic = ElastoPlastic {
-        static_force: both(4.0),
-        dynamic_force: both(3.5),
-        stribeck_velocity: 0.01,
-        contact_stiffness: 1e4,
-        contact_damping: 10.0,
-        elastic_fraction: 0.7,
-        viscous: both(2.0),
-    };
-    let viscous = Friction::Viscous(Viscous { viscous: both(35.0) });
-    let dahl = Friction::Dahl(Dahl {
-        dynamic_force: both(3.5),
-        contact_stiffness: 1e4,
-        exponent: 1.0,
-        viscous: both(0.0),
-    });
-    let on_device = |friction| Scene {
-        block: None,
-        coupling: None,
-        friction,
-        ..Scene::paper()
-    };
-    let behind_block = |friction| Scene {
-        friction,
-        ..Scene::paper()
-    };
-    vec![
-        ("viscous on the device", on_device(viscous)),
-        (
-            "Salcudean-Vlaar on the device",
-            on_device(Friction::SalcudeanVlaar(SalcudeanVlaar {
-                static_force: both(4.0),
-                contact_stiffness: 5000.0,
-                viscous: both(5.0),
-                velocity_threshold: 0.002,
-            })),
-        ),
-        ("Karnopp on the device", on_device(Friction::Karnopp(plain))),
-        ("Dahl on the device", on_device(dahl)),
-        (
-            "Hayward-Armstrong on the device",
-            on_device(Friction::HaywardArmstrong(HaywardArmstrong {
-                dynamic_force: both(3.5),
-                contact_stiffness: 1e4,
-                elastic_fraction: 0.7,
-                viscous: both(0.0),
-            })),
-        ),
-        (
-            "reset integrator on the device",
-            on_device(Friction::ResetIntegrator(ResetIntegrator {
-                static_force: both(4.0),
-                dynamic_force: both(3.5),
-                contact_stiffness: 1e4,
-                contact_damping: 10.0,
-                viscous: both(0.0),
-                reseat: Reseat::Continuous,
-            })),
-        ),
-        (
-            "LuGre without Stribeck on the device",
-            on_device(Friction::Lugre(Lugre {
-                static_force: both(3.5),
-                ..lugre
-            })),
-        ),
-        ("LuGre on the device", on_device(Friction::Lugre(lugre))),
-        (
-            "elasto-plastic without Stribeck on the device",
-            on_device(Friction::ElastoPlastic(ElastoPlastic {
-                static_force: both(3.5),
-                ..elasto_plastic
-            })),
-        ),
-        (
-            "elasto-plastic on the device",
-            on_device(Friction::ElastoPlastic(elasto_plastic)),
-        ),
-        ("viscous behind a block", behind_block(viscous)),
-        ("Karnopp behind a block", behind_block(Friction::Karnopp(plain))),
-        (
-            "the same with DV",
-            behind_block(Friction::Karnopp(Karnopp {
-                velocity_threshold: 0.01,
-                ..plain
-            })),
-        ),
-        ("the same, asymmetric", behind_block(Friction::Karnopp(asymmetric))),
-        (
-            "asymmetric with rising Fs",
-            behind_block(Friction::Karnopp(Karnopp {
-                rising_rate: 10.0,
-                ..asymmetric
-            })),
-        ),
-        (
-            "Karnopp with Stribeck behind a block",
-            behind_block(Friction::Karnopp(Karnopp {
-                stribeck_velocity: 0.01,
-                ..plain
-            })),
-        ),
-        ("Dahl behind a block", behind_block(dahl)),
-        ("LuGre behind a block", behind_block(Friction::Lugre(lugre))),
-        (
-            "elasto-plastic behind a block",
-            behind_block(Friction::ElastoPlastic(elasto_plastic)),
-        ),
-    ]
-}
-
-/// The excitations by which a rig is identified, within bounds that the table's hand keeps.
-#[must_use]
-pub fn excitations() -> Vec<(&'static str, Excitation)> {
-    let along = |course| Excitation {
-        course,
-        force_limit_n: 20.0,
-        slew_limit_n_per_s: 2000.0,
-        stiffness_n_per_m: 1000.0,
-        damping_ns_per_m: 20.0,
-        travel_limit_m: 0.25,
-        speed_limit_mps: 0.5,
-        lag_limit_m: 0.25,
-        wrong_way_limit_m: 0.25,
-    };
-    vec![
-        (
-            "excitation along a chirp",
-            along(Course::Chirp {
-                amplitude_m: 0.005,
-                from_hz: 0.5,
-                to_hz: 3.0,
-                duration_s: 12.0,
-            }),
-        ),
-        (
-            "excitation along a sweep",
-            along(Course::Sweep {
-                travel_m: 0.02,
-                speed_mps: 0.01,
-                rounds: 1,
-            }),
-        ),
-    ]
-}
 
 /// An excitation at the beginning of a motion.
 fn follower(excitation: Excitation, motion: &[DeviceSample]) -> Result<Renderer, BoundError> {
@@ -406,62 +231,6 @@ pub fn limited_cases() -> Vec<(usize, LawCase)> {
             Some((place, case))
         })
         .collect()
-}
-
-/// Why instructions could not be counted.
-#[derive(Debug, Error)]
-pub enum CountError {
-    /// There is no valgrind.
-    #[error("valgrind is not installed, which counts instructions (Debian: apt install valgrind)")]
-    NoValgrind,
-    /// It could not be run, or its output not be read.
-    #[error("callgrind: {0}")]
-    Io(#[from] io::Error),
-    /// The probe failed.
-    #[error("callgrind failed: {0}")]
-    Failed(String),
-}
-
-/// Counts the instructions of each call of [`measured_ticks`] that `program` makes when it is run
-/// with `arguments`. `directory` takes callgrind's files.
-///
-/// # Errors
-/// There is no valgrind, or the program fails under it.
-pub fn count(program: &Path, arguments: &[&str], directory: &Path) -> Result<Vec<u64>, CountError> {
-    // Whole: a pattern would do for the toggle, and not for the dump.
-    const MEASURED: &str = "haptic_lab::cost::measured_ticks";
-    let out = directory.join("callgrind.out");
-    let ran = Command::new("valgrind")
-        .arg("--tool=callgrind")
-        .arg(format!("--toggle-collect={MEASURED}"))
-        .arg(format!("--dump-after={MEASURED}"))
-        .arg(format!("--callgrind-out-file={}", out.display()))
-        .arg(program)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .output();
-    let ran = match ran {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(CountError::NoValgrind),
-        ran => ran?,
-    };
-    if !ran.status.success() {
-        return Err(CountError::Failed(String::from_utf8_lossy(&ran.stderr).into_owned()));
-    }
-    let mut totals = Vec::new();
-    loop {
-        // One file for each call, numbered from 1.
-        let path = format!("{}.{}", out.display(), totals.len() + 1);
-        let Ok(text) = std::fs::read_to_string(&path) else {
-            break;
-        };
-        let total = text
-            .lines()
-            .find_map(|line| line.strip_prefix("totals: ").or_else(|| line.strip_prefix("summary: ")))
-            .and_then(|total| total.trim().parse().ok())
-            .ok_or_else(|| CountError::Failed(format!("{path} has no total")))?;
-        totals.push(total);
-    }
-    Ok(totals)
 }
 
 #[cfg(test)]
