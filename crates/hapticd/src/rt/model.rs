@@ -152,28 +152,26 @@ fn an_answer_is_seen_whole_or_not_at_all() {
 #[test]
 fn a_scheduled_change_is_rendered_or_taken_back_and_both_threads_know_which() {
     model(|| {
-        let claims = Arc::new([Claim::new(), Claim::new()]);
+        let claims = Arc::new([Claim::new(), Claim::new(), Claim::new(), Claim::new()]);
+        let ticks = [7, 8, 9, 10];
         let loops = {
             let claims = Arc::clone(&claims);
-            // Two ticks, a change in each.
-            loom::thread::spawn(move || {
-                let rendered = |index: usize| claims[index].decide(Fate::Rendered(7 + index as u64));
-                [rendered(0), rendered(1)]
-            })
+            // A change in each tick.
+            loom::thread::spawn(move || [0, 1, 2, 3].map(|index| claims[index].decide(Fate::Rendered(ticks[index]))))
         };
         // The last one first: none is rendered whose predecessor was taken back.
-        let second = claims[1].decide(Fate::Withdrawn);
-        let first = claims[0].decide(Fate::Withdrawn);
+        let mut withdrawn = [3, 2, 1, 0].map(|index| claims[index].decide(Fate::Withdrawn));
+        withdrawn.reverse();
         let rendered = loops.join().expect("it ends");
-        assert_eq!(rendered, [!first, !second]);
-        assert!(!first || second, "the second builds on the first");
-        let fate = |withdrawn: bool, tick| {
-            if withdrawn {
+        assert_eq!(rendered, withdrawn.map(|withdrawn| !withdrawn));
+        assert!(withdrawn.is_sorted(), "each builds on the one before it: {withdrawn:?}");
+        for (index, withdrawn) in withdrawn.into_iter().enumerate() {
+            let fate = if withdrawn {
                 Fate::Withdrawn
             } else {
-                Fate::Rendered(tick)
-            }
-        };
-        assert_eq!([claims[0].fate(), claims[1].fate()], [fate(first, 7), fate(second, 8)]);
+                Fate::Rendered(ticks[index])
+            };
+            assert_eq!(claims[index].fate(), fate);
+        }
     });
 }
