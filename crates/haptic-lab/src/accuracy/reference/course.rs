@@ -13,7 +13,7 @@ use twofloat::TwoFloat;
 
 /// What the two highest orders of a piece may add, N: what the piece then leaves out is several
 /// powers below.
-pub(super) const TOLERANCE_N: f64 = 3e-11;
+pub(super) const TOLERANCE_N: f64 = 1e-10;
 /// Most pieces of a tick: a run that takes more is a mistake of this solver.
 const MOST_PIECES: usize = 10_000_000;
 /// Share of the velocity, or of the one over which friction falls, that a piece may take away.
