@@ -164,7 +164,7 @@ fn a_shell_completes_parameters_scenes_and_subcommands() {
         ["device_velocity_mps"]
     );
     assert_eq!(complete(&["haptic-ctl", "sce"]), ["scene"]);
-    assert_eq!(complete(&["haptic-ctl", "scene", "d"]), ["diff"]);
+    assert_eq!(complete(&["haptic-ctl", "scene", "d"]), ["delete", "diff"]);
 }
 
 #[test]
