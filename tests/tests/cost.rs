@@ -18,7 +18,7 @@ const BUDGETS: [(&str, f64); 21] = [
     ("LuGre on the device", 749.0),
     ("elasto-plastic without Stribeck on the device", 330.0),
     ("elasto-plastic on the device", 2019.0),
-    ("viscous behind a block", 196.0),
+    ("viscous behind a block", 218.0),
     ("Karnopp behind a block", 360.0),
     ("the same with DV", 360.0),
     ("the same, asymmetric", 383.0),

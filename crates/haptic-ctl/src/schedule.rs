@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) const HELP: &str = r#"The file is JSON: a list of changes in the order of their ticks, as in
   [{"at_tick":5000,"params":{"Fs":5}},
-   {"at_tick":5500,"params":{"Fs":{"plus":0.5},"mass":{"times":2}},"ramp_ms":50},
+   {"at_tick":5500,"params":{"Fs":{"plus":0.5}},"ramp_ms":50},
    {"at_tick":6000,"scene":"viscous-drag"}]
 or an object with that list as `changes`, and `name`, `keep`, `if_revision` and `dry_run` as the control protocol has
 them (docs/control.md). All of the changes are accepted or none. haptic-ctl waits until the last is rendered; an

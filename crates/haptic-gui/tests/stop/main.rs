@@ -115,8 +115,7 @@ fn an_identification_does_not_keep_a_stop_waiting() {
     let mut desk = Desk::new();
     desk.turn_to(Page::Identify);
     let record = Pipe::unopened();
-    let fed = record.feed();
-    // A pipe keeps its reader waiting.
+    // A pipe that nobody opens keeps its reader waiting.
     let source = Source::new(record.path());
     let options = Options::new(ModelKind::Auto);
     desk.ask(Intent::Identify {
@@ -125,7 +124,7 @@ fn an_identification_does_not_keep_a_stop_waiting() {
     });
     stops(&mut desk, "reading a record to identify", 3);
     assert!(desk.files_busy() > 0, "it still goes on");
-    drop(fed);
+    drop(record.feed());
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("record.csv");
     let rows: String = (0..60_000)

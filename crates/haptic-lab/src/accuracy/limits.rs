@@ -50,7 +50,7 @@ const fn law(
 #[rustfmt::skip]
 pub const LIMITS: [LawLimit; 16] = [
     law("karnopp",                        1e-11, 1e-12, 1e-10, 0.0, 0.0, [930.0, 5_441.0]),
-    law("viscous",                        1e-11, 1e-12, 1e-12, 0.0, 0.0, [196.0, 199.0]),
+    law("viscous",                        1e-11, 1e-12, 1e-12, 0.0, 0.0, [218.0, 219.0]),
     law("karnopp, Stribeck",              1e-9,  1e-11, 1e-10, 0.0, 0.0, [8_240.0, 58_100.0]),
     law("karnopp, Stribeck and rising Fs", 1e-9,  1e-11, 0.0,   0.0, 0.0, [6_360.0, 38_700.0]),
     law("karnopp, rising Fs",             1e-9,  1e-11, 0.0,   0.0, 0.0, [963.0, 5_536.0]),

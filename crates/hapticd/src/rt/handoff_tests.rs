@@ -1,7 +1,7 @@
 //! The hand-over with real threads. Miri runs these too, with many seeds.
 
 use crate::rt::handoff::{ANY_CONNECTION, CommandWord, Heard, Outcome, Shared, Stopped, state_from};
-use crate::rt::outbox::with_capacity;
+use crate::rt::outbox::{SCENES, with_capacity};
 use haptic_core::servo::{Command, CompiledScene};
 use haptic_core::{Renderer, Scene, Scheme};
 use haptic_ipc::RigState;
@@ -216,14 +216,11 @@ fn a_scene_counts_as_rendered_from_its_tick_on_and_its_steps_are_told() {
 #[test]
 fn scenes_are_handed_back_as_long_as_there_is_room_which_freeing_them_makes() {
     let (mut producer, mut consumer) = with_capacity(1);
-    let mut handed_back = 0;
-    while producer.has_room_for_scenes(1) {
-        assert_eq!(producer.has_room_for_scenes(2), handed_back < 15);
-        producer.retire(Box::new(compiled(handed_back)));
-        handed_back += 1;
+    for left in (1..=SCENES).rev() {
+        assert!(producer.has_room_for_scenes(left) && !producer.has_room_for_scenes(left + 1));
+        producer.retire(Box::new(compiled(1)));
     }
-    assert_eq!(handed_back, 16);
     assert!(producer.has_room_for_scenes(0) && !producer.has_room_for_scenes(1));
     consumer.drop_retired();
-    assert!(producer.has_room_for_scenes(16) && !producer.has_room_for_scenes(17));
+    assert!(producer.has_room_for_scenes(SCENES) && !producer.has_room_for_scenes(SCENES + 1));
 }

@@ -90,10 +90,11 @@ fn a_reset_never_clears_a_stop_that_came_after_it() {
                 state = RigState::Stopped;
             }
             let word = std::mem::replace(&mut last_command, shared.command_word());
-            if let Some(word) = CommandWord::unpack(last_command).filter(|_| word != last_command) {
-                if !word.overtaken_by(stops) && word.command == Command::Reset {
-                    state = RigState::Idle;
-                }
+            if let Some(word) = CommandWord::unpack(last_command).filter(|_| word != last_command)
+                && !word.overtaken_by(stops)
+                && word.command == Command::Reset
+            {
+                state = RigState::Idle;
             }
             state
         };

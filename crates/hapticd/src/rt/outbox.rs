@@ -50,7 +50,7 @@ const RECORDS: usize = 8192;
 
 /// Scenes that the queue holds: all that can be scheduled, and more than the control thread leaves there
 /// between two looks. So a scheduled change never waits for room.
-const SCENES: usize = MOST_SCHEDULED_CHANGES + 16;
+pub(crate) const SCENES: usize = MOST_SCHEDULED_CHANGES + 16;
 
 /// The real-time end.
 #[derive(Debug)]
