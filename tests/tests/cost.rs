@@ -24,9 +24,9 @@ const BUDGETS: [(&str, f64); 21] = [
     ("the same, asymmetric", 383.0),
     ("asymmetric with rising Fs", 392.0),
     ("Karnopp with Stribeck behind a block", 747.0),
-    ("Dahl behind a block", 1392.0),
+    ("Dahl behind a block", 1660.0),
     ("LuGre behind a block", 1858.0),
-    ("elasto-plastic behind a block", 2306.0),
+    ("elasto-plastic behind a block", 2560.0),
     ("excitation along a chirp", 421.0),
     ("excitation along a sweep", 334.0),
 ];
