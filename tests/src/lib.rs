@@ -252,6 +252,11 @@ impl Drop for Daemon {
         // It may have ended already; either way nothing of it stays.
         drop(self.child.kill());
         drop(self.child.wait());
+        if std::thread::panicking() {
+            let mut said = String::new();
+            drop(self.stderr.read_to_string(&mut said));
+            println!("hapticd has said: {said}");
+        }
     }
 }
 

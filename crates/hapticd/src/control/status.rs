@@ -9,6 +9,7 @@ pub(super) async fn status(rig: &RigHandle) -> Status {
         let feed = rig.feed();
         (feed.newest().copied(), feed.uptime_s(), feed.link())
     };
+    let scheduled = rig.schedule_status();
     let facts = &rig.facts;
     let (force_limit_n, force_limit_by) = facts.force_limit();
     let (undo_depth, redo_depth) = rig.history().depth();
@@ -24,7 +25,7 @@ pub(super) async fn status(rig: &RigHandle) -> Status {
         revision: rig.revision(),
         scene: rig.scene().name.clone(),
         library_scene: rig.history().library_scene(),
-        scheduled: rig.schedule_status(),
+        scheduled,
         command_force_n: newest.map_or(0.0, |record| record.command_force),
         energy_excess_j: newest.map_or(0.0, |record| record.energy_excess),
         device_position_m: newest.map_or(0.0, |record| record.device_position),

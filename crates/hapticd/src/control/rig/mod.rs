@@ -118,6 +118,11 @@ impl RigHandle {
 
     /// Processes telemetry, and frees the scenes that the real-time thread returned.
     pub(crate) fn pump(&self) {
+        // A scheduled scene that was rendered goes into the history. Where the caller reads that at this moment, all
+        // waits for the next call.
+        if self.history.try_borrow_mut().is_err() {
+            return;
+        }
         {
             let mut feed = self.feed.borrow_mut();
             feed.stops_ended(&self.shared.answers);
