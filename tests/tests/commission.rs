@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::process::Command;
 use std::time::Instant;
 use system_tests::commissioning::{
-    OWN, PUSH_N, after_the_pulse, begun, commission, daemon, daemon_at, let_go, pulse, refused, renders_the_scene,
+    OWN, PUSH_N, after_the_pulse, begun, commission, daemon, daemon_at, pulse, refused, renders_the_scene,
 };
 use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
@@ -180,8 +180,9 @@ fn on_a_terminal(daemon: &Daemon, arguments: &[&str]) -> Terminal {
 
 #[test]
 fn on_a_terminal_it_asks_before_each_step_and_nothing_is_kept_without_a_yes() {
-    let rig = FakeRig::start(&[&OWN[..], &["--stops-mm", "5"]].concat());
-    let (daemon, mut client) = daemon(&rig, &[]);
+    let start = || FakeRig::start(&[&OWN[..], &["--stops-mm", "5"]].concat());
+    let mut rig = start();
+    let (mut daemon, mut client) = daemon(&rig, &[]);
     let output = daemon.ctl(&["commission"]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
@@ -226,7 +227,9 @@ fn on_a_terminal_it_asks_before_each_step_and_nothing_is_kept_without_a_yes() {
         }
         assert!(began.elapsed() < 4 * PATIENCE, "{written}");
         println!("once more, the machine is busy: {written}");
-        let_go(&mut client);
+        // The handle may have been left at its stop.
+        rig = start();
+        (daemon, client) = self::daemon(&rig, &[]);
     }
     engage(&mut client);
 }

@@ -176,9 +176,26 @@ fn members_of_the_group_tune_and_all_others_watch_and_stop() {
 #[test]
 fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
     let _one = crate::one_of_two();
+    for _ in 0..5 {
+        if let Stopped::AlongItsRamp = stopped() {
+            return;
+        }
+        println!("the machine was so busy that the watchdog or the late policy ended the ramp; once more");
+    }
+    panic!("no ramp comes to its end");
+}
+
+/// How a unit that pulled came to its end.
+enum Stopped {
+    AlongItsRamp,
+    /// The watchdog or the late policy of the packaged unit took the force away before.
+    Before,
+}
+
+fn stopped() -> Stopped {
     const RAMP_S: f64 = 1.0;
     let Some(machine) = machine_with_unit("ramp-ms = 1000\nstale-ms = 500") else {
-        return;
+        return Stopped::AlongItsRamp;
     };
     pull(&machine);
     // Not before, as nobody reads while it waits; what is not read for long is dropped.
@@ -212,7 +229,10 @@ fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
         .map(|row| row.command_force_n.abs())
         .fold(0.0, f64::max);
     assert!(largest_n > 2.0, "{largest_n} N");
-    assert_eq!((end.state, end.command_force_n), (RigState::Idle, 0.0));
+    if end.state != RigState::Idle {
+        return Stopped::Before;
+    }
+    assert_eq!(end.command_force_n, 0.0);
     let idle = last
         .iter()
         .find(|row| row.state == RigState::Idle)
@@ -231,6 +251,7 @@ fn stopping_the_unit_lets_the_force_down_along_its_ramp() {
     ] {
         assert_eq!(machine.property(property), value, "{property}: {}", machine.journal());
     }
+    Stopped::AlongItsRamp
 }
 
 #[test]
