@@ -127,13 +127,16 @@ pub(super) fn evened(t_s: &[f64]) -> Option<(Vec<f64>, f64)> {
         (least.min(step), most.max(step))
     });
     let rounding = most - least;
+    // Rounded to less than the period, times step by two neighbouring multiples; to more, some repeat. Else rows are
+    // missing.
+    let is_rounding = rounding <= (1.0 + ALIKE) * period_s || least <= ALIKE * period_s;
     let is_either = steps().all(|step| (step - least).min(most - step) <= ALIKE * rounding);
     let even: Vec<f64> = (0..t_s.len()).map(|at| first + at as f64 * period_s).collect();
     let is_near = t_s
         .iter()
         .zip(&even)
         .all(|(t, even)| (t - even).abs() <= (1.0 + ALIKE) * rounding);
-    (is_either && is_near && rounding > 0.02 * period_s).then_some((even, rounding))
+    (is_rounding && is_either && is_near && rounding > 0.02 * period_s).then_some((even, rounding))
 }
 
 #[cfg(test)]
@@ -177,5 +180,9 @@ mod tests {
         let mut gap = rounded;
         gap.iter_mut().skip(100).for_each(|t| *t += 0.05);
         assert_eq!(evened(&gap), None);
+        // One long gap and some short ones: no step is far from either the least or the longest.
+        let missing = |k: &u32| !k.is_multiple_of(37) && !(5000..5400).contains(k);
+        let dropped: Vec<f64> = (0..21_000).filter(missing).map(|k| f64::from(k) * 1e-3).collect();
+        assert_eq!(evened(&dropped), None);
     }
 }
