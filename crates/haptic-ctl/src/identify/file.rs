@@ -95,7 +95,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "N", allow_hyphen_values = true, requires = "file")]
     force_gain: Option<f64>,
 
-    /// Metres a unit of the position column [default: the unit at the end of its name, as in x_mm or "x [um]", else
+    /// Metres a unit of the position column [default: the unit at the end of its name, as in x_mm or "x (um)", else
     /// 1]
     #[arg(long, value_name = "M", allow_hyphen_values = true, requires = "file")]
     position_gain: Option<f64>,
