@@ -407,3 +407,6 @@ fn withdraw(schedule: &mut Schedule, first: usize) -> usize {
 fn name_of(waiting: &WaitingChange) -> Option<&str> {
     waiting.entry.schedule.as_deref()
 }
+
+#[cfg(test)]
+mod tests;
