@@ -1,11 +1,12 @@
 //! What the user asks an identification for, how far it is, and what comes of it.
 
+use super::saving;
 use crate::identification::{Found, Headings};
 use crate::intent::Intent;
 use crate::notice::Notice;
 use crate::update::Answer;
 use haptic_core::Scene;
-use haptic_ipc::{Advice, ErrorCode, WireError};
+use haptic_ipc::{Advice, WireError};
 use haptic_lab::identify::ModelKind;
 use haptic_lab::identify::record_file::{Columns, MovingMass};
 use std::path::{Path, PathBuf};
@@ -270,7 +271,7 @@ impl Fitting {
             (Intent::Lease { .. }, _) => {}
             (Intent::Save { scene: Some(_), .. }, Ok(Answer::Saved(reply))) => {
                 self.would_replace = None;
-                self.report = Some(Notice::new(Ok(format!("Saved as {} ({})", reply.name, reply.path))));
+                self.report = Some(saving::saved(&reply));
             }
             (
                 Intent::Save {
@@ -278,13 +279,7 @@ impl Fitting {
                 },
                 Err(error),
             ) => {
-                let why = if error.code == ErrorCode::SceneExists {
-                    self.would_replace = Some(name.clone());
-                    format!("The library has a scene {name} already: save under another name, or replace it")
-                } else {
-                    error.message
-                };
-                self.report = Some(Notice::new(Err(why)));
+                self.report = Some(saving::refused(name, error, &mut self.would_replace));
             }
             (_, result) => return Some(result),
         }

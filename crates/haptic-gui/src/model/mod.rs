@@ -6,6 +6,7 @@ pub(crate) mod daemon;
 pub(crate) mod fitting;
 pub(crate) mod question;
 pub(crate) mod recordings;
+mod saving;
 pub(crate) mod scene;
 pub(crate) mod scope;
 pub(crate) mod stop;

@@ -10,6 +10,7 @@ pub(crate) use edit::{Edit, Hand, Outcome};
 pub(crate) use parameter::ParameterEdits;
 pub(crate) use trial::TRIAL;
 
+use super::saving;
 use super::scene::SceneChange;
 use crate::intent::{Intent, Target};
 use crate::notice::Notice;
@@ -17,7 +18,7 @@ use crate::update::Answer;
 use edit::Change;
 use egui::Id;
 use haptic_core::Scene;
-use haptic_ipc::{ChangeReply, ErrorCode, ParameterDescription, SceneRef, WireError};
+use haptic_ipc::{ChangeReply, ParameterDescription, SceneRef, WireError};
 use std::time::{Duration, Instant};
 use trial::Trial;
 
@@ -202,16 +203,10 @@ impl Tuning {
                 {
                     comparison.ask_again();
                 }
-                self.report = Some(Notice::new(Ok(format!("Saved as {} ({})", reply.name, reply.path))));
+                self.report = Some(saving::saved(&reply));
             }
             (Intent::Save { name, .. }, Err(error)) => {
-                let why = if error.code == ErrorCode::SceneExists {
-                    self.would_replace = Some(name.clone());
-                    format!("The library has a scene {name} already: save under another name, or replace it")
-                } else {
-                    error.message
-                };
-                self.report = Some(Notice::new(Err(why)));
+                self.report = Some(saving::refused(name, error, &mut self.would_replace));
             }
             (Intent::Compare { what, scene, revision }, result) => {
                 let result = match result {
