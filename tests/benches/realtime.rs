@@ -319,15 +319,7 @@ fn recording() {
         let (mut idle, mut busy) = (vec![], vec![]);
         for turn in 0..TURNS {
             idle.push(turn_of(&mut daemon.client()));
-            let mut recorder = Command::new(binary("haptic-ctl"))
-                .arg("record")
-                .arg(directory.path().join(format!("{turn}.{ending}")))
-                .arg("--socket")
-                .arg(daemon.socket())
-                .stdin(Stdio::null())
-                .stdout(Stdio::null())
-                .spawn()
-                .expect("haptic-ctl starts");
+            let mut recorder = daemon.recorder(&directory.path().join(format!("{turn}.{ending}")), &[]);
             wait_for(&mut daemon.client(), "the recorder", |status| status.clients == 2);
             busy.push(turn_of(&mut daemon.client()));
             rustix::process::kill_process(

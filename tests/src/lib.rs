@@ -234,6 +234,25 @@ impl Daemon {
         String::from_utf8(output.stdout).expect("it prints text")
     }
 
+    /// Starts `haptic-ctl record` into a file, with more arguments; what it says is piped.
+    ///
+    /// # Panics
+    /// It cannot be started.
+    #[must_use]
+    pub fn recorder(&self, file: &Path, more: &[&str]) -> Child {
+        Command::new(binary("haptic-ctl"))
+            .arg("record")
+            .arg(file)
+            .args(more)
+            .arg("--socket")
+            .arg(&self.socket)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("haptic-ctl starts")
+    }
+
     /// Sends a signal and waits for the end; returns how it ended and what it still said.
     ///
     /// # Panics

@@ -11,20 +11,6 @@ use system_tests::fake_rig::FakeRig;
 use system_tests::terminal::Terminal;
 use system_tests::{Daemon, PATIENCE, binary, wait_for_state};
 
-fn start(daemon: &Daemon, file: &Path, more: &[&str]) -> Child {
-    Command::new(binary("haptic-ctl"))
-        .arg("record")
-        .arg(file)
-        .args(more)
-        .arg("--socket")
-        .arg(daemon.socket())
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("haptic-ctl starts")
-}
-
 fn read(file: &Path) -> Recording {
     recording::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()))
 }
@@ -139,7 +125,7 @@ fn a_recording_has_every_tick_of_its_time_and_says_of_what() {
 fn an_interrupt_ends_it_as_it_should_be_and_changes_stand_before_their_rows() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let (_directory, file) = somewhere("csv");
-    let recorder = start(&daemon, &file, &[]);
+    let recorder = daemon.recorder(&file, &[]);
     wait_for_rows(&file, 1);
     daemon.ctl_ok(&["set", "mass=1.5"]);
     daemon.ctl_ok(&["engage", "--wait"]);
@@ -174,7 +160,7 @@ fn an_interrupt_ends_it_as_it_should_be_and_changes_stand_before_their_rows() {
 fn an_interrupt_before_the_time_that_was_asked_for_is_no_success() {
     let daemon = Daemon::start(&[]);
     let (_directory, file) = somewhere("csv");
-    let recorder = start(&daemon, &file, &["--for", "1h"]);
+    let recorder = daemon.recorder(&file, &["--for", "1h"]);
     wait_for_rows(&file, 1);
     let output = end(recorder, Signal::INT);
     assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
@@ -186,7 +172,7 @@ fn whoever_kills_it_loses_nothing_that_was_flushed() {
     let daemon = Daemon::start(&[]);
     for ending in ENDINGS {
         let (_directory, file) = somewhere(ending);
-        let recorder = start(&daemon, &file, &[]);
+        let recorder = daemon.recorder(&file, &[]);
         wait_for_rows(&file, 1200);
         let before = read(&file);
         end(recorder, Signal::KILL);
@@ -208,7 +194,7 @@ fn a_daemon_that_dies_ends_it_with_3_and_leaves_what_there_was() {
     for ending in ENDINGS {
         let daemon = Daemon::start(&[]);
         let (_directory, file) = somewhere(ending);
-        let recorder = start(&daemon, &file, &["--json"]);
+        let recorder = daemon.recorder(&file, &["--json"]);
         wait_for_rows(&file, 200);
         drop(daemon);
         let output = recorder.wait_with_output().expect("it ends");
@@ -233,7 +219,7 @@ fn a_daemon_that_dies_ends_it_with_3_and_leaves_what_there_was() {
 fn it_ends_when_what_was_asked_for_is_so() {
     let daemon = Daemon::start(&["--ramp-ms", "10"]);
     let (_directory, file) = somewhere("csv");
-    let recorder = start(&daemon, &file, &["--until", "state=engaged"]);
+    let recorder = daemon.recorder(&file, &["--until", "state=engaged"]);
     wait_for_rows(&file, 1);
     daemon.ctl_ok(&["engage"]);
     let output = recorder.wait_with_output().expect("it ends");
@@ -445,7 +431,7 @@ fn a_program_sets_markers_by_lines_where_that_is_asked_for() {
 fn the_end_of_the_markers_does_not_cut_the_time_that_was_asked_for() {
     let daemon = Daemon::start(&[]);
     let (_directory, file) = somewhere("csv");
-    let recorder = start(&daemon, &file, &["--markers-from-stdin", "--for", "400ms"]);
+    let recorder = daemon.recorder(&file, &["--markers-from-stdin", "--for", "400ms"]);
     // Its input ends at once.
     assert_eq!(recorder.wait_with_output().expect("it ends").status.code(), Some(0));
     assert!(read(&file).rows.len() > 300);
@@ -466,7 +452,7 @@ fn a_rig_that_is_unplugged_is_marked_when_it_goes_and_when_it_comes_back() {
     let mut client = daemon.client();
     wait_for_state(&mut client, RigState::Idle);
     let (_directory, file) = somewhere("csv");
-    let recorder = start(&daemon, &file, &[]);
+    let recorder = daemon.recorder(&file, &[]);
     wait_for_rows(&file, 100);
     rig.fail("hang-up 0.3");
     wait_for_state(&mut client, RigState::Disconnected);

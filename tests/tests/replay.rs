@@ -8,7 +8,7 @@ use haptic_lab::replay::{self, NotCompared, Report};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::time::Instant;
 use system_tests::fake_rig::FakeRig;
 use system_tests::{Daemon, PATIENCE, binary, wait_for_state};
@@ -93,14 +93,7 @@ fn session(file: &Path) -> Recording {
         "--hand=arm",
         "--hand-frequency-hz=2",
     ]);
-    let recorder = Command::new(binary("haptic-ctl"))
-        .arg("record")
-        .arg(file)
-        .arg("--socket")
-        .arg(daemon.socket())
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("haptic-ctl starts");
+    let recorder = daemon.recorder(file, &[]);
     wait_for_rows(file, 300);
     daemon.ctl_ok(&["engage", "--wait"]);
     wait_for_rows(file, 200);
@@ -199,15 +192,7 @@ fn a_rig_behind_a_link_gives_its_forces_again_also_after_another_one_came() {
     drop(daemon.ctl(&["engage", "--wait"]));
     drop(daemon.ctl(&["release", "--wait"]));
     let file = directory.path().join("session.mcap");
-    let recorder = Command::new(binary("haptic-ctl"))
-        .arg("record")
-        .arg(&file)
-        .arg("--socket")
-        .arg(daemon.socket())
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .expect("haptic-ctl starts");
+    let recorder = daemon.recorder(&file, &[]);
     wait_for_rows(&file, 300);
     drop(daemon.ctl(&["engage", "--wait"]));
     wait_for_rows(&file, 300);
