@@ -17,16 +17,17 @@ FORMATS = ("mcap", "csv", "parquet")
 
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """The same second in every format, with a change of scene and two changes of state in it."""
+    """The same two seconds in every format, with a change of scene and two changes of state in it."""
     directory = tmp_path_factory.mktemp("recordings")
     paths = {ending: directory / f"r.{ending}" for ending in FORMATS}
     with hapticd.fake() as daemon, daemon.connect() as rig:
-        command = ["record", str(paths["mcap"]), "--for", "1s", "--notes", "a test, of µ"]
+        command = ["record", str(paths["mcap"]), "--for", "2s", "--notes", "a test, of µ"]
         with rig.events(["log"]):
             recorder = subprocess.Popen(
                 [str(ctl()), *command], env={"HAPTICD_SOCKET": str(daemon.path)}, stdout=subprocess.DEVNULL
             )
-            while not paths["mcap"].exists():
+            # The file is there before its first samples are.
+            while not has_rows(paths["mcap"]):
                 rig.status()
             rig.engage()
             rig.wait_for("engaged")
@@ -37,6 +38,13 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
             [str(ctl()), "recording", "export", str(paths["mcap"]), str(paths[ending])], check=True, capture_output=True
         )
     return paths
+
+
+def has_rows(path: Path) -> bool:
+    try:
+        return len(hapticd.read(path)) > 0
+    except (FileNotFoundError, hapticd.NotARecording):
+        return False
 
 
 def ctl() -> Path:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
+from hapticd.closing import Closing
 from hapticd.errors import Faulted, Stopped
 from hapticd.subscription import Queue, subscribe
 
@@ -15,7 +15,7 @@ from hapticd.subscription import Queue, subscribe
 WAITING = 100_000
 
 
-class Events:
+class Events(Closing):
     """Events from now on, one after another: each is an object as on the wire, with its topic in `event`."""
 
     def __init__(self, path: Path, topics: Sequence[str]) -> None:
@@ -66,11 +66,3 @@ class Events:
     def close(self) -> None:
         """Ends the subscription."""
         self._subscription.close()
-
-    def __enter__(self) -> Events:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

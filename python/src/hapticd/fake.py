@@ -10,9 +10,9 @@ import tempfile
 import threading
 from collections.abc import Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Any
 
+from hapticd.closing import Closing
 from hapticd.duration import Duration
 from hapticd.errors import HapticdError
 from hapticd.rig import Rig
@@ -45,7 +45,7 @@ def binary() -> Path:
     return max(built, key=lambda path: path.stat().st_mtime)
 
 
-class Fake:
+class Fake(Closing):
     """A daemon with a simulated rig. It ends with this object, and with this program.
 
     Attributes:
@@ -105,14 +105,6 @@ class Fake:
         self._listener.join()
         self._supervisor.stderr.close()
         self._temporary.cleanup()
-
-    def __enter__(self) -> Fake:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def fake(*arguments: str, **options: Any) -> Fake:

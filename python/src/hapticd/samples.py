@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal
 
+from hapticd.closing import Closing
 from hapticd.errors import HapticdError, SamplesLost
 from hapticd.sample import COLUMNS, DTYPES, STATES, Sample, of_row
 from hapticd.subscription import Queue, subscribe
@@ -64,7 +64,7 @@ def _fields(rate_hz: float | None, batch_ms: int | None) -> dict[str, Any]:
     return {key: value for key, value in (("rate_hz", rate_hz), ("batch_ms", batch_ms)) if value is not None}
 
 
-class Samples:
+class Samples(Closing):
     """The samples from now on, one after another.
 
     Up to two minutes of them wait while the program is busy. Samples that are lost raise `SamplesLost`, after which
@@ -146,16 +146,8 @@ class Samples:
         """Ends the subscription."""
         self._subscription.close()
 
-    def __enter__(self) -> Samples:
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-
-class Buffer:
+class Buffer(Closing):
     """The newest samples as a numpy array, kept by a thread in the background.
 
     Attributes:
@@ -266,14 +258,6 @@ class Buffer:
     def close(self) -> None:
         """Ends the subscription; what is held stays."""
         self._subscription.close()
-
-    def __enter__(self) -> Buffer:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 _PLACES = {state: place for place, state in enumerate(STATES)}
