@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapticd.errors import SamplesLostWarning
@@ -16,21 +18,21 @@ from hapticd.subscription import Queue, subscribe
 if TYPE_CHECKING:
     import pandas
 
-    from hapticd.rig import Rig
 
-
-def record(rig: Rig, length_s: float, rate_hz: float | None) -> pandas.DataFrame:
-    """Records for a time. See `Rig.record`."""
+def record(
+    path: Path, request: Callable[[str], dict[str, Any]], length_s: float, rate_hz: float | None
+) -> pandas.DataFrame:
+    """Records for a time. See `Rig.record`, which gives the socket and its own requests."""
     import numpy
 
-    status = rig.request("status")
+    status = request("status")
     # Samples and states come on one connection, so that their order is the daemon's.
     queue: Queue[dict[str, Any]] = Queue(float("inf"), lambda event: 1)
     fields: dict[str, Any] = {} if rate_hz is None else {"rate_hz": rate_hz}
     answers: list[dict[str, Any]] = []
-    subscription = subscribe(rig.path, ["state", "samples"], queue.put, queue.end, answers.append, **fields)
+    subscription = subscribe(path, ["state", "samples"], queue.put, queue.end, answers.append, **fields)
     try:
-        scene = rig.get()
+        scene = request("get")
         started_unix_s = time.time()
         rate_hz = float(answers[0]["rate_hz"])
         gaps = Gaps(every(status["rate_hz"], rate_hz))
@@ -58,13 +60,13 @@ def record(rig: Rig, length_s: float, rate_hz: float | None) -> pandas.DataFrame
         warnings.warn(f"{gaps.lost} samples were lost", SamplesLostWarning, stacklevel=3)
     table = numpy.array(rows, dtype=list(DTYPES.items()))
     metadata = {
-        "server": rig.hello["server"],
+        "server": status["server"],
         "device": status["device"]["description"],
         "loop_rate_hz": status["rate_hz"],
         "rate_hz": rate_hz,
         "started_unix_s": started_unix_s,
-        "revision": scene.revision,
-        "scene": scene.scene,
+        "revision": scene["revision"],
+        "scene": scene["scene"],
         "servo": answers[0].get("servo"),
         "configuration": status,
     }

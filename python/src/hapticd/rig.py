@@ -239,7 +239,7 @@ class Rig:
         """
         from hapticd.recorder import record
 
-        return record(self, seconds("length", length), rate_hz)
+        return record(self.path, self.request, seconds("length", length), rate_hz)
 
     def wait_for(self, state: str, timeout: Duration = 10.0) -> int:
         """Waits until the rig is in a state; returns the tick since which it is.
