@@ -2,7 +2,7 @@
 
 mod window;
 
-use clap::{Parser, ValueEnum};
+use clap::{CommandFactory, Parser, ValueEnum};
 use haptic_gui::connection::{Connection, Patience};
 use haptic_gui::{App, Files, Page, theme};
 use haptic_ipc::socket_path;
@@ -31,6 +31,10 @@ struct Arguments {
     #[arg(long, value_name = "PAGE", value_enum, default_value_t = Page::default())]
     page: Page,
 
+    /// Print the manual page, for a package.
+    #[arg(long, hide = true)]
+    manual_page: bool,
+
     /// Colours of the panel.
     #[arg(long, value_name = "THEME", value_enum, default_value_t = Theme::System)]
     theme: Theme,
@@ -58,6 +62,10 @@ impl From<Theme> for egui::ThemePreference {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    if arguments.manual_page {
+        let page = clap_mangen::Man::new(Arguments::command());
+        return page.render(&mut std::io::stdout()).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
+    }
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_app_id("haptic-gui")

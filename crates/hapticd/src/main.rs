@@ -21,7 +21,7 @@ mod self_test;
 mod service;
 mod telemetry;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use config::{Config, ConfigError, Options};
 use control::RigHandle;
 use control::server::Server;
@@ -65,6 +65,10 @@ const PUMP_PERIOD: Duration = Duration::from_millis(5);
 
 fn main() -> ExitCode {
     let options = Options::parse();
+    if options.manual_page {
+        let page = clap_mangen::Man::new(Options::command()).section("8");
+        return page.render(&mut std::io::stdout()).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
+    }
     if let Err(error) = log::start() {
         eprintln!("hapticd: {error}");
         return ExitCode::FAILURE;

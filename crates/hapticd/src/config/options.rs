@@ -22,6 +22,11 @@ pub(crate) struct Options {
     #[serde(skip)]
     pub(crate) config: Option<PathBuf>,
 
+    /// Print the manual page, for a package
+    #[arg(long, hide = true)]
+    #[serde(skip)]
+    pub(crate) manual_page: bool,
+
     /// Run on the built-in fake rig, engage at once, and show a live status line
     #[arg(long)]
     #[serde(skip)]
