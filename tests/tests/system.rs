@@ -39,6 +39,7 @@ mod link_health;
 mod log;
 mod machine_record;
 mod outside_files;
+mod package;
 mod replay;
 mod rig_friction;
 mod safety;
