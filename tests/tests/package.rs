@@ -1,7 +1,7 @@
 //! The Debian package: what it installs, starts, keeps and removes, on a machine of its own; and the manual pages in it.
 
 use crate::one_of_two;
-use haptic_ipc::{RigState, StatusReply};
+use haptic_ipc::{RigState, Status};
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
@@ -47,7 +47,7 @@ fn installed_the_first_client_starts_the_rig_and_systemctl_says_what_it_does() {
         machine.journal()
     );
     let shown = ordinary_user(&machine, "--groups=haptic", &["--json", "status"]);
-    let shown: StatusReply = serde_json::from_slice(&shown.stdout).expect("a status");
+    let shown: Status = serde_json::from_slice(&shown.stdout).expect("a status");
     assert_eq!(shown.state, RigState::Engaged);
     machine.eventually("the state in words", || {
         machine

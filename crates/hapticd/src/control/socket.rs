@@ -47,7 +47,9 @@ pub(crate) enum SocketError {
         group: String,
         source: io::Error,
     },
-    #[error("the service manager passed {0}, which is none of the daemon's sockets: let --socket or --watch-socket name the path of its ListenStream=")]
+    #[error(
+        "the service manager passed {0}, which is none of the daemon's sockets: let --socket or --watch-socket name the path of its ListenStream="
+    )]
     Foreign(String),
 }
 
