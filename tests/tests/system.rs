@@ -38,6 +38,7 @@ mod link;
 mod link_health;
 mod log;
 mod machine_record;
+mod metrics;
 mod outside_files;
 mod package;
 mod replay;

@@ -64,7 +64,9 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     if arguments.manual_page {
         let page = clap_mangen::Man::new(Arguments::command());
-        return page.render(&mut std::io::stdout()).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
+        return page
+            .render(&mut std::io::stdout())
+            .map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
     }
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()

@@ -120,10 +120,10 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
         let rig = Rc::new(rig);
         let mut stop_signals = stop_signals.watch(ramp, rig.end_of_loop())?;
         let manager = ServiceManager::of_process()?;
-        introduce(&rig, &server);
         if let Some(address) = metrics.as_ref().and_then(metrics::Server::address) {
             say(&format!("metrics at http://{address}/metrics"));
         }
+        introduce(&rig, &server);
         if demo {
             // At the first tick nothing forbids engaging; the status line shows any failure.
             drop(rig.command(Command::Engage, rig.stops(), None).await);

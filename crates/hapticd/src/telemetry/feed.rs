@@ -281,7 +281,7 @@ impl Feed {
             self.announce_servo();
         }
         if let Some(fault) = record.fault
-            && before.is_none_or(|before| before.fault.is_none())
+            && before.is_none_or(|before| before.fault != record.fault)
         {
             *self.faults.entry(fault.code()).or_default() += 1;
         }
