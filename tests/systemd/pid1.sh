@@ -26,6 +26,8 @@ mkdir -p "$root/old/changes/usr" "$root/old/changes/dpkg" "$root/old/work/usr" "
 over() { mount -t overlay -o "lowerdir=$1,upperdir=$root/old/changes/$2,workdir=$root/old/work/$2" "$2" "$root$1"; }
 over /usr usr
 over /var/lib/dpkg dpkg
+# Other packages' groups do not exist there.
+: >"$root/var/lib/dpkg/statoverride"
 
 mount -t proc proc "$root/proc"
 mount --bind "$root/proc/sys" "$root/proc/sys"

@@ -39,7 +39,7 @@ pub(crate) async fn keep(path: Option<PathBuf>, rig: &RigHandle) -> std::io::Res
     period.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         period.tick().await;
-        match texts.try_send(super::text(rig)) {
+        match texts.try_send(super::prometheus_text(&super::openmetrics(rig))) {
             // The one before is still being written: the collector sees its age.
             Ok(()) | Err(TrySendError::Full(_)) => {}
             Err(TrySendError::Disconnected(_)) => return std::future::pending().await,

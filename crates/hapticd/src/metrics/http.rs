@@ -77,11 +77,17 @@ async fn answer(mut stream: TcpStream, rig: &RigHandle) -> std::io::Result<()> {
     let mut words = request.split(u8::is_ascii_whitespace);
     let (method, path) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
     let path = path.split(|&byte| byte == b'?').next().unwrap_or_default();
+    const OPENMETRICS: &str = "application/openmetrics-text";
     let (status, kind, body) = match (method, path) {
-        (b"GET", b"/metrics") => (
+        (b"GET", b"/metrics") if String::from_utf8_lossy(&request).contains(OPENMETRICS) => (
             "200 OK",
             "application/openmetrics-text; version=1.0.0; charset=utf-8",
-            super::text(rig),
+            super::openmetrics(rig),
+        ),
+        (b"GET", b"/metrics") => (
+            "200 OK",
+            "text/plain; version=0.0.4; charset=utf-8",
+            super::prometheus_text(&super::openmetrics(rig)),
         ),
         (b"GET", _) => (
             "404 Not Found",
