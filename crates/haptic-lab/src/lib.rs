@@ -14,4 +14,5 @@ pub mod recording;
 pub mod replay;
 pub mod simulate;
 mod smoothing;
+pub mod studies;
 pub mod surface;
