@@ -152,6 +152,9 @@ const fn first() -> u32 {
 
 /// A row that can be read and written.
 pub trait Trial: Serialize + DeserializeOwned {
+    /// The columns that are written.
+    const COLUMNS: &'static [&'static str];
+
     /// The columns that a file must have.
     const REQUIRED: &'static [&'static str];
 
@@ -312,6 +315,28 @@ fn named(column: &'static str, value: &str) -> Result<(), OutOfRange> {
 }
 
 impl Trial for FittsTrial {
+    const COLUMNS: &'static [&'static str] = &[
+        "operator",
+        "subject",
+        "session",
+        "block",
+        "resistance",
+        "condition",
+        "trial",
+        "direction",
+        "amplitude_m",
+        "width_m",
+        "cursor_diameter_m",
+        "end_error_m",
+        "movement_time_s",
+        "errors",
+        "error_size_m",
+        "start_tick",
+        "end_tick",
+        "scene_revision",
+        "recording",
+    ];
+
     const REQUIRED: &'static [&'static str] = &[
         "subject",
         "block",
@@ -358,6 +383,28 @@ impl Trial for FittsTrial {
 }
 
 impl Trial for PerceptionTrial {
+    const COLUMNS: &'static [&'static str] = &[
+        "operator",
+        "subject",
+        "session",
+        "case",
+        "method",
+        "trial",
+        "base_static_N",
+        "base_dynamic_N",
+        "comparison_static_N",
+        "comparison_dynamic_N",
+        "level_N",
+        "comparison_first",
+        "answer",
+        "correct",
+        "response_time_s",
+        "reversal",
+        "start_tick",
+        "end_tick",
+        "recording",
+    ];
+
     const REQUIRED: &'static [&'static str] = &[
         "subject",
         "case",
@@ -450,6 +497,8 @@ mod tests {
         write(&trials, &mut whole).expect("written");
         let by_line = [line(&trials[0], true), line(&trials[1], false)].map(|line| line.expect("written"));
         assert_eq!(whole, by_line.concat());
+        let header = String::from_utf8(whole.clone()).expect("text");
+        assert!(header.starts_with(&format!("{}\n", T::COLUMNS.join(","))), "{header}");
         assert_eq!(read::<T>(&whole[..]).expect("read"), trials);
     }
 
