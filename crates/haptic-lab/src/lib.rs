@@ -14,4 +14,5 @@ pub mod recording;
 pub mod replay;
 pub mod simulate;
 mod smoothing;
+pub mod stats;
 pub mod surface;
