@@ -15,4 +15,5 @@ pub mod replay;
 pub mod simulate;
 mod smoothing;
 pub mod stats;
+pub mod studies;
 pub mod surface;
