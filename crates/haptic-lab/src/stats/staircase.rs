@@ -57,10 +57,7 @@ mod tests {
     fn too_few_reversals_are_refused() {
         for levels in [&[][..], &[0.1], &[0.1, 0.2, 0.3]] {
             let refused = staircase(levels, 2).expect_err("too few").to_string();
-            assert!(
-                refused.contains("; at least 2"),
-                "{refused}"
-            );
+            assert!(refused.contains("; at least 2"), "{refused}");
         }
         assert!(staircase(&[0.1, f64::NAN, 0.2], 0).is_err());
     }
