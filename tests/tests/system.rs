@@ -46,6 +46,7 @@ mod schedule;
 mod schema;
 mod service;
 mod simulate;
+mod study_analyse;
 mod systemd;
 mod transcripts;
 mod usb_kernel;

@@ -35,6 +35,7 @@ mod schedule;
 mod set;
 mod simulate;
 mod status;
+mod study;
 mod surface;
 mod table_file;
 mod timing;
@@ -168,6 +169,9 @@ enum Command {
     /// Record a simulated surface as a lab records a real one, offline: strokes at 0.5 to 3 Hz and slow
     /// ramps, a force sensor's noise, an encoder's steps
     Surface(surface::Arguments),
+    /// Analyse studies of people at the rig; works without a daemon
+    #[command(subcommand)]
+    Study(study::Command),
     /// Print the completion script of a shell
     Completions { shell: completions::Shell },
     /// Write the manual pages
@@ -213,6 +217,7 @@ impl Command {
             | Self::Cost
             | Self::Compare(_)
             | Self::Surface(_)
+            | Self::Study(_)
             | Self::Completions { .. }
             | Self::Man(_)
             | Self::Probe { .. } => return Ok(Vec::new()),
@@ -307,6 +312,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Cost => return cost::run(json),
         Command::Compare(compare) => return compare::run(compare, json),
         Command::Surface(surface) => return surface::run(surface, json),
+        Command::Study(study) => return study::run(study, json),
         Command::Completions { shell } => return completions::run(*shell),
         Command::Man(man) => return man::run(man, Arguments::command()),
         Command::Probe { probe } => return cost::run_probe(*probe),

@@ -1,4 +1,6 @@
 //! The trials of a study's folder, or of a file from elsewhere.
+//!
+//! A study may be under way: the last line of a file of its folder counts only if it has an end.
 
 use crate::studies::trial::{self, FittsTrial, PerceptionTrial, TrialError};
 use std::fs::File;
@@ -57,6 +59,10 @@ pub enum ReadError {
 /// # Errors
 /// It cannot be read, or a row is wrong.
 pub fn read_file(path: &Path) -> Result<Trials, ReadError> {
+    rows(path, &text(path)?)
+}
+
+fn text(path: &Path) -> Result<Vec<u8>, ReadError> {
     let failed = |source| ReadError::Io {
         path: path.to_path_buf(),
         source,
@@ -65,8 +71,12 @@ pub fn read_file(path: &Path) -> Result<Trials, ReadError> {
     File::open(path)
         .and_then(|mut file| file.read_to_end(&mut text))
         .map_err(failed)?;
+    Ok(text)
+}
+
+fn rows(path: &Path, text: &[u8]) -> Result<Trials, ReadError> {
     // As spreadsheets begin their files.
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&text);
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     let heading = text.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let is_perception = String::from_utf8_lossy(heading)
         .split(',')
@@ -92,7 +102,12 @@ pub fn read_folder(folder: &Path) -> Result<Trials, ReadError> {
     paths.sort();
     let mut all: Option<Trials> = None;
     for path in paths {
-        match (&mut all, read_file(&path)?) {
+        let text = text(&path)?;
+        let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+        if whole == 0 {
+            continue;
+        }
+        match (&mut all, rows(&path, &text[..whole])?) {
             (none @ None, read) => *none = Some(read),
             (Some(Trials::Fitts(trials)), Trials::Fitts(more)) => trials.extend(more),
             (Some(Trials::Perception(trials)), Trials::Perception(more)) => trials.extend(more),

@@ -7,6 +7,7 @@ mod comparison;
 mod difficulty;
 mod error;
 mod files;
+mod outputs;
 mod page;
 mod paper;
 mod perception;
@@ -19,7 +20,7 @@ pub use comparison::{Comparison, Counts, Difference, Measure, Pair, Row, Thresho
 pub use difficulty::{DifficultyLine, Point};
 pub use error::AnalysisError;
 pub use files::{ReadError, Trials, read_file, read_folder};
-pub use page::{fitts_page, perception_page};
+pub use outputs::{fitts_files, perception_files};
 pub use paper::BesidePaper;
 pub use perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, perception};
 pub use sequences::{Sequence, Summary};

@@ -13,8 +13,7 @@ const SMALL_PX: f64 = 220.0;
 const CURVE: usize = 200;
 
 /// The page of a targeting task.
-#[must_use]
-pub fn fitts_page(analysis: &FittsAnalysis, trajectories: &[Trajectory], title: &str) -> Page {
+pub(super) fn fitts_page(analysis: &FittsAnalysis, trajectories: &[Trajectory], title: &str) -> Page {
     let mut charts = vec![difficulty(analysis)];
     for comparison in analysis.comparisons.iter().take(1) {
         for resistance in &comparison.resistances {
@@ -32,8 +31,7 @@ pub fn fitts_page(analysis: &FittsAnalysis, trajectories: &[Trajectory], title: 
 }
 
 /// The page of a perception test.
-#[must_use]
-pub fn perception_page(analysis: &PerceptionAnalysis, title: &str) -> Page {
+pub(super) fn perception_page(analysis: &PerceptionAnalysis, title: &str) -> Page {
     let charts = analysis.cases.iter().map(psychometric).collect();
     page(
         title,

@@ -15,6 +15,7 @@ const TIMES: [(&str, [u64; 2]); 4] = [
 ];
 
 /// Just noticeable difference that the paper gives for a case, N.
+#[expect(clippy::approx_constant, reason = "3.14 N is a force")]
 pub(super) const fn jnd_n(case: Case) -> f64 {
     match case {
         Case::A => 0.78,

@@ -71,6 +71,9 @@ pub struct PerceptionAnalysis {
     pub notes: Vec<String>,
 }
 
+/// The trials of a case by subject, session and number.
+type BySubject<'a> = BTreeMap<&'a str, BTreeMap<(u32, u32), &'a PerceptionTrial>>;
+
 /// Analyses the answers of a perception test, in any order. The seed is that of the intervals.
 ///
 /// # Errors
@@ -82,7 +85,7 @@ pub fn perception(trials: &[PerceptionTrial], seed: u64) -> Result<PerceptionAna
     if trials.iter().any(|trial| trial.operator != first.operator) {
         return Err(AnalysisError::MixedOperators);
     }
-    let mut by_case: BTreeMap<_, BTreeMap<&str, BTreeMap<(u32, u32), &PerceptionTrial>>> = BTreeMap::new();
+    let mut by_case: BTreeMap<_, BySubject<'_>> = BTreeMap::new();
     for trial in trials {
         let case = by_case.entry((trial.case, trial.method)).or_default();
         let own = case.entry(trial.subject.as_str()).or_default();
@@ -114,7 +117,7 @@ pub fn perception(trials: &[PerceptionTrial], seed: u64) -> Result<PerceptionAna
 
 fn analysed(
     (case, method): (Case, Method),
-    subjects: &BTreeMap<&str, BTreeMap<(u32, u32), &PerceptionTrial>>,
+    subjects: &BySubject<'_>,
     seed: u64,
     refused: &mut Vec<Refused>,
 ) -> CaseAnalysis {
