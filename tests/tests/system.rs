@@ -47,6 +47,7 @@ mod schema;
 mod service;
 mod simulate;
 mod study;
+mod study_analyse;
 mod systemd;
 mod transcripts;
 mod usb_kernel;

@@ -169,7 +169,7 @@ enum Command {
     /// Record a simulated surface as a lab records a real one, offline: strokes at 0.5 to 3 Hz and slow
     /// ramps, a force sensor's noise, an encoder's steps
     Surface(surface::Arguments),
-    /// Run the targeting task and the perception tests
+    /// Run studies (the targeting task and the perception tests) and analyse them; works without a daemon
     #[command(subcommand)]
     Study(study::Command),
     /// Print the completion script of a shell

@@ -1,5 +1,6 @@
 //! `study`: the targeting task and the perception tests, one file a subcommand.
 
+mod analyse;
 mod plan;
 mod run;
 mod sensitivity;
@@ -21,6 +22,9 @@ pub(crate) enum Command {
     Operator,
     /// Show which constants of the simulated operator turn the result of a study
     Sensitivity(sensitivity::Arguments),
+    /// Show what a study's trials say: the paper's tables and figures, throughput by ISO 9241-411, thresholds
+    #[command(after_help = analyse::HELP)]
+    Analyse(analyse::Arguments),
 }
 
 #[derive(Debug, Args)]
@@ -37,5 +41,6 @@ pub(crate) async fn run(command: &Command, as_json: bool) -> Result<(), Failure>
         Command::Plan(arguments) => plan::run(arguments),
         Command::Operator => plan::operator(as_json),
         Command::Sensitivity(arguments) => sensitivity::run(arguments, as_json),
+        Command::Analyse(arguments) => analyse::run(arguments, as_json),
     }
 }

@@ -5,6 +5,7 @@
 //! daemon's ticks. A simulated [operator] does a study through the same state machines; [store]
 //! keeps it on the disk, and [run] runs it.
 
+pub mod analysis;
 pub mod fitts;
 pub mod operator;
 pub mod perception;
