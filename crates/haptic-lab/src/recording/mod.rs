@@ -24,6 +24,7 @@ pub mod parquet;
 mod reader;
 mod recorder;
 mod sync;
+mod thread;
 mod writer;
 
 pub use copy::{Repaired, export, repair};
@@ -32,6 +33,7 @@ pub use error::{CopyError, CreateError, Ending, Place, RecordingError};
 pub use format::{Format, UnknownFormat};
 pub use reader::{Entry, Reader, Recording, open, read};
 pub use recorder::{Recorder, create};
+pub use thread::{Kept, RecordingThread, WaitingParts};
 pub use writer::{Totals, Writer};
 
 use haptic_core::{Directional, Scene};
@@ -112,6 +114,12 @@ pub enum Mark {
         /// How many.
         rows: u64,
     },
+    /// Changes of state, scene or settings, or markers, are missing here: the disk hung, and more of them waited than
+    /// are kept. The newest state and settings follow.
+    LostChanges {
+        /// How many.
+        changes: u64,
+    },
     /// The loop missed periods: it came too late for their deadlines.
     Missed {
         /// The first tick after them.
@@ -156,7 +164,7 @@ impl Mark {
             | Self::Missed { tick, .. }
             | Self::Marker { tick, .. }
             | Self::Link { tick, .. } => Some(*tick),
-            Self::Lost { .. } | Self::End { .. } => None,
+            Self::Lost { .. } | Self::LostChanges { .. } | Self::End { .. } => None,
         }
     }
 
@@ -168,7 +176,7 @@ impl Mark {
         }
         let kind: Kind = serde_json::from_slice(text)?;
         match kind.mark.as_deref() {
-            Some("scene" | "state" | "servo" | "lost" | "missed" | "marker" | "link" | "end") => {
+            Some("scene" | "state" | "servo" | "lost" | "lost_changes" | "missed" | "marker" | "link" | "end") => {
                 serde_json::from_slice(text).map(Some)
             }
             _ => Ok(None),

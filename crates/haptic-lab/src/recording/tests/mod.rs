@@ -15,7 +15,7 @@ fn scene() -> Scene {
     Scene::paper()
 }
 
-pub(super) fn metadata() -> Metadata {
+pub(in crate::recording) fn metadata() -> Metadata {
     Metadata {
         server: "hapticd 0.1.0".into(),
         device: "fake rig, \"of glass\"".into(),
@@ -30,7 +30,7 @@ pub(super) fn metadata() -> Metadata {
     }
 }
 
-pub(super) fn sample(tick: u64) -> Sample {
+pub(in crate::recording) fn sample(tick: u64) -> Sample {
     Sample {
         tick,
         t_s: 1e-3 * f64::from(u32::try_from(tick).expect("small")),
