@@ -50,6 +50,10 @@ pub(super) const CALIBRATION_SHARE: f64 = 1e-3;
 /// samples by `K T^2 / 12` times the acceleration: 1.7 g at 20 kN/m and 1 kHz.
 pub(super) const SAMPLING_SHARE: f64 = 3e-3;
 
+/// What is said where friction is taken as alike.
+pub(super) const ALIKE: &str = "friction is taken as alike in both directions; a constant force and a difference of Fd \
+                                look the same. Where the sensor's zero is known, give the offset";
+
 /// A record on its way through the fit.
 #[derive(Debug)]
 struct Problem<'a> {
@@ -258,11 +262,7 @@ fn choose_directions(
     if options.directions == Directions::Auto && differs(problem, &apart, &together, found) {
         return Ok(apart);
     }
-    found.notes.push(
-        "friction is taken as alike in both directions; a constant force and a difference of Fd look the same. Where \
-         the sensor's zero is known, give the offset"
-            .to_owned(),
-    );
+    found.notes.push(ALIKE.to_owned());
     Ok(together)
 }
 

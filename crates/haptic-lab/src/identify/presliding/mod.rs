@@ -22,9 +22,9 @@ pub(super) use fitted::fitted;
 pub(super) use laws::PathLaw;
 
 use super::bootstrap::{Spread, World};
-use super::karnopp::{CALIBRATION_SHARE, SAMPLING_SHARE};
+use super::karnopp::{ALIKE, CALIBRATION_SHARE, SAMPLING_SHARE};
 use super::progress::Progress;
-use super::{Identified, IdentifyError, ModelKind, Options, Record, Refusal, karnopp};
+use super::{Directions, Identified, IdentifyError, ModelKind, Options, Record, Refusal, karnopp};
 use fastrand::Rng;
 use fit::{Assumed, Estimate};
 use quantity::Quantity;
@@ -189,6 +189,9 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
     found.offset_n = options.offset_n;
     found.residual_rms_n = fit.rms_n;
     found.mass_kg = options.mass_kg;
+    if assumed.alike && options.directions == Directions::Auto && options.offset_n.is_none() {
+        found.notes.push(ALIKE.to_owned());
+    }
     for refusal in refusal::by_physics(prepared, estimate, assumed) {
         refuse(&mut found, refusal);
     }
