@@ -39,6 +39,7 @@ fn as_json(arguments: &Arguments, summary: &Summary) -> serde_json::Value {
         "bytes": summary.bytes,
         "server": metadata.server,
         "device": metadata.device,
+        "recorded_by": metadata.recorded_by,
         "started_unix_s": metadata.started_unix_s,
         "loop_rate_hz": metadata.loop_rate_hz,
         "rate_hz": metadata.rate_hz,
@@ -74,7 +75,13 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
             format!("{}: {}, {megabytes:.2} MB", arguments.file.display(), summary.format),
         ),
         row("begun", when(metadata.started_unix_s, &TimeZone::system())),
-        row("by", metadata.server.clone()),
+        row(
+            "by",
+            match &metadata.recorded_by {
+                Some(program) => format!("{program}, of {}", metadata.server),
+                None => metadata.server.clone(),
+            },
+        ),
         row("device", metadata.device.clone()),
         row(
             "rate",

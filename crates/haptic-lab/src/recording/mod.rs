@@ -55,6 +55,9 @@ pub struct Metadata {
     pub loop_rate_hz: f64,
     /// Rows a second, Hz: the loop's rate, or less where samples were thinned.
     pub rate_hz: f64,
+    /// Program that recorded, with its version, and the user who ran it; an earlier program did not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded_by: Option<String>,
     /// When it began, in seconds since 1970 (UTC).
     pub started_unix_s: f64,
     /// Revision of the scene in force when it began.
@@ -70,6 +73,18 @@ pub struct Metadata {
     /// The daemon's whole answer to `status` when it began.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<serde_json::Value>,
+}
+
+/// Who records: a program, with its version, and the user who runs it.
+#[must_use]
+pub fn recorded_by(program: &str) -> String {
+    let user = ["USER", "LOGNAME"]
+        .into_iter()
+        .find_map(|name| std::env::var(name).ok());
+    match user.filter(|user| !user.is_empty()) {
+        Some(user) => format!("{program}, {user}"),
+        None => program.to_owned(),
+    }
 }
 
 /// Something that happened between two rows.

@@ -111,7 +111,15 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
             );
         }
     }
-    refused.0
+    // Each reason names what any law may have.
+    let unknown = Assumed {
+        mass_kg: None,
+        offset_n: None,
+        ..*assumed
+    };
+    let of_law = Quantity::of(estimate.law, &unknown);
+    let has = |refusal: &Refusal| of_law.iter().any(|quantity| quantity.parameter() == refusal.parameter);
+    refused.0.into_iter().filter(has).collect()
 }
 
 fn short_stroke(farthest_m: f64, step_m: f64) -> String {

@@ -21,6 +21,7 @@ pub(in crate::recording) fn metadata() -> Metadata {
         device: "fake rig, \"of glass\"".into(),
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
+        recorded_by: Some("haptic-ctl 0.1.0, \"ada\"".into()),
         started_unix_s: 1.763_748_187_123e9,
         revision: 7,
         scene: scene(),
