@@ -372,7 +372,9 @@ fn every_code_and_exit_code_of_its_own_is_documented() {
     let page = include_str!("../../docs/control.md");
     let help = text(&ctl(Path::new("/nonexistent"), &["--help"]).stdout).replace('\n', " ");
     for code in
-        "usage no_daemon no_permission no_answer timed_out halted other_version bad_answer cannot_write".split(' ')
+        "usage no_daemon no_permission no_answer timed_out halted other_version bad_answer bad_rig bad_recording \
+         not_comparable no_device cannot_write"
+            .split_whitespace()
     {
         assert!(page.contains(&format!("| `{code}` |")), "{code}");
         assert!(help.contains(code), "{code} is missing from {help}");

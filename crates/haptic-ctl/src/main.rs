@@ -93,8 +93,8 @@ Exit codes: 0 done, 1 refused by the daemon or not written, 2 wrong usage, 3 no 
 
 With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of \
 these: usage (exit code 2), \
-no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer, bad_recording and cannot_write \
-(1).";
+no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer, bad_rig, bad_recording, \
+not_comparable, no_device and cannot_write (1). docs/control.md says what the exit code of each subcommand tells.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -391,6 +391,33 @@ mod tests {
     #[test]
     fn the_command_line_is_sound() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn every_subcommand_is_in_the_table_of_exit_codes() {
+        let page = include_str!("../../../docs/control.md");
+        let (_, table) = page.split_once("| subcommand | asks the daemon |").expect("the table");
+        let (table, _) = table.split_once("\n\n").expect("its end");
+        let names: Vec<&str> = table
+            .lines()
+            .filter_map(|line| line.split('|').nth(1))
+            .flat_map(|names| names.split('`').skip(1).step_by(2))
+            .filter_map(|name| name.split(' ').next())
+            .collect();
+        let command = Arguments::command();
+        let subcommands = command.get_subcommands().filter(|command| !command.is_hide_set());
+        let mut known = vec!["--wait"];
+        for subcommand in subcommands {
+            assert!(
+                names.contains(&subcommand.get_name()),
+                "{} is not in the table",
+                subcommand.get_name()
+            );
+            known.push(subcommand.get_name());
+        }
+        for name in names {
+            assert!(known.contains(&name), "there is no subcommand {name}");
+        }
     }
 
     #[test]

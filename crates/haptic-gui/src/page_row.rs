@@ -44,8 +44,9 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
             let palette = Palette::of(ui);
             let mut text = format!("Recording {}: {}", written.path.display(), amount(&written.totals));
             let mut color = palette.caution_text;
-            if written.lost > 0 {
-                text = format!("The disk does not keep up: {} samples lost. {text}", written.lost);
+            if written.lost > 0 || written.lost_changes > 0 {
+                let (samples, changes) = (written.lost, written.lost_changes);
+                text = format!("The disk does not keep up: {samples} samples and {changes} changes lost. {text}");
                 color = palette.error_text;
             }
             let line = Label::new(RichText::new(&text).small().color(color)).truncate();

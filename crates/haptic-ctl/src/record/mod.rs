@@ -2,10 +2,10 @@
 
 mod link_watch;
 mod person;
-mod thread;
 mod tick_clock;
+mod under_way;
 
-pub(crate) use thread::RecordingThread;
+pub(crate) use under_way::RecordingUnderWay;
 
 use crate::condition::{Condition, Observations};
 use crate::daemon::Daemon;
@@ -171,7 +171,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let mut signals = Signals::new()?;
     let notes = arguments.notes()?;
     let (status, metadata) = beginning::subscribe(daemon, arguments.subscription(), notes).await?;
-    let recorder = RecordingThread::create(&arguments.file, &metadata, arguments.force)?;
+    let recorder = RecordingUnderWay::create(&arguments.file, &metadata, arguments.force)?;
     let mut session = Session {
         arguments,
         recorder,
@@ -188,7 +188,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
 /// A recording that runs.
 struct Session<'a> {
     arguments: &'a Arguments,
-    recorder: RecordingThread,
+    recorder: RecordingUnderWay,
     link: LinkWatch,
     observations: Observations,
     clock: TickClock,

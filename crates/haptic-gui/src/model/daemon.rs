@@ -4,7 +4,7 @@ use super::scene::SceneFacts;
 use super::stop::StopReport;
 use crate::update::{Answer, StopNews};
 use haptic_ipc::{RigState, ServoSetup, Status, Timing, WireError};
-use haptic_lab::recording::Metadata;
+use haptic_lab::recording::{Metadata, recorded_by};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -91,6 +91,7 @@ impl Daemon {
             device: status.device.description.clone(),
             loop_rate_hz: status.rate_hz,
             rate_hz: status.rate_hz,
+            recorded_by: Some(recorded_by(concat!("haptic-gui ", env!("CARGO_PKG_VERSION")))),
             // The writing thread sets the clock.
             started_unix_s: 0.0,
             revision: self.scene.revision?,

@@ -37,6 +37,8 @@ pub(crate) struct RecordingProgress {
     pub(crate) totals: Totals,
     /// Samples that are missing because the disk did not keep up.
     pub(crate) lost: u64,
+    /// Changes and markers that are missing for the same reason.
+    pub(crate) lost_changes: u64,
     /// The markers that were set.
     pub(crate) markers: Vec<Marker>,
 }
@@ -158,23 +160,31 @@ impl Tapes {
         let told = match news {
             RecordingNews::Going { path, totals } => {
                 let before = self.recording.take();
-                let (lost, markers) = before.map_or((0, Vec::new()), |before| (before.lost, before.markers));
+                let (lost, lost_changes, markers) = before.map_or((0, 0, Vec::new()), |before| {
+                    (before.lost, before.lost_changes, before.markers)
+                });
                 self.recording = Some(RecordingProgress {
                     path,
                     totals,
                     lost,
+                    lost_changes,
                     markers,
                 });
                 return None;
             }
-            RecordingNews::Behind { path, lost } => {
+            RecordingNews::Behind {
+                path,
+                lost,
+                lost_changes,
+            } => {
                 let recording = self.recording.get_or_insert_with(|| RecordingProgress {
                     path,
                     totals: Totals::default(),
                     lost: 0,
+                    lost_changes: 0,
                     markers: Vec::new(),
                 });
-                recording.lost = lost;
+                (recording.lost, recording.lost_changes) = (lost, lost_changes);
                 return None;
             }
             RecordingNews::Ended { path, totals } => Ok(format!("Recorded {}: {}", path.display(), amount(&totals))),

@@ -76,6 +76,7 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
         Totals {
             rows: 12_300,
             lost: 2,
+            lost_changes: 0,
             missed: 0,
             bytes: 1_810_000,
             length_s: 12.3,
@@ -158,6 +159,7 @@ fn going(path: &str) -> Update {
         totals: Totals {
             rows: 1,
             lost: 0,
+            lost_changes: 0,
             missed: 0,
             bytes: 1,
             length_s: 0.0,
