@@ -21,6 +21,7 @@ mod ctl_recording;
 mod ctl_requests;
 mod ctl_schedule;
 mod ctl_stop;
+mod ctl_terse;
 mod ctl_top;
 mod ctl_wait;
 mod examples;

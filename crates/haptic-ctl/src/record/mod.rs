@@ -82,7 +82,7 @@ impl Arguments {
     pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
         if self.file == Path::new("-") {
             return Err(Failure::Usage(
-                "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl watch --rate \
+                "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl events samples --rate \
                  all --json`"
                     .to_owned(),
             ));
@@ -334,7 +334,7 @@ fn not_written(file: &Path, error: &io::Error) -> Failure {
     let name = file.display();
     Failure::File(match Summary::read(file) {
         Ok(summary) => format!(
-            "{name}: {error}; the recording ends there: {} s, {} rows, which read",
+            "{name}: {error}; the recording ends there: {:.3} s, {} rows, which read",
             summary.length_s(),
             summary.rows
         ),

@@ -86,9 +86,10 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
         row(
             "rate",
             if metadata.rate_hz == metadata.loop_rate_hz {
-                format!("{} Hz, every tick", metadata.rate_hz)
+                format!("{} Hz, every tick", output::figure(metadata.rate_hz))
             } else {
-                format!("{} Hz, of {} Hz ticks", metadata.rate_hz, metadata.loop_rate_hz)
+                let (rate, ticks) = (output::figure(metadata.rate_hz), output::figure(metadata.loop_rate_hz));
+                format!("{rate} Hz, of {ticks} Hz ticks")
             },
         ),
         row(
@@ -190,15 +191,18 @@ fn event_row(event: &Event) -> Vec<String> {
 /// What of the servo's settings may change.
 fn settings(servo: &ServoSetup) -> String {
     let RigLosses { damping, friction } = servo.settings.losses;
-    let limit = servo
-        .device_force_limit_n
-        .map_or_else(|| "no force limit".to_owned(), |limit_n| format!("at most {limit_n} N"));
+    let limit = servo.device_force_limit_n.map_or_else(
+        || "no force limit".to_owned(),
+        |limit_n| format!("at most {} N", output::figure(limit_n)),
+    );
     let share = servo.settings.compensation.map_or_else(String::new, |compensation| {
-        format!(", {} of it compensated", compensation.share)
+        format!(", {} of it compensated", output::figure(compensation.share))
     });
     format!(
-        "a device with steps of {} m and {limit}; the rig takes up {friction} N and {damping} N s/m{share}",
-        servo.device_resolution_m
+        "a device with steps of {} m and {limit}; the rig takes up {} N and {} N s/m{share}",
+        output::figure(servo.device_resolution_m),
+        output::figure(friction),
+        output::figure(damping)
     )
 }
 
