@@ -516,7 +516,7 @@ fn what_is_under_the_pointer_stays_there_when_the_scene_changes() {
         &mut panel,
         advised(2, vec![check("friction", 16_000.0, Some(16_000.0))]),
     );
-    panel.get_by_label_contains("Friction: 25000");
+    panel.get_by_label_contains("Friction: stiffness 25000");
     assert_eq!(panel.get_by_label("load second").rect(), at);
     hear(&mut panel, advised(2, vec![]));
     assert_eq!(panel.get_by_label("load second").rect(), at);
