@@ -9,6 +9,7 @@
 //! processor's caches makes the same work longer.
 
 use haptic_ipc::{Request, StateReply};
+use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 use system_tests::screen::{Panel, Screen};
@@ -34,13 +35,19 @@ fn share(panel: &Panel) -> f64 {
     (panel.processor_time_s() - before_s) / began.elapsed().as_secs_f64() * 100.0
 }
 
-/// Measures one way to look at the panel, which `arrange` brings about.
-fn measure(daemon: &Daemon, what: &str, size: (usize, usize), arguments: &[&str], arrange: impl FnOnce(&Screen)) {
+/// Measures one way to look at the panel, which `arrange` brings about and what it returns upholds.
+fn measure<T>(
+    daemon: &Daemon,
+    what: &str,
+    size: (usize, usize),
+    arguments: &[&str],
+    arrange: impl FnOnce(&Screen) -> T,
+) {
     let Some(screen) = Screen::of_size(size) else { return };
     let panel = screen.panel(daemon.socket(), arguments);
     wait_for(&mut daemon.client(), "the panel", |status| status.clients == 3);
     thread::sleep(Duration::from_secs(1));
-    arrange(&screen);
+    let _arranged = arrange(&screen);
     let share = share(&panel);
     println!("| {what} | {} x {} | {share:.1} % |", size.0, size.1);
     drop(panel);
@@ -72,6 +79,9 @@ fn main() {
         }
     });
     measure(&daemon, "Tune, frozen", usual, &[], |screen| click(screen, FREEZE));
+    measure(&daemon, "Tune, covered by another window", usual, &[], |screen| {
+        screen.panel(Path::new("/nowhere"), &[])
+    });
     measure(
         &daemon,
         "Record, no recording open",

@@ -17,6 +17,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
+use system_tests::measure::{percentile, us};
 use system_tests::screen::{Picture, Screen};
 use system_tests::{Daemon, PATIENCE, status, wait_for, wait_for_state};
 
@@ -234,6 +235,50 @@ fn every_page_has_stop_in_both_themes_at_three_sizes() {
                 wait_for(&mut client, "the panel to go", |status| status.clients == 1);
             }
         }
+    }
+}
+
+/// How soon a key on the real window stops the rig, from the start of the program that presses it to the daemon's word,
+/// while each page draws.
+#[test]
+fn a_key_stops_soon_on_every_page() {
+    const PRESSES: usize = 100;
+    if !test_run::is_long_for("how soon a key stops the rig on each page of the panel") {
+        return;
+    }
+    let Some(screen) = Screen::open() else {
+        return;
+    };
+    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recording-of-0.1.0.mcap");
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    for page in ["tune", "record", "identify"] {
+        let mut arguments = vec!["--page", page];
+        if page == "record" {
+            arguments.extend(["--open", recording.to_str().expect("a name")]);
+        }
+        let panel = screen.panel(daemon.socket(), &arguments);
+        wait_for(&mut client, "the panel", |status| status.clients == 3);
+        wait_until_drawn(&screen);
+        screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
+        let mut times: Vec<u64> = (0..PRESSES)
+            .map(|_| {
+                client.request::<StateReply>(Request::Reset {}).expect("it is reset");
+                client.request::<StateReply>(Request::Engage {}).expect("it engages");
+                wait_for_state(&mut client, RigState::Engaged);
+                let pressed = Instant::now();
+                screen.act(&["key", "space"]);
+                wait_for_state(&mut client, RigState::Stopped);
+                u64::try_from(pressed.elapsed().as_nanos()).expect("it is soon")
+            })
+            .collect();
+        times.sort_unstable();
+        let ms = |per_mille| us(percentile(&times, per_mille)) * 1e-3;
+        let [half, p99, longest] = [500, 990, 1000].map(ms);
+        println!("{page}: a key stops in {half:.1} ms, p99 {p99:.1} ms, longest {longest:.1} ms");
+        drop(panel);
+        client.request::<StateReply>(Request::Reset {}).expect("it is reset");
+        wait_for(&mut client, "the panel to go", |status| status.clients == 1);
     }
 }
 

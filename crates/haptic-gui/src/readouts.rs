@@ -23,10 +23,11 @@ const UNIT_SHARE: f32 = 0.57;
 /// Shows the newest sample in large type, and dashes without one. Numbers that are not of now are grey, and named so.
 pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     let palette = Palette::of(ui);
+    let sample = tapes.last();
     // A daemon that has just come has yet to send one.
     let is_old = tapes.newest().is_none();
     let staleness = daemon.staleness().or(is_old.then_some(Staleness::Gone));
-    let sample = tapes.last();
+    let staleness = staleness.filter(|_| sample.is_some());
     let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample)));
     // Without force there is no surface to touch.
     let (contact, contact_color) = match sample

@@ -144,7 +144,9 @@ fn scene_line(daemon: &Daemon) -> String {
     let status = daemon.status.as_ref();
     let origin = status.and_then(|status| status.library_scene.as_ref());
     let origin = origin.map(|origin| {
-        let name = if origin.name == *scene { "library" } else { &origin.name };
+        // A name in the library is that of a file.
+        let is_same = origin.name == scene.replace(' ', "-");
+        let name = if is_same { "library" } else { &origin.name };
         let changed = if origin.changed { ", changed" } else { "" };
         format!(" ({name}{changed})")
     });

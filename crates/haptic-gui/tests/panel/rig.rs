@@ -215,7 +215,14 @@ fn the_scene_of_the_library_is_named_and_that_it_was_changed() {
         ("paper", false, "Scene: paper (library)"),
         ("paper", true, "Scene: paper (library, changed)"),
         ("sticky", true, "Scene: paper (sticky, changed)"),
+        // A name in the library is that of a file.
+        ("simulated-friction", false, "Scene: simulated friction (library)"),
     ] {
+        let mut event = state_event(RigState::Idle, 100);
+        if name.starts_with("simulated") {
+            event.scene = "simulated friction".into();
+        }
+        hear(&mut panel, Update::Event(Event::State(event)));
         let name = name.to_owned();
         let mut status = status();
         status.library_scene = Some(haptic_ipc::LibraryScene { name, changed });
