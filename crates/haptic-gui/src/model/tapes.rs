@@ -81,6 +81,11 @@ impl Tapes {
         self.live.last().filter(|_| !self.is_over)
     }
 
+    /// The newest sample of the live rig, connected or not.
+    pub(crate) fn last(&self) -> Option<&Sample> {
+        self.live.last()
+    }
+
     /// Whether the live tape goes on.
     pub(crate) fn is_live(&self) -> bool {
         !self.is_over

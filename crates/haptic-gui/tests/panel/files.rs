@@ -135,11 +135,19 @@ fn a_recording_is_looked_at_without_a_daemon() {
         },
     );
     panel.get_by_label("Force plot");
+    let lost = Update::Disconnected {
+        path: "/run/hapticd/control.sock".into(),
+        reason: "no such file".into(),
+    };
+    hear(&mut panel, lost);
+    panel.get_by_label("No daemon");
+    assert!(panel.query_by_label("Stop").is_none(), "there was never a rig to stop");
     panel.get_by_label_contains("broken off in line 90005");
     assert_eq!(csv_times(&panel), (0.0, 89.999), "the whole of it, however long");
     panel.key_press(Key::Escape);
     panel.run();
     assert_eq!(asked(&mut panel), [Intent::Stop], "a stop is a stop");
+    panel.get_by_label("Stop");
     press(&mut panel, "Close recording");
     assert!(panel.query_by_label("Force plot").is_none());
     let refused = Err("cannot open /x: it is no recording".to_owned());
@@ -321,7 +329,7 @@ fn recorded(folder: &std::path::Path) -> PathBuf {
 fn looking_at(path: &std::path::Path, scene: &Scene) -> Panel {
     let mut panel = connected(RigState::Engaged);
     hear(&mut panel, active_scene(1, scene));
-    let result = Loaded::read(path).map(Box::new);
+    let result = Loaded::read(path, |_| {}).map(Box::new);
     let path = path.to_path_buf();
     hear(&mut panel, Update::Opened { path, result });
     // The list of recordings.

@@ -4,6 +4,7 @@ mod advice;
 mod bench;
 mod files;
 mod identify;
+mod layout;
 #[path = "../fixture/metadata.rs"]
 mod metadata;
 mod plots;
