@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::View;
 use crate::page::Page;
-use crate::{closing, page_row, pages, scene, stop_button, timing_panel, top_bar};
+use crate::{closing, note, page_row, pages, scene, stop_button, timing_panel, top_bar};
 use egui::{Panel, Ui};
 use std::time::Instant;
 
@@ -42,6 +42,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
     page_row::take_keys(ui, &mut model.view.page);
     scene::take_keys(ui, &model.daemon.scene, &model.view.tuning, &mut intents);
     pages::take_marker_key(ui, model, &mut intents);
+    note::show(ui, model, stop, &mut intents);
     take_dropped_file(ui, &mut model.view, &mut intents);
     closing::show(ui, model, &mut intents);
     Panel::top("pages").show(ui, |ui| page_row::show(ui, model));
