@@ -125,6 +125,7 @@ impl Screen {
             .env_remove("WAYLAND_DISPLAY")
             .env("LIBGL_ALWAYS_SOFTWARE", "1")
             .env("HOME", self.directory.path())
+            .env_remove("XDG_CONFIG_HOME")
             .stdin(Stdio::null())
             .spawn();
         let panel = Panel(panel.expect("haptic-gui starts"));

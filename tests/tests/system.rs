@@ -9,6 +9,7 @@ mod commission;
 mod commission_pulse;
 mod compare;
 mod control;
+mod copied_command;
 mod cost;
 mod ctl;
 mod ctl_change;

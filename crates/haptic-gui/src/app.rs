@@ -5,6 +5,8 @@ use crate::files::Files;
 use crate::intent::{Format, Intent};
 use crate::model::Model;
 use crate::page::Page;
+use crate::remembering::Remembering;
+use crate::settings::Settings;
 use crate::shell;
 use crate::stop_button::is_stop_key;
 use crate::update::Update;
@@ -24,6 +26,7 @@ pub struct App {
     shortest: Duration,
     /// A stop was sent by key before the frame was drawn.
     stopped_by_key: bool,
+    remembering: Option<Remembering>,
 }
 
 impl App {
@@ -36,6 +39,7 @@ impl App {
             files,
             shortest: Duration::ZERO,
             stopped_by_key: false,
+            remembering: None,
         }
     }
 
@@ -47,6 +51,25 @@ impl App {
     /// Turns to a page.
     pub fn turn_to(&mut self, page: Page) {
         self.model.turn_to(page);
+    }
+
+    /// Takes up remembered settings, or tells why there are none, and keeps them in their file from now on. A
+    /// file that cannot be read stays as it is.
+    pub fn remember(&mut self, file: PathBuf, settings: Result<Settings, String>) {
+        let is_unreadable = settings.is_err() && file.exists();
+        let settings = settings.unwrap_or_else(|why| {
+            self.model.tell_of_settings(why);
+            Settings::default()
+        });
+        self.model.restore(&settings);
+        self.remembering = (!is_unreadable).then(|| Remembering::new(file, settings));
+    }
+
+    /// Keeps the settings before the window closes.
+    pub fn close(&self, ctx: &egui::Context) {
+        if let Some(remembering) = &self.remembering {
+            remembering.close(&self.model, ctx);
+        }
     }
 
     /// What the panel shows.
@@ -82,6 +105,9 @@ impl App {
         }
         for update in self.files.updates() {
             self.model.apply(update);
+        }
+        if let Some(remembering) = &mut self.remembering {
+            remembering.look(&self.model, ctx, &self.files.writer());
         }
         let (intents, wait) = self.model.due(Instant::now());
         for intent in intents {

@@ -209,7 +209,8 @@ impl Writer {
         });
     }
 
-    fn work_unnoticed(&self, work: impl FnOnce() -> Update + Send + 'static) {
+    /// Works on a thread of its own.
+    pub(crate) fn work_unnoticed(&self, work: impl FnOnce() -> Update + Send + 'static) {
         if self.busy.fetch_add(1, Ordering::AcqRel) >= MOST_AT_ONCE {
             self.busy.fetch_sub(1, Ordering::AcqRel);
             let why = format!("{MOST_AT_ONCE} files are being read or written already; their disk may not answer");

@@ -5,7 +5,7 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::View;
 use crate::page::Page;
-use crate::{closing, page_row, pages, scene, stop_button, timing_panel, top_bar};
+use crate::{closing, note, page_row, pages, scene, stop_button, timing_panel, top_bar};
 use egui::{Panel, Ui};
 use std::time::Instant;
 
@@ -44,6 +44,7 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         scene::take_keys(ui, &model.daemon.scene, &model.view.tuning, &mut intents);
     }
     pages::take_marker_key(ui, model, &mut intents);
+    note::show(ui, model, stop, &mut intents);
     take_dropped_file(ui, &mut model.view, &mut intents);
     closing::take_wish(ui, model);
     Panel::top("pages").show(ui, |ui| page_row::show(ui, model, &mut intents));

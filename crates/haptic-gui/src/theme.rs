@@ -72,6 +72,16 @@ const LIGHT: Palette = Palette {
 };
 
 impl Palette {
+    /// Colours of further lines of a plot, where those of their signals are taken.
+    pub(crate) const OTHER_LINES: [fn(&Self) -> Color32; 6] = [
+        |palette| palette.device,
+        |palette| palette.block,
+        |palette| palette.sliding,
+        |palette| palette.law,
+        |palette| palette.cursor,
+        |palette| palette.error_text,
+    ];
+
     /// The palette of the theme that `ui` is drawn in.
     pub(crate) fn of(ui: &Ui) -> &'static Self {
         if ui.visuals().dark_mode { &DARK } else { &LIGHT }

@@ -57,6 +57,8 @@ pub enum Update {
     },
     /// The progress of the newest stop.
     Stop(StopNews),
+    /// The settings were kept, or why not.
+    Remembered(Result<(), String>),
     /// A file is being written or read.
     Busy(String),
     /// The outcome of an export: the file, or why there is none.

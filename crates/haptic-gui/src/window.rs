@@ -17,19 +17,26 @@ pub(crate) fn is_drawn_in_software(creation: &eframe::CreationContext<'_>) -> bo
 }
 
 /// The panel as the windowing system calls it.
-pub(crate) struct Window(pub(crate) App);
+pub(crate) struct Window {
+    pub(crate) app: App,
+    pub(crate) ctx: egui::Context,
+}
 
 impl eframe::App for Window {
     fn raw_input_hook(&mut self, _: &egui::Context, input: &mut egui::RawInput) {
-        self.0.take_keys(input);
+        self.app.take_keys(input);
     }
 
     fn logic(&mut self, ctx: &egui::Context, _: &mut eframe::Frame) {
-        self.0.take_news(ctx);
+        self.app.take_news(ctx);
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
-        self.0.show(ui);
+        self.app.show(ui);
+    }
+
+    fn on_exit(&mut self, _: Option<&eframe::glow::Context>) {
+        self.app.close(&self.ctx);
     }
 
     fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {

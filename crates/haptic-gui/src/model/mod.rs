@@ -4,8 +4,11 @@
 pub(crate) mod advice;
 pub(crate) mod daemon;
 pub(crate) mod fitting;
+pub(crate) mod measuring;
 pub(crate) mod question;
 pub(crate) mod recordings;
+pub(crate) mod reference;
+mod remembered;
 mod saving;
 pub(crate) mod scene;
 pub(crate) mod scope;
@@ -82,7 +85,12 @@ impl Model {
             // An older daemon has neither; the rest of the panel does without.
             Update::Scene(Err(_)) | Update::Status(Err(_)) => {}
             Update::Library(result) => daemon.scene.take_library(result),
-            Update::Journal(result) => daemon.scene.take_journal(result),
+            Update::Journal(result) => {
+                for entry in result.iter().flat_map(|reply| &reply.entries) {
+                    self.tapes.mark_journal(entry);
+                }
+                daemon.scene.take_journal(result);
+            }
             Update::Status(Ok(status)) => {
                 daemon.status = Some(*status);
                 self.tapes.update_clipping(daemon.force_limit_n());
@@ -107,6 +115,8 @@ impl Model {
                 let told = result.map(|path| format!("Written: {}", path.display()));
                 view.file_notice = Some(Notice::new(told));
             }
+            Update::Remembered(Ok(())) => {}
+            Update::Remembered(Err(why)) => self.tell_of_settings(why),
             Update::Advised(result) => daemon.scene.advised.take(result, daemon.scene.revision),
             Update::Event(event) => self.take_event(event),
             Update::Answered { intent, result } => self.take_answer(&intent, result),
@@ -185,7 +195,10 @@ impl Model {
         match event {
             // A topic of a later daemon.
             Event::Servo(_) | Event::Unknown => {}
-            Event::Log(entry) => daemon.scene.take_entry(*entry),
+            Event::Log(entry) => {
+                tapes.mark_journal(&entry);
+                daemon.scene.take_entry(*entry);
+            }
             Event::State(event) => self.take_state(event),
             Event::Timing(timing) => daemon.timing = Some(*timing),
             Event::Samples(batch) => {
