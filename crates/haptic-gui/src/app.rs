@@ -5,11 +5,16 @@ use crate::files::Files;
 use crate::intent::{Format, Intent};
 use crate::model::Model;
 use crate::page::Page;
+use crate::remembering::Remembering;
+use crate::settings::Settings;
 use crate::shell;
 use crate::stop_button::is_stop_key;
 use crate::update::Update;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// Shortest time between two frames without a graphics card: 15 a second.
+const SHORTEST_IN_SOFTWARE: Duration = Duration::from_nanos(1_000_000_000 / 15);
 
 /// The panel with its connection and its files.
 #[derive(Debug)]
@@ -17,8 +22,11 @@ pub struct App {
     model: Model,
     connection: Connection,
     files: Files,
+    /// Shortest time between two frames that show new samples.
+    shortest: Duration,
     /// A stop was sent by key before the frame was drawn.
     stopped_by_key: bool,
+    remembering: Option<Remembering>,
 }
 
 impl App {
@@ -29,13 +37,39 @@ impl App {
             model: Model::new(),
             connection,
             files,
+            shortest: Duration::ZERO,
             stopped_by_key: false,
+            remembering: None,
         }
+    }
+
+    /// Limits the frames that show new samples to those that a processor draws without strain.
+    pub fn draw_in_software(&mut self) {
+        self.shortest = SHORTEST_IN_SOFTWARE;
     }
 
     /// Turns to a page.
     pub fn turn_to(&mut self, page: Page) {
         self.model.turn_to(page);
+    }
+
+    /// Takes up remembered settings, or tells why there are none, and keeps them in their file from now on. A
+    /// file that cannot be read stays as it is.
+    pub fn remember(&mut self, file: PathBuf, settings: Result<Settings, String>) {
+        let is_unreadable = settings.is_err() && file.exists();
+        let settings = settings.unwrap_or_else(|why| {
+            self.model.tell_of_settings(why);
+            Settings::default()
+        });
+        self.model.restore(&settings);
+        self.remembering = (!is_unreadable).then(|| Remembering::new(file, settings));
+    }
+
+    /// Keeps the settings before the window closes.
+    pub fn close(&self, ctx: &egui::Context) {
+        if let Some(remembering) = &self.remembering {
+            remembering.close(&self.model, ctx);
+        }
     }
 
     /// What the panel shows.
@@ -72,6 +106,9 @@ impl App {
         for update in self.files.updates() {
             self.model.apply(update);
         }
+        if let Some(remembering) = &mut self.remembering {
+            remembering.look(&self.model, ctx, &self.files.writer());
+        }
         let (intents, wait) = self.model.due(Instant::now());
         for intent in intents {
             self.carry_out(ctx, intent);
@@ -87,6 +124,7 @@ impl App {
             self.carry_out(ui.ctx(), intent);
         }
         self.stopped_by_key = false;
+        self.connection.set_pace(self.model.pace().max(self.shortest));
     }
 
     /// Carries out an intent.

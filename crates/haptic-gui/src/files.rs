@@ -78,8 +78,10 @@ impl Files {
     /// Reads a recording.
     pub fn open(&self, path: PathBuf) {
         let what = format!("Reading {}", path.display());
-        self.writer.work(&what, move || {
-            let result = Loaded::read(&path).map(Box::new);
+        let told = self.writer.clone();
+        self.writer.work(&what.clone(), move || {
+            let progress = |length_s: f64| told.tell(Update::Busy(format!("{what}: {length_s:.0} s so far")));
+            let result = Loaded::read(&path, progress).map(Box::new);
             Update::Opened { path, result }
         });
     }
@@ -207,7 +209,8 @@ impl Writer {
         });
     }
 
-    fn work_unnoticed(&self, work: impl FnOnce() -> Update + Send + 'static) {
+    /// Works on a thread of its own.
+    pub(crate) fn work_unnoticed(&self, work: impl FnOnce() -> Update + Send + 'static) {
         if self.busy.fetch_add(1, Ordering::AcqRel) >= MOST_AT_ONCE {
             self.busy.fetch_sub(1, Ordering::AcqRel);
             let why = format!("{MOST_AT_ONCE} files are being read or written already; their disk may not answer");

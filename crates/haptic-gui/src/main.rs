@@ -2,13 +2,13 @@
 
 mod window;
 
-use clap::{CommandFactory, Parser, ValueEnum};
+use clap::{CommandFactory, Parser};
 use haptic_gui::connection::{Connection, Patience};
-use haptic_gui::{App, Files, Page, theme};
+use haptic_gui::{App, Files, Page, Settings, Theme, theme};
 use haptic_ipc::socket_path;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use window::Window;
+use window::{Window, is_drawn_in_software};
 
 /// Tune hapticd while a hand is on the rig, and plot what the hand feels.
 ///
@@ -35,29 +35,9 @@ struct Arguments {
     #[arg(long, hide = true)]
     manual_page: bool,
 
-    /// Colours of the panel.
-    #[arg(long, value_name = "THEME", value_enum, default_value_t = Theme::System)]
-    theme: Theme,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Theme {
-    /// Those of the desktop; dark without a preference.
-    System,
-    /// Light text on dark.
-    Dark,
-    /// Dark text on light.
-    Light,
-}
-
-impl From<Theme> for egui::ThemePreference {
-    fn from(theme: Theme) -> Self {
-        match theme {
-            Theme::System => Self::System,
-            Theme::Dark => Self::Dark,
-            Theme::Light => Self::Light,
-        }
-    }
+    /// Colours of the panel [default: those remembered, else those of the desktop]
+    #[arg(long, value_name = "THEME", value_enum)]
+    theme: Option<Theme>,
 }
 
 fn main() -> ExitCode {
@@ -68,11 +48,19 @@ fn main() -> ExitCode {
             .render(&mut std::io::stdout())
             .map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
     }
+    let file = Settings::file();
+    let settings = file.as_deref().map_or_else(|| Ok(Settings::default()), Settings::read);
+    let known = settings.clone().unwrap_or_default();
+    let size = known
+        .window_size
+        .filter(|size| size.iter().all(|side| side.is_finite()));
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_app_id("haptic-gui")
-            .with_inner_size([1280.0, 800.0])
+            .with_inner_size(size.unwrap_or([1280.0, 800.0]))
             .with_min_inner_size([1024.0, 640.0]),
+        // There is no gradient that would show bands.
+        dithering: false,
         ..Default::default()
     };
     let result = eframe::run_native(
@@ -80,8 +68,9 @@ fn main() -> ExitCode {
         options,
         Box::new(move |creation| {
             let ctx = creation.egui_ctx.clone();
-            ctx.set_theme(arguments.theme);
+            ctx.set_theme(arguments.theme.or(known.theme).unwrap_or(Theme::System));
             theme::install(&ctx);
+            let in_software = is_drawn_in_software(creation);
             let socket = arguments.socket;
             let repaint = {
                 let ctx = ctx.clone();
@@ -90,11 +79,18 @@ fn main() -> ExitCode {
             let files = Files::new(repaint.clone());
             let locate = move || socket_path::for_client(socket.as_deref());
             let mut app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
+            if in_software {
+                theme::draw_in_software(&ctx);
+                app.draw_in_software();
+            }
             app.turn_to(arguments.page);
+            if let Some(file) = file {
+                app.remember(file, settings);
+            }
             if let Some(path) = arguments.open {
                 app.files().open(path);
             }
-            Ok(Box::new(Window(app)))
+            Ok(Box::new(Window { app, ctx }))
         }),
     );
     match result {

@@ -57,6 +57,8 @@ pub enum Update {
     },
     /// The progress of the newest stop.
     Stop(StopNews),
+    /// The settings were kept, or why not.
+    Remembered(Result<(), String>),
     /// A file is being written or read.
     Busy(String),
     /// The outcome of an export: the file, or why there is none.
@@ -117,6 +119,16 @@ pub enum Update {
         /// Why not.
         reason: String,
     },
+}
+
+impl Update {
+    /// Whether it is one of a stream that never ends while there is a daemon: samples, timing and status.
+    pub(crate) fn is_steady(&self) -> bool {
+        matches!(
+            self,
+            Self::Event(Event::Samples(_) | Event::Timing(_)) | Self::Status(Ok(_))
+        )
+    }
 }
 
 /// The answer to a request that the daemon has carried out.

@@ -1,8 +1,25 @@
-//! Names of parameters and checks in words.
+//! Names of parameters and checks in words, and numbers.
 
 /// A name with spaces: `static_force` becomes `static force`.
 pub(crate) fn spoken(name: &str) -> String {
     name.replace('_', " ")
+}
+
+/// What the value of a check is of; empty for a check that this program does not know.
+pub(crate) fn subject(check: &str) -> &'static str {
+    use haptic_core::adviser::Check;
+    let subjects = [
+        (Check::LimitCycle, "speed of the block"),
+        (Check::LeastMass, "mass"),
+        (Check::Ripple, "force"),
+        (Check::Passivity, "the rig's damping"),
+        (Check::LinearStability, "stiffness"),
+        (Check::Friction, "stiffness"),
+        (Check::Encoder, "stiffness"),
+        (Check::FrictionPassivity, "drag"),
+    ];
+    let found = subjects.iter().find(|(known, _)| known.name() == check);
+    found.map_or("", |(_, subject)| subject)
 }
 
 /// A name as the beginning of a line: `static_force` becomes `Static force`.
@@ -12,4 +29,42 @@ pub(crate) fn sentence_case(name: &str) -> String {
     letters
         .next()
         .map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A number with so many significant digits, without an exponent.
+pub(crate) fn significant(value: f64, digits: usize) -> String {
+    let digits = i32::try_from(digits).unwrap_or(i32::MAX);
+    #[expect(clippy::cast_possible_truncation, reason = "the exponent of a number is below 309")]
+    let magnitude = if value == 0.0 {
+        0
+    } else {
+        value.abs().log10().floor() as i32
+    };
+    let decimals = usize::try_from((digits - 1 - magnitude).clamp(0, 9)).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
+    // No "-0.00".
+    if text.trim_start_matches(['-', '0', '.']).is_empty() {
+        "0".to_owned()
+    } else {
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_has_the_digits_that_it_is_given() {
+        for (value, text) in [
+            (1.23456, "1.23"),
+            (-0.012_345, "-0.0123"),
+            (12_345.6, "12346"),
+            (0.0, "0"),
+            (-1e-12, "0"),
+            (100.0, "100"),
+        ] {
+            assert_eq!(significant(value, 3), text);
+        }
+    }
 }

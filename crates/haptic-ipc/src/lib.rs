@@ -9,6 +9,7 @@ mod built_in_scenes;
 mod change_options;
 mod changes;
 mod client;
+mod command_line;
 mod commission;
 mod describe;
 mod envelope;
@@ -45,6 +46,7 @@ pub use built_in_scenes::BUILT_IN_SCENES;
 pub use change_options::ChangeOptions;
 pub use changes::{Changes, ParameterChange, RelativeChange};
 pub use client::{Client, ClientError, Receiver, Sender};
+pub use command_line::set_command;
 pub use commission::{CommissionReply, LONGEST_COMMISSION_LEASE_MS, PulseEnd, PulseReport};
 pub use describe::{Description, ParameterDescription};
 pub use envelope::{BadLine, Envelope};
@@ -70,7 +72,7 @@ pub use schedule::{
 pub use state::{RigState, StateReply};
 pub use status::{DeviceStatus, ForceLimitBy, LibraryScene, RealTimeStatus, Status};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
-pub use unknown_word::{meant_in, meant_or_semicolon};
+pub use unknown_word::meant_in;
 
 /// The protocol version that this crate speaks.
 pub const PROTOCOL_VERSION: u32 = 1;

@@ -4,7 +4,8 @@ use crate::model::view::PlotGroup;
 use crate::model::{Model, scene_seen};
 use crate::plots::chart::Chart;
 use crate::plots::contact_ribbon::{self, Run};
-use crate::plots::{force_velocity, over_time};
+use crate::plots::over_time::Background;
+use crate::plots::{self, force_velocity, over_time, spectrum_plot};
 
 /// Columns over which the samples of a plot over time are drawn.
 const COLUMNS: f64 = 1600.0;
@@ -17,11 +18,9 @@ pub(crate) struct Picture(pub(super) Vec<Group>);
 #[derive(Debug)]
 pub(super) enum Group {
     /// Plots over time, one below the other, and the contact ribbon above them.
-    OverTime {
-        charts: Vec<Chart>,
-        contacts: Vec<Run>,
-    },
-    ForceVelocity(Chart),
+    OverTime { charts: Vec<Chart>, contacts: Vec<Run> },
+    /// A plot of its own.
+    Single(Chart),
 }
 
 impl Picture {
@@ -29,21 +28,29 @@ impl Picture {
     pub(crate) fn seen(model: &Model) -> Self {
         let Model { daemon, tapes, view } = model;
         let scope = view.scope(tapes);
-        let groups = view.layout.drawn.iter().map(|group| match group {
+        let limits = plots::limits(model);
+        let background = Background {
+            reference: view.reference.as_ref(),
+            limits: limits.as_ref(),
+        };
+        let groups = view.layout.drawn.iter().filter_map(|group| match group {
             PlotGroup::OverTime => {
                 let seen = scope.seen(tapes);
                 let ends = (seen.from_s, seen.to_s);
                 let contacts = scope.tape(tapes).contacts(ends, seen.column_s(COLUMNS));
-                let chart = |quantity| over_time::chart(tapes, scope, quantity, &[], COLUMNS);
-                Group::OverTime {
-                    charts: scope.quantities().map(chart).collect(),
+                let chart = |place| over_time::chart(tapes, scope, place, background, &[], COLUMNS);
+                Some(Group::OverTime {
+                    charts: (0..scope.plots.plots().len()).map(chart).collect(),
                     contacts: contact_ribbon::runs(contacts, seen.zero_s),
-                }
+                })
             }
             PlotGroup::ForceVelocity => {
                 let scene = scene_seen(daemon, tapes, scope);
-                Group::ForceVelocity(force_velocity::chart(tapes, scope, scene))
+                Some(Group::Single(force_velocity::chart(tapes, scope, scene)))
             }
+            PlotGroup::Spectrum => spectrum_plot::seen(&view.measuring).map(Group::Single),
+            // A table is not drawn; its numbers follow from the samples, which are exported as CSV.
+            PlotGroup::Statistics => None,
         });
         Self(groups.collect())
     }

@@ -2,7 +2,7 @@
 
 use super::picture::{Group, Picture};
 use crate::model::Model;
-use crate::model::scope::value_axes::Reach;
+use crate::model::scope::value_axis::Reach;
 use crate::plots::axis::{USUAL_COUNT, number, steps};
 use crate::plots::chart::{Chart, Curve, Ink, Overlay};
 use crate::plots::contact_ribbon::Run;
@@ -40,7 +40,7 @@ impl Picture {
                     drawing.over_time(charts, contacts, x + left);
                     x += left + OVER_TIME.0 + right;
                 }
-                Group::ForceVelocity(chart) => {
+                Group::Single(chart) => {
                     let frame = Frame::of(chart, (x + left, top), FORCE_VELOCITY);
                     drawing.chart(chart, &frame, true);
                     x += left + FORCE_VELOCITY.0 + right;
@@ -177,29 +177,33 @@ impl Drawing {
         self.frame(frame, has_across_numbers.then_some(across), up);
         for overlay in &chart.overlays {
             match overlay {
-                Overlay::Level { value, ink } => self.level(frame, *value, ink),
+                Overlay::Level { value, label, ink } => self.level(frame, *value, label, ink),
                 Overlay::Mark {
                     at,
                     label,
                     is_dashed,
                     ink,
                 } => self.mark(frame, *at, label, *is_dashed, ink),
-                Overlay::Curve(_) | Overlay::Dot { .. } => {}
+                Overlay::Curve(_) | Overlay::Dots { .. } => {}
             }
         }
-        let under = chart.overlays.iter().filter_map(|overlay| match overlay {
-            Overlay::Curve(curve) => Some(curve),
-            _ => None,
-        });
-        self.curves(frame, under.chain(&chart.curves));
+        self.curves(frame, chart.under().chain(&chart.curves));
         for overlay in &chart.overlays {
-            if let Overlay::Dot { name, at, color } = overlay {
-                self.dot(frame, name, *at, *color);
+            if let Overlay::Dots {
+                name,
+                at,
+                radius,
+                color,
+            } = overlay
+            {
+                for at in at {
+                    self.dot(frame, name, *at, *radius, *color);
+                }
             }
         }
     }
 
-    fn level(&mut self, frame: &Frame, value: f64, ink: &Ink) {
+    fn level(&mut self, frame: &Frame, value: f64, label: &str, ink: &Ink) {
         if !within(value, frame.up) {
             return;
         }
@@ -207,6 +211,12 @@ impl Drawing {
         self.add(format_args!(
             "<path d=\"M{x:.2} {y:.2}h{width}\" {style} stroke-dasharray=\"6 4\"/>"
         ));
+        if !label.is_empty() {
+            let (end, above, color, label) = (x + width - 4.0, y - 4.0, hex(ink.color), escaped(label));
+            self.add(format_args!(
+                "<text x=\"{end:.2}\" y=\"{above:.2}\" text-anchor=\"end\" fill=\"{color}\">{label}</text>"
+            ));
+        }
     }
 
     fn mark(&mut self, frame: &Frame, at: f64, label: &str, is_dashed: bool, ink: &Ink) {
@@ -226,13 +236,13 @@ impl Drawing {
         ));
     }
 
-    fn dot(&mut self, frame: &Frame, name: &str, [across, up]: [f64; 2], color: fn(&Palette) -> Color32) {
-        if !within(across, frame.across) {
+    fn dot(&mut self, frame: &Frame, name: &str, [across, up]: [f64; 2], radius: f32, color: fn(&Palette) -> Color32) {
+        if !within(across, frame.across) || !within(up, frame.up) {
             return;
         }
         let (x, y, color) = (frame.x(across), frame.y(up), hex(color));
         self.add(format_args!(
-            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"5\" fill=\"{color}\"><title>{name}</title></circle>"
+            "<circle cx=\"{x:.2}\" cy=\"{y:.2}\" r=\"{radius}\" fill=\"{color}\"><title>{name}</title></circle>"
         ));
     }
 
@@ -292,7 +302,7 @@ impl Drawing {
     /// Lines, and their key above the plot.
     fn curves<'a>(&mut self, frame: &Frame, curves: impl Iterator<Item = &'a Curve>) {
         let (mut x, y) = (frame.corner.0 + 8.0, frame.corner.1 - 4.0);
-        for Curve { name, points, ink } in curves {
+        for Curve { name, points, ink, .. } in curves {
             let style = style(ink);
             for part in frame.within(points) {
                 let points = part
@@ -305,7 +315,8 @@ impl Drawing {
             }
             let (key, x_text) = (y - 4.0, x + 22.0);
             self.add(format_args!(
-                "<path d=\"M{x} {key}h16\" {style}/><text x=\"{x_text}\" y=\"{y}\">{name}</text>"
+                "<path d=\"M{x} {key}h16\" {style}/><text x=\"{x_text}\" y=\"{y}\">{}</text>",
+                escaped(name)
             ));
             x += 150.0;
         }
@@ -339,7 +350,6 @@ mod tests {
     use super::*;
     use crate::export::fixture::with_samples;
     use crate::model::view::PlotGroup;
-    use crate::tape::signal::Quantity;
 
     #[test]
     fn the_picture_has_every_plot_its_units_and_the_spike() {
@@ -362,7 +372,7 @@ mod tests {
     #[test]
     fn force_against_velocity_is_in_the_picture_where_it_is_seen() {
         let mut model = with_samples();
-        model.view.layout.drawn = &[PlotGroup::OverTime, PlotGroup::ForceVelocity];
+        model.view.layout.drawn = vec![PlotGroup::OverTime, PlotGroup::ForceVelocity];
         let threshold = [("DV".parse().expect("a parameter"), 0.005)];
         model.daemon.scene.active = haptic_core::Scene::paper().with(&threshold).ok();
         let text = svg(&model);
@@ -378,14 +388,14 @@ mod tests {
             assert!(text.contains(part), "{part}");
         }
         assert!(!text.contains("NaN") && !text.contains("inf"));
-        model.view.layout.drawn = &[PlotGroup::ForceVelocity];
+        model.view.layout.drawn = vec![PlotGroup::ForceVelocity];
         assert!(!svg(&model).contains("Time from"));
     }
 
     #[test]
     fn an_axis_that_is_held_is_held_in_the_picture() {
         let mut model = with_samples();
-        model.view.scope.value_axes.hold(Quantity::Force, (-1.0, 3.0));
+        model.view.scope.plots.plots_mut()[0].axis.hold((-1.0, 3.0));
         let text = svg(&model);
         assert!(text.contains(">3<") && !text.contains(">40<"));
         assert_eq!(text.matches("<polyline").count(), 7, "the spike leaves and comes back");

@@ -4,8 +4,11 @@
 pub(crate) mod advice;
 pub(crate) mod daemon;
 pub(crate) mod fitting;
+pub(crate) mod measuring;
 pub(crate) mod question;
 pub(crate) mod recordings;
+pub(crate) mod reference;
+mod remembered;
 mod saving;
 pub(crate) mod scene;
 pub(crate) mod scope;
@@ -30,6 +33,15 @@ use std::time::{Duration, Instant};
 use tapes::{Tapes, WhatIf};
 use view::View;
 
+/// Shortest time between two frames that show new samples.
+const FASTEST: Duration = crate::frame_limiter::SHORTEST;
+
+/// Longest time between two frames of a running plot, whose numbers run with it.
+const SLOWEST: Duration = Duration::from_millis(100);
+
+/// The same while no plot runs.
+const STANDING: Duration = Duration::from_secs(1);
+
 /// Everything that the panel shows.
 #[derive(Debug, Default)]
 pub struct Model {
@@ -52,11 +64,16 @@ impl Model {
             Update::Connecting { path } => daemon.link = Link::Connecting { path },
             Update::Connected { path, hello } => {
                 let server = hello.server;
-                self.reconnect(Link::Connected { path, server });
+                daemon.connect(Link::Connected { path, server });
+                view.tuning.forget();
+                view.fitting.lose_daemon();
+                self.tapes.end_live();
             }
             Update::Disconnected { path, reason } => {
-                self.reconnect(Link::Lost { path, reason });
-                self.daemon.stop.lose_connection();
+                daemon.lose_connection(Link::Lost { path, reason });
+                view.tuning.lose_daemon();
+                view.fitting.lose_daemon();
+                self.tapes.end_live();
             }
             Update::Subscribed(reply) => daemon.servo = reply.servo,
             Update::Described(description) => {
@@ -68,7 +85,12 @@ impl Model {
             // An older daemon has neither; the rest of the panel does without.
             Update::Scene(Err(_)) | Update::Status(Err(_)) => {}
             Update::Library(result) => daemon.scene.take_library(result),
-            Update::Journal(result) => daemon.scene.take_journal(result),
+            Update::Journal(result) => {
+                for entry in result.iter().flat_map(|reply| &reply.entries) {
+                    self.tapes.mark_journal(entry);
+                }
+                daemon.scene.take_journal(result);
+            }
             Update::Status(Ok(status)) => {
                 daemon.status = Some(*status);
                 self.tapes.update_clipping(daemon.force_limit_n());
@@ -93,6 +115,8 @@ impl Model {
                 let told = result.map(|path| format!("Written: {}", path.display()));
                 view.file_notice = Some(Notice::new(told));
             }
+            Update::Remembered(Ok(())) => {}
+            Update::Remembered(Err(why)) => self.tell_of_settings(why),
             Update::Advised(result) => daemon.scene.advised.take(result, daemon.scene.revision),
             Update::Event(event) => self.take_event(event),
             Update::Answered { intent, result } => self.take_answer(&intent, result),
@@ -126,6 +150,19 @@ impl Model {
         self.view.page = page;
     }
 
+    /// The time between two frames that show new samples: in which a running plot moves by a pixel, and a second where
+    /// no plot runs, for the numbers.
+    #[must_use]
+    pub fn pace(&self) -> Duration {
+        let scope = self.view.scope(&self.tapes);
+        if self.view.page == Page::Identify || !scope.follows() {
+            return STANDING;
+        }
+        // About a half of the area is a plot over time.
+        let columns = f64::from(self.view.layout.area.width().max(2.0) / 2.0);
+        Duration::from_secs_f64(scope.span_s() / columns).clamp(FASTEST, SLOWEST)
+    }
+
     /// Where the plots were drawn, points.
     #[must_use]
     pub fn plots_area(&self) -> Rect {
@@ -153,20 +190,15 @@ impl Model {
         file.into_iter().chain(report).chain(fitting).chain(stop).min()
     }
 
-    /// Forgets the facts of a former connection.
-    fn reconnect(&mut self, link: Link) {
-        self.daemon.reconnect(link);
-        self.view.tuning.forget();
-        self.view.fitting.lose_daemon();
-        self.tapes.end_live();
-    }
-
     fn take_event(&mut self, event: Event) {
         let Self { daemon, tapes, view } = self;
         match event {
             // A topic of a later daemon.
             Event::Servo(_) | Event::Unknown => {}
-            Event::Log(entry) => daemon.scene.take_entry(*entry),
+            Event::Log(entry) => {
+                tapes.mark_journal(&entry);
+                daemon.scene.take_entry(*entry);
+            }
             Event::State(event) => self.take_state(event),
             Event::Timing(timing) => daemon.timing = Some(*timing),
             Event::Samples(batch) => {

@@ -1,9 +1,10 @@
 //! The tapes: samples of the live rig, an opened recording, and the progress of the recording that is
 //! being written.
 
-use crate::recording::{Loaded, Marker, Opened, RecordingNews, WhatIfTape, amount};
+use crate::recording::{Loaded, Opened, RecordingNews, WhatIfTape, amount};
 use crate::tape::Tape;
-use haptic_ipc::Sample;
+use crate::tape::mark::{MarkKind, TapeMark};
+use haptic_ipc::{JournalEntry, RigState, Sample};
 use haptic_lab::recording::Totals;
 use std::path::PathBuf;
 
@@ -11,7 +12,7 @@ use std::path::PathBuf;
 pub(crate) const CLIPPING_OVER_S: f64 = 10.0;
 
 /// A force above this share of the limit counts as clipped by it.
-const AT_THE_LIMIT: f64 = 0.999;
+pub(crate) const AT_THE_LIMIT: f64 = 0.999;
 
 /// Every sample that the panel holds.
 #[derive(Debug, Default)]
@@ -19,6 +20,8 @@ pub(crate) struct Tapes {
     live: Tape,
     /// The connection is lost: the live tape ends here, and stays in sight until the next one begins.
     is_over: bool,
+    /// What happened to the next daemon before its first samples.
+    next_marks: Vec<TapeMark>,
     opened: Option<Loaded>,
     what_if: WhatIf,
     /// Number of the newest question of what would have been felt.
@@ -37,8 +40,10 @@ pub(crate) struct RecordingProgress {
     pub(crate) totals: Totals,
     /// Samples that are missing because the disk did not keep up.
     pub(crate) lost: u64,
-    /// The markers that were set.
-    pub(crate) markers: Vec<Marker>,
+    /// Changes and markers that are missing for the same reason.
+    pub(crate) lost_changes: u64,
+    /// Number of markers that were set.
+    pub(crate) markers: usize,
 }
 
 /// What would have been felt along the opened recording.
@@ -59,13 +64,29 @@ impl Tapes {
     pub(crate) fn extend(&mut self, rows: &[Sample]) -> Option<Tape> {
         let ended = (self.is_over && !rows.is_empty()).then(|| std::mem::take(&mut self.live));
         self.is_over &= ended.is_none();
+        if !rows.is_empty() {
+            for mark in self.next_marks.drain(..) {
+                self.live.mark(mark);
+            }
+        }
         self.live.extend(rows.iter().copied());
         ended
+    }
+
+    /// Adds what the journal tells of the live rig, if a tick carried it out.
+    pub(crate) fn mark_journal(&mut self, entry: &JournalEntry) {
+        let Some(mark) = journal_mark(entry) else { return };
+        if self.is_over {
+            self.next_marks.push(mark);
+        } else {
+            self.live.mark(mark);
+        }
     }
 
     /// The connection is lost.
     pub(crate) fn end_live(&mut self) {
         self.is_over = true;
+        self.next_marks.clear();
         self.clipping = None;
     }
 
@@ -77,6 +98,11 @@ impl Tapes {
     /// The newest sample of the live rig, while it is connected.
     pub(crate) fn newest(&self) -> Option<&Sample> {
         self.live.last().filter(|_| !self.is_over)
+    }
+
+    /// The newest sample of the live rig, connected or not.
+    pub(crate) fn last(&self) -> Option<&Sample> {
+        self.live.last()
     }
 
     /// Whether the live tape goes on.
@@ -132,10 +158,24 @@ impl Tapes {
 
     /// Sets a marker in the recording that is being written. Returns its tick.
     pub(crate) fn set_marker(&mut self, text: &str) -> Option<u64> {
-        let Sample { tick, t_s, .. } = *self.newest()?;
-        let text = text.to_owned();
-        self.recording.as_mut()?.markers.push(Marker { t_s, text });
-        Some(tick)
+        let tick = self.newest()?.tick;
+        self.recording.is_some().then(|| {
+            self.note(tick, text);
+            tick
+        })
+    }
+
+    /// Marks a moment of the live rig. Returns whether it is in the recording that is being written.
+    pub(crate) fn note(&mut self, tick: u64, text: &str) -> bool {
+        self.live.mark(TapeMark {
+            tick,
+            kind: MarkKind::Marker,
+            text: text.to_owned(),
+        });
+        if let Some(recording) = &mut self.recording {
+            recording.markers += 1;
+        }
+        self.recording.is_some()
     }
 
     /// The samples of the opened recording.
@@ -158,23 +198,31 @@ impl Tapes {
         let told = match news {
             RecordingNews::Going { path, totals } => {
                 let before = self.recording.take();
-                let (lost, markers) = before.map_or((0, Vec::new()), |before| (before.lost, before.markers));
+                let (lost, lost_changes, markers) = before.map_or((0, 0, 0), |before| {
+                    (before.lost, before.lost_changes, before.markers)
+                });
                 self.recording = Some(RecordingProgress {
                     path,
                     totals,
                     lost,
+                    lost_changes,
                     markers,
                 });
                 return None;
             }
-            RecordingNews::Behind { path, lost } => {
+            RecordingNews::Behind {
+                path,
+                lost,
+                lost_changes,
+            } => {
                 let recording = self.recording.get_or_insert_with(|| RecordingProgress {
                     path,
                     totals: Totals::default(),
                     lost: 0,
-                    markers: Vec::new(),
+                    lost_changes: 0,
+                    markers: 0,
                 });
-                recording.lost = lost;
+                (recording.lost, recording.lost_changes) = (lost, lost_changes);
                 return None;
             }
             RecordingNews::Ended { path, totals } => Ok(format!("Recorded {}: {}", path.display(), amount(&totals))),
@@ -204,6 +252,31 @@ impl Tapes {
         }
         (with_force > 0.0).then(|| clipped / with_force)
     }
+}
+
+/// An entry of the journal as a mark; `None` if it changed neither scene nor state, or no tick carried it
+/// out.
+fn journal_mark(entry: &JournalEntry) -> Option<TapeMark> {
+    let kind = match &entry.state {
+        Some(state) if state.after == RigState::Faulted => MarkKind::Trouble,
+        Some(_) => MarkKind::State,
+        None if !entry.changes.is_empty() => MarkKind::Scene,
+        None if matches!(entry.op.as_str(), "disconnected" | "connected" | "lease_lapsed") => MarkKind::Trouble,
+        None => return None,
+    };
+    let by = entry
+        .by
+        .as_ref()
+        .map_or_else(|| "hapticd".to_owned(), ToString::to_string);
+    let mut parts = vec![format!("{by}: {}", entry.op)];
+    parts.extend(entry.state.map(|state| format!("{} -> {}", state.before, state.after)));
+    parts.extend(entry.changes.iter().map(ToString::to_string));
+    parts.extend(entry.message.clone());
+    Some(TapeMark {
+        tick: entry.tick?,
+        kind,
+        text: parts.join(", "),
+    })
 }
 
 /// Frees a recording on a thread of its own: hundreds of megabytes take longer than a frame may.

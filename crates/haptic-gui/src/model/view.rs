@@ -1,7 +1,9 @@
 //! View state: what the user looks at, types and was told.
 
 use super::fitting::Fitting;
+use super::measuring::Measuring;
 use super::recordings::Recordings;
+use super::reference::Reference;
 use super::scope::Scope;
 use super::tapes::Tapes;
 use super::tuning::Tuning;
@@ -21,6 +23,9 @@ pub(crate) struct View {
     pub(crate) tuning: Tuning,
     pub(crate) fitting: Fitting,
     pub(crate) layout: PlotLayout,
+    /// The run under the one that is seen.
+    pub(crate) reference: Option<Reference>,
+    pub(crate) measuring: Measuring,
     /// Outcome of the last export, recording, or file to be opened.
     pub(crate) file_notice: Option<Notice>,
     pub(crate) closing: Closing,
@@ -38,6 +43,18 @@ pub(crate) struct View {
     pub(crate) marker_text: String,
     /// The recording to open, as it is typed.
     pub(crate) open_path: String,
+    /// A note, while it is typed.
+    pub(crate) note: Option<NoteField>,
+}
+
+/// A note on a moment of the rig.
+#[derive(Debug)]
+pub(crate) struct NoteField {
+    /// The moment.
+    pub(crate) tick: u64,
+    pub(crate) text: String,
+    /// It was not drawn yet.
+    pub(crate) is_new: bool,
 }
 
 /// Whether the window is about to close.
@@ -57,17 +74,41 @@ pub(crate) enum PlotGroup {
     /// Force, position and velocity over time.
     #[default]
     OverTime,
-    /// Force against velocity.
+    /// One signal against another: at first force against velocity.
     ForceVelocity,
+    /// A table of statistics.
+    Statistics,
+    /// The spectrum of a signal.
+    Spectrum,
+}
+
+impl PlotGroup {
+    pub(crate) const ALL: [Self; 4] = [Self::OverTime, Self::ForceVelocity, Self::Statistics, Self::Spectrum];
+
+    /// Those that stand beside the plots over time.
+    pub(crate) const BESIDE: [Self; 3] = [Self::ForceVelocity, Self::Statistics, Self::Spectrum];
+
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::OverTime => "Over time",
+            Self::ForceVelocity => "Force against velocity",
+            Self::Statistics => "Statistics",
+            Self::Spectrum => "Spectrum",
+        }
+    }
 }
 
 /// Which plots are drawn, and where.
 #[derive(Debug)]
 pub(crate) struct PlotLayout {
-    /// The group that the user has chosen for a window without room for both.
+    /// The group that the user has chosen for a window without room for two.
     pub(crate) chosen: PlotGroup,
+    /// The one beside the plots over time in a wide window.
+    pub(crate) beside: PlotGroup,
+    /// Whether the limits of the force are drawn.
+    pub(crate) shows_limits: bool,
     /// The groups that were drawn.
-    pub(crate) drawn: &'static [PlotGroup],
+    pub(crate) drawn: Vec<PlotGroup>,
     /// Where they were drawn, points.
     pub(crate) area: Rect,
 }
@@ -82,9 +123,13 @@ impl Default for View {
             fitting: Fitting::default(),
             layout: PlotLayout {
                 chosen: PlotGroup::default(),
-                drawn: &[PlotGroup::OverTime],
+                beside: PlotGroup::ForceVelocity,
+                shows_limits: true,
+                drawn: vec![PlotGroup::OverTime],
                 area: Rect::NOTHING,
             },
+            reference: None,
+            measuring: Measuring::default(),
             file_notice: None,
             closing: Closing::default(),
             histograms_shown: false,
@@ -94,6 +139,7 @@ impl Default for View {
             recording_notes: String::new(),
             marker_text: String::new(),
             open_path: String::new(),
+            note: None,
         }
     }
 }
@@ -115,6 +161,24 @@ impl View {
         } else {
             &mut self.scope
         }
+    }
+
+    /// The view of the plots on the page, to be changed, and the run under it.
+    pub(crate) fn plotted(&mut self, tapes: &Tapes) -> (&mut Scope, &mut Option<Reference>) {
+        let is_recording = self.shows_recording(tapes);
+        let scope = if is_recording {
+            &mut self.recorded
+        } else {
+            &mut self.scope
+        };
+        (scope, &mut self.reference)
+    }
+
+    /// What is measured: the view of the plots on the page, the run under it, and the results.
+    pub(crate) fn measured(&mut self, tapes: &Tapes) -> (&Scope, Option<&Reference>, &mut Measuring) {
+        let is_recording = self.shows_recording(tapes);
+        let scope = if is_recording { &self.recorded } else { &self.scope };
+        (scope, self.reference.as_ref(), &mut self.measuring)
     }
 
     fn shows_recording(&self, tapes: &Tapes) -> bool {

@@ -5,7 +5,7 @@
 
 use super::axis::reach;
 use crate::model::scope::TimeRange;
-use crate::model::scope::value_axes::Reach;
+use crate::model::scope::value_axis::Reach;
 use crate::tape::Tape;
 use crate::tape::signal::Signal;
 use crate::theme::Palette;
@@ -31,6 +31,11 @@ impl Ink {
             opacity: 1.0,
         }
     }
+
+    /// Its colour in a palette, with its opacity.
+    pub(crate) fn color(&self, palette: &Palette) -> Color32 {
+        (self.color)(palette).gamma_multiply(self.opacity)
+    }
 }
 
 /// The horizontal axis of a trace.
@@ -38,14 +43,14 @@ impl Ink {
 pub(crate) enum Across {
     /// Time: the extremes of each column of pixels are drawn.
     Time,
-    /// Another signal: every sample with force is drawn.
-    Signal(Signal),
+    /// Another signal: of so many samples one is drawn, if it is with force.
+    Signal { signal: Signal, stride: usize },
 }
 
 /// A line that a chart reads from its tape.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Trace {
-    pub(crate) name: &'static str,
+    pub(crate) name: Cow<'static, str>,
     pub(crate) across: Across,
     pub(crate) signal: Signal,
     pub(crate) ink: Ink,
@@ -53,20 +58,38 @@ pub(crate) struct Trace {
 
 impl Trace {
     /// A signal over time.
-    pub(crate) const fn over_time(signal: Signal) -> Self {
+    pub(crate) fn over_time(signal: Signal) -> Self {
         Self {
-            name: signal.name(),
+            name: signal.name().into(),
             across: Across::Time,
             signal,
             ink: Ink::solid(signal.color(), signal.width()),
         }
+    }
+
+    /// Signals over time in one plot: the colour of each differs from those before it.
+    pub(crate) fn all_over_time(signals: &[Signal]) -> Vec<Self> {
+        let mut traces: Vec<Self> = Vec::new();
+        for signal in signals {
+            let mut trace = Self::over_time(*signal);
+            // The order of function pointers means nothing: the colours themselves are compared.
+            let paper = Palette::for_paper();
+            let is_free =
+                |color: &fn(&Palette) -> Color32| traces.iter().all(|other| (other.ink.color)(paper) != color(paper));
+            let choice = [trace.ink.color].into_iter().chain(Palette::OTHER_LINES);
+            trace.ink.color = choice.into_iter().find(is_free).unwrap_or(trace.ink.color);
+            traces.push(trace);
+        }
+        traces
     }
 }
 
 /// A line in the units of the axes.
 #[derive(Clone, Debug)]
 pub(crate) struct Curve {
-    pub(crate) name: &'static str,
+    pub(crate) name: Cow<'static, str>,
+    /// What it is, for the hint of its name; may be empty.
+    pub(crate) hint: &'static str,
     pub(crate) points: Vec<[f64; 2]>,
     pub(crate) ink: Ink,
 }
@@ -76,8 +99,12 @@ pub(crate) struct Curve {
 pub(crate) enum Overlay {
     /// A curve, below the traces.
     Curve(Curve),
-    /// A dashed line at a value of the vertical axis.
-    Level { value: f64, ink: Ink },
+    /// A dashed line at a value of the vertical axis, with a label at its end that may be empty.
+    Level {
+        value: f64,
+        label: Cow<'static, str>,
+        ink: Ink,
+    },
     /// A line at a value of the horizontal axis, with a label at its foot that may be empty.
     Mark {
         at: f64,
@@ -85,10 +112,12 @@ pub(crate) enum Overlay {
         is_dashed: bool,
         ink: Ink,
     },
-    /// A dot.
-    Dot {
+    /// Dots.
+    Dots {
         name: &'static str,
-        at: [f64; 2],
+        at: Vec<[f64; 2]>,
+        /// Radius, points.
+        radius: f32,
         color: fn(&Palette) -> Color32,
     },
 }
@@ -129,25 +158,29 @@ impl Chart {
             smallest_span,
             labels,
         } = axes;
-        let curves = curves(tape, traces, &seen, columns);
-        let under = overlays.iter().filter_map(|overlay| match overlay {
-            Overlay::Curve(curve) => Some(curve),
-            _ => None,
-        });
-        let up = up.unwrap_or_else(|| {
-            let lines = curves.iter().chain(under);
+        let mut chart = Self {
+            curves: curves(tape, traces, &seen, columns),
+            overlays: overlays.to_vec(),
+            across,
+            up: (0.0, 0.0),
+            labels,
+        };
+        chart.up = up.unwrap_or_else(|| {
+            let lines = chart.curves.iter().chain(chart.under());
             reach(
                 lines.flat_map(|curve| values_within(&curve.points, across)),
                 smallest_span,
             )
         });
-        Self {
-            curves,
-            overlays: overlays.to_vec(),
-            across,
-            up,
-            labels,
-        }
+        chart
+    }
+
+    /// The curves of its overlays.
+    pub(crate) fn under(&self) -> impl Iterator<Item = &Curve> {
+        self.overlays.iter().filter_map(|overlay| match overlay {
+            Overlay::Curve(curve) => Some(curve),
+            _ => None,
+        })
     }
 }
 
@@ -165,11 +198,11 @@ fn curves(tape: &Tape, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<
             }
             points
         }
-        Across::Signal(across) => {
-            let samples = tape.within(seen.from_s, seen.to_s);
-            let with_force = samples.filter(|sample| sample.state.is_live());
+        Across::Signal { signal: across, stride } => {
+            let samples = tape.pairs_within(seen.from_s, seen.to_s).step_by(stride);
+            let with_force = samples.filter(|(_, sample)| sample.state.is_live());
             with_force
-                .map(|sample| [across.of(sample), trace.signal.of(sample)])
+                .map(|(before, sample)| [across.of(before, sample), trace.signal.of(before, sample)])
                 .collect()
         }
     };
@@ -177,7 +210,8 @@ fn curves(tape: &Tape, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<
     let lines = traces.iter().zip(points);
     lines
         .map(|(trace, points)| Curve {
-            name: trace.name,
+            name: trace.name.clone(),
+            hint: trace.signal.definition(),
             points,
             ink: trace.ink,
         })
@@ -207,7 +241,8 @@ mod tests {
         rows[90].coupling_force_n = 100.0;
         let tape = Tape::recorded(rows);
         let fit = Overlay::Curve(Curve {
-            name: "Fit",
+            name: "Fit".into(),
+            hint: "",
             points: vec![[-100.0, -300.0], [-50.0, -4.0], [-40.0, -4.0], [0.0, -500.0]],
             ink: Ink::solid(|palette| palette.law, 1.0),
         });

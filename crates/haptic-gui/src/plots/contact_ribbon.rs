@@ -3,14 +3,16 @@
 use crate::model::scope::TimeRange;
 use crate::tape::Tape;
 use crate::theme::Palette;
-use egui::{Painter, Rect, Ui};
+use egui::{Rect, Ui};
 use egui_plot::PlotTransform;
 
-/// Paints the ribbon into `strip`, on the time axis of the plots below it, which may be scrolled.
-pub(crate) fn paint(ui: &Ui, painter: &Painter, strip: Rect, transform: &PlotTransform, tape: &Tape, seen: &TimeRange) {
+/// Paints the ribbon into `strip`, on the time axis of the plots below it.
+pub(crate) fn paint(ui: &Ui, strip: Rect, transform: &PlotTransform, tape: &Tape, seen: &TimeRange) {
     let palette = Palette::of(ui);
     let frame = transform.frame();
-    let painter = painter.with_clip_rect(strip.with_min_x(frame.left()).with_max_x(frame.right()));
+    let painter = ui
+        .painter()
+        .with_clip_rect(strip.with_min_x(frame.left()).with_max_x(frame.right()));
     let columns = f64::from(frame.width() * ui.pixels_per_point());
     let contacts = tape.contacts((seen.from_s, seen.to_s), seen.column_s(columns));
     for run in runs(contacts, seen.zero_s) {

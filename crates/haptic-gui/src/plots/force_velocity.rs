@@ -1,19 +1,32 @@
-//! Force against velocity: the trail of the block over its law's force of a steady slide.
+//! One signal against another: at first force against velocity, the trail of the block over its law's force of a
+//! steady slide.
 
+use super::axis::{AXIS_WIDTH, reach};
 use super::chart::{Across, Axes, Chart, Curve, Ink, Overlay, Trace};
-use super::frame;
+use super::frame::{self, RIGHT_MARGIN};
+use super::{legend, zoom};
+use crate::drop_down::{self, Item};
+use crate::model::scope::against::{Against, Extent};
 use crate::model::scope::{Scope, TimeRange};
 use crate::model::tapes::Tapes;
 use crate::tape::signal::{MM_PER_M, Signal};
 use crate::theme::Palette;
-use egui::Ui;
+use crate::wording::significant;
+use egui::{RichText, Sense, Ui};
+use egui_plot::PlotResponse;
 use haptic_core::{Parameter, Scene};
 
 /// Length of the trail, s.
 const TRAIL_S: f64 = 1.0;
 
+/// Most samples of the trail that are drawn; of more, evenly chosen ones are.
+const MOST_DRAWN: usize = 20_000;
+
 /// Points of the law's curve in each direction: enough for a Stribeck fall in the middle of a wide plot.
 const CURVE_POINTS: u32 = 200;
+
+/// Radius of the newest sample, and of those at the cursors, points.
+const DOT_RADIUS: f32 = 5.0;
 
 /// Numbers at the short axis of velocity.
 const FEW: f64 = 2.0;
@@ -23,21 +36,6 @@ const NARROW_BAND_MMPS: f64 = 5.0;
 
 /// The narrowest range of velocity to either side, mm/s.
 const NARROWEST_MMPS: f64 = 20.0;
-
-/// Smallest span of the axis of force, N.
-const SMALLEST_SPAN_N: f64 = 2.0;
-
-/// Every sample of the trail, fainter than the block's line, so that the law and the dot stand out.
-const TRAIL: Trace = Trace {
-    name: "Trail",
-    across: Across::Signal(Signal::BLOCK_VELOCITY),
-    signal: Signal::COUPLING_FORCE,
-    ink: Ink {
-        color: |palette| palette.block,
-        width: 1.0,
-        opacity: 0.5,
-    },
-};
 
 /// The law's curve: the slide to the left, the hold at rest, the slide to the right, in mm/s and N.
 pub(crate) fn curve(scene: &Scene, fastest_mmps: f64) -> Vec<[f64; 2]> {
@@ -74,47 +72,102 @@ fn band(scene: Option<&Scene>) -> f64 {
     (4.0 * threshold.max(stribeck) * MM_PER_M).max(NARROW_BAND_MMPS)
 }
 
-/// The chart of the time that is seen, with the law of a scene.
-pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Chart {
+/// The time whose samples are drawn.
+fn drawn(tapes: &Tapes, scope: &Scope) -> TimeRange {
     let seen = scope.seen(tapes);
-    let seen = TimeRange {
-        from_s: seen.from_s.max(seen.to_s - TRAIL_S),
-        ..seen
+    let (from_s, to_s) = match scope.against.extent {
+        Extent::LastSecond => (seen.from_s.max(seen.to_s - TRAIL_S), seen.to_s),
+        Extent::Seen => (seen.from_s, seen.to_s),
+        Extent::Cursors => scope.measured(tapes),
     };
+    TimeRange { from_s, to_s, ..seen }
+}
+
+/// Of how many samples one is drawn.
+fn stride(tapes: &Tapes, scope: &Scope, drawn: &TimeRange) -> usize {
+    let count = scope.tape(tapes).count(drawn.from_s, drawn.to_s);
+    count.div_ceil(MOST_DRAWN).max(1)
+}
+
+/// The chart of the time that is drawn, with the law of a scene.
+pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Chart {
+    let Against { across, up, .. } = scope.against;
+    let drawn = drawn(tapes, scope);
+    let stride = stride(tapes, scope, &drawn);
     let tape = scope.tape(tapes);
-    let samples = tape.within(seen.from_s, seen.to_s);
-    let with_force = samples.filter(|sample| sample.state.is_live());
-    let (mut fastest, mut newest) = (0.0_f64, None);
-    for sample in with_force {
-        let velocity = Signal::BLOCK_VELOCITY.of(sample);
-        fastest = fastest.max(velocity.abs());
-        newest = Some([velocity, Signal::COUPLING_FORCE.of(sample)]);
+    let samples = tape.pairs_within(drawn.from_s, drawn.to_s).step_by(stride);
+    let with_force = samples.filter(|(_, sample)| sample.state.is_live());
+    let (mut low, mut high, mut newest) = (f64::INFINITY, f64::NEG_INFINITY, None);
+    for (before, sample) in with_force {
+        let value = across.of(before, sample);
+        (low, high) = (low.min(value), high.max(value));
+        newest = Some([value, up.of(before, sample)]);
     }
-    let widest = if scope.zooms_to_stick_band {
-        band(scene)
-    } else {
-        (fastest * 1.1).max(NARROWEST_MMPS)
-    };
-    let law = Overlay::Curve(Curve {
-        name: "Law",
-        points: scene.map_or_else(Vec::new, |scene| curve(scene, widest * 1.2)),
-        ink: Ink::solid(|palette| palette.law, 2.0),
-    });
-    let dot = newest.map(|at| Overlay::Dot {
+    let mut overlays = Vec::new();
+    let mut reaches = reach([low, high], across.quantity().smallest_span());
+    if scope.against.shows_law() {
+        let fastest = low.abs().max(high.abs());
+        let widest = if scope.against.zooms_to_stick_band {
+            band(scene)
+        } else if fastest.is_finite() {
+            (fastest * 1.1).max(NARROWEST_MMPS)
+        } else {
+            NARROWEST_MMPS
+        };
+        reaches = (-widest, widest);
+        overlays.push(Overlay::Curve(Curve {
+            name: "Law".into(),
+            hint: "The law's force of a steady slide, with its hold at rest",
+            points: scene.map_or_else(Vec::new, |scene| curve(scene, widest * 1.2)),
+            ink: Ink::solid(|palette| palette.law, 2.0),
+        }));
+        overlays.extend(thresholds(scene));
+    }
+    overlays.extend(newest.map(|at| Overlay::Dots {
         name: if scope.ends_now(tapes) { "Now" } else { "Newest seen" },
-        at,
+        at: vec![at],
+        radius: DOT_RADIUS,
         color: |palette| palette.device,
-    });
-    let overlays: Vec<_> = [law].into_iter().chain(thresholds(scene)).chain(dot).collect();
+    }));
+    let at_cursors = at_cursors(tapes, scope);
+    overlays.extend(at_cursors.map(|at| Overlay::Dots {
+        name: "At a cursor",
+        at: at.into_iter().flatten().collect(),
+        radius: DOT_RADIUS,
+        color: |palette| palette.cursor,
+    }));
+    let label = |signal: Signal| format!("{} ({})", signal.name(), signal.quantity().unit());
     let axes = Axes {
-        seen,
+        seen: drawn,
         columns: 1.0,
-        across: (-widest, widest),
-        up: None,
-        smallest_span: SMALLEST_SPAN_N,
-        labels: ["Block velocity (mm/s)".to_owned(), "Coupling force (N)".to_owned()],
+        across: scope.against.across_axis.held().unwrap_or(reaches),
+        up: scope.against.up_axis.held(),
+        smallest_span: up.quantity().smallest_span(),
+        labels: [label(across), label(up)],
     };
-    Chart::new(tape, &[TRAIL], &overlays, axes)
+    // Fainter than the block's line, so that the law and the dot stand out.
+    let trail = Trace {
+        name: "Trail".into(),
+        across: Across::Signal { signal: across, stride },
+        signal: up,
+        ink: Ink {
+            opacity: 0.5,
+            ..Ink::solid(|palette| palette.block, 1.0)
+        },
+    };
+    Chart::new(tape, &[trail], &overlays, axes)
+}
+
+/// Both signals at either cursor, if they are shown.
+fn at_cursors(tapes: &Tapes, scope: &Scope) -> Option<[Option<[f64; 2]>; 2]> {
+    let Against { across, up, .. } = scope.against;
+    let (tape, zero_s) = (scope.tape(tapes), scope.seen(tapes).zero_s);
+    scope.cursors.shown.then(|| {
+        scope.cursors.at_s.map(|at_s| {
+            let value = |signal| tape.value_at(signal, zero_s + at_s);
+            Some([value(across)?, value(up)?])
+        })
+    })
 }
 
 /// The velocities at which the block starts to stick, if the law has a threshold.
@@ -136,17 +189,108 @@ fn thresholds(scene: Option<&Scene>) -> impl Iterator<Item = Overlay> {
 /// Shows the plot in `height` points.
 pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, scene: Option<&Scene>, height: f32) {
     let palette = Palette::of(ui);
-    let label = "Zoom to the stick band";
-    ui.checkbox(&mut scope.zooms_to_stick_band, label)
-        .on_hover_text("Velocities at which it is decided whether the block sticks: a few times DV, or ws");
-    let height = height - ui.spacing().interact_size.y - ui.spacing().item_spacing.y;
+    let top = ui.cursor().top();
+    show_choice(ui, &mut scope.against);
     let chart = chart(tapes, scope, scene);
-    let name = "Force against velocity plot";
-    let plot = frame::plot(name, height, height, FEW)
+    scope.against.across_axis.saw(chart.across);
+    scope.against.up_axis.saw(chart.up);
+    ui.horizontal(|ui| {
+        ui.add_space(AXIS_WIDTH);
+        legend::show(ui, &legend::entries(&chart, palette));
+        let stride = stride(tapes, scope, &drawn(tapes, scope));
+        if stride > 1 {
+            ui.label(RichText::new(format!("one of {stride} samples")).small().weak());
+        }
+    });
+    if let Some(at) = at_cursors(tapes, scope) {
+        ui.label(RichText::new(readings(&scope.against, at)).small());
+    }
+    let height = (height - (ui.cursor().top() - top)).max(80.0);
+    let name = if scope.against.shows_law() {
+        "Force against velocity plot".to_owned()
+    } else {
+        let Against { across, up, .. } = &scope.against;
+        format!("{} against {} plot", up.name(), across.name().to_lowercase())
+    };
+    let plot = frame::plot(&name, height, height, FEW)
+        .width(ui.available_width() - RIGHT_MARGIN)
         .x_axis_label(chart.labels[0].as_str())
-        .y_axis_label(chart.labels[1].as_str());
-    let shown = plot.show(ui, |plot| frame::draw(plot, &chart, palette));
-    shown.response.accessible_name(name);
+        .y_axis_label(chart.labels[1].as_str())
+        .sense(Sense::click_and_drag());
+    let mut shown = plot.show(ui, |plot| frame::draw(plot, &chart, palette));
+    shown.response = shown.response.accessible_name(name);
+    take_pointer(ui, &mut scope.against, &shown);
+}
+
+fn show_choice(ui: &mut Ui, against: &mut Against) {
+    ui.horizontal_wrapped(|ui| {
+        for (name, chosen) in [
+            ("vertical signal", &mut against.up),
+            ("horizontal signal", &mut against.across),
+        ] {
+            let signal = *chosen;
+            let items = || Signal::ALL.map(|other| Item::new(other, other.name(), &signal)).into();
+            let (other, list) = drop_down::show(ui, name, 118.0, signal.name(), items);
+            list.on_hover_text("Any signal against any other");
+            if let Some(other) = other {
+                *chosen = other;
+                against.across_axis.fit();
+                against.up_axis.fit();
+            }
+        }
+        let extent = against.extent;
+        let items = || Extent::ALL.map(|other| Item::new(other, other.name(), &extent)).into();
+        let (chosen, _) = drop_down::show(ui, "samples drawn", 104.0, extent.name(), items);
+        against.extent = chosen.unwrap_or(extent);
+        if against.shows_law() {
+            let toggle = ui.checkbox(&mut against.zooms_to_stick_band, "Zoom to the stick band");
+            if toggle
+                .on_hover_text("Velocities at which it is decided whether the block sticks: a few times DV, or ws")
+                .changed()
+            {
+                against.across_axis.fit();
+            }
+        }
+    });
+}
+
+/// Both signals at the cursors, and their difference.
+fn readings(against: &Against, at: [Option<[f64; 2]>; 2]) -> String {
+    let units = [against.across, against.up].map(|signal| signal.quantity().unit());
+    let told = |values: [f64; 2]| {
+        let [across, up] = values.map(|value| significant(value, 4));
+        format!("{across} {}, {up} {}", units[0], units[1])
+    };
+    let [first, second] = at;
+    let points = [first, second].map(|at| at.map_or_else(|| "no sample".to_owned(), told));
+    let difference = first
+        .zip(second)
+        .map(|(first, second)| told([second[0] - first[0], second[1] - first[1]]));
+    let difference = difference.map_or_else(String::new, |difference| format!("; difference {difference}"));
+    format!("Cursor 1: {}; cursor 2: {}{difference}", points[0], points[1])
+}
+
+/// The wheel zooms both axes around the pointer, a drag moves them, a double click fits them again.
+fn take_pointer(ui: &Ui, against: &mut Against, shown: &PlotResponse<()>) {
+    let (response, transform) = (&shown.response, &shown.transform);
+    if response.double_clicked() {
+        against.fit();
+        return;
+    }
+    if let Some(pos) = response.hover_pos()
+        && let Some(factor) = zoom(ui)
+    {
+        let at = transform.value_from_position(pos);
+        against.across_axis.zoom(factor, at.x);
+        against.up_axis.zoom(factor, at.y);
+    }
+    let drag = response.drag_delta();
+    if response.dragged() && drag != egui::Vec2::ZERO {
+        against
+            .across_axis
+            .shift(-f64::from(drag.x) / transform.dpos_dvalue_x());
+        against.up_axis.shift(-f64::from(drag.y) / transform.dpos_dvalue_y());
+    }
 }
 
 #[cfg(test)]

@@ -2,22 +2,19 @@
 //! of them ignores the pointer, and their axes are aligned.
 
 use super::axis::{AXIS_WIDTH, count_for, number, steps};
-use super::chart::{Chart, Curve, Ink, Overlay};
+use super::chart::{Chart, Curve, Overlay};
 use crate::theme::Palette;
-use egui::{Align2, Color32, RichText, TextStyle};
+use egui::{Align2, Color32, RichText};
 use egui_plot::{
-    AxisHints, Corner, HLine, Legend, Line, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, PlotUi, Points, Text,
-    VLine, uniform_grid_spacer,
+    AxisHints, HLine, Line, LineStyle, Plot, PlotBounds, PlotPoint, PlotPoints, PlotUi, Points, Text, VLine,
+    uniform_grid_spacer,
 };
 
 /// Share of the height at which the label of a mark stands above the lower edge.
 const LABEL_SHARE: f64 = 0.04;
 
-/// Radius of a dot, points.
-const DOT_RADIUS: f32 = 5.0;
-
-/// Lowest height of a plot with a legend, points: in a lower plot it would hide the lines.
-const LOWEST_WITH_LEGEND: f32 = 110.0;
+/// Room at the right of a plot, points: half of the last number of its axis.
+pub(crate) const RIGHT_MARGIN: f32 = 16.0;
 
 /// Numbers at the major lines of the grid alone. The plot's own choice fades numbers that are close to one
 /// another until they cannot be read.
@@ -38,8 +35,10 @@ fn numbers(axis: AxisHints<'_>, count: f64) -> AxisHints<'_> {
 /// A plot with `inner` points of its height for the lines, and about `count` numbers at its horizontal
 /// axis.
 pub(crate) fn plot<'a>(name: &str, height: f32, inner: f32, count: f64) -> Plot<'a> {
-    let plot = Plot::new(name)
+    Plot::new(name)
         .height(height)
+        // Filling it costs as much as a third of the lines where there is no graphics card.
+        .show_background(false)
         .allow_scroll(false)
         .allow_boxed_zoom(false)
         .allow_zoom(false)
@@ -51,15 +50,7 @@ pub(crate) fn plot<'a>(name: &str, height: f32, inner: f32, count: f64) -> Plot<
         .custom_x_axes(vec![numbers(AxisHints::new_x(), count)])
         .custom_y_axes(vec![
             numbers(AxisHints::new_y(), count_for(inner)).min_thickness(AXIS_WIDTH),
-        ]);
-    if inner < LOWEST_WITH_LEGEND {
-        return plot;
-    }
-    let legend = Legend::default()
-        .position(Corner::LeftTop)
-        .text_style(TextStyle::Small)
-        .follow_insertion_order(true);
-    plot.legend(legend)
+        ])
 }
 
 /// Draws a chart: curves of overlays, traces, and the other overlays above them.
@@ -78,9 +69,13 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
     for overlay in &chart.overlays {
         match overlay {
             Overlay::Curve(_) => {}
-            Overlay::Level { value, ink } => {
-                let line = HLine::new("", *value).color(color(ink, palette)).width(ink.width);
+            Overlay::Level { value, label, ink } => {
+                let line = HLine::new("", *value).color(ink.color(palette)).width(ink.width);
                 plot.hline(line.style(LineStyle::dashed_loose()).allow_hover(false));
+                if (low..=high).contains(value) {
+                    let end = PlotPoint::new(right, *value);
+                    draw_label(plot, end, label, Align2::RIGHT_BOTTOM, ink.color(palette));
+                }
             }
             Overlay::Mark {
                 at,
@@ -93,38 +88,39 @@ pub(crate) fn draw(plot: &mut PlotUi<'_>, chart: &Chart, palette: &Palette) {
                 } else {
                     LineStyle::Solid
                 };
-                let line = VLine::new("", *at).color(color(ink, palette)).width(ink.width);
+                let line = VLine::new("", *at).color(ink.color(palette)).width(ink.width);
                 plot.vline(line.style(style).allow_hover(false));
                 let foot = PlotPoint::new(*at, low + LABEL_SHARE * (high - low));
-                draw_label(plot, foot, label, color(ink, palette));
+                // On the side away from zero: the band between two marks may be narrower.
+                let side = if *at < 0.0 {
+                    Align2::RIGHT_CENTER
+                } else {
+                    Align2::LEFT_CENTER
+                };
+                draw_label(plot, foot, label, side, ink.color(palette));
             }
-            Overlay::Dot { name, at, color } => {
-                let dot = Points::new(*name, PlotPoints::new(vec![*at]));
-                plot.points(dot.color(color(palette)).radius(DOT_RADIUS));
+            Overlay::Dots {
+                name,
+                at,
+                radius,
+                color,
+            } => {
+                let dots = Points::new(*name, PlotPoints::new(at.clone()));
+                plot.points(dots.color(color(palette)).radius(*radius));
             }
         }
     }
 }
 
-fn color(ink: &Ink, palette: &Palette) -> Color32 {
-    (ink.color)(palette).gamma_multiply(ink.opacity)
-}
-
 fn line<'a>(curve: &Curve, palette: &Palette) -> Line<'a> {
-    let line = Line::new(curve.name, PlotPoints::new(curve.points.clone()));
-    line.color(color(&curve.ink, palette)).width(curve.ink.width)
+    let line = Line::new(curve.name.clone(), PlotPoints::new(curve.points.clone()));
+    line.color(curve.ink.color(palette)).width(curve.ink.width)
 }
 
-/// The label of a mark, on the side away from zero: the band between two marks may be narrower.
-fn draw_label(plot: &mut PlotUi<'_>, at: PlotPoint, label: &str, color: Color32) {
+fn draw_label(plot: &mut PlotUi<'_>, at: PlotPoint, label: &str, side: Align2, color: Color32) {
     if label.is_empty() {
         return;
     }
-    let side = if at.x < 0.0 {
-        Align2::RIGHT_CENTER
-    } else {
-        Align2::LEFT_CENTER
-    };
     let text = Text::new("", at, RichText::new(format!(" {label} ")).small());
     plot.text(text.color(color).anchor(side).allow_hover(false));
 }

@@ -2,17 +2,29 @@
 
 pub(crate) mod axis;
 pub(crate) mod chart;
+mod compare_menu;
 pub(crate) mod contact_ribbon;
 pub(crate) mod force_velocity;
 pub(crate) mod frame;
+pub(crate) mod legend;
+pub(crate) mod limits;
+mod mark_strip;
 pub(crate) mod over_time;
+mod plot_header;
+mod rig_menu;
+mod scrub_bar;
+mod side;
+pub(crate) mod spectrum_plot;
+mod statistics_table;
 mod toolbar;
 mod trigger_bar;
 
 use crate::intent::Intent;
 use crate::model::view::PlotGroup;
 use crate::model::{Model, scene_seen};
-use egui::{Align, Layout, Ui, vec2};
+use egui::{Align, Layout, RichText, Ui, vec2};
+use limits::Limits;
+use over_time::Background;
 
 /// Width from which force against velocity has a column of its own, points.
 const WIDE: f32 = 820.0;
@@ -24,44 +36,85 @@ const COLUMN_SHARE: f32 = 0.38;
 /// panel's margin.
 const AXIS_NAME_MARGIN: f32 = 8.0;
 
+/// Points of scrolling by the wheel that zoom by a factor of e.
+const POINTS_PER_ZOOM: f32 = 200.0;
+
 /// Shows the plots in the remaining space.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let is_wide = ui.available_width() >= WIDE;
     let layout = &mut model.view.layout;
     if !is_wide {
         ui.horizontal(|ui| {
-            ui.selectable_value(&mut layout.chosen, PlotGroup::OverTime, "Over time");
-            ui.selectable_value(&mut layout.chosen, PlotGroup::ForceVelocity, "Force against velocity");
+            for group in PlotGroup::ALL {
+                ui.selectable_value(&mut layout.chosen, group, group.name());
+            }
         });
     }
-    layout.drawn = match layout.chosen {
-        _ if is_wide => &[PlotGroup::OverTime, PlotGroup::ForceVelocity],
-        PlotGroup::OverTime => &[PlotGroup::OverTime],
-        PlotGroup::ForceVelocity => &[PlotGroup::ForceVelocity],
+    layout.drawn = match (is_wide, layout.chosen) {
+        (true, _) => vec![PlotGroup::OverTime, layout.beside],
+        (false, chosen) => vec![chosen],
     };
     toolbar::show(ui, model, is_wide, intents);
-    let Model { daemon, tapes, view } = model;
     let height = ui.available_height();
     // The names of the axes reach into the margin.
-    view.layout.area = ui.available_rect_before_wrap().expand2(vec2(AXIS_NAME_MARGIN, 0.0));
-    let chosen = view.layout.chosen;
-    let scope = view.scope_mut(tapes);
-    let scene = scene_seen(daemon, tapes, scope);
-    if is_wide {
-        let column = ui.available_width() * COLUMN_SHARE;
-        ui.horizontal_top(|ui| {
-            let first = vec2(ui.available_width() - column - ui.spacing().item_spacing.x, height);
-            let layout = Layout::top_down(Align::Min);
-            ui.allocate_ui_with_layout(first, layout, |ui| over_time::show(ui, tapes, scope, height));
-            let second = vec2(column, height);
-            ui.allocate_ui_with_layout(second, layout, |ui| {
-                force_velocity::show(ui, tapes, scope, scene, height);
-            });
-        });
+    model.view.layout.area = ui.available_rect_before_wrap().expand2(vec2(AXIS_NAME_MARGIN, 0.0));
+    if !is_wide {
+        show_group(ui, model, model.view.layout.chosen, height);
         return;
     }
-    match chosen {
-        PlotGroup::OverTime => over_time::show(ui, tapes, scope, height),
-        PlotGroup::ForceVelocity => force_velocity::show(ui, tapes, scope, scene, height),
+    let column = ui.available_width() * COLUMN_SHARE;
+    ui.horizontal_top(|ui| {
+        let first = vec2(ui.available_width() - column - ui.spacing().item_spacing.x, height);
+        let layout = Layout::top_down(Align::Min);
+        ui.allocate_ui_with_layout(first, layout, |ui| show_group(ui, model, PlotGroup::OverTime, height));
+        let second = vec2(column, height);
+        ui.allocate_ui_with_layout(second, layout, |ui| {
+            let top = ui.cursor().top();
+            let beside = &mut model.view.layout.beside;
+            ui.horizontal(|ui| {
+                for group in PlotGroup::BESIDE {
+                    ui.selectable_value(beside, group, RichText::new(group.name()).small());
+                }
+            });
+            let group = *beside;
+            show_group(ui, model, group, height - (ui.cursor().top() - top));
+        });
+    });
+}
+
+fn show_group(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
+    if group != PlotGroup::OverTime {
+        side::show(ui, model, group, height);
+        return;
     }
+    let limits = limits(model);
+    let Model { tapes, view, .. } = model;
+    let (scope, reference) = view.plotted(tapes);
+    let background = Background {
+        reference: reference.as_ref(),
+        limits: limits.as_ref(),
+    };
+    if scope.follows() {
+        over_time::show(ui, tapes, scope, background, height);
+        return;
+    }
+    over_time::show(ui, tapes, scope, background, height - scrub_bar::HEIGHT);
+    scrub_bar::show(ui, tapes, scope);
+}
+
+/// The limits of what is seen, unless they are hidden.
+pub(crate) fn limits(model: &Model) -> Option<Limits> {
+    let Model { daemon, tapes, view } = model;
+    let scope = view.scope(tapes);
+    let scene = scene_seen(daemon, tapes, scope);
+    view.layout
+        .shows_limits
+        .then(|| Limits::of(daemon, tapes, scope, scene))
+}
+
+/// The factor by which the wheel, or two fingers, zoom in now.
+fn zoom(ui: &Ui) -> Option<f64> {
+    let (scroll, zoom) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+    let factor = zoom * (scroll / POINTS_PER_ZOOM).exp();
+    ((factor - 1.0).abs() > f32::EPSILON).then(|| f64::from(factor))
 }

@@ -1,13 +1,18 @@
-//! Force, position and velocity over time, one below the other on one time axis, under the contact ribbon.
+//! The plots over time, one below the other on one time axis, under the contact ribbon and the strip of what
+//! happened.
 
 use super::axis::{AXIS_WIDTH, USUAL_COUNT};
 use super::chart::{Axes, Chart, Curve, Ink, Overlay, Trace};
-use super::{contact_ribbon, frame};
-use crate::model::scope::Scope;
+use super::frame::RIGHT_MARGIN;
+use super::limits::Limits;
+use super::{contact_ribbon, frame, legend, mark_strip, plot_header, zoom};
+use crate::model::reference::Reference;
+use crate::model::scope::plot_list::Plot;
 use crate::model::scope::trigger::Mode;
+use crate::model::scope::{Scope, TimeRange};
 use crate::model::tapes::{Tapes, WhatIf};
-use crate::recording::Marker;
-use crate::tape::signal::{Quantity, Signal};
+use crate::tape::mark::MarkKind;
+use crate::tape::signal::Signal;
 use crate::theme::Palette;
 use egui::scroll_area::ScrollSource;
 use egui::style::ScrollStyle;
@@ -23,89 +28,160 @@ const LOWEST_PLOT: f32 = 100.0;
 /// Distance from a cursor at which a drag takes it along, points.
 const GRAB: f32 = 8.0;
 
-/// Points of scrolling by the wheel that zoom by a factor of e.
-const POINTS_PER_ZOOM: f32 = 200.0;
-
 /// Width of the trigger's lines, points.
 const MARK_WIDTH: f32 = 1.0;
+
+/// How strong the lines are where scene or state changed: they lie over the data.
+const MARK_OPACITY: f32 = 0.6;
+
+/// Least distance of two such lines, as a share of the time seen.
+const LEAST_MARK_SHARE: f64 = 0.005;
 
 /// Width of the force that would have been felt, points.
 const WHAT_IF_WIDTH: f32 = 2.0;
 
+/// How strong the lines of the reference are.
+const REFERENCE_OPACITY: f32 = 0.45;
+
 /// Width of a cursor, points.
 const CURSOR_WIDTH: f32 = 1.5;
 
-/// The chart of a quantity, drawn in `columns` columns of pixels.
-pub(crate) fn chart(tapes: &Tapes, scope: &Scope, quantity: Quantity, overlays: &[Overlay], columns: f64) -> Chart {
+/// What lies under the lines of the run in sight.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Background<'a> {
+    pub(crate) reference: Option<&'a Reference>,
+    /// `None` where they are hidden.
+    pub(crate) limits: Option<&'a Limits>,
+}
+
+/// The chart of the plot at a place, drawn in `columns` columns of pixels.
+pub(crate) fn chart(
+    tapes: &Tapes,
+    scope: &Scope,
+    place: usize,
+    background: Background<'_>,
+    overlays: &[Overlay],
+    columns: f64,
+) -> Chart {
     let seen = scope.seen(tapes);
-    let overlays = [recorded(tapes, scope, quantity, columns), overlays.to_vec()].concat();
-    let traces: Vec<Trace> = quantity.signals().map(Trace::over_time).collect();
+    let plot = &scope.plots.plots()[place];
+    let traces = Trace::all_over_time(plot.signals());
+    let mut all = happened(tapes, scope, place == 0);
+    all.extend(
+        background
+            .limits
+            .into_iter()
+            .flat_map(|limits| limits.levels(plot.signals())),
+    );
+    all.extend(
+        background
+            .reference
+            .into_iter()
+            .flat_map(|reference| under(reference, &traces, &seen, columns)),
+    );
+    all.extend(what_if(tapes, scope, plot, columns));
+    all.extend_from_slice(overlays);
     let axes = Axes {
         seen,
         columns,
         across: seen.on_axis(),
-        up: scope.value_axes.held(quantity),
-        smallest_span: quantity.smallest_span(),
-        labels: [
-            time_label(scope).to_owned(),
-            format!("{} ({})", quantity.name(), quantity.unit()),
-        ],
+        up: plot.axis.held(),
+        smallest_span: plot.smallest_span(),
+        labels: [time_label(scope).to_owned(), plot.label()],
     };
-    Chart::new(scope.tape(tapes), &traces, &overlays, axes)
+    let mut chart = Chart::new(scope.tape(tapes), &traces, &all, axes);
+    let clipped = background.limits.and_then(|limits| limits.clipped(&chart.curves));
+    chart.overlays.extend(clipped);
+    chart
 }
 
-/// What would have been felt along the recording, and the markers.
-fn recorded(tapes: &Tapes, scope: &Scope, quantity: Quantity, columns: f64) -> Vec<Overlay> {
-    let seen = scope.seen(tapes);
-    let mut overlays = Vec::new();
-    if let WhatIf::Shown(what_if) = tapes.what_if()
-        && quantity == Signal::COMMAND_FORCE.quantity()
-        && !scope.is_of_rig()
-    {
-        let ends = (seen.from_s, seen.to_s);
-        let lines = what_if
-            .tape
-            .outlines(&[Signal::COMMAND_FORCE], ends, seen.column_s(columns));
-        let points = lines
+/// The lines of the reference, fainter than those of the run in sight.
+fn under(reference: &Reference, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<Overlay> {
+    let offset_s = reference.offset_s(seen.zero_s);
+    let ends = (seen.from_s - offset_s, seen.to_s - offset_s);
+    let signals: Vec<Signal> = traces.iter().map(|trace| trace.signal).collect();
+    let lines = reference.tape.outlines(&signals, ends, seen.column_s(columns));
+    let curve = |(trace, points): (&Trace, Vec<[f64; 2]>)| {
+        let points = points
             .into_iter()
-            .flatten()
-            .map(|[t_s, force]| [t_s - seen.zero_s, force]);
-        overlays.push(Overlay::Curve(Curve {
-            name: "What if",
+            .map(|[t_s, value]| [t_s + offset_s - seen.zero_s, value]);
+        Overlay::Curve(Curve {
+            name: format!("{}, reference", trace.name).into(),
+            hint: "The run that was kept with Compare",
             points: points.collect(),
-            ink: Ink::solid(|palette| palette.law, WHAT_IF_WIDTH),
-        }));
+            ink: Ink {
+                opacity: REFERENCE_OPACITY,
+                ..trace.ink
+            },
+        })
+    };
+    traces.iter().zip(lines).map(curve).collect()
+}
+
+/// What would have been felt along the recording.
+fn what_if(tapes: &Tapes, scope: &Scope, plot: &Plot, columns: f64) -> Option<Overlay> {
+    let WhatIf::Shown(what_if) = tapes.what_if() else {
+        return None;
+    };
+    if scope.is_of_rig() || !plot.signals().contains(&Signal::COMMAND_FORCE) {
+        return None;
     }
-    // Their texts stand in the first plot alone.
-    let is_first = scope.quantities().next() == Some(quantity);
-    let in_sight = |marker: &&Marker| (seen.from_s..=seen.to_s).contains(&marker.t_s);
-    overlays.extend(
-        scope
-            .markers(tapes)
-            .iter()
-            .filter(in_sight)
-            .map(|marker| Overlay::Mark {
-                at: marker.t_s - seen.zero_s,
-                label: if is_first {
-                    marker.text.clone().into()
-                } else {
-                    "".into()
-                },
-                is_dashed: false,
-                ink: Ink::solid(|palette| palette.mark, MARK_WIDTH),
-            }),
-    );
-    overlays
+    let seen = scope.seen(tapes);
+    let ends = (seen.from_s, seen.to_s);
+    let lines = what_if
+        .tape
+        .outlines(&[Signal::COMMAND_FORCE], ends, seen.column_s(columns));
+    let points = lines.into_iter().flatten();
+    Some(Overlay::Curve(Curve {
+        name: "What if".into(),
+        hint: "The force that the other scene would have given along this motion",
+        points: points.map(|[t_s, force]| [t_s - seen.zero_s, force]).collect(),
+        ink: Ink::solid(|palette| palette.law, WHAT_IF_WIDTH),
+    }))
+}
+
+/// Lines where something happened. The texts of markers stand in the first plot alone; the others are in the
+/// strip above.
+fn happened(tapes: &Tapes, scope: &Scope, is_first: bool) -> Vec<Overlay> {
+    let seen = scope.seen(tapes);
+    let tape = scope.tape(tapes);
+    let least_s = (seen.to_s - seen.from_s) * LEAST_MARK_SHARE;
+    let mut drawn_s = f64::NEG_INFINITY;
+    let mut lines = Vec::new();
+    for (t_s, mark) in tape.marks(seen.from_s, seen.to_s) {
+        let is_marker = mark.kind == MarkKind::Marker;
+        // A drag changes the scene thirty times a second.
+        if !is_marker && t_s - drawn_s < least_s {
+            continue;
+        }
+        drawn_s = t_s;
+        lines.push(Overlay::Mark {
+            at: t_s - seen.zero_s,
+            label: if is_first && is_marker {
+                mark.text.clone().into()
+            } else {
+                "".into()
+            },
+            is_dashed: false,
+            ink: Ink {
+                color: mark.kind.color(),
+                width: MARK_WIDTH,
+                opacity: if is_marker { 1.0 } else { MARK_OPACITY },
+            },
+        });
+    }
+    lines
 }
 
 /// The level and the moment of the trigger, and the cursors.
-fn overlays(scope: &Scope, quantity: Quantity) -> Vec<Overlay> {
+fn overlays(scope: &Scope, plot: &Plot) -> Vec<Overlay> {
     let mut overlays = Vec::new();
     let mark = Ink::solid(|palette| palette.mark, MARK_WIDTH);
     if scope.trigger.mode() != Mode::Off {
-        if scope.trigger.signal.quantity() == quantity {
+        if plot.signals().contains(&scope.trigger.signal) {
             overlays.push(Overlay::Level {
                 value: scope.trigger.level,
+                label: "".into(),
                 ink: mark,
             });
         }
@@ -137,63 +213,64 @@ fn time_label(scope: &Scope) -> &'static str {
 }
 
 /// Shows the ribbon and the plots in `height` points.
-pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, height: f32) {
+pub(crate) fn show(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, background: Background<'_>, height: f32) {
     let top = ui.cursor().top();
     show_key(ui);
+    ui.spacing_mut().item_spacing.y = 2.0;
+    let flags = mark_strip::allocate(ui);
     let (strip, _) = ui.allocate_exact_size(vec2(ui.available_width(), RIBBON_HEIGHT), Sense::hover());
-    let quantities: Vec<Quantity> = scope.quantities().collect();
-    let Some(lowest) = quantities.len().checked_sub(1) else {
-        ui.label("Choose what to plot above");
+    let Some(lowest) = scope.plots.plots().len().checked_sub(1) else {
+        ui.label("Add a plot above");
         return;
     };
     let spacing = ui.spacing().item_spacing.y;
     let left = height - (ui.cursor().top() - top) - TIME_LABEL_HEIGHT;
-    #[expect(clippy::cast_precision_loss, reason = "three plots at most")]
-    let count = quantities.len() as f32;
-    let height = (left / count - spacing).max(LOWEST_PLOT);
-    let painter = ui.painter().clone();
-    let show_all = |ui: &mut Ui| {
-        for (place, quantity) in quantities.into_iter().enumerate() {
+    #[expect(clippy::cast_precision_loss, reason = "a few plots")]
+    let count = (lowest + 1) as f32;
+    let header = legend::HEIGHT + 2.0 * spacing;
+    let height = (left / count - header).max(LOWEST_PLOT);
+    let (mut change, mut time_axis) = (None, None);
+    let mut show_all = |ui: &mut Ui| {
+        ui.spacing_mut().item_spacing.y = spacing;
+        for place in 0..=lowest {
             let has_time = place == lowest;
             let height = if has_time { height + TIME_LABEL_HEIGHT } else { height };
-            let shown = show_one(ui, tapes, scope, quantity, height, has_time);
+            let (shown, asked) = show_one(ui, tapes, scope, place, background, (height, has_time));
+            change = change.or(asked.map(|asked| (place, asked)));
             if place == 0 {
-                contact_ribbon::paint(
-                    ui,
-                    &painter,
-                    strip,
-                    &shown.transform,
-                    scope.tape(tapes),
-                    &scope.seen(tapes),
-                );
+                time_axis = Some(shown.transform);
             }
             take_pointer(ui, tapes, scope, &shown);
-            take_axis_pointer(ui, scope, quantity, &shown);
+            take_axis_pointer(ui, scope, place, &shown);
         }
     };
-    if count * (height + spacing) <= left + 1.0 {
+    if count * (height + header) <= left + 1.0 {
         show_all(ui);
-        return;
+    } else {
+        // Without room for all of them they are scrolled by the bar alone, which stays visible: the wheel zooms.
+        ui.spacing_mut().scroll = ScrollStyle::solid();
+        ScrollArea::vertical()
+            .max_height(left.max(LOWEST_PLOT))
+            .scroll_source(ScrollSource::SCROLL_BAR)
+            .auto_shrink(false)
+            .show(ui, show_all);
     }
-    // Without room for all of them they are scrolled by the bar alone, which stays visible: the wheel zooms.
-    ui.spacing_mut().scroll = ScrollStyle::solid();
-    ScrollArea::vertical()
-        .scroll_source(ScrollSource::SCROLL_BAR)
-        .auto_shrink(false)
-        .show(ui, show_all);
+    // Above what may be scrolled.
+    if let Some(axis) = time_axis {
+        let (tape, seen) = (scope.tape(tapes), scope.seen(tapes));
+        contact_ribbon::paint(ui, strip, &axis, tape, &seen);
+        mark_strip::show(ui, flags, &axis, tape, &seen);
+    }
+    if let Some((place, change)) = change {
+        plot_header::carry_out(&mut scope.plots, place, change);
+    }
 }
 
 fn show_key(ui: &mut Ui) {
     let palette = Palette::of(ui);
-    let key = [
-        (palette.stuck, "stuck"),
-        (palette.sliding, "sliding"),
-        (palette.block, "block and coupling"),
-        (palette.device, "device and hand"),
-    ];
-    ui.horizontal_wrapped(|ui| {
+    ui.horizontal(|ui| {
         ui.add_space(AXIS_WIDTH);
-        for (color, text) in key {
+        for (color, text) in [(palette.stuck, "stuck"), (palette.sliding, "sliding")] {
             let (square, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
             ui.painter().rect_filled(square, 0, color);
             ui.label(RichText::new(text).small());
@@ -205,25 +282,31 @@ fn show_one(
     ui: &mut Ui,
     tapes: &Tapes,
     scope: &mut Scope,
-    quantity: Quantity,
-    height: f32,
-    has_time: bool,
-) -> PlotResponse<()> {
+    place: usize,
+    background: Background<'_>,
+    (height, has_time): (f32, bool),
+) -> (PlotResponse<()>, Option<plot_header::Change>) {
     let palette = Palette::of(ui);
     let inner = if has_time { height - TIME_LABEL_HEIGHT } else { height };
-    let columns = f64::from((ui.available_width() - AXIS_WIDTH).max(1.0) * ui.pixels_per_point());
-    let chart = chart(tapes, scope, quantity, &overlays(scope, quantity), columns);
-    scope.value_axes.saw(quantity, chart.up);
-    let name = format!("{} plot", quantity.name());
+    let width = ui.available_width() - RIGHT_MARGIN;
+    let columns = f64::from((width - AXIS_WIDTH).max(1.0) * ui.pixels_per_point());
+    let overlays = overlays(scope, &scope.plots.plots()[place]);
+    let chart = chart(tapes, scope, place, background, &overlays, columns);
+    let change = plot_header::show(ui, &scope.plots, place, &legend::entries(&chart, palette));
+    let name = format!("{} plot", scope.plots.name(place));
+    let plot = &mut scope.plots.plots_mut()[place];
+    plot.axis.saw(chart.up);
     let cursor_group = egui::Id::unique("time of the plots");
-    let plot = frame::plot(&name, height, inner, USUAL_COUNT)
+    let shown = frame::plot(&format!("plot {}", plot.id), height, inner, USUAL_COUNT)
+        .width(width)
+        .show_axes([has_time, true])
         .link_cursor(cursor_group, [true, false])
         .x_axis_label(if has_time { chart.labels[0].as_str() } else { "" })
         .y_axis_label(chart.labels[1].as_str())
         .sense(Sense::drag());
-    let mut response = plot.show(ui, |plot| frame::draw(plot, &chart, palette));
+    let mut response = shown.show(ui, |plot| frame::draw(plot, &chart, palette));
     response.response = response.response.accessible_name(name);
-    response
+    (response, change)
 }
 
 /// Moves and zooms by pointer: the wheel zooms in time, a drag moves in time or takes a cursor along.
@@ -261,33 +344,27 @@ fn take_pointer(ui: &Ui, tapes: &Tapes, scope: &mut Scope, shown: &PlotResponse<
 
 /// The numbers at the left are a handle: the wheel zooms the values, a drag moves them, a double click
 /// fits them again.
-fn take_axis_pointer(ui: &Ui, scope: &mut Scope, quantity: Quantity, shown: &PlotResponse<()>) {
+fn take_axis_pointer(ui: &Ui, scope: &mut Scope, place: usize, shown: &PlotResponse<()>) {
+    let name = format!("{} axis", scope.plots.name(place));
     let (plot, transform) = (shown.response.rect, &shown.transform);
     let numbers = Rect::from_min_max(Pos2::new(plot.left() - AXIS_WIDTH, plot.top()), plot.left_bottom());
     let id = shown.response.id.with("numbers");
     let response = ui
         .interact(numbers, id, Sense::click_and_drag())
         .on_hover_text("The wheel zooms these values, a drag moves them, a double click fits them to what is seen")
-        .accessible_name(format!("{} axis", quantity.name()));
-    let axes = &mut scope.value_axes;
+        .accessible_name(name);
+    let axis = &mut scope.plots.plots_mut()[place].axis;
     if response.double_clicked() {
-        axes.fit(quantity);
+        axis.fit();
         return;
     }
     if let Some(pos) = response.hover_pos()
         && let Some(factor) = zoom(ui)
     {
-        axes.zoom(quantity, factor, transform.value_from_position(pos).y);
+        axis.zoom(factor, transform.value_from_position(pos).y);
     }
     let by = f64::from(response.drag_delta().y) / transform.dpos_dvalue_y();
     if response.dragged() && by != 0.0 {
-        axes.shift(quantity, -by);
+        axis.shift(-by);
     }
-}
-
-/// The factor by which the wheel, or two fingers, zoom in now.
-fn zoom(ui: &Ui) -> Option<f64> {
-    let (scroll, zoom) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
-    let factor = zoom * (scroll / POINTS_PER_ZOOM).exp();
-    ((factor - 1.0).abs() > f32::EPSILON).then(|| f64::from(factor))
 }

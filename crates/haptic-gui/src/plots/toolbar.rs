@@ -1,11 +1,12 @@
 //! The tools of the plots: run and freeze, zoom and move, choose, trigger, measure, export.
 
-use super::trigger_bar;
+use super::{compare_menu, rig_menu, trigger_bar};
 use crate::intent::{Format, Intent};
 use crate::model::Model;
 use crate::model::scope::Scope;
+use crate::model::scope::plot_list::PlotList;
 use crate::model::scope::trigger::Mode;
-use crate::model::scope::value_axes::{FARTHEST, ValueAxes};
+use crate::model::scope::value_axis::{FARTHEST, ValueAxis};
 use crate::model::tapes::Tapes;
 use crate::tape::signal::Quantity;
 use egui::containers::menu::{MenuButton, MenuConfig};
@@ -19,7 +20,7 @@ const ZOOM_STEP: f64 = 1.5;
 const SHIFT_SHARE: f64 = 0.25;
 
 /// Left edge of the fields for the ends of the axes in the menu, points.
-const AXIS_FIELDS_AT: f32 = 96.0;
+const AXIS_FIELDS_AT: f32 = 128.0;
 
 /// Sizes of the button, for either name, and of the time seen: their neighbours must not move.
 const RUN_SIZE: Vec2 = vec2(60.0, 0.0);
@@ -27,7 +28,7 @@ const SPAN_SIZE: Vec2 = vec2(68.0, 22.0);
 
 /// Shows the tools. A wide window has room for the readings of both cursors.
 pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut Vec<Intent>) {
-    let Model { tapes, view, .. } = model;
+    let Model { daemon, tapes, view } = model;
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         let scope = view.scope_mut(tapes);
@@ -37,17 +38,21 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, is_wide: bool, intents: &mut 
         }
         show_moving(ui, tapes, scope);
         ui.separator();
-        for (shown, quantity) in scope.shown.iter_mut().zip(Quantity::ALL) {
-            let name = format!("plot {}", quantity.name().to_lowercase());
-            ui.toggle_value(shown, quantity.name()).accessible_name(name);
-        }
+        show_plots(ui, &mut scope.plots);
         show_axes(ui, scope);
         ui.separator();
         if is_of_rig {
             trigger_bar::show_mode(ui, scope);
         }
         show_cursors_toggle(ui, tapes, scope);
+        ui.toggle_value(&mut view.layout.shows_limits, "Limits")
+            .on_hover_text("Lines at the force limit, Fs and Fd, and dots where the force was clipped");
+        let (scope, reference) = view.plotted(tapes);
+        compare_menu::show(ui, tapes, scope, reference);
         show_export(ui, &mut view.folder, intents);
+        if is_of_rig {
+            rig_menu::show(ui, daemon);
+        }
     });
     let scope = view.scope_mut(tapes);
     if scope.is_of_rig() && scope.trigger.mode() != Mode::Off {
@@ -117,42 +122,67 @@ fn show_moving(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
     }
 }
 
+/// Adds plots. The menu above each plot chooses its signals, and removes it.
+fn show_plots(ui: &mut Ui, plots: &mut PlotList) {
+    let (button, _) = MenuButton::new("Plots").ui(ui, |ui| {
+        ui.label(RichText::new("Add a plot of").small());
+        for quantity in Quantity::ALL {
+            let add = ui.add_enabled(!plots.is_full(), Button::new(quantity.name()));
+            if add
+                .accessible_name(format!("add {} plot", quantity.name().to_lowercase()))
+                .clicked()
+            {
+                plots.add(quantity.signals());
+                ui.close();
+            }
+        }
+        ui.separator();
+        if ui.button("Usual plots").clicked() {
+            *plots = PlotList::default();
+            ui.close();
+        }
+    });
+    button.on_hover_text("Adds a plot; \"Signals\" above each plot changes what it shows");
+}
+
 /// The ranges of the value axes, to be typed. The pointer sets them at the numbers of each axis.
 fn show_axes(ui: &mut Ui, scope: &mut Scope) {
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let (button, _) = MenuButton::new("Axes").config(config).ui(ui, |ui| {
-        for quantity in Quantity::ALL {
-            ui.horizontal(|ui| show_axis(ui, &mut scope.value_axes, quantity));
+        for place in 0..scope.plots.plots().len() {
+            let name = scope.plots.name(place).to_lowercase();
+            let plot = &mut scope.plots.plots_mut()[place];
+            let unit = plot.unit();
+            ui.horizontal(|ui| show_axis(ui, &mut plot.axis, &name, unit));
         }
     });
     button.on_hover_text("How far the values reach: fitted to what is seen, or held where you want them");
 }
 
-fn show_axis(ui: &mut Ui, axes: &mut ValueAxes, quantity: Quantity) {
-    let name = quantity.name();
-    let mut fits = axes.held(quantity).is_none();
-    let toggle = ui.checkbox(&mut fits, format!("Fit {}", name.to_lowercase()));
+fn show_axis(ui: &mut Ui, axis: &mut ValueAxis, name: &str, unit: &str) {
+    let mut fits = axis.held().is_none();
+    let toggle = ui.checkbox(&mut fits, format!("Fit {name}"));
     if toggle.changed() && fits {
-        axes.fit(quantity);
+        axis.fit();
     } else if toggle.changed() {
-        axes.hold(quantity, axes.seen(quantity));
+        axis.hold(axis.seen());
     }
-    let (mut low, mut high) = axes.seen(quantity);
-    let (speed, unit) = ((high - low) / 200.0, format!(" {}", quantity.unit()));
-    // The fields of all three are aligned.
+    let (mut low, mut high) = axis.seen();
+    let (speed, unit) = ((high - low) / 200.0, format!(" {unit}"));
+    // The fields of all plots are aligned.
     ui.add_space((AXIS_FIELDS_AT - ui.min_rect().width()).max(0.0));
     let span = high - low;
     let mut field = |end: &mut f64, at: &str| {
         let field = DragValue::new(end).speed(speed).range(-FARTHEST..=FARTHEST);
         ui.add(field.max_decimals(6).suffix(&unit))
-            .accessible_name(format!("{} axis {at} end", name.to_lowercase()))
+            .accessible_name(format!("{name} axis {at} end"))
             .changed()
     };
     let (low_typed, high_typed) = (field(&mut low, "lower"), field(&mut high, "upper"));
     // An end that passes the other one takes it along.
     match (low_typed, high_typed) {
-        (true, _) => axes.hold(quantity, (low, if high > low { high } else { low + span })),
-        (_, true) => axes.hold(quantity, (if high > low { low } else { high - span }, high)),
+        (true, _) => axis.hold((low, if high > low { high } else { low + span })),
+        (_, true) => axis.hold((if high > low { low } else { high - span }, high)),
         _ => {}
     }
 }
@@ -173,8 +203,9 @@ fn show_cursors_toggle(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope) {
 fn show_cursors(ui: &mut Ui, tapes: &Tapes, scope: &mut Scope, is_wide: bool) {
     let zero_s = scope.seen(tapes).zero_s;
     let readings: Vec<_> = scope
-        .quantities()
-        .flat_map(Quantity::signals)
+        .plots
+        .signals()
+        .into_iter()
         .map(|signal| scope.cursors.read(signal, scope.tape(tapes), zero_s))
         .collect();
     let speed = scope.span_s() / 500.0;

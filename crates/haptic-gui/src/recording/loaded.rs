@@ -1,10 +1,15 @@
 //! A recording that is opened.
 
 use crate::tape::Tape;
-use haptic_core::Scene;
-use haptic_ipc::{Changes, Sample, params_of};
+use crate::tape::mark::{MarkKind, TapeMark};
+use haptic_core::{Directional, Scene};
+use haptic_ipc::{Changes, Difference, Sample, Value, params_of};
 use haptic_lab::recording::{self, Ending, Entry, Mark, Metadata, RecordingError};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+/// Rows after which the progress is told: a minute at 1 kHz, or tens of milliseconds of reading.
+const ROWS_A_LOOK: usize = 60_000;
 
 /// A recording that is ready to be shown.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,29 +28,37 @@ impl Loaded {
         marks: &[Mark],
         ending: Ending,
     ) -> Self {
-        let tape = Tape::recorded(rows);
+        let mut tape = Tape::recorded(rows);
+        add_marks(&mut tape, &metadata.scene, marks);
         Self {
-            opened: Opened::new(path, metadata, marks, ending, &tape),
+            opened: Opened::new(path, metadata, marks, ending),
             tape,
         }
     }
 
-    /// Reads a recording. An hour at 1 kHz takes seconds and 420 MB of memory.
+    /// Reads a recording. An hour at 1 kHz takes seconds and 470 MB of memory. Meanwhile `progress` is told how many
+    /// seconds of it are read.
     ///
     /// # Errors
     /// Why it cannot be read, with the name of the file.
-    pub fn read(path: &Path) -> Result<Self, String> {
-        let read = || {
+    pub fn read(path: &Path, mut progress: impl FnMut(f64)) -> Result<Self, String> {
+        let mut read = || {
             let mut reader = recording::open(path)?;
             let (mut tape, mut marks) = (Tape::default(), Vec::new());
             while let Some(entry) = reader.next().transpose()? {
                 match entry {
-                    Entry::Row(row) => tape.push(row),
+                    Entry::Row(row) => {
+                        tape.push(row);
+                        if tape.len().is_multiple_of(ROWS_A_LOOK) {
+                            progress(row.t_s - tape.oldest_s().unwrap_or(row.t_s));
+                        }
+                    }
                     Entry::Mark(mark) => marks.push(mark),
                 }
             }
             let ending = reader.ending().unwrap_or(Ending::Open);
-            let opened = Opened::new(path.to_path_buf(), reader.metadata().clone(), &marks, ending, &tape);
+            let opened = Opened::new(path.to_path_buf(), reader.metadata().clone(), &marks, ending);
+            add_marks(&mut tape, &opened.metadata.scene, &marks);
             Ok(Self { tape, opened })
         };
         read().map_err(|error| match error {
@@ -64,21 +77,12 @@ pub(crate) struct Opened {
     pub(crate) ending: Ending,
     /// Rows that are missing.
     pub(crate) lost: u64,
-    pub(crate) markers: Vec<Marker>,
     /// The scenes, each from the first tick that rendered it; `None` if the marks do not define it.
     scenes: Vec<(u64, Option<Scene>)>,
 }
 
-/// A moment that a person has marked.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Marker {
-    /// Time on the daemon's clock, s.
-    pub(crate) t_s: f64,
-    pub(crate) text: String,
-}
-
 impl Opened {
-    fn new(path: PathBuf, metadata: Metadata, marks: &[Mark], ending: Ending, tape: &Tape) -> Self {
+    fn new(path: PathBuf, metadata: Metadata, marks: &[Mark], ending: Ending) -> Self {
         let first = &metadata.scene;
         let mut scenes = vec![(0, Some(first.clone()))];
         let mut lost = 0;
@@ -94,7 +98,6 @@ impl Opened {
             metadata,
             ending,
             lost,
-            markers: markers(marks, tape),
             scenes,
         }
     }
@@ -106,19 +109,50 @@ impl Opened {
     }
 }
 
-/// The markers, each at the first sample of its tick or after it.
-fn markers(marks: &[Mark], tape: &Tape) -> Vec<Marker> {
-    let mut samples = tape.within(f64::NEG_INFINITY, f64::INFINITY).peekable();
-    let marker = |mark: &Mark| {
-        let Mark::Marker { tick, text } = mark else { return None };
-        while samples.next_if(|sample| sample.tick < *tick).is_some() {}
-        let t_s = samples.peek().map(|sample| sample.t_s).or(tape.newest_s())?;
-        Some(Marker {
-            t_s,
-            text: text.clone(),
-        })
-    };
-    marks.iter().filter_map(marker).collect()
+/// Adds to a recording's tape what its marks tell. A recording does not say who changed its scene, nor
+/// where lost rows are missing.
+fn add_marks(tape: &mut Tape, first: &Scene, marks: &[Mark]) {
+    let mut known = params_of(first);
+    for mark in marks {
+        let (tick, kind, text) = match mark {
+            Mark::Marker { tick, text } => (*tick, MarkKind::Marker, text.clone()),
+            Mark::Scene {
+                tick,
+                name,
+                law,
+                params,
+                ..
+            } => {
+                let changes = changes(&known, params);
+                known.clone_from(params);
+                (*tick, MarkKind::Scene, format!("scene {name}, {law}{changes}"))
+            }
+            Mark::State { tick, state, fault } => match fault {
+                Some(why) => (*tick, MarkKind::Trouble, format!("{state}: {why}")),
+                None => (*tick, MarkKind::State, state.to_string()),
+            },
+            Mark::Servo { tick, .. } => (*tick, MarkKind::Scene, "other settings of the servo".to_owned()),
+            Mark::Missed { tick, periods } => (*tick, MarkKind::Trouble, format!("{periods} periods missed")),
+            Mark::Link { tick, text } => (*tick, MarkKind::Trouble, text.clone()),
+            Mark::Lost { .. } | Mark::End { .. } => continue,
+        };
+        tape.mark(TapeMark { tick, kind, text });
+    }
+}
+
+/// The values that differ from those before.
+fn changes(before: &BTreeMap<String, Directional>, after: &BTreeMap<String, Directional>) -> String {
+    let changes = after.iter().filter_map(|(param, value)| {
+        let other = before.get(param).filter(|other| *other != value)?;
+        let change = Difference {
+            param: param.clone(),
+            unit: None,
+            before: Some(Value::Number(*other)),
+            after: Some(Value::Number(*value)),
+        };
+        Some(format!(", {change}"))
+    });
+    changes.collect()
 }
 
 /// The scene of a mark, which has a law and parameters. `None` if the block came or went: a mark does
@@ -140,7 +174,8 @@ fn scene_of(first: &Scene, mark: &Mark) -> Option<Scene> {
 mod tests {
     use super::*;
     use crate::recording::fixture::metadata;
-    use haptic_core::{Directional, Parameter};
+    use haptic_core::Parameter;
+    use haptic_ipc::RigState;
 
     fn mark(tick: u64, scene: &Scene) -> Mark {
         Mark::Scene {
@@ -175,6 +210,42 @@ mod tests {
         assert_eq!(opened.lost, 3);
     }
 
+    fn marks_of(tape: &Tape) -> Vec<(f64, &str)> {
+        let marks = tape.marks(f64::NEG_INFINITY, f64::INFINITY);
+        marks.map(|(t_s, mark)| (t_s, mark.text.as_str())).collect()
+    }
+
+    #[test]
+    fn a_mark_of_a_scene_says_what_changed_and_one_of_a_state_what_it_is() {
+        let rows = (0..10).map(|tick| Sample {
+            tick,
+            t_s: tick as f64,
+            ..Sample::default()
+        });
+        let slippery = Scene::paper()
+            .with(&[(Parameter::DynamicForce.into(), 2.5)])
+            .expect("a scene");
+        let state = |tick, state, fault: Option<&str>| Mark::State {
+            tick,
+            state,
+            fault: fault.map(str::to_owned),
+        };
+        let marks = [
+            mark(2, &slippery),
+            state(4, RigState::Engaged, None),
+            Mark::Missed { tick: 5, periods: 3 },
+            state(6, RigState::Faulted, Some("the device fell silent")),
+        ];
+        let Loaded { tape, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
+        let told = [
+            (2.0, "scene simulated friction, karnopp, dynamic_force: 3.5 -> 2.5"),
+            (4.0, "engaged"),
+            (5.0, "3 periods missed"),
+            (6.0, "faulted: the device fell silent"),
+        ];
+        assert_eq!(marks_of(&tape), told);
+    }
+
     #[test]
     fn a_marker_is_at_the_first_sample_of_its_tick() {
         let rows = [100, 101, 103].map(|tick| Sample {
@@ -186,12 +257,8 @@ mod tests {
             tick,
             text: text.to_owned(),
         });
-        let Loaded { opened, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
-        let at: Vec<(f64, &str)> = opened
-            .markers
-            .iter()
-            .map(|marker| (marker.t_s, marker.text.as_str()))
-            .collect();
+        let Loaded { tape, .. } = Loaded::new("r.csv".into(), metadata(), rows, &marks, Ending::Open);
+        let at: Vec<(f64, &str)> = marks_of(&tape);
         let of_tick = |tick: u64| tick as f64 * 1e-3;
         assert_eq!(
             at,

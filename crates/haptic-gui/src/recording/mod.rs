@@ -11,7 +11,7 @@ mod what_if;
 pub(crate) use listing::list;
 pub use listing::{About, Length, Listed};
 pub use loaded::Loaded;
-pub(crate) use loaded::{Marker, Opened};
+pub(crate) use loaded::Opened;
 pub use progress::RecordingNews;
 pub(crate) use progress::amount;
 pub use what_if::WhatIfTape;

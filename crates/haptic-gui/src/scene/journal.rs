@@ -1,7 +1,7 @@
 //! The journal: who changed what, and when.
 
 use crate::model::scene::SceneFacts;
-use egui::{CollapsingHeader, Label, RichText, Ui};
+use egui::{Button, CollapsingHeader, Label, RichText, Ui};
 use haptic_ipc::JournalEntry;
 
 /// Shows the changes, the newest first.
@@ -15,9 +15,25 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts) {
             );
         }
         for entry in scene.journal.iter().rev() {
-            ui.add(Label::new(RichText::new(line(entry)).small()).wrap());
+            ui.horizontal_top(|ui| {
+                show_copy(ui, entry.command(&scene.library));
+                ui.add(Label::new(RichText::new(line(entry)).small()).wrap());
+            });
         }
     });
+}
+
+/// The button that copies the command which makes the same change again.
+fn show_copy(ui: &mut Ui, command: Option<String>) {
+    let button = ui.add_enabled(command.is_some(), Button::new("Copy").small());
+    let Some(command) = command else {
+        button.on_disabled_hover_text("No haptic-ctl command does this again");
+        return;
+    };
+    let button = button.accessible_name(format!("copy {command}"));
+    if button.on_hover_text(format!("Copies: {command}")).clicked() {
+        ui.ctx().copy_text(command);
+    }
 }
 
 /// An entry as a line.

@@ -9,10 +9,10 @@ use crate::wording::{sentence_case, spoken};
 use egui::accesskit::Action;
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
-use egui::{Align, Align2, Id, Key, Label, Layout, RichText, Slider, SliderClamping, TextEdit, Ui, vec2};
+use egui::{Align, Align2, Id, Key, Label, Layout, RichText, Sense, Slider, SliderClamping, TextEdit, Ui, vec2};
 use haptic_core::Direction;
-use haptic_ipc::ParameterDescription;
 use haptic_ipc::quantity::{self, number};
+use haptic_ipc::{ParameterDescription, set_command};
 
 const FIELD_WIDTH: f32 = 84.0;
 const UNIT_WIDTH: f32 = 44.0;
@@ -33,9 +33,21 @@ pub(crate) fn show(ui: &mut Ui, about: &ParameterDescription, edits: &mut Parame
     let height = ui.spacing().interact_size.y;
     ui.spacing_mut().interact_size.y = TITLE_HEIGHT;
     ui.horizontal(|ui| {
-        let title = ui.label(RichText::new(sentence_case(&about.name)).strong());
+        // It takes no keyboard focus: the journal copies by keyboard.
+        let title = Label::new(RichText::new(sentence_case(&about.name)).strong()).sense(Sense::CLICK);
+        let title = ui.add(title);
         let symbol = ui.label(RichText::new(&about.symbol).italics().weak());
-        title.union(symbol).on_hover_text(explanation(about));
+        let title = title.union(symbol).on_hover_text(explanation(about));
+        let command = set_command([(about.symbol.as_str(), about.value)]);
+        title.context_menu(|ui| {
+            if ui
+                .button("Copy as haptic-ctl command")
+                .on_hover_text(&command)
+                .clicked()
+            {
+                ui.ctx().copy_text(command);
+            }
+        });
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if about.directional {
                 show_split(ui, about, edits);

@@ -54,27 +54,37 @@ pub(crate) struct Bucket {
 }
 
 impl Bucket {
-    fn of(samples: &[Sample], begin: usize) -> Option<Self> {
-        let mut all = samples.iter().zip(begin..).map(|(sample, place)| {
+    /// The extremes of the samples of a chunk from one place on, whose values are added to `sums`. Of equal
+    /// values the first is the least and the last is the greatest, as for samples that are drawn one by one.
+    fn of(chunk: &Chunk, begin: usize, sums: &mut [Sums; Signal::COUNT]) -> Option<Self> {
+        let mut bucket = Self {
+            first_s: chunk.samples.get(begin)?.t_s,
+            least: [f64::INFINITY; Signal::COUNT],
+            greatest: [f64::NEG_INFINITY; Signal::COUNT],
+            least_at: [0; Signal::COUNT],
+            greatest_at: [0; Signal::COUNT],
+            contacts: Contacts::default(),
+        };
+        for place in begin..chunk.samples.len() {
+            let (before, sample) = chunk.pair(place)?;
             // A chunk has 1024 places.
-            let place = u16::try_from(place).unwrap_or(u16::MAX);
-            let values = Signal::ALL.map(|signal| signal.of(sample));
-            Self {
-                first_s: sample.t_s,
-                least: values,
-                greatest: values,
-                least_at: [place; Signal::COUNT],
-                greatest_at: [place; Signal::COUNT],
-                contacts: Contacts::of(sample),
+            let at = u16::try_from(place).unwrap_or(u16::MAX);
+            for (signal, sums) in Signal::ALL.into_iter().zip(&mut *sums) {
+                let (value, signal) = (signal.of(before, sample), signal.index());
+                sums.add(value);
+                if value < bucket.least[signal] {
+                    (bucket.least[signal], bucket.least_at[signal]) = (value, at);
+                }
+                if value >= bucket.greatest[signal] {
+                    (bucket.greatest[signal], bucket.greatest_at[signal]) = (value, at);
+                }
             }
-        });
-        let mut bucket = all.next()?;
-        all.for_each(|next| bucket.join(&next));
+            bucket.contacts.join(Contacts::of(sample));
+        }
         Some(bucket)
     }
 
-    /// Merges the next bucket. Of equal values the first is the least and the last is the greatest, as
-    /// for samples that are drawn one by one.
+    /// Merges the next bucket.
     fn join(&mut self, next: &Self) {
         for signal in 0..Signal::COUNT {
             if next.least[signal] < self.least[signal] {
@@ -99,24 +109,68 @@ impl Bucket {
     }
 }
 
-/// Up to [`CHUNK`] samples, oldest first.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Chunk {
-    samples: Vec<Sample>,
-    /// Full buckets, by level.
-    buckets: [Vec<Bucket>; LEVELS.len()],
+/// Sums over consecutive samples: what mean and rms are made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Sums {
+    pub(crate) count: f64,
+    /// Sum of the values, in the unit of the signal.
+    pub(crate) value: f64,
+    /// Sum of their squares.
+    pub(crate) square: f64,
 }
 
-impl Default for Chunk {
-    fn default() -> Self {
-        Self {
-            samples: Vec::with_capacity(CHUNK),
-            buckets: LEVELS.map(|size| Vec::with_capacity(CHUNK / size)),
-        }
+impl Sums {
+    pub(crate) fn add(&mut self, value: f64) {
+        self.count += 1.0;
+        self.value += value;
+        self.square += value * value;
+    }
+
+    pub(crate) fn join(&mut self, other: &Self) {
+        self.count += other.count;
+        self.value += other.value;
+        self.square += other.square;
     }
 }
 
+/// Up to [`CHUNK`] samples, oldest first.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Chunk {
+    /// The sample before the first one, if there is one.
+    before: Option<Sample>,
+    samples: Vec<Sample>,
+    /// Full buckets, by level.
+    buckets: [Vec<Bucket>; LEVELS.len()],
+    /// Over the full buckets of the finest level.
+    sums: [Sums; Signal::COUNT],
+}
+
 impl Chunk {
+    /// An empty chunk that follows a sample.
+    pub(crate) fn after(before: Option<Sample>) -> Self {
+        Self {
+            before,
+            samples: Vec::with_capacity(CHUNK),
+            buckets: LEVELS.map(|size| Vec::with_capacity(CHUNK / size)),
+            sums: [Sums::default(); Signal::COUNT],
+        }
+    }
+
+    /// A sample with the one before it; the first of all comes with itself.
+    pub(crate) fn pair(&self, place: usize) -> Option<(&Sample, &Sample)> {
+        let sample = self.samples.get(place)?;
+        let before = match place.checked_sub(1) {
+            Some(before) => self.samples.get(before),
+            None => self.before.as_ref(),
+        };
+        Some((before.unwrap_or(sample), sample))
+    }
+
+    /// The sums over a full chunk.
+    pub(crate) fn sums(&self, signal: Signal) -> Option<&Sums> {
+        self.is_full().then(|| &self.sums[signal.index()])
+    }
+
     pub(crate) fn samples(&self) -> &[Sample] {
         &self.samples
     }
@@ -142,7 +196,12 @@ impl Chunk {
             }
             let begin = count - size;
             let bucket = match level.checked_sub(1) {
-                None => Bucket::of(&self.samples[begin..], begin),
+                None => {
+                    let mut sums = self.sums;
+                    let bucket = Bucket::of(self, begin, &mut sums);
+                    self.sums = sums;
+                    bucket
+                }
                 Some(finer) => {
                     let parts = &self.buckets[finer][begin / LEVELS[finer]..];
                     let mut whole = parts.first().cloned();

@@ -5,13 +5,16 @@
 //! min/max pyramids, so the work of a frame depends on its pixels instead of its samples.
 
 mod chunk;
+pub(crate) mod mark;
 pub(crate) mod outline;
 pub(crate) mod signal;
+mod summary;
 #[cfg(test)]
 pub(crate) mod tests;
 
 use chunk::{Bucket, CHUNK, Chunk, Contacts, LEVELS};
 use haptic_ipc::Sample;
+use mark::TapeMark;
 use outline::{end_of_column, outlines};
 use signal::Signal;
 use std::collections::VecDeque;
@@ -38,26 +41,28 @@ pub(crate) struct Tape {
     chunks: VecDeque<Arc<Chunk>>,
     /// Samples of the first chunk that are too old to be shown.
     start: usize,
+    /// What happened meanwhile, in the order of ticks.
+    marks: Arc<Vec<TapeMark>>,
 }
 
-/// A sample, or a bucket of them.
+/// A sample with the one before it, or a bucket of them.
 #[derive(Clone, Copy, Debug)]
 enum Piece<'a> {
-    Sample(&'a Sample),
+    Sample(&'a Sample, &'a Sample),
     Bucket(&'a Bucket),
 }
 
 impl Piece<'_> {
     fn first_s(&self) -> f64 {
         match self {
-            Self::Sample(sample) => sample.t_s,
+            Self::Sample(_, sample) => sample.t_s,
             Self::Bucket(bucket) => bucket.first_s,
         }
     }
 
     fn contacts(&self) -> Contacts {
         match self {
-            Self::Sample(sample) => Contacts::of(sample),
+            Self::Sample(_, sample) => Contacts::of(sample),
             Self::Bucket(bucket) => bucket.contacts,
         }
     }
@@ -91,6 +96,40 @@ impl Tape {
                 self.start = 0;
             }
         }
+        let oldest = self.get(self.start).map_or(0, |sample| sample.tick);
+        if self.marks.first().is_some_and(|mark| mark.tick < oldest) {
+            Arc::make_mut(&mut self.marks).retain(|mark| mark.tick >= oldest);
+        }
+    }
+
+    /// Adds what happened at a tick; its sample may still be on its way.
+    pub(crate) fn mark(&mut self, mark: TapeMark) {
+        let place = self.marks.partition_point(|other| other.tick <= mark.tick);
+        // It may be told twice: as an event, and in the journal of the past.
+        let mut same = self.marks[..place]
+            .iter()
+            .rev()
+            .take_while(|other| other.tick == mark.tick);
+        if same.any(|other| *other == mark) {
+            return;
+        }
+        Arc::make_mut(&mut self.marks).insert(place, mark);
+    }
+
+    /// What happened from one time to another, s on the daemon's clock, each at the first sample of its
+    /// tick or after it. What happened before the first sample is left out; what happened after the last
+    /// one is at the last one.
+    pub(crate) fn marks(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = (f64, &TapeMark)> {
+        let oldest = self.get(self.start).map(|sample| sample.tick);
+        let kept = self
+            .marks
+            .iter()
+            .filter(move |mark| oldest.is_some_and(|oldest| mark.tick >= oldest));
+        let timed = kept.filter_map(|mark| {
+            let place = self.partition_point(|sample| sample.tick < mark.tick);
+            Some((self.get(place).or_else(|| self.last())?.t_s, mark))
+        });
+        timed.filter(move |(t_s, _)| (from_s..=to_s).contains(t_s))
     }
 
     /// Adds a row of a recording.
@@ -106,7 +145,7 @@ impl Tape {
             // A shared chunk is copied first, so that a frozen tape does not change.
             Some(last) => Arc::make_mut(last).push(row),
             None => {
-                let mut chunk = Chunk::default();
+                let mut chunk = Chunk::after(self.last().copied());
                 chunk.push(row);
                 self.chunks.push_back(Arc::new(chunk));
             }
@@ -153,6 +192,22 @@ impl Tape {
         })
     }
 
+    /// The samples in a range of places, each with the one before it.
+    fn pairs(&self, places: Range<usize>) -> impl Iterator<Item = (&Sample, &Sample)> {
+        places.filter_map(|place| self.pair(place))
+    }
+
+    /// A sample with the one before it; the first of all comes with itself.
+    fn pair(&self, place: usize) -> Option<(&Sample, &Sample)> {
+        self.chunks.get(place / CHUNK)?.pair(place % CHUNK)
+    }
+
+    /// A text that is another one once the tape holds other samples.
+    pub(crate) fn stamp(&self) -> String {
+        let newest = self.chunks.back().map(Arc::as_ptr);
+        format!("{newest:?} {} {}", self.start, self.end())
+    }
+
     /// The newest sample.
     pub(crate) fn last(&self) -> Option<&Sample> {
         self.chunks.back()?.samples().last()
@@ -173,6 +228,21 @@ impl Tape {
         self.range(self.places(from_s, to_s))
     }
 
+    /// The same, each with the sample before it: what the value of a signal is made of.
+    pub(crate) fn pairs_within(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = (&Sample, &Sample)> {
+        self.pairs(self.places(from_s, to_s))
+    }
+
+    /// The same, and one more at either end.
+    pub(crate) fn pairs_around(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = (&Sample, &Sample)> {
+        self.pairs(self.places_around(from_s, to_s))
+    }
+
+    /// Number of samples from one time to another, s on the daemon's clock.
+    pub(crate) fn count(&self, from_s: f64, to_s: f64) -> usize {
+        self.places(from_s, to_s).len()
+    }
+
     /// The chunks that hold one time to another, s on the daemon's clock. Nothing is copied.
     pub(crate) fn part(&self, from_s: f64, to_s: f64) -> Self {
         let Range { start, end } = self.places_around(from_s, to_s);
@@ -184,14 +254,24 @@ impl Tape {
                 .cloned()
                 .collect(),
             start: if first == 0 { self.start } else { 0 },
+            marks: Arc::clone(&self.marks),
         }
     }
 
     /// The newest sample that is not after a time, s on the daemon's clock.
     pub(crate) fn at(&self, t_s: f64) -> Option<&Sample> {
+        self.get(self.place_at(t_s)?)
+    }
+
+    fn place_at(&self, t_s: f64) -> Option<usize> {
         let after = self.partition_point(|sample| sample.t_s <= t_s);
-        let place = after.checked_sub(1).filter(|place| *place >= self.start)?;
-        self.get(place)
+        after.checked_sub(1).filter(|place| *place >= self.start)
+    }
+
+    /// A signal at the newest sample that is not after a time, s on the daemon's clock.
+    pub(crate) fn value_at(&self, signal: Signal, t_s: f64) -> Option<f64> {
+        let (before, sample) = self.pair(self.place_at(t_s)?)?;
+        Some(signal.of(before, sample))
     }
 
     /// Lines of signals from one time to another, s on the daemon's clock, with columns of `column_s`.
@@ -203,7 +283,7 @@ impl Tape {
             .pieces(places, level)
             .map(|(place, piece)| (piece.first_s(), (place, piece)));
         let extremes = |&(place, piece): &(usize, Piece<'_>), line: usize| match piece {
-            Piece::Sample(sample) => [(signals[line].of(sample), place); 2],
+            Piece::Sample(before, sample) => [(signals[line].of(before, sample), place); 2],
             Piece::Bucket(bucket) => {
                 let chunk = place - place % CHUNK;
                 bucket.extremes(signals[line]).map(|(value, at)| (value, chunk + at))
@@ -257,7 +337,8 @@ impl Tape {
                 return Some((here, Piece::Bucket(bucket)));
             }
             place += 1;
-            Some((here, Piece::Sample(chunk.samples().get(within)?)))
+            let (before, sample) = chunk.pair(within)?;
+            Some((here, Piece::Sample(before, sample)))
         })
     }
 

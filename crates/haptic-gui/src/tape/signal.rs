@@ -7,34 +7,62 @@ use haptic_ipc::Sample;
 /// Positions are shown in mm and velocities in mm/s: a desktop rig moves by a few centimetres.
 pub(crate) const MM_PER_M: f64 = 1e3;
 
+/// The energy of a coupling is shown in mJ: at 4 N it is below 1 mJ.
+const MJ_PER_J: f64 = 1e3;
+
+const NS_PER_US: f64 = 1e3;
+
 /// Largest magnitude that is drawn, in the unit of the quantity. A larger value is neither a force
 /// nor a position of a rig, and exceeds the digits of the axes' arithmetic.
 const DRAWABLE: f64 = 1e9;
 
-/// A vertical axis of the plots over time.
+/// What a signal measures, with its unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quantity {
     Force,
     Position,
     Velocity,
+    Deflection,
+    Energy,
+    Acceleration,
+    Power,
+    Duration,
 }
 
 impl Quantity {
-    pub(crate) const ALL: [Self; 3] = [Self::Force, Self::Position, Self::Velocity];
+    pub(crate) const ALL: [Self; 8] = [
+        Self::Force,
+        Self::Position,
+        Self::Velocity,
+        Self::Deflection,
+        Self::Energy,
+        Self::Acceleration,
+        Self::Power,
+        Self::Duration,
+    ];
 
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Force => "Force",
             Self::Position => "Position",
             Self::Velocity => "Velocity",
+            Self::Deflection => "Deflection",
+            Self::Energy => "Energy",
+            Self::Acceleration => "Acceleration",
+            Self::Power => "Power",
+            Self::Duration => "Duration",
         }
     }
 
     pub(crate) const fn unit(self) -> &'static str {
         match self {
             Self::Force => "N",
-            Self::Position => "mm",
+            Self::Position | Self::Deflection => "mm",
             Self::Velocity => "mm/s",
+            Self::Energy => "mJ",
+            Self::Acceleration => "m/s²",
+            Self::Power => "W",
+            Self::Duration => "µs",
         }
     }
 
@@ -42,12 +70,14 @@ impl Quantity {
     pub(crate) const fn smallest_span(self) -> f64 {
         match self {
             Self::Force => 2.0,
-            Self::Position => 1.0,
-            Self::Velocity => 10.0,
+            Self::Position | Self::Acceleration => 1.0,
+            Self::Velocity | Self::Duration => 10.0,
+            Self::Deflection | Self::Power => 0.01,
+            Self::Energy => 0.1,
         }
     }
 
-    /// The signals on this axis, in the order of drawing.
+    /// The signals of this quantity, in the order of drawing.
     pub(crate) fn signals(self) -> impl Iterator<Item = Signal> {
         Signal::ALL.into_iter().filter(move |signal| signal.quantity() == self)
     }
@@ -57,9 +87,12 @@ impl Quantity {
 #[derive(Debug)]
 struct Descriptor {
     name: &'static str,
+    /// How it is computed from a sample, for the hint of its name.
+    definition: &'static str,
     quantity: Quantity,
-    /// Value of a sample, in the unit of the quantity.
-    value: fn(&Sample) -> f64,
+    /// Value of a sample, given the sample before it, in the unit of the quantity. The first sample is
+    /// given itself.
+    value: fn(&Sample, &Sample) -> f64,
     color: fn(&Palette) -> Color32,
     /// Width of the line, points.
     width: f32,
@@ -71,48 +104,149 @@ const WIDE: f32 = 3.0;
 /// Width of a device's line, points.
 const NARROW: f32 = 1.4;
 
+/// Deflection of the coupling: device minus block, m.
+fn deflection_m(sample: &Sample) -> f64 {
+    sample.device_position_m - sample.block_position_m
+}
+
+/// The change of a velocity since the sample before over the time between both, m/s².
+fn acceleration_mps2(before: &Sample, sample: &Sample, velocity: fn(&Sample) -> f64) -> f64 {
+    let elapsed_s = sample.t_s - before.t_s;
+    if elapsed_s > 0.0 {
+        (velocity(sample) - velocity(before)) / elapsed_s
+    } else {
+        0.0
+    }
+}
+
+/// A duration, us.
+fn duration_us(ns: u64) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "a duration below 2^53 ns is a hundred days")]
+    let ns = ns as f64;
+    ns / NS_PER_US
+}
+
 /// Every signal, in the order of drawing. A new signal is a new entry.
-const DESCRIPTORS: [Descriptor; 6] = [
+const DESCRIPTORS: [Descriptor; 15] = [
     Descriptor {
         name: "Coupling force",
+        definition: "Force in the coupling, which drives the block",
         quantity: Quantity::Force,
-        value: |sample| sample.coupling_force_n,
+        value: |_, sample| sample.coupling_force_n,
         color: |palette| palette.block,
         width: WIDE,
     },
     Descriptor {
         name: "Force on the hand",
+        definition: "Force commanded on the hand after ramps and limits",
         quantity: Quantity::Force,
-        value: |sample| sample.command_force_n,
+        value: |_, sample| sample.command_force_n,
         color: |palette| palette.device,
         width: NARROW,
     },
     Descriptor {
         name: "Block position",
+        definition: "Position of the block",
         quantity: Quantity::Position,
-        value: |sample| sample.block_position_m * MM_PER_M,
+        value: |_, sample| sample.block_position_m * MM_PER_M,
         color: |palette| palette.block,
         width: WIDE,
     },
     Descriptor {
         name: "Device position",
+        definition: "Position of the device",
         quantity: Quantity::Position,
-        value: |sample| sample.device_position_m * MM_PER_M,
+        value: |_, sample| sample.device_position_m * MM_PER_M,
         color: |palette| palette.device,
         width: NARROW,
     },
     Descriptor {
         name: "Block velocity",
+        definition: "Velocity of the block",
         quantity: Quantity::Velocity,
-        value: |sample| sample.block_velocity_mps * MM_PER_M,
+        value: |_, sample| sample.block_velocity_mps * MM_PER_M,
         color: |palette| palette.block,
         width: WIDE,
     },
     Descriptor {
         name: "Device velocity",
+        definition: "Velocity of the device as estimated",
         quantity: Quantity::Velocity,
-        value: |sample| sample.device_velocity_mps * MM_PER_M,
+        value: |_, sample| sample.device_velocity_mps * MM_PER_M,
         color: |palette| palette.device,
+        width: NARROW,
+    },
+    Descriptor {
+        name: "Coupling deflection",
+        definition: "Device position minus block position",
+        quantity: Quantity::Deflection,
+        value: |_, sample| deflection_m(sample) * MM_PER_M,
+        color: |palette| palette.block,
+        width: NARROW,
+    },
+    Descriptor {
+        name: "Coupling energy",
+        definition: "Half of coupling force times deflection: the energy of the coupling's spring, exact at rest or \
+                     without damping",
+        quantity: Quantity::Energy,
+        value: |_, sample| 0.5 * sample.coupling_force_n * deflection_m(sample) * MJ_PER_J,
+        color: |palette| palette.block,
+        width: NARROW,
+    },
+    Descriptor {
+        name: "Block acceleration",
+        definition: "Change of block velocity since the sample before, over the time between both",
+        quantity: Quantity::Acceleration,
+        value: |before, sample| acceleration_mps2(before, sample, |sample| sample.block_velocity_mps),
+        color: |palette| palette.block,
+        width: NARROW,
+    },
+    Descriptor {
+        name: "Device acceleration",
+        definition: "Change of device velocity since the sample before, over the time between both",
+        quantity: Quantity::Acceleration,
+        value: |before, sample| acceleration_mps2(before, sample, |sample| sample.device_velocity_mps),
+        color: |palette| palette.device,
+        width: NARROW,
+    },
+    Descriptor {
+        name: "Power to the block",
+        definition: "Coupling force times block velocity: above zero the coupling drives the block",
+        quantity: Quantity::Power,
+        value: |_, sample| sample.coupling_force_n * sample.block_velocity_mps,
+        color: |palette| palette.block,
+        width: NARROW,
+    },
+    Descriptor {
+        name: "Power to the hand",
+        definition: "Force on the hand times device velocity: above zero the motor drives the hand",
+        quantity: Quantity::Power,
+        value: |_, sample| sample.command_force_n * sample.device_velocity_mps,
+        color: |palette| palette.device,
+        width: NARROW,
+    },
+    Descriptor {
+        name: "Tick time",
+        definition: "How long the tick took, the device's read and write included",
+        quantity: Quantity::Duration,
+        value: |_, sample| duration_us(sample.tick_ns),
+        color: |palette| palette.block,
+        width: NARROW,
+    },
+    Descriptor {
+        name: "Round trip",
+        definition: "How long the device's read and write took; 0 where the rig is in the daemon itself",
+        quantity: Quantity::Duration,
+        value: |_, sample| duration_us(sample.device_round_trip_ns),
+        color: |palette| palette.device,
+        width: NARROW,
+    },
+    Descriptor {
+        name: "Wake-up latency",
+        definition: "How long after its deadline the tick began",
+        quantity: Quantity::Duration,
+        value: |_, sample| duration_us(sample.wake_latency_ns),
+        color: |palette| palette.law,
         width: NARROW,
     },
 ];
@@ -164,9 +298,20 @@ impl Signal {
         self.descriptor().width
     }
 
-    /// Its value in the unit of its quantity, limited to what can be drawn.
-    pub(crate) fn of(self, sample: &Sample) -> f64 {
-        (self.descriptor().value)(sample).clamp(-DRAWABLE, DRAWABLE)
+    /// How it is computed, for people.
+    pub(crate) const fn definition(self) -> &'static str {
+        self.descriptor().definition
+    }
+
+    /// The signal of this name.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|signal| signal.name() == name)
+    }
+
+    /// Its value in the unit of its quantity, limited to what can be drawn. `before` is the sample before;
+    /// of the first sample, itself.
+    pub(crate) fn of(self, before: &Sample, sample: &Sample) -> f64 {
+        (self.descriptor().value)(before, sample).clamp(-DRAWABLE, DRAWABLE)
     }
 }
 
@@ -180,5 +325,48 @@ mod tests {
         assert_eq!(Signal::BLOCK_VELOCITY.name(), "Block velocity");
         let shown: usize = Quantity::ALL.map(|quantity| quantity.signals().count()).iter().sum();
         assert_eq!(shown, Signal::COUNT, "every signal is on an axis");
+        for signal in Signal::ALL {
+            assert_eq!(Signal::named(signal.name()), Some(signal), "names differ");
+        }
+    }
+
+    /// Signs and units of what is derived, on numbers that are exact in binary.
+    #[test]
+    fn derived_signals_are_what_their_definitions_say() {
+        let before = Sample {
+            t_s: 1.0,
+            device_velocity_mps: 0.5,
+            block_velocity_mps: 0.25,
+            ..Sample::default()
+        };
+        let sample = Sample {
+            t_s: 1.25,
+            device_position_m: 0.75,
+            block_position_m: 0.5,
+            device_velocity_mps: -0.5,
+            block_velocity_mps: 1.25,
+            coupling_force_n: 8.0,
+            command_force_n: -8.0,
+            tick_ns: 2500,
+            device_round_trip_ns: 1500,
+            wake_latency_ns: 500,
+            ..Sample::default()
+        };
+        for (name, value) in [
+            ("Coupling deflection", 250.0),
+            ("Coupling energy", 1000.0),
+            ("Block acceleration", 4.0),
+            ("Device acceleration", -4.0),
+            ("Power to the block", 10.0),
+            ("Power to the hand", 4.0),
+            ("Tick time", 2.5),
+            ("Round trip", 1.5),
+            ("Wake-up latency", 0.5),
+        ] {
+            let signal = Signal::named(name).expect("a signal");
+            assert_eq!(signal.of(&before, &sample), value, "{name}");
+        }
+        let first = Signal::named("Block acceleration").expect("a signal");
+        assert_eq!(first.of(&sample, &sample), 0.0, "nothing is before the first sample");
     }
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use haptic_ipc::RigState;
+use mark::MarkKind;
 use proptest::prelude::*;
 
 pub(crate) fn at(t_s: f64) -> Sample {
@@ -89,24 +90,28 @@ fn noisy(count: u32, spike: u32) -> Tape {
 // hazard: H5
 #[test]
 fn a_frame_of_an_hour_looks_at_no_more_than_its_pixels_ask_for() {
-    let tape = noisy(3_600_000, 1_234_567);
-    let whole = (0.0, 3600.0);
+    // In the short run a tenth of an hour: the levels and the chunks are the same.
+    let count = u32::try_from(test_run::extent(360_000, 3_600_000)).expect("an hour of samples");
+    let tape = noisy(count, 123_456);
+    let length_s = f64::from(count) * 1e-3;
+    let whole = (0.0, length_s);
     for columns in [400, 1600] {
-        let column_s = 3600.0 / f64::from(columns);
+        let column_s = length_s / f64::from(columns);
         let places = tape.places_around(whole.0, whole.1);
         let level = level(samples_a_column(&places, whole, column_s));
         let looked_at = tape.pieces(places, level).count();
         assert!(looked_at < 17 * 1600, "{columns} columns: {looked_at} pieces");
         let line = tape.outlines(&[Signal::COUPLING_FORCE], whole, column_s).remove(0);
         assert!(line.len() <= 2 * 1601, "{}", line.len());
-        assert!(line.contains(&[1234.567, 42.0]), "the spike is lost");
+        assert!(line.contains(&[123.456, 42.0]), "the spike is lost");
         let contacts = tape.contacts(whole, column_s);
         assert!(contacts.len() <= 1602, "{}", contacts.len());
         assert_eq!(contacts.iter().filter(|(_, slides)| *slides == Some(true)).count(), 1);
     }
     // Nowhere between the coarsest and the finest is there a zoom that costs more than some samples a pixel.
-    for span_s in [1.0, 10.0, 60.0, 100.0, 300.0, 1000.0, 2000.0] {
-        let seen = (1800.0, 1800.0 + span_s);
+    for share in [1.0, 10.0, 60.0, 100.0, 300.0, 1000.0, 2000.0] {
+        let span_s = share * length_s / 3600.0;
+        let seen = (length_s / 2.0, length_s / 2.0 + span_s);
         let places = tape.places_around(seen.0, seen.1);
         let level = level(samples_a_column(&places, seen, span_s / 1600.0));
         let looked_at = tape.pieces(places, level).count();
@@ -115,7 +120,7 @@ fn a_frame_of_an_hour_looks_at_no_more_than_its_pixels_ask_for() {
     let raw = tape.len() * size_of::<Sample>();
     let taken: usize = tape.chunks.iter().map(|chunk| chunk.bytes()).sum();
     println!(
-        "an hour: {} MB of samples, {} MB with their extremes",
+        "{length_s} s: {} MB of samples, {} MB with their extremes",
         raw / 1_000_000,
         taken / 1_000_000
     );
@@ -143,6 +148,43 @@ fn a_part_of_a_tape_is_shared_and_stays_as_it_was() {
     assert_eq!(tape.oldest_s(), Some(19.999));
     assert_eq!(tape.part(100.0, 200.0).len(), tape.part(79.999, 79.999).len());
     assert_eq!(Tape::default().part(0.0, 1.0).len(), 0);
+}
+
+#[test]
+fn what_happened_is_at_the_first_sample_of_its_tick_and_goes_with_the_past() {
+    let row = |tick: u32| Sample {
+        tick: tick.into(),
+        ..at(f64::from(tick))
+    };
+    let mark = |tick, text: &str| TapeMark {
+        tick,
+        kind: MarkKind::Scene,
+        text: text.to_owned(),
+    };
+    let mut tape = Tape::default();
+    tape.mark(mark(30, "late"));
+    tape.mark(mark(10, "early"));
+    tape.extend([5, 10, 12].map(row));
+    let told = |tape: &Tape, from_s, to_s| {
+        let marks = tape.marks(from_s, to_s);
+        marks.map(|(t_s, mark)| (t_s, mark.text.clone())).collect::<Vec<_>>()
+    };
+    let [early, late] = ["early", "late"].map(str::to_owned);
+    assert_eq!(
+        told(&tape, 0.0, 99.0),
+        [(10.0, early.clone()), (12.0, late.clone())],
+        "its sample is on its way"
+    );
+    let frozen = tape.clone();
+    tape.extend([40].map(row));
+    assert_eq!(
+        told(&tape, 11.0, 99.0),
+        [(40.0, late.clone())],
+        "the tick was not sampled"
+    );
+    tape.extend([72].map(row));
+    assert_eq!(told(&tape, 0.0, 99.0), [(40.0, late)], "a minute is kept");
+    assert_eq!(told(&frozen, 0.0, 11.0), [(10.0, early)], "a frozen tape keeps its own");
 }
 
 proptest! {

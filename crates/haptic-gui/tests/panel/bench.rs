@@ -1,5 +1,6 @@
 //! A panel on the bench: its model, what it asks for, and a daemon's updates to feed it.
 
+use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -188,4 +189,23 @@ pub(crate) fn press(panel: &mut Panel, button: &str) {
     panel.run();
     panel.get_by_label(button).click();
     panel.run();
+}
+
+/// Presses what bears a label that a text has as well, as the name of a line above its plot.
+pub(crate) fn press_item(panel: &mut Panel, item: &str) {
+    item_of(panel, item).click();
+    panel.run();
+}
+
+/// What bears a label, and is no text.
+pub(crate) fn item_of<'a>(panel: &'a Panel, item: &'a str) -> egui_kittest::Node<'a> {
+    let items = panel.get_all_by_label(item);
+    let mut items = items.filter(|node| node.accesskit_node().role() != Role::Label);
+    items.next().unwrap_or_else(|| panic!("no {item} to press"))
+}
+
+/// Chooses an item of a list.
+pub(crate) fn choose_item(panel: &mut Panel, list: &str, item: &str) {
+    press(panel, list);
+    press_item(panel, item);
 }

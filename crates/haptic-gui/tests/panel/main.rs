@@ -4,9 +4,13 @@ mod advice;
 mod bench;
 mod files;
 mod identify;
+mod layout;
+mod measure;
 #[path = "../fixture/metadata.rs"]
 mod metadata;
+mod plot_list;
 mod plots;
+mod remembered;
 mod rig;
 mod scene;
 mod stop;

@@ -54,10 +54,9 @@ impl Cursors {
 
     /// A signal at both cursors, on a tape whose axis has its zero at `zero_s`.
     pub(crate) fn read(&self, signal: Signal, tape: &Tape, zero_s: f64) -> Reading {
-        let value = |at_s: f64| tape.at(zero_s + at_s).map(|sample| signal.of(sample));
         Reading {
             signal,
-            values: self.at_s.map(value),
+            values: self.at_s.map(|at_s| tape.value_at(signal, zero_s + at_s)),
         }
     }
 }
@@ -68,10 +67,7 @@ mod tests {
     use crate::tape::tests::at;
 
     fn device_position() -> Signal {
-        let mut signals = Signal::ALL.into_iter();
-        signals
-            .find(|signal| signal.name() == "Device position")
-            .expect("a signal")
+        Signal::named("Device position").expect("a signal")
     }
 
     #[test]

@@ -1,24 +1,25 @@
 //! How the user looks at the tapes: the time that is seen, freeze, trigger, cursors and axes.
 
+pub(crate) mod against;
 pub(crate) mod cursors;
+pub(crate) mod plot_list;
 #[cfg(test)]
 mod tests;
 mod time_window;
 pub(crate) mod trigger;
-pub(crate) mod value_axes;
+pub(crate) mod value_axis;
 
 use super::tapes::Tapes;
-use crate::recording::Marker;
 use crate::tape::Tape;
-use crate::tape::signal::Quantity;
+use against::Against;
 use cursors::Cursors;
 use haptic_ipc::Sample;
+use plot_list::PlotList;
 use time_window::{TimeWindow, Zero};
 use trigger::{Caught, Mode, Trigger};
-use value_axes::ValueAxes;
 
 /// The view of the plots.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Scope {
     /// The tape as it was when the user froze it.
     frozen: Option<Tape>,
@@ -27,25 +28,8 @@ pub(crate) struct Scope {
     /// Whether it shows the opened recording instead of the live rig.
     is_of_recording: bool,
     pub(crate) cursors: Cursors,
-    pub(crate) value_axes: ValueAxes,
-    /// The plots over time that are shown, in the order of [`Quantity::ALL`].
-    pub(crate) shown: [bool; 3],
-    pub(crate) zooms_to_stick_band: bool,
-}
-
-impl Default for Scope {
-    fn default() -> Self {
-        Self {
-            frozen: None,
-            trigger: Trigger::default(),
-            window: TimeWindow::default(),
-            is_of_recording: false,
-            cursors: Cursors::default(),
-            value_axes: ValueAxes::default(),
-            shown: [true; 3],
-            zooms_to_stick_band: false,
-        }
-    }
+    pub(crate) plots: PlotList,
+    pub(crate) against: Against,
 }
 
 /// A stretch of time on the daemon's clock.
@@ -116,14 +100,6 @@ impl Scope {
             .or(self.frozen.as_ref())
             .or(self.caught().map(|caught| &caught.tape))
             .unwrap_or(tapes.live())
-    }
-
-    /// The markers of that tape: those of the opened recording, or of the one that is written.
-    pub(crate) fn markers<'a>(&self, tapes: &'a Tapes) -> &'a [Marker] {
-        if self.is_of_recording {
-            return tapes.opened().map_or(&[], |opened| &opened.markers);
-        }
-        tapes.recording().map_or(&[], |recording| &recording.markers)
     }
 
     /// Whether there is a sample to show.
@@ -203,10 +179,13 @@ impl Scope {
         self.window.hold(seen.zero_s, seen.to_s - seen.zero_s + by_s);
     }
 
-    /// The plots over time that are shown, in their order.
-    pub(crate) fn quantities(&self) -> impl Iterator<Item = Quantity> {
-        let shown = self.shown;
-        let all = Quantity::ALL.into_iter().zip(shown);
-        all.filter_map(|(quantity, shown)| shown.then_some(quantity))
+    /// The time that is measured, s on the daemon's clock: between the cursors, or what is seen.
+    pub(crate) fn measured(&self, tapes: &Tapes) -> (f64, f64) {
+        let seen = self.seen(tapes);
+        if !self.cursors.shown {
+            return (seen.from_s, seen.to_s);
+        }
+        let [first, second] = self.cursors.at_s.map(|at_s| seen.zero_s + at_s);
+        (first.min(second), first.max(second))
     }
 }

@@ -73,8 +73,8 @@ struct Crossing {
     level: f64,
     /// Recent range of the signal, in the unit of its quantity.
     reach: Option<(f64, f64)>,
-    /// Time of the newest sample, s on the daemon's clock.
-    t_s: f64,
+    /// The newest sample.
+    newest: Option<Sample>,
     /// The signal was far enough on the other side.
     is_ready: bool,
 }
@@ -86,7 +86,7 @@ impl Crossing {
             edge: Edge::default(),
             level: 0.0,
             reach: None,
-            t_s: 0.0,
+            newest: None,
             is_ready: false,
         }
     }
@@ -99,11 +99,12 @@ impl Crossing {
 
     /// Takes the next sample; returns whether the signal crosses there.
     fn take(&mut self, sample: &Sample) -> bool {
-        let value = self.signal.of(sample);
+        let before = self.newest.replace(*sample).unwrap_or(*sample);
+        let value = self.signal.of(&before, sample);
         let (low, high) = self.reach.unwrap_or((value, value));
-        let forgets = ((sample.t_s - self.t_s) / RECENT_S).clamp(0.0, 1.0) * (high - low);
+        let forgets = ((sample.t_s - before.t_s) / RECENT_S).clamp(0.0, 1.0) * (high - low);
         let (low, high) = (value.min(low + forgets), value.max(high - forgets));
-        (self.reach, self.t_s) = (Some((low, high)), sample.t_s);
+        self.reach = Some((low, high));
         // Distance beyond the level, in the direction of the crossing.
         let beyond = match self.edge {
             Edge::Rising => value - self.level,
@@ -227,6 +228,14 @@ impl Trigger {
             }
         }
         self.crossing = Some(crossing);
+    }
+
+    /// The first crossing of the level from one time to another, s on the daemon's clock, with its hysteresis.
+    pub(crate) fn first_crossing(&self, tape: &Tape, from_s: f64, to_s: f64) -> Option<f64> {
+        let mut crossing = Crossing::new(self.signal);
+        crossing.aim(self.edge, self.level);
+        let mut samples = tape.within(from_s, to_s);
+        samples.find(|sample| crossing.take(sample)).map(|sample| sample.t_s)
     }
 
     /// Catches the crossing once the samples after it are there; returns whether it did.

@@ -2,7 +2,8 @@
 
 use crate::identification::{Extent, FitChart, FitTrace, Found, thinned};
 use crate::plots::axis::{AXIS_WIDTH, USUAL_COUNT};
-use crate::plots::frame;
+use crate::plots::legend::Entry;
+use crate::plots::{frame, legend};
 use crate::theme::Palette;
 use egui::{Color32, Label, RichText, Ui, vec2};
 use egui_plot::{Line, PlotPoints, PlotUi, Points};
@@ -45,6 +46,13 @@ fn show_one(ui: &mut Ui, chart: &FitChart, height: f32) {
             "The wheel zooms, dragging moves, a double click shows all of it. Of many samples in one place one is \
              drawn.",
         );
+        let entry = |(place, trace): (usize, &FitTrace)| Entry {
+            name: trace.name.clone(),
+            hint: "",
+            color: color(palette, place),
+            width: LINE_WIDTH,
+        };
+        legend::show(ui, &chart.traces.iter().enumerate().map(entry).collect::<Vec<_>>());
         // Beside a low plot it would not fit.
         ui.add(Label::new(RichText::new(&chart.labels[1]).small().weak()).truncate());
     });

@@ -105,7 +105,7 @@ fn show_marker(ui: &mut Ui, tapes: &mut Tapes, view: &mut View, intents: &mut Ve
 
 /// The text of a marker that is given none.
 fn next_marker(tapes: &Tapes) -> String {
-    let count = tapes.recording().map_or(0, |recording| recording.markers.len());
+    let count = tapes.recording().map_or(0, |recording| recording.markers);
     format!("marker {}", count + 1)
 }
 

@@ -12,6 +12,7 @@ fn a_record_has_its_number_and_the_time_that_the_link_took() {
     assert_eq!(first.device_round_trip_ns, 0, "no link");
     let takes = std::time::Duration::from_millis(2);
     bench.tick.device.link = Some(takes);
+    bench.tick.device.connection += 1;
     bench.clock_ns = now_ns();
     let record = bench.tick_after(0);
     let round_trip = std::time::Duration::from_nanos(record.device_round_trip_ns);
@@ -19,6 +20,27 @@ fn a_record_has_its_number_and_the_time_that_the_link_took() {
     assert!(
         2 * takes <= round_trip && round_trip <= whole,
         "{round_trip:?} of {whole:?}"
+    );
+}
+
+#[test]
+fn a_tick_that_is_held_up_before_it_reads_has_the_time_of_the_reading() {
+    let mut bench = bench(ramp());
+    let held_up = std::time::Duration::from_millis(5);
+    let ticks = [std::time::Duration::ZERO, held_up, std::time::Duration::ZERO].map(|takes| {
+        bench.tick.device.link = Some(takes);
+        bench.clock_ns = now_ns();
+        bench.tick_after(0)
+    });
+    let [first, late, next] = &ticks;
+    let held_up_ns = 5_000_000;
+    assert!(
+        late.elapsed_ns >= late.began_ns + held_up_ns - first.ended_ns,
+        "{late:?} after {first:?}"
+    );
+    assert!(
+        next.elapsed_ns <= next.ended_ns - (late.began_ns + held_up_ns),
+        "{next:?} after {late:?}"
     );
 }
 

@@ -1,0 +1,86 @@
+//! The limits of the force, as lines: that of the device and the daemon, and those of the law.
+
+use super::chart::{Curve, Ink, Overlay};
+use crate::model::daemon::Daemon;
+use crate::model::scope::Scope;
+use crate::model::tapes::{AT_THE_LIMIT, Tapes};
+use crate::tape::signal::Signal;
+use haptic_core::{Parameter, Scene};
+
+/// Width of a limit's line, points.
+const WIDTH: f32 = 1.0;
+
+/// Radius of a moment at which the force was clipped, points.
+const CLIPPED_RADIUS: f32 = 2.5;
+
+/// The limits of what is seen.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Limits {
+    /// Of the force on the hand, N.
+    force_n: Option<f64>,
+    /// Static and dynamic force of the scene, with their symbols, N; below zero those of the other direction.
+    friction_n: Vec<(&'static str, f64)>,
+}
+
+impl Limits {
+    /// Those of the rig or of the opened recording, and of a scene.
+    pub(crate) fn of(daemon: &Daemon, tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Self {
+        let force_n = if scope.is_of_rig() {
+            Some(daemon.force_limit_n())
+        } else {
+            let servo = tapes.opened().and_then(|opened| opened.metadata.servo.as_ref());
+            servo.map(|servo| servo.settings.limits.force_n)
+        };
+        let friction = [("Fs", Parameter::StaticForce), ("Fd", Parameter::DynamicForce)];
+        let friction_n = friction.into_iter().flat_map(|(symbol, parameter)| {
+            let value = scene.and_then(|scene| scene.value(parameter));
+            let both = value.map(|value| [(symbol, value.positive), (symbol, -value.negative)]);
+            both.into_iter().flatten().filter(|(_, force_n)| *force_n != 0.0)
+        });
+        Self {
+            force_n: force_n.filter(|force_n| force_n.is_finite()),
+            friction_n: friction_n.collect(),
+        }
+    }
+
+    /// The lines in a plot of these signals.
+    pub(crate) fn levels(&self, signals: &[Signal]) -> Vec<Overlay> {
+        let mut levels = Vec::new();
+        if signals.contains(&Signal::COUPLING_FORCE) {
+            let ink = Ink {
+                opacity: 0.8,
+                ..Ink::solid(|palette| palette.law, WIDTH)
+            };
+            levels.extend(self.friction_n.iter().map(|(symbol, value)| Overlay::Level {
+                value: *value,
+                label: (*symbol).into(),
+                ink,
+            }));
+        }
+        if let Some(force_n) = self.force_n.filter(|_| signals.contains(&Signal::COMMAND_FORCE)) {
+            levels.extend([force_n, -force_n].map(|value| Overlay::Level {
+                value,
+                label: "force limit".into(),
+                ink: Ink::solid(|palette| palette.error_text, WIDTH),
+            }));
+        }
+        levels
+    }
+
+    /// The moments at which the force on the hand was at its limit.
+    pub(crate) fn clipped(&self, curves: &[Curve]) -> Option<Overlay> {
+        let limit_n = self.force_n?;
+        let force = curves.iter().find(|curve| curve.name == Signal::COMMAND_FORCE.name())?;
+        let at_limit = force
+            .points
+            .iter()
+            .filter(|[_, value]| value.abs() >= AT_THE_LIMIT * limit_n);
+        let at: Vec<[f64; 2]> = at_limit.copied().collect();
+        (!at.is_empty()).then_some(Overlay::Dots {
+            name: "clipped by the force limit",
+            at,
+            radius: CLIPPED_RADIUS,
+            color: |palette| palette.error_text,
+        })
+    }
+}

@@ -1,0 +1,92 @@
+//! The row above a plot: the names of its lines, and the menu that chooses its signals.
+
+use super::axis::AXIS_WIDTH;
+use super::legend::{self, Entry};
+use crate::model::scope::plot_list::PlotList;
+use crate::tape::signal::{Quantity, Signal};
+use egui::containers::menu::{MenuButton, MenuConfig};
+use egui::{Align, Layout, PopupCloseBehavior, RichText, Ui, vec2};
+
+/// Width of the menu's button, points.
+const BUTTON_WIDTH: f32 = 56.0;
+
+/// What a press in a menu asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Change {
+    Toggle(Signal),
+    Raise,
+    Lower,
+    Remove,
+}
+
+/// Shows the row. Returns the change that was asked for.
+pub(super) fn show(ui: &mut Ui, plots: &PlotList, place: usize, entries: &[Entry]) -> Option<Change> {
+    let size = vec2(ui.available_width(), legend::HEIGHT);
+    let layout = Layout::left_to_right(Align::Center);
+    let row = ui.allocate_ui_with_layout(size, layout, |ui| {
+        ui.set_min_size(size);
+        ui.add_space(AXIS_WIDTH);
+        let names = vec2((ui.available_width() - BUTTON_WIDTH).max(0.0), legend::HEIGHT);
+        ui.allocate_ui_with_layout(names, layout, |ui| {
+            ui.set_min_size(names);
+            ui.shrink_clip_rect(ui.max_rect());
+            legend::show(ui, entries);
+        });
+        show_menu(ui, plots, place)
+    });
+    row.inner
+}
+
+fn show_menu(ui: &mut Ui, plots: &PlotList, place: usize) -> Option<Change> {
+    let name = plots.name(place);
+    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    ui.spacing_mut().button_padding.y = 0.0;
+    ui.spacing_mut().interact_size.y = legend::HEIGHT;
+    let menu = MenuButton::new(RichText::new("Signals").small()).config(config);
+    let (button, content) = menu.ui(ui, |ui| {
+        let mut change = None;
+        let shown = plots.plots()[place].signals();
+        for quantity in Quantity::ALL {
+            ui.horizontal(|ui| {
+                for signal in quantity.signals() {
+                    let mut is_shown = shown.contains(&signal);
+                    let about = format!("{} ({})", signal.definition(), quantity.unit());
+                    let toggle = ui.checkbox(&mut is_shown, signal.name()).on_hover_text(about);
+                    if toggle.changed() {
+                        change = Some(Change::Toggle(signal));
+                    }
+                }
+            });
+        }
+        ui.separator();
+        ui.horizontal(|ui| {
+            let lowest = plots.plots().len() - 1;
+            for (text, what, is_possible) in [
+                ("Move up", Change::Raise, place > 0),
+                ("Move down", Change::Lower, place < lowest),
+                ("Remove plot", Change::Remove, true),
+            ] {
+                let button = ui.add_enabled(is_possible, egui::Button::new(text));
+                if button.clicked() {
+                    change = Some(what);
+                    ui.close();
+                }
+            }
+        });
+        change
+    });
+    button
+        .on_hover_text("Chooses what this plot shows, and its place")
+        .accessible_name(format!("signals of the {name} plot"));
+    content.and_then(|content| content.inner)
+}
+
+/// Carries out a change of the plot at a place.
+pub(super) fn carry_out(plots: &mut PlotList, place: usize, change: Change) {
+    match change {
+        Change::Toggle(signal) => plots.plots_mut()[place].toggle(signal),
+        Change::Raise => plots.raise(place),
+        Change::Lower => plots.raise(place + 1),
+        Change::Remove => plots.remove(place),
+    }
+}

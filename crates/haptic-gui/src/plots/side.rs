@@ -1,0 +1,28 @@
+//! What stands beside the plots over time: force against velocity, statistics, or a spectrum.
+
+use super::{force_velocity, spectrum_plot, statistics_table};
+use crate::model::Model;
+use crate::model::scene_seen;
+use crate::model::view::PlotGroup;
+use egui::Ui;
+
+/// Shows one of them in `height` points.
+pub(super) fn show(ui: &mut Ui, model: &mut Model, group: PlotGroup, height: f32) {
+    let Model { daemon, tapes, view } = model;
+    match group {
+        PlotGroup::OverTime => {}
+        PlotGroup::ForceVelocity => {
+            let scope = view.scope_mut(tapes);
+            let scene = scene_seen(daemon, tapes, scope);
+            force_velocity::show(ui, tapes, scope, scene, height);
+        }
+        PlotGroup::Statistics => {
+            let (scope, reference, measuring) = view.measured(tapes);
+            statistics_table::show(ui, tapes, scope, reference, measuring);
+        }
+        PlotGroup::Spectrum => {
+            let (scope, _, measuring) = view.measured(tapes);
+            spectrum_plot::show(ui, tapes, scope, measuring, height);
+        }
+    }
+}

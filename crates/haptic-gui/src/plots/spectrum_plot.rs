@@ -1,0 +1,145 @@
+//! The spectrum of a signal over what is seen, or between the cursors.
+
+use super::axis::{AXIS_WIDTH, reach};
+use super::chart::{Chart, Curve, Ink};
+use super::frame::{self, RIGHT_MARGIN};
+use super::legend;
+use crate::drop_down::{self, Item};
+use crate::measure::spectrum::{Scaling, Spectrum};
+use crate::model::measuring::Measuring;
+use crate::model::scope::Scope;
+use crate::model::tapes::Tapes;
+use crate::tape::signal::Signal;
+use crate::theme::Palette;
+use crate::wording::significant;
+use egui::{RichText, Ui};
+use std::time::Duration;
+
+/// How far below the highest peak the axis reaches, dB.
+const DEPTH_DB: f64 = 100.0;
+
+/// Numbers at the axis of frequency.
+const FEW: f64 = 3.0;
+
+/// Most points of the line: of more frequencies in a column of pixels the highest is drawn.
+const MOST_POINTS: usize = 2000;
+
+/// Height of the rows above the plot, points.
+const ROWS: f32 = 74.0;
+
+/// Shows the plot in `height` points.
+pub(super) fn show(ui: &mut Ui, tapes: &Tapes, scope: &Scope, measuring: &mut Measuring, height: f32) {
+    show_choice(ui, measuring);
+    let (signal, scaling) = (measuring.signal, measuring.scaling);
+    let (from_s, to_s) = scope.measured(tapes);
+    let asked = format!("{signal:?} {scaling:?} {}", scope.cursors.shown);
+    let samples = format!("{from_s} {to_s} {}", scope.tape(tapes).stamp());
+    let now_s = ui.input(|input| input.time);
+    let (found, wait_s) = measuring.spectrum.get(&asked, &samples, now_s, || {
+        Spectrum::of(scope.tape(tapes), signal, from_s, to_s, scaling)
+    });
+    if let Some(wait_s) = wait_s {
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(wait_s));
+    }
+    let spectrum = match found {
+        Ok(spectrum) => spectrum,
+        Err(why) => {
+            ui.label(why);
+            return;
+        }
+    };
+    let unit = scaling.unit(signal.quantity().unit());
+    if let Some((frequency_hz, value)) = spectrum.peak() {
+        let text = format!(
+            "Highest: {} {unit} at {} Hz; one value every {} Hz",
+            significant(value, 3),
+            significant(frequency_hz, 4),
+            significant(spectrum.step_hz, 3)
+        );
+        ui.label(RichText::new(text).small());
+    }
+    let palette = Palette::of(ui);
+    let chart = chart(spectrum, signal, scaling, &unit);
+    ui.horizontal(|ui| {
+        ui.add_space(AXIS_WIDTH);
+        legend::show(ui, &legend::entries(&chart, palette));
+    });
+    let name = "Spectrum plot";
+    let height = (height - ROWS).max(80.0);
+    let plot = frame::plot(name, height, height, FEW)
+        .width(ui.available_width() - RIGHT_MARGIN)
+        .x_axis_label(chart.labels[0].as_str())
+        .y_axis_label(chart.labels[1].as_str());
+    let shown = plot.show(ui, |plot| frame::draw(plot, &chart, palette));
+    shown.response.accessible_name(name);
+}
+
+fn show_choice(ui: &mut Ui, measuring: &mut Measuring) {
+    ui.horizontal(|ui| {
+        let signal = measuring.signal;
+        let items = || Signal::ALL.map(|other| Item::new(other, other.name(), &signal)).into();
+        let (chosen, _) = drop_down::show(ui, "signal of the spectrum", 140.0, signal.name(), items);
+        measuring.signal = chosen.unwrap_or(signal);
+        for scaling in Scaling::ALL {
+            ui.selectable_value(&mut measuring.scaling, scaling, scaling.name())
+                .on_hover_text(match scaling {
+                    Scaling::Amplitude => "Of a sine, its amplitude. Hann window, the mean taken off.",
+                    Scaling::Density => "One-sided power spectral density. Hann window, the mean taken off.",
+                });
+        }
+    });
+}
+
+/// The chart of the spectrum that was shown last.
+pub(crate) fn seen(measuring: &Measuring) -> Option<Chart> {
+    let (signal, scaling) = (measuring.signal, measuring.scaling);
+    let spectrum = measuring.spectrum.last()?.as_ref().ok()?;
+    Some(chart(
+        spectrum,
+        signal,
+        scaling,
+        &scaling.unit(signal.quantity().unit()),
+    ))
+}
+
+fn chart(spectrum: &Spectrum, signal: Signal, scaling: Scaling, unit: &str) -> Chart {
+    let share = spectrum.values.len().div_ceil(MOST_POINTS);
+    let mut at_hz = 0.0;
+    let columns = spectrum.values.chunks(share).map(|column| {
+        let highest = column.iter().copied().fold(0.0, f64::max);
+        #[expect(clippy::cast_precision_loss, reason = "at most 2^17 frequencies")]
+        let wide_hz = column.len() as f64 * spectrum.step_hz;
+        let point = [at_hz, highest];
+        at_hz += wide_hz;
+        point
+    });
+    let columns: Vec<[f64; 2]> = columns.collect();
+    let highest = columns.iter().map(|[_, value]| *value).fold(0.0, f64::max);
+    let top = if highest > 0.0 { scaling.decibel(highest) } else { 0.0 };
+    let floor = top - DEPTH_DB;
+    let decibel = |value: f64| {
+        if value > 0.0 {
+            scaling.decibel(value).max(floor)
+        } else {
+            floor
+        }
+    };
+    let points = columns
+        .into_iter()
+        .map(|[frequency_hz, value]| [frequency_hz, decibel(value)]);
+    Chart {
+        curves: vec![Curve {
+            name: signal.name().into(),
+            hint: signal.definition(),
+            points: points.collect(),
+            ink: Ink::solid(signal.color(), 1.0),
+        }],
+        overlays: Vec::new(),
+        across: (0.0, at_hz.max(spectrum.step_hz)),
+        up: reach([floor, top], 1.0),
+        labels: [
+            "Frequency (Hz)".to_owned(),
+            format!("{} (dB over 1 {unit})", scaling.name()),
+        ],
+    }
+}

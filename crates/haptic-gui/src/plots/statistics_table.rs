@@ -1,0 +1,146 @@
+//! The table of statistics: a signal a row, of what is seen or of what lies between the cursors.
+
+use crate::measure::difference::{self, difference};
+use crate::measure::statistics::Statistics;
+use crate::model::measuring::{Measuring, Row};
+use crate::model::reference::Reference;
+use crate::model::scope::Scope;
+use crate::model::tapes::Tapes;
+use crate::wording::significant;
+use egui::style::ScrollStyle;
+use egui::{Align, Label, Layout, RichText, ScrollArea, Ui, WidgetInfo, vec2};
+use std::time::Duration;
+
+/// Size of a cell, points.
+const CELL: egui::Vec2 = vec2(45.0, 16.0);
+
+/// Digits of a number.
+const DIGITS: usize = 3;
+
+/// The columns, with their definitions.
+const COLUMNS: [(&str, &str); 7] = [
+    ("min", "Least value"),
+    ("max", "Greatest value"),
+    ("mean", "Mean: each sample counts the same"),
+    ("rms", "Root of the mean square"),
+    ("p-p", "Peak to peak: greatest minus least value"),
+    (
+        "over",
+        "Overshoot: how far the signal goes beyond its final value, the mean of the last tenth of the time, as a \
+         share of the step to it from the first value. None without a step: where first and final value differ by \
+         less than a tenth of the range.",
+    ),
+    (
+        "settle",
+        "Settling time: from the beginning until the signal stays within 2 % of the step around its final value",
+    ),
+];
+
+/// Shows the table.
+pub(super) fn show(
+    ui: &mut Ui,
+    tapes: &Tapes,
+    scope: &Scope,
+    reference: Option<&Reference>,
+    measuring: &mut Measuring,
+) {
+    let (from_s, to_s) = scope.measured(tapes);
+    let signals = scope.plots.signals();
+    let offset_s = reference.map(|reference| reference.offset_s(scope.seen(tapes).zero_s));
+    let is_short = scope.tape(tapes).count(from_s, to_s) <= difference::MOST_SAMPLES;
+    let under = reference.map(|reference| reference.tape.stamp());
+    let asked = format!("{signals:?} {} {offset_s:?} {under:?}", scope.cursors.shown);
+    let samples = format!("{from_s} {to_s} {}", scope.tape(tapes).stamp());
+    let now_s = ui.input(|input| input.time);
+    let (rows, wait_s) = measuring.table.get(&asked, &samples, now_s, || {
+        let tape = scope.tape(tapes);
+        let row = |signal| Row {
+            signal,
+            statistics: Statistics::of(tape, signal, from_s, to_s),
+            difference: reference
+                .zip(offset_s)
+                .filter(|_| is_short)
+                .and_then(|(reference, offset_s)| difference(tape, &reference.tape, offset_s, signal, (from_s, to_s))),
+        };
+        signals.into_iter().map(row).collect()
+    });
+    if let Some(wait_s) = wait_s {
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(wait_s));
+    }
+    let of = if scope.cursors.shown {
+        "between the cursors"
+    } else {
+        "in sight"
+    };
+    ui.label(RichText::new(format!("{:.4} s {of}", to_s - from_s)).small());
+    ui.spacing_mut().scroll = ScrollStyle::solid();
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.spacing_mut().item_spacing = vec2(2.0, 1.0);
+        ui.horizontal(|ui| {
+            for (name, definition) in COLUMNS {
+                cell(ui, RichText::new(name).weak()).on_hover_text(definition);
+            }
+        });
+        for row in rows {
+            show_row(ui, row, scope.seen(tapes).zero_s);
+        }
+        if reference.is_some() && !is_short {
+            let most = difference::MOST_SAMPLES;
+            let why = format!("The difference to the reference is told for {most} samples at most: zoom in");
+            ui.label(RichText::new(why).small());
+        }
+    });
+}
+
+fn show_row(ui: &mut Ui, row: &Row, zero_s: f64) {
+    let Row {
+        signal,
+        statistics,
+        difference,
+    } = row;
+    let (name, unit) = (signal.name(), signal.quantity().unit());
+    ui.add_space(4.0);
+    ui.label(RichText::new(format!("{name} ({unit})")).small().strong());
+    let Some(statistics) = statistics else {
+        ui.label(RichText::new("no sample").small().weak());
+        return;
+    };
+    let step = statistics.step;
+    let values = [
+        significant(statistics.least, DIGITS),
+        significant(statistics.greatest, DIGITS),
+        significant(statistics.mean, DIGITS),
+        significant(statistics.rms, DIGITS),
+        significant(statistics.peak_to_peak(), DIGITS),
+        step.map_or_else(|| "none".to_owned(), |step| format!("{:.0} %", 100.0 * step.overshoot)),
+        step.and_then(|step| step.settling_s).map_or_else(
+            || "none".to_owned(),
+            |settling_s| format!("{} s", significant(settling_s, DIGITS)),
+        ),
+    ];
+    ui.horizontal(|ui| {
+        for ((column, _), value) in COLUMNS.into_iter().zip(values) {
+            let told = format!("{name} {column} {value}");
+            let response = cell(ui, RichText::new(value));
+            response.widget_info(|| WidgetInfo::labeled(egui::Role::Label, true, &told));
+        }
+    });
+    if let Some(difference) = difference {
+        let text = format!(
+            "minus the reference: rms {}, peak {} {unit} at {:.4} s",
+            significant(difference.rms, DIGITS),
+            significant(difference.peak, DIGITS),
+            difference.peak_at_s - zero_s
+        );
+        ui.label(RichText::new(text).small());
+    }
+}
+
+fn cell(ui: &mut Ui, text: RichText) -> egui::Response {
+    let layout = Layout::right_to_left(Align::Center);
+    let cell = ui.allocate_ui_with_layout(CELL, layout, |ui| {
+        ui.set_min_size(CELL);
+        ui.add(Label::new(text.small()).extend())
+    });
+    cell.inner
+}

@@ -1,0 +1,198 @@
+//! What is measured on the plots, and two runs over one another.
+
+use crate::bench::{Panel, choose_item, connected, hear, item_of, press, press_item, type_into};
+use crate::metadata::metadata;
+use crate::plots::{drag, feel, rows, wheel};
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::{NodeT, Queryable};
+use haptic_core::Scene;
+use haptic_gui::{Loaded, Update};
+use haptic_ipc::{RigState, Sample, SceneReply, params_of};
+use haptic_lab::recording::{Ending, Mark};
+
+fn svg(panel: &Panel) -> String {
+    haptic_gui::export::svg(&panel.state().model)
+}
+
+/// The label that begins so.
+fn told(panel: &Panel, beginning: &str) -> String {
+    let all = panel.get_all_by_label_contains(beginning);
+    let texts = all.filter_map(|node| node.accesskit_node().value());
+    let mut texts = texts.filter(|text| text.starts_with(beginning));
+    texts.next().unwrap_or_else(|| panic!("nothing says {beginning}"))
+}
+
+/// A step of 4 N at 0.2 s that goes beyond by 1 N for a moment, and a square wave of 50 Hz on top of nothing.
+fn step(ms: u32) -> f64 {
+    match ms {
+        ..200 => 0.0,
+        200..300 => 5.0,
+        _ => 4.0,
+    }
+}
+
+fn open(panel: &mut Panel, name: &str, rows: Vec<Sample>, marks: &[Mark]) {
+    let loaded = Loaded::new(name.into(), metadata(), rows, marks, Ending::Complete);
+    let (path, result) = (name.into(), Ok(Box::new(loaded)));
+    hear(panel, Update::Opened { path, result });
+}
+
+#[test]
+fn statistics_are_told_of_what_is_seen_and_between_the_cursors() {
+    let mut panel = connected(RigState::Engaged);
+    open(&mut panel, "a.csv", rows(0..1000, step), &[]);
+    press_item(&mut panel, "Statistics");
+    for (column, value) in [
+        ("min", "0"),
+        ("max", "5.00"),
+        ("mean", "3.30"),
+        ("p-p", "5.00"),
+        ("over", "25 %"),
+        ("settle", "0.300 s"),
+    ] {
+        panel.get_by_label(&format!("Coupling force {column} {value}"));
+    }
+    press(&mut panel, "Cursors");
+    type_into(&mut panel, "cursor 1", "0.4");
+    type_into(&mut panel, "cursor 2", "0.6");
+    panel.key_press(Key::Enter);
+    panel.run();
+    panel.get_by_label("0.2000 s between the cursors");
+    for told in ["mean 4.00", "rms 4.00", "p-p 0", "over none", "settle none"] {
+        panel.get_by_label(&format!("Coupling force {told}"));
+    }
+}
+
+#[test]
+fn the_spectrum_has_a_sine_at_its_frequency_and_tells_of_gaps() {
+    let mut panel = connected(RigState::Engaged);
+    let sine = |ms: u32| 3.0 * (std::f64::consts::TAU * 0.05 * f64::from(ms)).sin();
+    open(&mut panel, "a.csv", rows(0..2000, sine), &[]);
+    press_item(&mut panel, "Spectrum");
+    panel.get_by_label("Highest: 3.00 N at 50.00 Hz; one value every 0.500 Hz");
+    panel.get_by_label("Spectrum plot");
+    assert!(svg(&panel).contains("dB over 1 N"));
+    press_item(&mut panel, "Power density");
+    panel.get_by_label_contains("(N)²/Hz at 50.00 Hz");
+    choose_item(&mut panel, "signal of the spectrum", "Device velocity");
+    panel.get_by_label_contains("(mm/s)²/Hz");
+    let mut torn = rows(0..2000, sine);
+    torn.drain(1000..1010);
+    open(&mut panel, "b.csv", torn, &[]);
+    panel.get_by_label_contains("samples are missing 0.999 s after the first in sight");
+    // A stop is a stop.
+    crate::bench::asked(&mut panel);
+    panel.key_press(Key::Space);
+    panel.run();
+    assert_eq!(crate::bench::asked(&mut panel), [haptic_gui::Intent::Stop]);
+}
+
+#[test]
+fn two_recordings_lie_over_one_another_and_are_aligned_at_a_mark_or_a_crossing() {
+    let marker = |tick| Mark::Marker {
+        tick,
+        text: "pull".to_owned(),
+    };
+    let mut panel = connected(RigState::Engaged);
+    open(&mut panel, "a.csv", rows(0..1000, step), &[marker(200)]);
+    press(&mut panel, "Compare");
+    press(&mut panel, "Keep what is seen as the reference");
+    // The same pull, 100 ms later, and half a newton stronger at its end.
+    let later = |ms: u32| step(ms.saturating_sub(100)) + if ms >= 600 { 0.5 } else { 0.0 };
+    open(&mut panel, "b.csv", rows(0..1000, later), &[marker(300)]);
+    assert!(svg(&panel).contains(">Coupling force, reference</text>"));
+    press_item(&mut panel, "Statistics");
+    let shifted = told(&panel, "minus the reference: rms");
+    assert!(shifted.contains("peak -5.00 N at 0.2000 s"), "{shifted}");
+    let aligned = |panel: &Panel| {
+        let text = told(panel, "minus the reference: rms");
+        assert!(text.contains("peak 0.500 N at 0.6000 s"), "{text}");
+        let shift = panel.get_by_label("shift of the reference");
+        let shift_s = shift.accesskit_node().numeric_value().expect("a number");
+        assert!((shift_s - 0.1).abs() < 1e-9, "{shift_s}");
+    };
+    press(&mut panel, "Compare");
+    press(&mut panel, "Align at pull");
+    aligned(&panel);
+    press(&mut panel, "0 s");
+    assert_eq!(told(&panel, "minus the reference: rms"), shifted);
+    press(&mut panel, "Align where the trigger's level is crossed");
+    aligned(&panel);
+    // The rig against the recording.
+    press(&mut panel, "Compare");
+    panel.key_press_modifiers(Modifiers::COMMAND, Key::Num1);
+    panel.run();
+    feel(&mut panel, &rows(0..1000, |_| 1.0));
+    press_item(&mut panel, "Over time");
+    assert!(svg(&panel).contains(">Coupling force, reference</text>"));
+    press(&mut panel, "Compare");
+    panel.get_by_label("Reference: a.csv");
+    press(&mut panel, "Drop the reference");
+    assert!(!svg(&panel).contains("reference"));
+}
+
+#[test]
+fn any_signal_is_drawn_against_any_other_over_any_time() {
+    let mut panel = connected(RigState::Engaged);
+    let moving = |ms: u32| Sample {
+        device_position_m: f64::from(ms) * 1e-5,
+        ..rows(ms..ms + 1, step)[0]
+    };
+    open(&mut panel, "a.csv", (0..5000).map(moving).collect(), &[]);
+    press_item(&mut panel, "Force against velocity");
+    panel.get_by_label("Force against velocity plot");
+    choose_item(&mut panel, "horizontal signal", "Device position");
+    panel.get_by_label("Coupling force against device position plot");
+    // The last second: from 40 mm on.
+    let axis = |panel: &Panel| {
+        let text = svg(panel);
+        (text.contains(">42<"), text.contains(">20<"))
+    };
+    assert_eq!(axis(&panel), (true, false));
+    choose_item(&mut panel, "samples drawn", "All in sight");
+    assert_eq!(axis(&panel), (false, true));
+    let plot = panel.get_by_label("Coupling force against device position plot").rect();
+    wheel(&mut panel, plot.center());
+    wheel(&mut panel, plot.center());
+    assert_eq!(axis(&panel), (false, false), "zoomed to some millimetres around 25 mm");
+    drag(&mut panel, plot.center(), egui::vec2(-plot.width() / 3.0, 0.0));
+    press(&mut panel, "Cursors");
+    type_into(&mut panel, "cursor 1", "0.1");
+    type_into(&mut panel, "cursor 2", "1.1");
+    panel.key_press(Key::Enter);
+    panel.run();
+    panel.get_by_label("Cursor 1: 1.000 mm, 0 N; cursor 2: 11.00 mm, 4.000 N; difference 10.00 mm, 4.000 N");
+    choose_item(&mut panel, "samples drawn", "Between cursors");
+    choose_item(&mut panel, "horizontal signal", "Block velocity");
+    panel.get_by_label("Force against velocity plot");
+    assert!(svg(&panel).contains(">Law<"));
+}
+
+#[test]
+fn the_limits_of_the_force_are_lines_and_clipped_moments_are_dots() {
+    let mut panel = connected(RigState::Engaged);
+    let scene = Scene::paper();
+    hear(
+        &mut panel,
+        Update::Scene(Ok(Box::new(SceneReply {
+            revision: 1,
+            params: params_of(&scene),
+            scene,
+        }))),
+    );
+    // The limit of this recording is 20 N.
+    let clipped = |ms: u32| Sample {
+        command_force_n: if ms == 500 { -20.0 } else { 1.0 },
+        ..rows(ms..ms + 1, step)[0]
+    };
+    open(&mut panel, "a.csv", (0..1000).map(clipped).collect(), &[]);
+    let text = svg(&panel);
+    for line in [">Fs</text>", ">Fd</text>", ">force limit</text>"] {
+        assert!(text.contains(line), "{line}");
+    }
+    assert_eq!(text.matches("<title>clipped by the force limit</title>").count(), 1);
+    item_of(&panel, "Limits").click();
+    panel.run();
+    let text = svg(&panel);
+    assert!(!text.contains(">Fs</text>") && !text.contains("force limit"));
+}

@@ -1,0 +1,266 @@
+//! Any signal in any plot, and what happened meanwhile above them.
+
+use crate::bench::{Panel, asked, connected, hear, press, press_item, type_into};
+use crate::metadata::metadata;
+use crate::plots::{csv_times, drag, feel, rows};
+use egui::{Key, OutputCommand};
+use egui_kittest::kittest::Queryable;
+use haptic_core::Directional;
+use haptic_gui::{Intent, Loaded, Update};
+use haptic_ipc::{Difference, Event, JournalEntry, Peer, RigState, StateChange, Value};
+use haptic_lab::recording::{Ending, Mark};
+
+fn svg(panel: &Panel) -> String {
+    haptic_gui::export::svg(&panel.state().model)
+}
+
+fn top_of(panel: &Panel, plot: &str) -> f32 {
+    panel.get_by_label(plot).rect().top()
+}
+
+#[test]
+fn any_signal_is_shown_in_any_plot() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..3000, |_| 2.0));
+    assert!(!svg(&panel).contains(">Round trip<"));
+    press(&mut panel, "signals of the Force plot");
+    press_item(&mut panel, "Round trip");
+    press_item(&mut panel, "Coupling force");
+    let text = svg(&panel);
+    assert!(text.contains(">Force (N), Duration (µs)<"), "the axis names both");
+    assert!(text.contains(">Round trip<") && !text.contains(">Coupling force<"));
+}
+
+#[test]
+fn plots_are_added_moved_and_removed() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..3000, |_| 2.0));
+    let high = panel.get_by_label("Force plot").rect().height();
+    press(&mut panel, "signals of the Velocity plot");
+    press(&mut panel, "Remove plot");
+    assert!(panel.query_by_label("Velocity plot").is_none());
+    assert!(
+        panel.get_by_label("Force plot").rect().height() > high,
+        "the rest takes its place"
+    );
+    press(&mut panel, "Plots");
+    press(&mut panel, "add energy plot");
+    // 2 N over 0.34 mm.
+    assert!(svg(&panel).contains(">Energy (mJ)<"));
+    press(&mut panel, "signals of the Position plot");
+    press(&mut panel, "Move up");
+    assert!(top_of(&panel, "Position plot") < top_of(&panel, "Force plot"));
+    press(&mut panel, "Plots");
+    press(&mut panel, "Usual plots");
+    assert!(top_of(&panel, "Force plot") < top_of(&panel, "Position plot"));
+    assert!(panel.query_by_label("Energy plot").is_none());
+    for plot in ["Force", "Position", "Velocity"] {
+        press(&mut panel, &format!("signals of the {plot} plot"));
+        press(&mut panel, "Remove plot");
+    }
+    panel.get_by_label("Add a plot above");
+}
+
+#[test]
+fn the_names_of_the_lines_and_the_numbers_of_time_hide_nothing() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..3000, |_| 2.0));
+    let plot = panel.get_by_label("Force plot").rect();
+    for name in ["Coupling force", "Force on the hand"] {
+        // The readouts have the same words higher up.
+        let above = panel.get_all_by_label(name).any(|name| {
+            let name = name.rect();
+            name.bottom() <= plot.top() + 1.0 && name.top() > plot.top() - 30.0
+        });
+        assert!(above, "{name} is not above its plot");
+    }
+    let next = top_of(&panel, "Position plot");
+    assert!(
+        next - plot.bottom() < 26.0,
+        "numbers of time below the first plot: {next}, {plot:?}"
+    );
+    let area = panel.state().model.plots_area();
+    assert!(plot.right() + 12.0 <= area.right(), "the last number is cut");
+}
+
+fn by_ada(op: &str, tick: u64) -> JournalEntry {
+    JournalEntry {
+        seq: tick,
+        tick: Some(tick),
+        by: Some(Peer {
+            user: Some("ada".into()),
+            program: Some("haptic-ctl".into()),
+            pid: Some(7),
+            ..Peer::default()
+        }),
+        ..JournalEntry::of(op)
+    }
+}
+
+#[test]
+fn a_change_of_scene_or_state_is_on_the_time_axis_with_who_made_it() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    let set = JournalEntry {
+        changes: vec![Difference {
+            param: "static_force".into(),
+            unit: Some("N".into()),
+            before: Some(Value::Number(Directional::both(4.0))),
+            after: Some(Value::Number(Directional::both(5.0))),
+        }],
+        ..by_ada("set", 1000)
+    };
+    let released = JournalEntry {
+        state: Some(StateChange {
+            before: RigState::Engaged,
+            after: RigState::Releasing,
+        }),
+        ..by_ada("release", 1800)
+    };
+    let unticked = JournalEntry {
+        tick: None,
+        ..by_ada("scene_save", 1900)
+    };
+    for entry in [set, released, unticked] {
+        hear(&mut panel, Update::Event(Event::Log(Box::new(entry))));
+    }
+    let set = "Scene: ada (haptic-ctl, process 7): set, static_force: 4 N -> 5 N";
+    let released = "State: ada (haptic-ctl, process 7): release, engaged -> releasing";
+    let [first, second] = [set, released].map(|flag| panel.get_by_label(flag).rect());
+    assert!(first.center().x < second.center().x);
+    assert!(first.bottom() <= top_of(&panel, "Force plot"), "it hides no data");
+    // A press shows the text until another.
+    panel.get_by_label(set).click();
+    panel.run();
+    assert_eq!(panel.get_all_by_label(set).count(), 2, "flag and text");
+    press(&mut panel, "Freeze");
+    feel(&mut panel, &rows(2000..5000, |_| 1.0));
+    panel.get_by_label(released);
+}
+
+#[test]
+fn an_opened_recording_shows_what_its_marks_tell() {
+    let mut panel = connected(RigState::Engaged);
+    let state = |tick, state, fault: Option<&str>| Mark::State {
+        tick,
+        state,
+        fault: fault.map(str::to_owned),
+    };
+    let marks = [
+        state(500, RigState::Engaged, None),
+        state(1500, RigState::Faulted, Some("the device fell silent")),
+    ];
+    let loaded = Loaded::new(
+        "r.csv".into(),
+        metadata(),
+        rows(0..2000, |_| 1.0),
+        &marks,
+        Ending::Complete,
+    );
+    let (path, result) = ("r.csv".into(), Ok(Box::new(loaded)));
+    hear(&mut panel, Update::Opened { path, result });
+    panel.get_by_label("State: engaged");
+    panel.get_by_label("Trouble: faulted: the device fell silent");
+}
+
+#[test]
+fn a_note_is_taken_by_key_and_set_by_enter_and_a_stop_drops_it() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..2000, |_| 1.0));
+    let begin = |panel: &mut Panel| {
+        panel.key_press(Key::N);
+        panel.run();
+    };
+    begin(&mut panel);
+    // The moment is that of the key, whatever comes meanwhile.
+    feel(&mut panel, &rows(2000..3000, |_| 1.0));
+    panel.get_by_label("note on this moment").type_text("nice-and-sticky");
+    panel.run();
+    panel.key_press(Key::Enter);
+    panel.run();
+    assert_eq!(asked(&mut panel), [], "nothing is recorded");
+    let flag = panel.get_by_label("Marker: nice-and-sticky").rect();
+    let plot = panel.get_by_label("Force plot").rect();
+    assert!(flag.center().x < plot.right() - 0.1 * plot.width(), "a second ago");
+    assert!(panel.query_by_label("note on this moment").is_none());
+    begin(&mut panel);
+    type_into(&mut panel, "note on this moment", "half");
+    panel.key_press(Key::Space);
+    panel.run();
+    assert_eq!(asked(&mut panel), [Intent::Stop]);
+    assert!(panel.query_by_label("note on this moment").is_none());
+    assert!(!svg(&panel).contains("half"));
+}
+
+#[test]
+fn a_plot_that_stands_still_has_an_overview_that_moves_it() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..20_000, |_| 1.0));
+    assert!(
+        panel.query_by_label("overview").is_none(),
+        "a running plot is at its end"
+    );
+    press(&mut panel, "Freeze");
+    let bar = panel.get_by_label("overview").rect();
+    let first = panel.get_by_label("Force plot").rect();
+    assert!(
+        bar.top() > first.bottom() && bar.bottom() < 640.0,
+        "it is never scrolled away: {bar:?}"
+    );
+    let middle = bar.center();
+    panel.hover_at(middle);
+    panel.run();
+    panel.drag_at(middle);
+    panel.run();
+    panel.drop_at(middle);
+    panel.run();
+    let (from, to) = csv_times(&panel);
+    assert!((from - 7.5).abs() < 0.2 && (to - 12.5).abs() < 0.2, "{from} to {to}");
+    drag(&mut panel, middle, egui::vec2(-bar.width() / 4.0, 0.0));
+    let (from, to) = csv_times(&panel);
+    assert!((from - 2.5).abs() < 0.3 && (to - 7.5).abs() < 0.3, "{from} to {to}");
+    press(&mut panel, "Run");
+    assert!(panel.query_by_label("overview").is_none());
+}
+
+/// The text that the next frames copy.
+fn copied(panel: &mut Panel) -> Option<String> {
+    (0..5).find_map(|_| {
+        panel.step();
+        let commands = &panel.output().platform_output.commands;
+        commands.iter().find_map(|command| match command {
+            OutputCommand::CopyText(text) => Some(text.clone()),
+            _ => None,
+        })
+    })
+}
+
+#[test]
+fn a_change_is_copied_as_a_command() {
+    let mut panel = connected(RigState::Engaged);
+    let set = JournalEntry {
+        ramp_ms: Some(200.0),
+        changes: vec![Difference {
+            param: "static_force".into(),
+            unit: Some("N".into()),
+            before: Some(Value::Number(Directional::both(4.0))),
+            after: Some(Value::Number(Directional {
+                positive: 5.0,
+                negative: 3.0,
+            })),
+        }],
+        ..by_ada("set", 1000)
+    };
+    hear(&mut panel, Update::Event(Event::Log(Box::new(set))));
+    press(&mut panel, "Changes");
+    let command = "haptic-ctl set static_force+=5 static_force-=3 --ramp 200ms";
+    let button = format!("copy {command}");
+    panel.get_by_label(&button).scroll_to_me();
+    panel.run();
+    panel.get_by_label(&button).click();
+    assert_eq!(copied(&mut panel).as_deref(), Some(command));
+    panel.get_by_label("Mass").click_secondary();
+    panel.run();
+    panel.get_by_label("Copy as haptic-ctl command").click();
+    assert_eq!(copied(&mut panel).as_deref(), Some("haptic-ctl set M=0.5"));
+}

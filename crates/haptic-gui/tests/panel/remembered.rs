@@ -1,0 +1,66 @@
+//! What the panel remembers.
+
+use crate::bench::{Panel, connected, press, press_item};
+use crate::plots::{feel, rows};
+use egui_kittest::kittest::{NodeT, Queryable};
+use haptic_gui::Settings;
+use haptic_ipc::RigState;
+
+fn settings(panel: &Panel) -> Settings {
+    panel.state().model.settings()
+}
+
+#[test]
+fn another_panel_takes_up_what_one_has_remembered() {
+    let mut panel = connected(RigState::Engaged);
+    feel(&mut panel, &rows(0..3000, |_| 1.0));
+    press(&mut panel, "signals of the Velocity plot");
+    press(&mut panel, "Remove plot");
+    press(&mut panel, "signals of the Force plot");
+    press_item(&mut panel, "Tick time");
+    press(&mut panel, "zoom in");
+    press_item(&mut panel, "Limits");
+    let kept = settings(&panel);
+    let plots = kept.rig_plots.clone().expect("plots");
+    assert_eq!(plots[0], ["Coupling force", "Force on the hand", "Tick time"]);
+    assert_eq!(plots.len(), 2);
+    assert_ne!(kept, settings(&connected(RigState::Engaged)));
+
+    let mut other = connected(RigState::Engaged);
+    other.state_mut().model.restore(&kept);
+    feel(&mut other, &rows(0..3000, |_| 1.0));
+    assert_eq!(settings(&other), kept);
+    assert!(other.query_by_label("Velocity plot").is_none());
+    let seen_s = other.get_by_label("time seen").accesskit_node().numeric_value();
+    assert_eq!(seen_s, kept.span_s);
+}
+
+#[test]
+fn settings_that_no_panel_could_have_written_change_nothing() {
+    let mut panel = connected(RigState::Engaged);
+    let before = settings(&panel);
+    let strange = Settings {
+        folder: Some(String::new()),
+        recording_format: Some("vhs".to_owned()),
+        beside: Some("Over time".to_owned()),
+        span_s: Some(f64::NAN),
+        rig_plots: Some(vec![vec!["Smell".to_owned()]; 99]),
+        ..Settings::default()
+    };
+    panel.state_mut().model.restore(&strange);
+    feel(&mut panel, &rows(0..3000, |_| 1.0));
+    let after = settings(&panel);
+    let empty = after.rig_plots.clone().expect("plots");
+    assert!(empty.len() <= 8 && empty.iter().all(Vec::is_empty), "{empty:?}");
+    let but_for_plots = Settings {
+        rig_plots: before.rig_plots.clone(),
+        ..after
+    };
+    assert_eq!(but_for_plots, before);
+    let far = Settings {
+        span_s: Some(1e12),
+        ..Settings::default()
+    };
+    panel.state_mut().model.restore(&far);
+    assert_eq!(settings(&panel).span_s, Some(60.0), "no more is kept");
+}
