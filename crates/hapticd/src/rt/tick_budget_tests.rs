@@ -21,9 +21,9 @@ use std::sync::atomic::Ordering::SeqCst;
 /// tests are built with, and a tenth on top; an optimised build (`cargo test --release`) has its own.
 /// Raise them only for something that every tick really needs.
 const TICK_BUDGET: (u64, u64) = if cfg!(debug_assertions) {
-    (2130, 4200)
+    (2050, 4190)
 } else {
-    (1180, 3410)
+    (1005, 3200)
 };
 
 /// What of a tick is counted by itself as well, the test's own first.
