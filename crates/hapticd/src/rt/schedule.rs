@@ -211,7 +211,7 @@ mod tests {
         });
         let mut claims = Vec::new();
         let mut taken_back = Vec::new();
-        for tick in from_loop.iter() {
+        for tick in &from_loop {
             if tick < rounds {
                 assert!(sender.room() > 0);
                 claims.extend(sent(&mut sender, &[tick + 3]).pop().map(|claim| (tick + 3, claim)));
