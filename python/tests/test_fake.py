@@ -36,7 +36,7 @@ def test_the_binary_is_the_one_that_is_named(monkeypatch: pytest.MonkeyPatch, tm
     assert hapticd.binary().samefile(named)
 
 
-def test_the_daemon_ends_with_the_program_that_started_it() -> None:
+def test_the_daemon_and_its_folder_end_with_the_program_that_started_it() -> None:
     program = (
         "import sys, hapticd\n"
         "daemon = hapticd.fake()\n"
@@ -55,6 +55,10 @@ def test_the_daemon_ends_with_the_program_that_started_it() -> None:
         with pytest.raises(hapticd.ConnectionLost):
             while time.monotonic() < until_s:
                 rig.status()
+    folder = Path(path).parents[1]
+    while folder.exists():
+        assert time.monotonic() < until_s, f"{folder} is still there"
+        time.sleep(0.005)
 
 
 def test_the_socket_is_looked_for_where_haptic_ctl_looks(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

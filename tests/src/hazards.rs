@@ -3,7 +3,8 @@
 //! A row is a heading of the third level that begins with its id, `### H3: ...`, followed by one
 //! item for each of [`FIELDS`], `- **Cause:** ...`; or a row of a table whose first cell is its id
 //! and whose last cell is its tests. Tests are written `` `path: name` `` and marked in the sources
-//! by a comment directly above their attributes, `// hazard: H3, P14`. A row that software cannot
+//! by a comment directly above their attributes, `// hazard: H3, P14`, or in Python above their decorators,
+//! `# hazard: F22`. A row that software cannot
 //! prove says `none: ` and why.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -154,21 +155,21 @@ pub fn rows(log: &str) -> Vec<Row> {
 /// # Errors
 /// A mark that does not stand above a test, or that names no id.
 pub fn tests(path: &str, source: &str) -> Result<Vec<Test>, String> {
+    if path.ends_with(".py") {
+        return python_tests(path, source);
+    }
     let mut tests = Vec::new();
     let mut marked: Vec<String> = Vec::new();
     let mut mark_line = 0;
     let mut is_test = false;
     for (number, line) in (1..).zip(source.lines()) {
         let line = line.trim();
-        if let Some(ids) = line.strip_prefix("// hazard:") {
+        if let Some(text) = line.strip_prefix("// hazard:") {
             if !marked.is_empty() {
                 return Err(format!("{path}:{mark_line}: the mark stands above no test"));
             }
-            marked = ids.split(',').map(|id| id.trim().to_owned()).collect();
+            marked = ids(path, number, text)?;
             mark_line = number;
-            if let Some(wrong) = marked.iter().find(|id| !is_id(id)) {
-                return Err(format!("{path}:{number}: {wrong:?} is no id of a hazard"));
-            }
         } else if line.starts_with("#[") {
             // `#[test]`, `#[tokio::test]`, `#[tokio::test(start_paused = true)]`.
             let attribute = line.trim_start_matches("#[");
@@ -206,6 +207,44 @@ pub fn tests(path: &str, source: &str) -> Result<Vec<Test>, String> {
         Ok(tests)
     } else {
         Err(format!("{path}:{mark_line}: the mark stands above no test"))
+    }
+}
+
+/// The ids of a mark.
+fn ids(path: &str, line: usize, text: &str) -> Result<Vec<String>, String> {
+    let ids: Vec<String> = text.split(',').map(|id| id.trim().to_owned()).collect();
+    match ids.iter().find(|id| !is_id(id)) {
+        Some(wrong) => Err(format!("{path}:{line}: {wrong:?} is no id of a hazard")),
+        None => Ok(ids),
+    }
+}
+
+/// The tests of a Python file: its functions whose names begin with `test_`.
+fn python_tests(path: &str, source: &str) -> Result<Vec<Test>, String> {
+    let mut tests = Vec::new();
+    let mut mark: Option<(usize, Vec<String>)> = None;
+    for (number, line) in (1..).zip(source.lines()) {
+        if let Some(text) = line.strip_prefix("# hazard:") {
+            mark = Some((number, ids(path, number, text)?));
+            continue;
+        }
+        let function = line.trim_start_matches("async ").strip_prefix("def ");
+        let name = function.and_then(|rest| rest.split_once('(')).map(|(name, _)| name);
+        if let Some(name) = name.filter(|name| name.starts_with("test_")) {
+            tests.push(Test {
+                named: Named {
+                    path: path.to_owned(),
+                    name: name.to_owned(),
+                },
+                ids: mark.take().map_or_else(Vec::new, |(_, ids)| ids),
+            });
+        } else if let Some((mark_line, _)) = mark.as_ref().filter(|_| !line.starts_with('@')) {
+            return Err(format!("{path}:{mark_line}: the mark stands above no test"));
+        }
+    }
+    match mark {
+        Some((mark_line, _)) => Err(format!("{path}:{mark_line}: the mark stands above no test")),
+        None => Ok(tests),
     }
 }
 
@@ -254,20 +293,25 @@ pub fn disagreements(rows: &[Row], tests: &[Test]) -> Vec<String> {
     found
 }
 
-/// All Rust files of the workspace's own crates and tests, from its root.
+/// All Rust files of the workspace's own crates and tests, and the tests of the Python package, from its root.
 ///
 /// # Panics
 /// They cannot be read.
 #[must_use]
 pub fn sources(root: &Path) -> Vec<(String, String)> {
-    let mut folders: Vec<PathBuf> = ["crates", "tests"].map(|folder| root.join(folder)).to_vec();
+    let mut folders: Vec<PathBuf> = ["crates", "tests", "python/tests"]
+        .map(|folder| root.join(folder))
+        .to_vec();
     let mut sources = Vec::new();
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).expect("a folder") {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
                 folders.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
+            } else if path
+                .extension()
+                .is_some_and(|extension| extension == "rs" || extension == "py")
+            {
                 let text = std::fs::read_to_string(&path).expect("a source");
                 let name = path.strip_prefix(root).expect("it lies below").display().to_string();
                 sources.push((name, text));

@@ -23,7 +23,7 @@ pub fn build_panel() {
     assert!(built.is_ok_and(|status| status.success()), "the panel is built");
 }
 
-/// Width and height of the screen, pixels: what the panel opens with.
+/// Width and height of the usual screen, pixels: what the panel opens with.
 pub const SIZE: (usize, usize) = (1280, 800);
 
 /// Between two looks at the screen: longer than any frame takes in software.
@@ -32,6 +32,8 @@ const BETWEEN_LOOKS: Duration = Duration::from_millis(700);
 /// A screen of its own. It is gone when the test ends.
 #[derive(Debug)]
 pub struct Screen {
+    /// Width and height, pixels.
+    size: (usize, usize),
     server: Child,
     display: String,
     directory: tempfile::TempDir,
@@ -51,12 +53,21 @@ pub struct Picture {
 }
 
 impl Screen {
-    /// Opens a screen, or says what is missing for one.
+    /// Opens a screen of the usual size, or says what is missing for one.
     ///
     /// # Panics
     /// The server does not come up.
     #[must_use]
     pub fn open() -> Option<Self> {
+        Self::of_size(SIZE)
+    }
+
+    /// Opens a screen of any size, pixels.
+    ///
+    /// # Panics
+    /// The server does not come up.
+    #[must_use]
+    pub fn of_size(size: (usize, usize)) -> Option<Self> {
         for (program, argument, package) in [("Xvfb", "-help", "xvfb"), ("xdotool", "version", "xdotool")] {
             let runs = Command::new(program)
                 .arg(argument)
@@ -74,7 +85,7 @@ impl Screen {
         let directory = tempfile::tempdir().expect("a directory");
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-nolisten", "tcp", "-noreset", "-screen", "0"])
-            .arg(format!("{}x{}x24", SIZE.0, SIZE.1))
+            .arg(format!("{}x{}x24", size.0, size.1))
             .arg("-fbdir")
             .arg(directory.path())
             .stdin(Stdio::null())
@@ -90,12 +101,13 @@ impl Screen {
         let display = format!(":{}", number.trim());
         assert_ne!(display, ":", "Xvfb did not come up");
         let screen = Self {
+            size,
             server,
             display,
             directory,
         };
         // What is under the pointer looks otherwise.
-        screen.act(&["mousemove", "1279", "799"]);
+        screen.act(&["mousemove", &(size.0 - 1).to_string(), &(size.1 - 1).to_string()]);
         Some(screen)
     }
 
@@ -116,7 +128,14 @@ impl Screen {
             .env_remove("XDG_CONFIG_HOME")
             .stdin(Stdio::null())
             .spawn();
-        Panel(panel.expect("haptic-gui starts"))
+        let panel = Panel(panel.expect("haptic-gui starts"));
+        if self.size != SIZE {
+            // There is no window manager that would fit it to the screen.
+            let (width, height) = (self.size.0.to_string(), self.size.1.to_string());
+            let found = ["search", "--sync", "--onlyvisible", "--name", "Haptic panel"];
+            self.act(&[&found[..], &["windowsize", &width, &height]].concat());
+        }
+        panel
     }
 
     /// Moves the pointer, clicks, types: what `xdotool` takes.
@@ -171,7 +190,7 @@ impl Screen {
         };
         // See X11/XWDFile.h: the size of the header, width, height, bits a pixel, bytes a line, colours.
         let (header, size, bits) = (field(0), (field(4), field(5)), field(11));
-        assert_eq!((size, bits), (SIZE, 32));
+        assert_eq!((size, bits), (self.size, 32));
         let (line, colours) = (field(12), field(19));
         let pixels = &dump[header + 12 * colours..];
         let rows = pixels.chunks(line).take(size.1);
@@ -211,6 +230,23 @@ impl Drop for Screen {
     fn drop(&mut self) {
         drop(self.server.kill());
         drop(self.server.wait());
+    }
+}
+
+impl Panel {
+    /// Time that processors have spent on the threads that it has now, s.
+    ///
+    /// # Panics
+    /// It has ended.
+    #[must_use]
+    pub fn processor_time_s(&self) -> f64 {
+        let threads = fs::read_dir(format!("/proc/{}/task", self.0.id())).expect("it runs");
+        let of_thread = |thread: fs::DirEntry| -> Option<f64> {
+            // The first field is the time that it ran, ns. A thread may just have ended.
+            let stat = fs::read_to_string(thread.path().join("schedstat")).ok()?;
+            stat.split_whitespace().next()?.parse().ok()
+        };
+        threads.flatten().filter_map(of_thread).sum::<f64>() * 1e-9
     }
 }
 

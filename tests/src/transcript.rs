@@ -7,6 +7,8 @@
 //! S {"hello":{"protocol":1}}                      what the server must say
 //! C {"id":1,"op":"stop"}                          what the client sends, as it stands; <N spaces> stands for so many
 //! S {"id":1,"ok":{"state":"stopped","tick":"<number>"}}
+//! P {"id":1,"op":"status"}                        what the client sends again and again, until the server
+//!                                                 says the next line
 //! C2 {"id":1,"op":"get"}                          a second client; those that begin with CW are on
 //! the watchers' socket
 //! ```
@@ -18,7 +20,7 @@
 //! matches, since how many there are depends on the time.
 
 use crate::schema::{Part, Validator};
-use crate::{Daemon, PATIENCE, Raw};
+use crate::{Daemon, PATIENCE, Raw, pause};
 use serde_json::Value;
 use std::collections::{HashMap, VecDeque};
 use std::path::Path;
@@ -29,6 +31,8 @@ use std::time::Instant;
 pub enum Said {
     /// By a client, as it is sent.
     Client(String),
+    /// By a client, again and again, until the answer is as it must be.
+    Poll(String),
     /// By the server, as it must at least be.
     Server(Value),
 }
@@ -65,6 +69,10 @@ impl Transcript {
                     let said = Said::Client(spaces(rest));
                     transcript.lines.push((mark[1..].to_owned(), said, number));
                 }
+                Some('P') => {
+                    let said = Said::Poll(rest.to_owned());
+                    transcript.lines.push((mark[1..].to_owned(), said, number));
+                }
                 Some('S') => {
                     let expected =
                         serde_json::from_str(rest).unwrap_or_else(|error| panic!("line {number}: {error}: {rest}"));
@@ -72,7 +80,7 @@ impl Transcript {
                         .lines
                         .push((mark[1..].to_owned(), Said::Server(expected), number));
                 }
-                Some(_) => panic!("line {number} begins with none of # ! F C S: {line}"),
+                Some(_) => panic!("line {number} begins with none of # ! F C P S: {line}"),
             }
         }
         transcript
@@ -135,6 +143,7 @@ impl Transcript {
             });
             match said {
                 Said::Client(line) => connection.ask(line),
+                Said::Poll(line) => connection.polled = Some(line.clone()),
                 Said::Server(expected) => connection
                     .hear(expected, &schemas)
                     .map_err(|why| format!("line {number}: {why}"))?,
@@ -187,6 +196,8 @@ struct Connection {
     raw: Raw,
     /// What was asked and not answered yet.
     asked: VecDeque<String>,
+    /// What is asked until the answer is as it must be.
+    polled: Option<String>,
     /// Events that nobody has waited for yet.
     events: VecDeque<Value>,
 }
@@ -196,6 +207,7 @@ impl Connection {
         Self {
             raw,
             asked: VecDeque::new(),
+            polled: None,
             events: VecDeque::new(),
         }
     }
@@ -216,6 +228,26 @@ impl Connection {
         if expected.get("event").is_some() {
             return self.hear_event(expected, schemas);
         }
+        match self.polled.take() {
+            Some(line) => self.poll(&line, expected, schemas),
+            None => self.hear_answer(expected, schemas),
+        }
+    }
+
+    /// Asks until the answer is as it must be.
+    fn poll(&mut self, line: &str, expected: &Value, schemas: &Schemas) -> Result<(), String> {
+        let began = Instant::now();
+        loop {
+            self.ask(line);
+            match self.hear_answer(expected, schemas) {
+                Err(why) if began.elapsed() > PATIENCE => return Err(format!("waited in vain: {why}")),
+                Err(_) => pause(),
+                Ok(()) => return Ok(()),
+            }
+        }
+    }
+
+    fn hear_answer(&mut self, expected: &Value, schemas: &Schemas) -> Result<(), String> {
         let line = loop {
             let line = self.line(schemas)?;
             if line.get("event").is_none() {
@@ -223,11 +255,10 @@ impl Connection {
             }
             self.events.push_back(line);
         };
-        matches(expected, &line, "")?;
         if line.get("hello").is_none() {
             self.check_answer(&line, schemas)?;
         }
-        Ok(())
+        matches(expected, &line, "")
     }
 
     /// The line and what was asked must be in the schema too, the one as the answer to the other.

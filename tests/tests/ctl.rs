@@ -43,7 +43,7 @@ fn every_subcommand_works_and_has_a_json_form() {
         (vec!["timing"], "overruns", "wake_latency_ns"),
         (vec!["advise"], "linear_stability", "advice"),
         (
-            vec!["watch", "--count", "2", "--rate", "100"],
+            vec!["events", "samples", "--count", "2", "--rate", "100"],
             "device mm",
             "device_position_m",
         ),
@@ -90,12 +90,12 @@ fn the_names_in_json_stay() {
             "condition state revision tick waited_s",
         ),
         (
-            vec!["watch", "--count", "1"],
-            "tick t_s state contact device_position_m device_velocity_mps block_position_m block_velocity_mps coupling_force_N command_force_N revision wake_latency_ns tick_ns device_round_trip_ns",
+            vec!["events", "samples", "--count", "1"],
+            "event dropped tick t_s state contact device_position_m device_velocity_mps block_position_m block_velocity_mps coupling_force_N command_force_N revision wake_latency_ns tick_ns device_round_trip_ns",
         ),
         (
-            vec!["stream", "--count", "1"],
-            "tick t_s state contact device_position_m command_force_N",
+            vec!["events", "state", "--count", "1"],
+            "event state tick revision scene law params",
         ),
         (vec!["record", &file, "--for", "20ms"], "file rows lost bytes length_s"),
         (
@@ -125,7 +125,7 @@ fn exit_codes_tell_what_went_wrong() {
         (vec!["set", "mass=-1"], 1, "0.000001 to 100 kg"),
         (vec!["set", "masss=1"], 1, "did you mean `mass`"),
         (
-            vec!["watch", "--rate", "9999"],
+            vec!["events", "samples", "--rate", "9999"],
             1,
             "--rate = 9999 Hz is out of range: it must be from 0.1 to 1000 Hz",
         ),
@@ -134,6 +134,8 @@ fn exit_codes_tell_what_went_wrong() {
         (vec!["set"], 2, "NAME=VALUE"),
         (vec!["fly"], 2, "fly"),
         (vec!["stauts"], 2, "'status'"),
+        (vec!["watch"], 2, "'events'"),
+        (vec!["scene", "lod"], 2, "'load'"),
     ] {
         let output = daemon.ctl(&arguments);
         assert_eq!(
@@ -240,16 +242,16 @@ fn a_stop_that_nobody_confirms_is_no_success() {
 }
 
 #[test]
-fn watch_is_interrupted_with_130_and_ends_quietly_when_its_reader_has_had_enough() {
+fn events_are_interrupted_with_130_and_end_quietly_when_their_reader_has_had_enough() {
     let daemon = Daemon::start(&[]);
-    let mut watch = Command::new(binary("haptic-ctl"))
+    let mut events = Command::new(binary("haptic-ctl"))
         .arg("--socket")
         .arg(daemon.socket())
-        .args(["watch", "--rate", "all", "--json"])
+        .args(["events", "samples", "--rate", "all", "--json"])
         .stdout(Stdio::piped())
         .spawn()
         .expect("haptic-ctl starts");
-    let mut lines = BufReader::new(watch.stdout.take().expect("it is piped")).lines();
+    let mut lines = BufReader::new(events.stdout.take().expect("it is piped")).lines();
     let mut last = None;
     for _ in 0..500 {
         let line = lines.next().expect("another sample").expect("text");
@@ -258,23 +260,23 @@ fn watch_is_interrupted_with_130_and_ends_quietly_when_its_reader_has_had_enough
         assert!(last.is_none_or(|last| tick == last + 1), "{tick} after {last:?}");
         last = Some(tick);
     }
-    let pid = rustix::process::Pid::from_child(&watch);
+    let pid = rustix::process::Pid::from_child(&events);
     rustix::process::kill_process(pid, rustix::process::Signal::INT).expect("it runs");
     assert!(lines.by_ref().all(|line| line.is_ok()));
-    assert_eq!(watch.wait().expect("it ends").code(), Some(130));
+    assert_eq!(events.wait().expect("it ends").code(), Some(130));
 
-    let mut watch = Command::new(binary("haptic-ctl"))
+    let mut events = Command::new(binary("haptic-ctl"))
         .arg("--socket")
         .arg(daemon.socket())
-        .args(["watch", "--rate", "all"])
+        .args(["events", "samples", "--rate", "all"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .expect("haptic-ctl starts");
-    let mut reader = BufReader::new(watch.stdout.take().expect("it is piped"));
+    let mut reader = BufReader::new(events.stdout.take().expect("it is piped"));
     reader.read_line(&mut String::new()).expect("a header");
     drop(reader);
-    let output = watch.wait_with_output().expect("it ends");
+    let output = events.wait_with_output().expect("it ends");
     assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
 }
 
@@ -370,7 +372,9 @@ fn every_code_and_exit_code_of_its_own_is_documented() {
     let page = include_str!("../../docs/control.md");
     let help = text(&ctl(Path::new("/nonexistent"), &["--help"]).stdout).replace('\n', " ");
     for code in
-        "usage no_daemon no_permission no_answer timed_out halted other_version bad_answer cannot_write".split(' ')
+        "usage no_daemon no_permission no_answer timed_out halted other_version bad_answer bad_rig bad_recording \
+         not_comparable no_device cannot_write"
+            .split_whitespace()
     {
         assert!(page.contains(&format!("| `{code}` |")), "{code}");
         assert!(help.contains(code), "{code} is missing from {help}");

@@ -48,8 +48,13 @@ fn every_subcommand_shows_what_it_would_send() {
         ("scene show 2", json!([{"id":1,"op":"get","scene":2}])),
         ("log -n 5", json!([{"id":1,"op":"log","limit":5}])),
         (
-            "log --follow",
+            "events log --past 20",
             json!([{"id":1,"op":"subscribe","topics":["log"]},{"id":2,"op":"log","limit":20}]),
+        ),
+        ("events", json!([{"id":1,"op":"subscribe","topics":["state","log"]}])),
+        (
+            "simulate mine --motion m.csv --out o.csv",
+            json!([{"id":1,"op":"get","scene":"mine"}]),
         ),
         ("engage --wait", json!([{"id":1,"op":"engage"}])),
         ("release", json!([{"id":1,"op":"release"}])),
@@ -64,7 +69,7 @@ fn every_subcommand_shows_what_it_would_send() {
             json!([{"id":1,"op":"lease","timeout_ms":1000}]),
         ),
         (
-            "watch --rate 50",
+            "events samples --rate 50",
             json!([{"id":1,"op":"subscribe","topics":["samples"],"rate_hz":50.0}]),
         ),
         (

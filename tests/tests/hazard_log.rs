@@ -169,6 +169,41 @@ fn a_row_without_a_test_a_field_or_a_cell_is_found() {
 }
 
 #[test]
+fn a_test_in_python_is_named_and_marked_as_any_other() {
+    let source = "\
+# hazard: H1
+@pytest.mark.parametrize(\"end\", [1, 2])
+def test_it_lets_go(end: int) -> None:
+    pass
+
+
+def test_of_no_hazard() -> None:
+    pass
+";
+    let log = SECTION.replace(
+        "`tests/a.rs: it_does_not_kick`, `tests/a.rs: nor_does_it_pull`",
+        "`t.py: test_it_lets_go`",
+    );
+    let found = |source: &str| match tests("t.py", source) {
+        Ok(tests) => disagreements(&rows(&log), &tests),
+        Err(error) => vec![error],
+    };
+    assert_eq!(found(source), [""; 0]);
+    one(
+        &found(&source.replace("test_it_lets_go", "it_lets_go")),
+        "stands above no test",
+    );
+    one(
+        &found(&source.replace("test_it_lets_go", "test_it_holds")[14..]),
+        "no test test_it_lets_go in t.py",
+    );
+    one(
+        &found(&source.replace("def test_of", "# hazard: H1\ndef test_of")),
+        "does not name test_of_no_hazard",
+    );
+}
+
+#[test]
 fn two_rows_of_one_id_are_found() {
     one(
         &found(&format!("{SECTION}{TABLE}{TABLE}"), SOURCE),

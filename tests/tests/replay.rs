@@ -78,8 +78,31 @@ fn wait_for_rows(file: &Path, more: usize) {
     }
 }
 
+/// Schedules four changes, one of them with a ramp and one to another law and back; returns their ticks once the last
+/// is rendered.
+fn schedule(daemon: &Daemon, file: &Path) -> [u64; 4] {
+    let file = file.with_extension("json");
+    (1..20)
+        .find_map(|attempt| {
+            let now: Value = serde_json::from_str(&daemon.ctl_ok(&["status", "--json=tick"])).expect("JSON");
+            // On a busy machine the first may come too late.
+            let first = now["tick"].as_u64().expect("a number") + 100 * attempt;
+            let ticks = [first, first + 7, first + 150, first + 190];
+            let changes = serde_json::json!([
+                {"at_tick": ticks[0], "params": {"Fs": {"plus": 0.5}}},
+                {"at_tick": ticks[1], "params": {"M": {"times": 1.5}}, "ramp_ms": 100},
+                {"at_tick": ticks[2], "scene": "lugre"},
+                {"at_tick": ticks[3], "scene": "simulated-friction"},
+            ]);
+            std::fs::write(&file, changes.to_string()).expect("written");
+            let output = daemon.ctl(&["schedule", file.to_str().expect("a plain path")]);
+            output.status.success().then_some(ticks)
+        })
+        .expect("a schedule that was accepted in time")
+}
+
 /// Some thousand ticks with force, of which nothing has its usual value: two ramps, of which the second
-/// interrupts the first, another law, a stop, and force again.
+/// interrupts the first, another law, a schedule, a stop, and force again.
 fn session(file: &Path) -> Recording {
     let daemon = Daemon::start(&[
         "--ramp-ms=70",
@@ -104,6 +127,8 @@ fn session(file: &Path) -> Recording {
     wait_for_rows(file, 400);
     daemon.ctl_ok(&["undo"]);
     wait_for_rows(file, 200);
+    let scheduled = schedule(&daemon, file);
+    wait_for_rows(file, 100);
     daemon.ctl_ok(&["stop"]);
     wait_for_rows(file, 100);
     daemon.ctl_ok(&["reset"]);
@@ -114,7 +139,13 @@ fn session(file: &Path) -> Recording {
     kill_process(Pid::from_child(&recorder), Signal::INT).expect("it runs");
     let ended = recorder.wait_with_output().expect("it ends");
     assert!(ended.status.success());
-    recording::read(file).expect("a recording")
+    let recording = recording::read(file).expect("a recording");
+    let arrived = |at: u64| {
+        let is_at = |(_, mark): &(usize, Mark)| matches!(mark, Mark::Scene { tick, .. } if *tick == at);
+        recording.marks.iter().any(is_at)
+    };
+    assert!(scheduled.into_iter().all(arrived), "{scheduled:?}");
+    recording
 }
 
 #[test]
@@ -142,7 +173,7 @@ fn a_recording_gives_its_forces_again_to_the_last_bit() {
         };
         recording.marks.iter().filter(|mark| arrival(mark)).count()
     };
-    assert_eq!((arrivals(true), arrivals(false)), (3, 4));
+    assert_eq!((arrivals(true), arrivals(false)), (4, 8));
     assert!(recording.rows.iter().any(|row| row.state == RigState::Stopped));
     let settings = recording
         .metadata

@@ -2,12 +2,13 @@
 
 use haptic_ipc::{
     ChangeOptions, ChangeReply, Changes, Client, ClientError, ErrorCode, Event, JournalEntry, LeaseReply, LogReply,
-    Request, SceneChange, SceneRef, ScheduleCancelReply, ScheduleReply, ScheduledChange, StateReply, Status,
+    Request, RigState, SceneChange, SceneRef, ScheduleCancelReply, ScheduleReply, ScheduledChange, StateReply, Status,
     SubscribeReply, Topic, WireError,
 };
 use std::collections::BTreeMap;
 use std::sync::mpsc;
-use system_tests::{Daemon, engage, status, wait_for};
+use system_tests::fake_rig::FakeRig;
+use system_tests::{Daemon, engage, status, wait_for, wait_for_state};
 
 /// Ticks between two changes of the staircase.
 const STEP: u64 = 4;
@@ -350,4 +351,65 @@ fn a_stop_and_the_end_of_its_client_take_a_schedule_back_and_a_release_does_not(
     cancelled(&mut watcher, "stopped");
     let _: StateReply = watcher.request(Request::Reset {}).expect("it is stopped");
     assert_eq!(status(&mut watcher).revision, 1, "nothing of it was rendered");
+}
+
+#[test]
+fn a_fault_and_an_unplugged_rig_take_a_schedule_back_and_the_next_one_is_rendered() {
+    let mut rig = FakeRig::start(&[]);
+    let daemon = Daemon::start_on(&rig.address(), &["--ramp-ms", "20", "--stale-ms", "200"]);
+    let mut client = daemon.client();
+    for (fault, after) in [
+        ("stall 0.4", RigState::Faulted),
+        ("hang-up 0.3", RigState::Disconnected),
+    ] {
+        wait_for_state(&mut client, RigState::Idle);
+        engage(&mut client);
+        let revision = status(&mut client).revision;
+        let first = status(&mut client).tick + FAR;
+        let changes = vec![at(first, &[("M", 2.0)]), at(first + 5, &[("M", 3.0)])];
+        let _: ScheduleReply = client.request(schedule(changes, "far", true)).expect("it is accepted");
+        rig.fail(fault);
+        let lost = wait_for(&mut client, "no schedule", |status| waiting(status) == 0);
+        assert_eq!(lost.revision, revision, "{fault}: nothing of it was rendered");
+        let told = log(&mut client)
+            .into_iter()
+            .rfind(|entry| entry.op == "schedule_cancelled");
+        let told = told.and_then(|entry| entry.message).unwrap_or_default();
+        assert!(
+            told.starts_with("2 scheduled changes") && told.contains("faulted or disconnected"),
+            "{told}"
+        );
+        if lost.state == after {
+            // Or it has come back by now.
+            let error = client.request::<ScheduleReply>(schedule(vec![at(first, &[("M", 2.0)])], "late", true));
+            match error {
+                Err(ClientError::Refused(error)) => {
+                    assert!(
+                        matches!(error.code, ErrorCode::Faulted | ErrorCode::WrongState),
+                        "{fault}: {error}"
+                    );
+                }
+                _ => drop(client.request::<ScheduleCancelReply>(Request::ScheduleCancel { name: None })),
+            }
+        }
+        let mut person = daemon.client();
+        wait_for(&mut client, "a rig that was reset", |status| {
+            if status.state == RigState::Faulted {
+                // Refused until the device answers again.
+                drop(person.request::<StateReply>(Request::Reset {}));
+            }
+            status.state == RigState::Idle
+        });
+        // Nothing of the old schedule keeps the next change from its tick.
+        let (tick, reply): (u64, ChangeReply) =
+            in_time(&mut client, |client, tick| client.request(set_at(tick, &[("M", 1.5)])));
+        assert_eq!(reply.revision, revision + 1);
+        wait_for(&mut client, "the change", |status| status.revision == revision + 1);
+        let rendered = log(&mut client)
+            .into_iter()
+            .rfind(|entry| entry.op == "set")
+            .expect("an entry");
+        assert_eq!(rendered.tick, Some(tick));
+        let _: ChangeReply = client.request(Request::set(params(&[("M", 0.5)]))).expect("a change");
+    }
 }

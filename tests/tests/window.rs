@@ -17,7 +17,8 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
-use system_tests::screen::{Picture, SIZE, Screen};
+use system_tests::measure::{percentile, us};
+use system_tests::screen::{Picture, Screen};
 use system_tests::{Daemon, PATIENCE, status, wait_for, wait_for_state};
 
 /// Colours of one driver's text differ a little from another's.
@@ -32,11 +33,11 @@ const MASS_FIELD: (usize, usize) = (262, 243);
 /// The rail of its slider, from left to right, pixels.
 const MASS_SLIDER: ([usize; 4], usize) = ([60, 90, 120, 150], 243);
 
-/// The red of the stop button, which is there as soon as anything is.
-const STOP_BUTTON: (usize, usize) = (1120, 20);
+/// The red of the stop button, which is there as soon as anything is: from the right and from the top, pixels.
+const STOP_BUTTON: (usize, usize) = (160, 20);
 
 fn is_drawn(picture: &Picture) -> bool {
-    let [red, green, blue] = picture.at(STOP_BUTTON.0, STOP_BUTTON.1);
+    let [red, green, blue] = picture.at(picture.size.0 - STOP_BUTTON.0, STOP_BUTTON.1);
     red > 150 && green < 80 && blue < 80
 }
 
@@ -147,8 +148,10 @@ fn read(path: &Path) -> Picture {
     let file = File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let mut reader = png::Decoder::new(BufReader::new(file)).read_info().expect("a PNG");
     let mut rgb = vec![0; reader.output_buffer_size().expect("a size")];
-    reader.next_frame(&mut rgb).expect("a picture");
-    Picture { size: SIZE, rgb }
+    let frame = reader.next_frame(&mut rgb).expect("a picture");
+    let [width, height] = [frame.width, frame.height].map(|side| usize::try_from(side).expect("it fits"));
+    let size = (width, height);
+    Picture { size, rgb }
 }
 
 fn write(path: &Path, picture: &Picture) {
@@ -194,6 +197,88 @@ fn the_window_looks_as_it_did_in_both_themes() {
                 kept(theme).display()
             );
         }
+    }
+}
+
+/// Every page in both themes in the smallest, the usual and a large window. The pictures are to be looked at: with
+/// `HAPTIC_UPDATE_PICTURES` they are in `target/tmp/panel`.
+#[test]
+fn every_page_has_stop_in_both_themes_at_three_sizes() {
+    let is_wanted = std::env::var_os("HAPTIC_UPDATE_PICTURES").is_some();
+    if !is_wanted && !test_run::is_long_for("the panel's pages in windows of three sizes") {
+        return;
+    }
+    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recording-of-0.1.0.mcap");
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    for size in [(1024, 640), (1280, 800), (1920, 1080)] {
+        let Some(screen) = Screen::of_size(size) else {
+            return;
+        };
+        for theme in ["dark", "light"] {
+            for page in ["tune", "record", "identify"] {
+                let mut arguments = vec!["--theme", theme, "--page", page];
+                if page == "record" {
+                    arguments.extend(["--open", recording.to_str().expect("a name")]);
+                }
+                let panel = screen.panel(daemon.socket(), &arguments);
+                wait_for(&mut client, "the panel", |status| status.clients == 3);
+                wait_until_drawn(&screen);
+                if is_wanted {
+                    // Until the plots are full.
+                    std::thread::sleep(std::time::Duration::from_secs(6));
+                    let name = format!("panel/{page}-{theme}-{}x{}.png", size.0, size.1);
+                    write(&Path::new(env!("CARGO_TARGET_TMPDIR")).join(name), &screen.picture());
+                }
+                drop(panel);
+                wait_for(&mut client, "the panel to go", |status| status.clients == 1);
+            }
+        }
+    }
+}
+
+/// How soon a key on the real window stops the rig, from the start of the program that presses it to the daemon's word,
+/// while each page draws.
+#[test]
+fn a_key_stops_soon_on_every_page() {
+    const PRESSES: usize = 100;
+    if !test_run::is_long_for("how soon a key stops the rig on each page of the panel") {
+        return;
+    }
+    let Some(screen) = Screen::open() else {
+        return;
+    };
+    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recording-of-0.1.0.mcap");
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    let mut client = daemon.client();
+    for page in ["tune", "record", "identify"] {
+        let mut arguments = vec!["--page", page];
+        if page == "record" {
+            arguments.extend(["--open", recording.to_str().expect("a name")]);
+        }
+        let panel = screen.panel(daemon.socket(), &arguments);
+        wait_for(&mut client, "the panel", |status| status.clients == 3);
+        wait_until_drawn(&screen);
+        screen.act(&["search", "--sync", "--name", "Haptic panel", "windowfocus"]);
+        let mut times: Vec<u64> = (0..PRESSES)
+            .map(|_| {
+                client.request::<StateReply>(Request::Reset {}).expect("it is reset");
+                client.request::<StateReply>(Request::Engage {}).expect("it engages");
+                wait_for_state(&mut client, RigState::Engaged);
+                let pressed = Instant::now();
+                screen.act(&["key", "space"]);
+                wait_for_state(&mut client, RigState::Stopped);
+                u64::try_from(pressed.elapsed().as_nanos()).expect("it is soon")
+            })
+            .collect();
+        times.sort_unstable();
+        let ms = |per_mille| us(percentile(&times, per_mille)) * 1e-3;
+        let [half, p99, longest] = [500, 990, 1000].map(ms);
+        println!("{page}: a key stops in {half:.1} ms, p99 {p99:.1} ms, longest {longest:.1} ms");
+        drop(panel);
+        client.request::<StateReply>(Request::Reset {}).expect("it is reset");
+        wait_for(&mut client, "the panel to go", |status| status.clients == 1);
     }
 }
 

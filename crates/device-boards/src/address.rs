@@ -3,12 +3,15 @@
 use crate::connector::BoardConnector;
 use crate::odrive::ODriveOptions;
 use crate::simplefoc::SimpleFocOptions;
-use device_io::address::{FORMS, place_and_options};
+use device_io::address::{FORMS, KINDS, place_and_options, unknown_kind};
 use device_io::link::Connector;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 use thiserror::Error;
+
+/// The kinds of address that are boards here.
+const BOARDS: &[&str] = &["odrive", "simplefoc"];
 
 /// Where a rig is, and which protocol it speaks.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,6 +44,7 @@ impl FromStr for Address {
         let board = |rest: &str, parse: fn(&str, Option<&str>) -> Result<Self, String>| {
             place_and_options(rest).and_then(|(place, options)| parse(place, options))
         };
+        let kind = text.split_once(':').map_or(text, |(kind, _)| kind);
         match text.split_once(':') {
             Some(("odrive", rest)) => board(rest, |place, options| {
                 ODriveOptions::parse(place, options).map(Self::ODrive)
@@ -48,6 +52,7 @@ impl FromStr for Address {
             Some(("simplefoc", rest)) => board(rest, |place, options| {
                 SimpleFocOptions::parse(place, options).map(Self::SimpleFoc)
             }),
+            _ if !KINDS.contains(&kind) => Err(unknown_kind(kind, &[KINDS, BOARDS].concat())),
             _ => text
                 .parse()
                 .map(Self::Native)
@@ -128,12 +133,16 @@ mod tests {
                 "`usb:1` names no device: there is no kind `usb`; write fake, serial:",
             ),
             (
+                "odrve:/dev/ttyACM0",
+                "`odrve:/dev/ttyACM0` names no device: there is no kind `odrve` (did you mean `odrive`?); write fake, serial:",
+            ),
+            (
                 "odrive:",
                 "`odrive:` names no device: nothing follows its kind; write fake, serial:",
             ),
             (
                 "odrive",
-                "`odrive` names no device: it has no kind before a colon; write fake, serial:",
+                "`odrive` names no device: nothing follows its kind `odrive`; write fake, serial:",
             ),
         ] {
             let error = text.parse::<Address>().expect_err(text).to_string();

@@ -1,6 +1,7 @@
 //! How a rig is named: `fake`, `serial:/dev/ttyACM0?baud=1000000`, `hid:1209:0001:SERIAL`.
 
 use crate::link::{Connector, HidConnector, HidId, SerialConnector};
+use haptic_core::nearest::nearest;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -28,6 +29,19 @@ pub const DEFAULT_BAUD: u32 = 1_000_000;
 /// The forms of an address, for an error's text.
 pub const FORMS: &str = "fake, serial:/dev/ttyACM0[?baud=1000000], hid:VID:PID[:SERIAL]";
 
+/// The kinds of address.
+pub const KINDS: &[&str] = &["fake", "serial", "hid"];
+
+/// Why a text names no rig: its kind is none of those that are known, or it is a kind alone.
+#[must_use]
+pub fn unknown_kind(kind: &str, known: &[&str]) -> String {
+    match nearest(kind, known) {
+        Some(meant) if meant == kind => format!("nothing follows its kind `{kind}`"),
+        Some(meant) => format!("there is no kind `{kind}` (did you mean `{meant}`?)"),
+        None => format!("there is no kind `{kind}`"),
+    }
+}
+
 /// A text that names no rig.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("`{address}` names no device: {why}; write {}", FORMS)]
@@ -53,15 +67,13 @@ fn parse(text: &str) -> Result<Address, String> {
     if text == "fake" {
         return Ok(Address::Fake);
     }
-    let (kind, rest) = text
-        .split_once(':')
-        .ok_or_else(|| "it has no kind before a colon".to_owned())?;
+    let (kind, rest) = text.split_once(':').ok_or_else(|| unknown_kind(text, KINDS))?;
     if kind == "hid" {
         return hid(rest).map(Address::Hid);
     }
     let (place, options) = place_and_options(rest)?;
     if kind != "serial" {
-        return Err(format!("there is no kind `{kind}`"));
+        return Err(unknown_kind(kind, KINDS));
     }
     let mut baud = DEFAULT_BAUD;
     for option in options.iter().flat_map(|options| options.split('&')) {

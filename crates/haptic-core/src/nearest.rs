@@ -1,18 +1,51 @@
-//! The known word that a misspelt one was probably meant to be.
+//! The known word that a misspelt one was probably meant to be: the guess in every message about an unknown word.
 
+use alloc::string::String;
 use alloc::vec;
 
 /// Longest word that is compared, bytes: the time grows with the word, and any client may send one.
 const LONGEST: usize = 64;
 
-/// The known word that `wrong` was most likely meant to be: one that begins with it, or one in which
-/// at most a third of the letters differ. Case does not matter.
+/// Words that people use for something which has another name here.
+const SYNONYMS: &[(&str, &[&str])] = &[
+    ("mass", &["weight", "inertia", "heaviness"]),
+    ("Fs", &["stiction", "breakaway", "breakaway_force", "static_friction"]),
+    (
+        "Fd",
+        &["coulomb", "kinetic", "kinetic_force", "kinetic_friction", "friction"],
+    ),
+    ("viscous", &["viscosity", "drag"]),
+    ("stiffness", &["spring"]),
+    ("damping", &["damper"]),
+    ("device_position_m", &["position", "x"]),
+    ("device_velocity_mps", &["velocity", "speed"]),
+    ("command_force_N", &["force"]),
+    ("t_s", &["time", "t"]),
+    ("events", &["watch", "stream", "tail", "follow"]),
+    ("kg", &["kgs", "kilo", "kilogram", "kilograms"]),
+    ("g", &["gram", "grams", "gr"]),
+    ("N", &["newton", "newtons"]),
+    ("m", &["meter", "meters", "metre", "metres"]),
+    ("mm", &["millimeter", "millimeters", "millimetre", "millimetres"]),
+    ("s", &["sec", "secs", "second", "seconds"]),
+    ("ms", &["msec", "millisecond", "milliseconds"]),
+    ("Hz", &["hertz"]),
+    ("%", &["percent"]),
+];
+
+/// The known word that `wrong` was most likely meant to be: one that it is a synonym of, one that begins with it,
+/// or one in which at most a third of the letters differ. Case does not matter.
 #[must_use]
 pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
     if wrong.len() > LONGEST {
         return None;
     }
     let wrong = wrong.to_lowercase();
+    let synonyms = SYNONYMS.iter().filter(|(_, words)| words.contains(&wrong.as_str()));
+    let mut meant = synonyms.filter_map(|(word, _)| known.iter().find(|name| *name == word));
+    if let Some(meant) = meant.next() {
+        return Some(meant);
+    }
     let begun = known
         .iter()
         .find(|name| wrong.len() > 2 && name.to_lowercase().starts_with(&wrong));
@@ -24,6 +57,21 @@ pub fn nearest<'a>(wrong: &str, known: &[&'a str]) -> Option<&'a str> {
             .filter(|(distance, name)| *distance <= name.len() / 3)
             .map(|(_, name)| name)
     })
+}
+
+/// The part of a message between an unknown word and the list of known ones: `, did you mean ...?` or a semicolon.
+#[must_use]
+pub fn meant_or_semicolon(wrong: &str, known: &[&str]) -> String {
+    suggestion(nearest(wrong, known))
+}
+
+/// The same, of a guess.
+#[must_use]
+pub fn suggestion(nearest: Option<&str>) -> String {
+    nearest.map_or_else(
+        || String::from(";"),
+        |meant| alloc::format!(", did you mean `{meant}`?"),
+    )
 }
 
 /// Optimal string alignment distance: letters inserted, removed, replaced, or swapped with the next.
@@ -66,6 +114,11 @@ mod tests {
         assert_eq!(nearest("ulger", &known), None, "two mistakes in five letters");
         assert_eq!(nearest("ice", &known), None);
         assert_eq!(nearest("", &known), None);
+        let parameters = ["mass", "static_force", "Fs", "Fd"];
+        assert_eq!(nearest("msas", &parameters), Some("mass"));
+        assert_eq!(nearest("Weight", &parameters), Some("mass"));
+        assert_eq!(nearest("stiction", &parameters), Some("Fs"));
+        assert_eq!(nearest("stiction", &["lugre"]), None, "only a word that is known here");
         let long = "lugre".repeat(20);
         assert_eq!(nearest(&long[1..], &[&long]), None, "a long word takes no time");
     }

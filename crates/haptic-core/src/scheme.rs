@@ -1,5 +1,6 @@
 //! How a block is moved on from one sample to the next.
 
+use crate::nearest::meant_or_semicolon;
 use alloc::string::{String, ToString};
 use core::fmt;
 use core::num::NonZeroU32;
@@ -48,8 +49,9 @@ impl fmt::Display for Scheme {
 /// A text that names no scheme.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "unknown scheme `{0}`; the schemes are exact, implicit, literal, and literal:N with N steps a tick, from 1 to \
-     {MAX_SUBSTEPS}"
+    "unknown scheme `{0}`{meant} the schemes are exact, implicit, literal, and literal:N with N steps a tick, from 1 \
+     to {MAX_SUBSTEPS}",
+    meant = meant_or_semicolon(.0, &["exact", "implicit", "literal"])
 )]
 pub struct UnknownScheme(String);
 

@@ -21,7 +21,7 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
             remarks.push(format!("note: {}", advice.message));
             continue;
         };
-        let number = |value: Option<f64>| value.map_or_else(|| "inf".to_owned(), |value| format!("{value:.4}"));
+        let number = |value: Option<f64>| value.map_or_else(|| "inf".to_owned(), output::figure);
         let with_unit = |value| format!("{} {}", number(value), finding.unit);
         rows.push(vec![
             if finding.passes { "ok" } else { "broken" }.to_owned(),
@@ -29,9 +29,9 @@ pub(crate) async fn run(daemon: &mut Daemon, json: bool) -> Result<(), Failure> 
             with_unit(finding.value),
             with_unit(finding.bound),
             number(finding.margin),
-            finding
-                .mending
-                .map_or_else(String::new, |value| format!("{} = {value:.4}", advice.param)),
+            finding.mending.map_or_else(String::new, |value| {
+                format!("{} = {}", advice.param, output::figure(value))
+            }),
         ]);
         if !finding.passes {
             remarks.push(format!("{}: {}", finding.check, advice.message));
@@ -57,18 +57,18 @@ fn reckoned_with(basis: &AdviceBasis) -> String {
     } else {
         ", assumed until it is measured"
     };
-    let compensated = basis
-        .compensated_share
-        .map_or_else(String::new, |share| format!(", less {share} of it that is compensated"));
+    let compensated = basis.compensated_share.map_or_else(String::new, |share| {
+        format!(", less {} of it that is compensated", output::figure(share))
+    });
     format!(
-        "assumed: a loop at {:.0} Hz{device}, {:.2} ms from a sample to its force{how}; of the rig itself {} N s/m, \
-         ({}) and {} N ({}){compensated}, {:.3} um a count",
+        "assumed: a loop at {:.0} Hz{device}, {:.2} ms from a sample to its force{how}; of the rig itself {} N s/m \
+         ({}) and {} N ({}){compensated}, {} um a count",
         1e6 / basis.period_us,
         basis.delay_us * 1e-3,
-        basis.damping_ns_per_m,
+        output::figure(basis.damping_ns_per_m),
         basis.damping_from,
-        basis.friction_n,
+        output::figure(basis.friction_n),
         basis.friction_from,
-        basis.resolution_m * 1e6
+        output::figure(basis.resolution_m * 1e6)
     )
 }

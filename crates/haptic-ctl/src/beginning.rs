@@ -3,7 +3,7 @@
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_ipc::{ClientError, Request, SceneReply, Status, SubscribeReply};
-use haptic_lab::recording::Metadata;
+use haptic_lab::recording::{Metadata, recorded_by};
 use serde::Deserialize;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -24,6 +24,7 @@ pub(crate) async fn subscribe(
         device: status.device.description.clone(),
         loop_rate_hz: status.rate_hz,
         rate_hz: subscribed.rate_hz,
+        recorded_by: Some(recorded_by(concat!("haptic-ctl ", env!("CARGO_PKG_VERSION")))),
         started_unix_s: SystemTime::now()
             .duration_since(UNIX_EPOCH)
             .unwrap_or_default()

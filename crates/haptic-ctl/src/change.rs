@@ -3,9 +3,11 @@
 use crate::daemon::Daemon;
 use crate::duration::{duration, milliseconds};
 use crate::failure::Failure;
+use crate::known_advice::KnownAdvice;
 use crate::{output, schedule};
 use clap::Args;
 use haptic_core::ParameterKey;
+use haptic_ipc::quantity::readable;
 use haptic_ipc::{ChangeOptions, ChangeReply, Request};
 use std::time::Duration;
 
@@ -50,34 +52,66 @@ pub(crate) enum ChangeView {
     Differences,
 }
 
-/// To be called before a change is asked for: one with a tick is told of by the journal.
-pub(crate) async fn prepare(daemon: &mut Daemon, request: &Request) -> Result<(), Failure> {
-    match request {
-        Request::Set { options, .. } | Request::SceneLoad { options, .. } if options.at_tick.is_some() => {
-            schedule::subscribe(daemon).await
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Shows the answer to a change, and waits for its tick if it has one: it ends with its client.
-pub(crate) async fn finish(
-    daemon: &mut Daemon,
-    reply: &ChangeReply,
+/// A change that is about to be asked for.
+pub(crate) struct Change {
     shown: ChangeView,
     json: bool,
-) -> Result<(), Failure> {
-    show(reply, shown, json)?;
-    match reply.at_tick {
-        Some(_) => schedule::until_rendered(daemon, reply.revision, json).await,
-        None => Ok(()),
+    known: KnownAdvice,
+}
+
+impl Change {
+    /// To be called before a change is asked for: one with a tick is told of by the journal.
+    pub(crate) async fn prepare(
+        daemon: &mut Daemon,
+        request: &Request,
+        shown: ChangeView,
+        json: bool,
+    ) -> Result<Self, Failure> {
+        match request {
+            Request::Set { options, .. } | Request::SceneLoad { options, .. } if options.at_tick.is_some() => {
+                schedule::subscribe(daemon).await?;
+            }
+            _ => {}
+        }
+        let known = KnownAdvice::before_change(daemon, json).await?;
+        Ok(Self { shown, json, known })
+    }
+
+    /// Shows the answer to a change, and waits for its tick if it has one: it ends with its client.
+    pub(crate) async fn finish(self, daemon: &mut Daemon, reply: &ChangeReply) -> Result<(), Failure> {
+        self.show(reply)?;
+        match reply.at_tick {
+            Some(_) => schedule::until_rendered(daemon, reply.revision, self.json).await,
+            None => Ok(()),
+        }
+    }
+
+    fn show(&self, reply: &ChangeReply) -> Result<(), Failure> {
+        if self.json {
+            return output::json(reply);
+        }
+        // What was only tried is what was asked for.
+        let print = if reply.dry_run {
+            output::line
+        } else {
+            output::unless_quiet
+        };
+        print(&head(reply, self.shown))?;
+        let changed: Vec<&str> = match self.shown {
+            ChangeView::Applied => reply.applied.keys().map(String::as_str).collect(),
+            ChangeView::Differences => reply.changes.iter().map(|change| change.param.as_str()).collect(),
+        };
+        if self.shown == ChangeView::Differences {
+            for difference in &reply.changes {
+                print(&format!("  {difference}"))?;
+            }
+        }
+        self.known.print_news(&reply.advice, &changed)
     }
 }
 
-pub(crate) fn show(reply: &ChangeReply, shown: ChangeView, json: bool) -> Result<(), Failure> {
-    if json {
-        return output::json(reply);
-    }
+/// What became of a change, in a line.
+fn head(reply: &ChangeReply, shown: ChangeView) -> String {
     let revision = reply.revision;
     let mut head = match (reply.tick, reply.at_tick) {
         (Some(tick), _) => format!("revision {revision} from tick {tick}"),
@@ -98,19 +132,10 @@ pub(crate) fn show(reply: &ChangeReply, shown: ChangeView, json: bool) -> Result
     } else if reply.changes.is_empty() {
         head.push_str(": nothing differs");
     }
-    output::line(&head)?;
-    if shown == ChangeView::Differences {
-        for difference in &reply.changes {
-            output::line(&format!("  {difference}"))?;
-        }
-    }
-    for advice in &reply.advice {
-        output::line(&format!("note: {}", advice.message))?;
-    }
-    Ok(())
+    head
 }
 
 fn assignment(name: &str, value: f64) -> String {
     let unit = name.parse::<ParameterKey>().map_or("", |key| key.parameter.info().unit);
-    format!("{name} = {value} {unit}")
+    format!("{name} = {} {unit}", readable(value))
 }

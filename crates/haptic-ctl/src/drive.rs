@@ -85,5 +85,5 @@ fn show(reply: &StateReply, json: bool) -> Result<(), Failure> {
     if json {
         return output::json(reply);
     }
-    output::line(&format!("{} at tick {}", reply.state, reply.tick))
+    output::unless_quiet(&format!("{} at tick {}", reply.state, reply.tick))
 }

@@ -6,7 +6,7 @@ use crate::scene::reference;
 use crate::{complete, output, units};
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::parameters::TABLE;
-use haptic_core::{Directional, ParameterKey};
+use haptic_core::{Directional, ParameterKey, SceneError};
 use haptic_ipc::{ClientError, ErrorCode, Request, SceneReply, WireError};
 use serde_json::json;
 
@@ -27,6 +27,11 @@ impl Arguments {
         Ok(Request::Get { scene })
     }
 
+    /// Whether the value of a parameter is asked for, and not a scene.
+    pub(crate) fn is_one_value(&self) -> bool {
+        self.parameter().is_some()
+    }
+
     /// The parameter that is asked for.
     fn parameter(&self) -> Option<ParameterKey> {
         self.scene.as_ref()?.parse().ok()
@@ -39,7 +44,10 @@ pub(crate) async fn run(
     request: Request,
     json: bool,
 ) -> Result<(), Failure> {
-    let reply: SceneReply = reference::ask(daemon, request).await?;
+    let reply: SceneReply = match reference::ask(daemon, request).await {
+        Err(failure) => return Err(with_parameter_meant(arguments, failure)),
+        answered => answered?,
+    };
     if let Some(key) = arguments.parameter() {
         return show_one(&reply, key, json);
     }
@@ -68,6 +76,23 @@ pub(crate) async fn run(
         reply.scene.friction.law(),
         output::table(&rows)
     ))
+}
+
+/// The refusal of a name that is no scene's, with the parameter that it was probably meant to be.
+fn with_parameter_meant(arguments: &Arguments, failure: Failure) -> Failure {
+    let Some(name) = &arguments.scene else { return failure };
+    match (failure, name.parse::<ParameterKey>()) {
+        (
+            Failure::Client(ClientError::Refused(mut error)),
+            Err(SceneError::UnknownParameter {
+                nearest: Some(meant), ..
+            }),
+        ) if error.code == ErrorCode::NoSuchScene => {
+            error.message = format!("there is no parameter and no scene `{name}`, did you mean `{meant}`?");
+            Failure::Client(ClientError::Refused(error))
+        }
+        (failure, _) => failure,
+    }
 }
 
 /// Prints the value of one parameter.

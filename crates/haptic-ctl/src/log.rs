@@ -1,9 +1,9 @@
-//! `log`: who changed what, and when.
+//! `log`: who changed what, and when; `events log` follows it.
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output;
-use haptic_ipc::{Event, JournalEntry, LogReply, Request, SubscribeReply, Topic};
+use haptic_ipc::{JournalEntry, LogReply, Request};
 use jiff::Timestamp;
 use jiff::tz::TimeZone;
 
@@ -12,69 +12,38 @@ pub(crate) struct Arguments {
     /// Number of entries, the newest
     #[arg(short = 'n', long, value_name = "N", default_value = "20")]
     limit: usize,
-
-    /// Follow new changes, until interrupted
-    #[arg(long, short)]
-    follow: bool,
 }
 
 impl Arguments {
-    pub(crate) fn requests(&self) -> Vec<Request> {
-        let mut requests = Vec::new();
-        if self.follow {
-            requests.push(Request::Subscribe {
-                topics: vec![Topic::Log],
-                rate_hz: None,
-                batch_ms: None,
-            });
-        }
-        requests.push(Request::Log {
+    pub(crate) fn request(&self) -> Request {
+        Request::Log {
             after: None,
             limit: Some(self.limit),
-        });
-        requests
+        }
     }
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) -> Result<(), Failure> {
-    let mut requests = arguments.requests();
-    let log = requests.pop();
-    // Subscribed first: nothing falls between what was and what comes.
-    for subscribe in requests {
-        let _: SubscribeReply = daemon.ask(subscribe).await?;
+    let reply: LogReply = daemon.ask(arguments.request()).await?;
+    if reply.entries.is_empty() && arguments.limit > 0 && !json {
+        return output::unless_quiet("nothing has been changed since the daemon began");
     }
-    let mut shown = 0;
-    if let Some(log) = log {
-        let reply: LogReply = daemon.ask(log).await?;
-        for entry in &reply.entries {
-            show(entry, json)?;
-            shown = entry.seq;
-        }
-        if reply.entries.is_empty() && arguments.limit > 0 && !arguments.follow && !json {
-            output::line("nothing has been changed since the daemon began")?;
+    for entry in &reply.entries {
+        if json {
+            output::json(entry)?;
+        } else {
+            output::line(&text(entry))?;
         }
     }
-    if !arguments.follow {
-        return Ok(());
-    }
-    loop {
-        if let Event::Log(entry) = daemon.next_event().await?
-            && entry.seq > shown
-        {
-            show(&entry, json)?;
-        }
-    }
+    Ok(())
 }
 
-fn show(entry: &JournalEntry, json: bool) -> Result<(), Failure> {
-    if json {
-        return output::json(entry);
-    }
-    output::line(&text(entry, &TimeZone::system()))
+/// An entry in the local time, with its changes indented below it.
+pub(crate) fn text(entry: &JournalEntry) -> String {
+    text_in(entry, &TimeZone::system())
 }
 
-/// An entry, with its changes indented below it.
-fn text(entry: &JournalEntry, zone: &TimeZone) -> String {
+fn text_in(entry: &JournalEntry, zone: &TimeZone) -> String {
     format!("{}  {entry}", local_time(entry.time_unix_s, zone))
 }
 
@@ -125,7 +94,7 @@ mod tests {
         };
         let zone = TimeZone::fixed(jiff::tz::offset(2));
         assert_eq!(
-            text(&entry, &zone),
+            text_in(&entry, &zone),
             "2023-11-15 00:13:20.000  ada (haptic-ctl, process 7)  set  tick 42  revision 9  over 50 ms\n    mass: \
              0.5 kg -> 1.5 kg"
         );

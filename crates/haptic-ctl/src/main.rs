@@ -18,9 +18,12 @@ mod devices;
 mod doctor;
 mod drive;
 mod duration;
+mod events;
 mod failure;
+mod fields;
 mod get;
 mod identify;
+mod known_advice;
 mod lease;
 mod log;
 mod man;
@@ -30,24 +33,27 @@ mod raw;
 mod record;
 mod recording;
 mod replay;
+mod sample_table;
 mod scene;
 mod schedule;
 mod set;
 mod simulate;
 mod status;
+mod study;
 mod surface;
 mod table_file;
 mod timing;
 mod top;
 mod undo;
 mod units;
+mod usage;
 mod wait;
-mod watch;
 
 use change::ChangeArguments;
 use clap::{CommandFactory, Parser, Subcommand};
 use daemon::Daemon;
 use failure::Failure;
+use fields::{Fields, Schema};
 use haptic_ipc::{Envelope, Request, RigState};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -61,9 +67,15 @@ struct Arguments {
     #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     socket: Option<PathBuf>,
 
-    /// Print JSON, with the field names of the control protocol
-    #[arg(long, global = true, help_heading = GLOBAL)]
-    json: bool,
+    /// Print JSON, with the field names of the control protocol; or only some fields of it, as in
+    /// --json=state,device.description
+    #[arg(long, global = true, value_name = "FIELDS", require_equals = true, help_heading = GLOBAL)]
+    json: Option<Option<Fields>>,
+
+    /// Print only what was asked for, and errors: no advice, no progress, no heading, no word of an
+    /// action that was done
+    #[arg(long, short, global = true, help_heading = GLOBAL)]
+    quiet: bool,
 
     /// Print the requests to the daemon instead of sending them
     #[arg(long, global = true, help_heading = GLOBAL)]
@@ -82,8 +94,8 @@ Exit codes: 0 done, 1 refused by the daemon or not written, 2 wrong usage, 3 no 
 
 With --json an error is one object on standard error. Its code is the daemon's own (docs/control.md), or one of \
 these: usage (exit code 2), \
-no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer, bad_recording and cannot_write \
-(1).";
+no_daemon (3), no_permission (4), no_answer and timed_out (5), halted (6), other_version, bad_answer, bad_rig, bad_recording, \
+not_comparable, no_device and cannot_write (1). docs/control.md says what the exit code of each subcommand tells.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -108,7 +120,7 @@ enum Command {
     /// Change the scene in ticks to come: a list of changes from a file, all of them or none
     #[command(after_help = schedule::HELP)]
     Schedule(schedule::Arguments),
-    /// Show who changed what, and when
+    /// Show who changed what, and when, since the daemon began; `events` shows what is still to come
     Log(log::Arguments),
     /// Ramp the force up
     Engage(drive::WaitArguments),
@@ -130,9 +142,10 @@ enum Command {
     /// Run a command; release the rig if the command fails, or if haptic-ctl dies or hangs
     #[command(after_help = lease::HELP)]
     Lease(lease::Arguments),
-    /// Print samples live, until interrupted; with --json one object a line
-    #[command(visible_alias = "stream")]
-    Watch(watch::Arguments),
+    /// Show what happens, live, until interrupted: states, the journal, samples, timing; with --json one
+    /// object a line
+    #[command(after_help = events::HELP)]
+    Events(events::Arguments),
     /// Record every tick to a file, with what happens meanwhile, until interrupted
     #[command(after_help = record::HELP)]
     Record(record::Arguments),
@@ -168,6 +181,9 @@ enum Command {
     /// Record a simulated surface as a lab records a real one, offline: strokes at 0.5 to 3 Hz and slow
     /// ramps, a force sensor's noise, an encoder's steps
     Surface(surface::Arguments),
+    /// Run studies (the targeting task and the perception tests) and analyse them; works without a daemon
+    #[command(subcommand)]
+    Study(study::Command),
     /// Print the completion script of a shell
     Completions { shell: completions::Shell },
     /// Write the manual pages
@@ -190,7 +206,7 @@ impl Command {
             Self::Redo(change) => undo::redo(change),
             Self::Scene(scene) => scene.request()?,
             Self::Schedule(schedule) => schedule.request()?,
-            Self::Log(log) => return Ok(log.requests()),
+            Self::Log(log) => log.request(),
             Self::Engage(_) => Request::Engage {},
             Self::Release(_) => Request::Release {},
             Self::Stop => Request::Stop {},
@@ -199,29 +215,56 @@ impl Command {
             Self::Identify(identify) => return Ok(identify.requests()),
             Self::Wait(wait) => return Ok(wait.requests()),
             Self::Lease(lease) => lease.request()?,
-            Self::Watch(watch) => watch.request(),
+            Self::Events(events) => return events.requests(),
             Self::Record(record) => return record.requests(),
             Self::Replay(replay) => return replay.requests(),
+            Self::Simulate(simulate) => return simulate.requests(),
+            Self::Surface(surface) => return surface.requests(),
             Self::Timing => Request::Timing {},
             Self::Advise => Request::Advise {},
             Self::Devices(devices) => devices.request(),
             Self::Doctor => return Ok(doctor::requests()),
             Self::Raw(_)
             | Self::Recording(_)
-            | Self::Simulate(_)
             | Self::Accuracy(_)
             | Self::Cost
             | Self::Compare(_)
-            | Self::Surface(_)
+            | Self::Study(_)
             | Self::Completions { .. }
             | Self::Man(_)
             | Self::Probe { .. } => return Ok(Vec::new()),
         }])
     }
 
+    /// What stands in the JSON that is printed, where the protocol says it.
+    fn schema(&self) -> Option<Schema> {
+        Some(match self {
+            Self::Events(_) => events::Arguments::schema(),
+            Self::Log(_) => Schema::of_types(&["JournalEntry"], &[]),
+            Self::Get(get) if get.is_one_value() => return None,
+            Self::Scene(scene::Command::Show(_)) => Schema::of_types(&["Scene"], &[]),
+            Self::Status
+            | Self::Describe
+            | Self::Get(_)
+            | Self::Set(_)
+            | Self::Undo(_)
+            | Self::Redo(_)
+            | Self::Scene(_)
+            | Self::Engage(_)
+            | Self::Release(_)
+            | Self::Stop
+            | Self::Reset
+            | Self::Timing
+            | Self::Advise
+            | Self::Devices(_) => Schema::of_answer_to(self.requests().ok()?.first()?),
+            Self::Schedule(_) => Schema::of_types(&["ScheduleReply", "ScheduleCancelReply", "JournalEntry"], &[]),
+            _ => return None,
+        })
+    }
+
     /// Whether it ends cleanly by itself when it is interrupted.
     const fn handles_interrupts(&self) -> bool {
-        matches!(self, Self::Record(_) | Self::Lease(_) | Self::Top)
+        matches!(self, Self::Record(_) | Self::Lease(_) | Self::Top | Self::Study(_))
     }
 }
 
@@ -229,14 +272,18 @@ fn main() -> ExitCode {
     clap_complete::CompleteEnv::with_factory(Arguments::command).complete();
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(error) => return wrong_usage(&error),
+        Err(error) => return usage::end(error, &Arguments::command()),
     };
+    let json = arguments.json.is_some();
     if arguments.print_request {
-        return ended(print_requests(&arguments.command), arguments.json);
+        return ended(print_requests(&arguments.command), json);
+    }
+    if let Err(failure) = choose_output(&arguments) {
+        return failure.report(json);
     }
     let runtime = match tokio::runtime::Builder::new_current_thread().enable_all().build() {
         Ok(runtime) => runtime,
-        Err(error) => return Failure::from(error).report(arguments.json),
+        Err(error) => return Failure::from(error).report(json),
     };
     let result = runtime.block_on(async {
         tokio::select! {
@@ -249,27 +296,25 @@ fn main() -> ExitCode {
     });
     // A thread that reads the terminal may still wait for a key: it is left behind.
     runtime.shutdown_background();
-    ended(result, arguments.json)
+    ended(result, json)
 }
 
-/// Ends with an error of the command line, or with its help.
-fn wrong_usage(error: &clap::Error) -> ExitCode {
-    // After `--` stands the command line of another program.
-    let wants_json = std::env::args_os()
-        .take_while(|argument| argument != "--")
-        .any(|argument| argument == "--json");
-    if wants_json && error.use_stderr() {
-        return Failure::Usage(error_text(error)).report(true);
+/// Says to all output what is wanted of it.
+///
+/// # Errors
+/// A field is wanted that is never printed.
+fn choose_output(arguments: &Arguments) -> Result<(), Failure> {
+    let fields = arguments.json.clone().flatten();
+    let schema = fields.as_ref().and_then(|_| arguments.command.schema());
+    if let (Some(fields), Some(schema)) = (&fields, &schema) {
+        fields.check(schema)?;
     }
-    error.exit()
-}
-
-/// The error alone, without the summary of the options below it.
-fn error_text(error: &clap::Error) -> String {
-    let text = error.render().to_string();
-    let text = text.split("\n\nUsage:").next().unwrap_or(&text);
-    let text = text.split("\n\nFor more information").next().unwrap_or(text);
-    text.trim_start_matches("error: ").trim().to_owned()
+    output::choose(output::Choice {
+        fields,
+        schema,
+        quiet: arguments.quiet,
+    });
+    Ok(())
 }
 
 fn ended(result: Result<(), Failure>, json: bool) -> ExitCode {
@@ -294,19 +339,20 @@ fn print_requests(command: &Command) -> Result<(), Failure> {
 }
 
 async fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (json, command) = (arguments.json, &arguments.command);
+    let (json, command) = (arguments.json.is_some(), &arguments.command);
     let socket = arguments.socket.as_deref();
     match command {
         Command::Doctor => return doctor::run(socket, json).await,
         Command::Raw(raw) => return raw::run(socket, raw).await,
         Command::Recording(recording) => return recording::run(recording, json),
         Command::Replay(replay) => return replay::run(socket, replay, json).await,
-        Command::Simulate(simulate) => return simulate::run(simulate, json),
+        Command::Simulate(simulate) => return simulate::run(socket, simulate, json).await,
         Command::Accuracy(accuracy) => return accuracy::run(accuracy, json),
         Command::Identify(arguments) if arguments.is_offline() => return identify::run_offline(arguments, json),
         Command::Cost => return cost::run(json),
         Command::Compare(compare) => return compare::run(compare, json),
-        Command::Surface(surface) => return surface::run(surface, json),
+        Command::Surface(surface) => return surface::run(socket, surface, json).await,
+        Command::Study(study) => return study::run(study, json).await,
         Command::Completions { shell } => return completions::run(*shell),
         Command::Man(man) => return man::run(man, Arguments::command()),
         Command::Probe { probe } => return cost::run_probe(*probe),
@@ -335,7 +381,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Identify(arguments) => identify::run(daemon, arguments, json).await,
         Command::Wait(wait) => wait::run(daemon, wait, json).await,
         Command::Lease(lease) => lease::run(daemon, lease).await,
-        Command::Watch(watch) => watch::run(daemon, watch, request, json).await,
+        Command::Events(events) => events::run(daemon, events, json).await,
         Command::Record(record) => record::run(daemon, record, json).await,
         Command::Timing => timing::run(daemon, json).await,
         Command::Advise => advise::run(daemon, json).await,
@@ -351,6 +397,33 @@ mod tests {
     #[test]
     fn the_command_line_is_sound() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn every_subcommand_is_in_the_table_of_exit_codes() {
+        let page = include_str!("../../../docs/control.md");
+        let (_, table) = page.split_once("| subcommand | asks the daemon |").expect("the table");
+        let (table, _) = table.split_once("\n\n").expect("its end");
+        let names: Vec<&str> = table
+            .lines()
+            .filter_map(|line| line.split('|').nth(1))
+            .flat_map(|names| names.split('`').skip(1).step_by(2))
+            .filter_map(|name| name.split(' ').next())
+            .collect();
+        let command = Arguments::command();
+        let subcommands = command.get_subcommands().filter(|command| !command.is_hide_set());
+        let mut known = vec!["--wait"];
+        for subcommand in subcommands {
+            assert!(
+                names.contains(&subcommand.get_name()),
+                "{} is not in the table",
+                subcommand.get_name()
+            );
+            known.push(subcommand.get_name());
+        }
+        for name in names {
+            assert!(known.contains(&name), "there is no subcommand {name}");
+        }
     }
 
     #[test]

@@ -1,10 +1,41 @@
 //! Writing to standard output. A reader that goes away is an error to pass on, not a panic.
 
 use crate::failure::Failure;
+use crate::fields::{Fields, Schema};
 use haptic_core::Directional;
+use haptic_ipc::quantity::{self, readable};
 use rustix::termios::tcgetwinsize;
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
+use std::sync::OnceLock;
+
+/// What the command line says of everything that is printed.
+#[derive(Debug, Default)]
+pub(crate) struct Choice {
+    /// The fields of JSON; none are all.
+    pub(crate) fields: Option<Fields>,
+    /// What may stand in the JSON, where that is known.
+    pub(crate) schema: Option<Schema>,
+    /// Nothing is printed but what was asked for.
+    pub(crate) quiet: bool,
+}
+
+static CHOICE: OnceLock<Choice> = OnceLock::new();
+
+/// Takes what the command line says, once.
+pub(crate) fn choose(choice: Choice) {
+    CHOICE.get_or_init(|| choice);
+}
+
+/// Whether nothing is printed but what was asked for.
+pub(crate) fn is_quiet() -> bool {
+    CHOICE.get().is_some_and(|choice| choice.quiet)
+}
+
+/// Writes what nobody asked for, in a line: that an action was done, advice, a heading. Not with --quiet.
+pub(crate) fn unless_quiet(text: &str) -> Result<(), Failure> {
+    if is_quiet() { Ok(()) } else { line(text) }
+}
 
 /// Writes a text and a newline.
 pub(crate) fn line(text: &str) -> Result<(), Failure> {
@@ -72,10 +103,34 @@ pub(crate) fn count(number: u64, what: &str) -> String {
     format!("{number} {what}{plural}")
 }
 
-/// Writes a value as one line of JSON.
+/// Writes a value as one line of JSON, or the fields of it that are wanted.
 pub(crate) fn json<T: Serialize>(value: &T) -> Result<(), Failure> {
-    let text = serde_json::to_string(value).map_err(std::io::Error::other)?;
-    line(&text)
+    line(&json_text(value)?)
+}
+
+/// The same as a text.
+pub(crate) fn json_text<T: Serialize>(value: &T) -> Result<String, Failure> {
+    let text = match CHOICE.get() {
+        Some(Choice {
+            fields: Some(fields),
+            schema,
+            ..
+        }) => {
+            let value = serde_json::to_value(value).map_err(std::io::Error::other)?;
+            fields.of(&value, schema.as_ref())?.to_string()
+        }
+        _ => serde_json::to_string(value).map_err(std::io::Error::other)?,
+    };
+    Ok(text)
+}
+
+/// A computed number with as many digits as people read: four, or all of a whole number.
+pub(crate) fn figure(value: f64) -> String {
+    quantity::number(if value.abs() < 1e4 {
+        quantity::rounded(value, 4)
+    } else {
+        value.round()
+    })
 }
 
 /// Columns, each as wide as its widest cell; cells after the last column are not padded.
@@ -106,9 +161,9 @@ pub(crate) fn table(rows: &[Vec<String>]) -> String {
 /// A value that may differ by direction.
 pub(crate) fn directional(value: Directional) -> String {
     if value.is_symmetric() {
-        value.positive.to_string()
+        readable(value.positive)
     } else {
-        format!("+{} -{}", value.positive, value.negative)
+        format!("+{} -{}", readable(value.positive), readable(value.negative))
     }
 }
 
@@ -124,6 +179,22 @@ mod tests {
         assert_eq!(wrapped("a-word-of-no-end and more", 9), "a-word-of-no-end\nand more");
         assert_eq!(wrapped("\u{b5}m \u{b5}m \u{b5}m", 5), "\u{b5}m \u{b5}m\n\u{b5}m");
         assert_eq!(wrapped("", 9), "");
+    }
+
+    #[test]
+    fn a_figure_has_four_digits_and_no_more() {
+        for (value, text) in [
+            (0.1 + 0.2, "0.3"),
+            (10.099_999_999_999_998, "10.1"),
+            (199_999.999_999, "200000"),
+            (1.234_567e-7, "1.235e-7"),
+            (12.345_678, "12.35"),
+            (0.0, "0"),
+            (-3.0, "-3"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! A line that shows how far something is. Only on a terminal; where the output is piped nothing of
 //! it is written.
 
+use crate::output;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::borrow::Cow;
 use std::time::Duration;
@@ -46,7 +47,11 @@ pub(crate) fn position(seconds: f64) -> u64 {
 
 /// No colours here, so that none need to be switched off.
 fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
-    bar.set_draw_target(ProgressDrawTarget::stderr_with_hz(10));
+    bar.set_draw_target(if output::is_quiet() {
+        ProgressDrawTarget::hidden()
+    } else {
+        ProgressDrawTarget::stderr_with_hz(10)
+    });
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.set_style(style.progress_chars("=> "));
     bar

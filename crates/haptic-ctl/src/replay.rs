@@ -1,15 +1,14 @@
 //! `replay`: a recording's forces again, to the last bit, or those of another scene.
 
-use crate::daemon::Daemon;
 use crate::failure::Failure;
 use crate::output::count;
-use crate::scene::reference;
+use crate::scene::offline;
 use crate::table_file::TableFile;
 use crate::{complete, output, progress, set};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
-use haptic_core::{Scene, Scheme};
-use haptic_ipc::{BUILT_IN_SCENES, ClientError, Request, SceneRef, SceneReply, WireError};
+use haptic_core::Scheme;
+use haptic_ipc::{Request, WireError};
 use haptic_lab::recording::{self, Ending, Metadata, Reader, RecordingError};
 use haptic_lab::replay::{self, Alternative, Felt, LargestDifference, Report, Summary, Tally, WhatIf};
 use serde_json::{Value, json};
@@ -57,19 +56,8 @@ impl Arguments {
 
     /// The request for a scene that only the daemon has.
     pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
-        let scene = match self.scene.as_ref().map(|text| reference::read(text)).transpose()? {
-            Some(SceneRef::Name(name)) if built_in(&name).is_none() => SceneRef::Name(name),
-            Some(SceneRef::Revision(revision)) => SceneRef::Revision(revision),
-            _ => return Ok(Vec::new()),
-        };
-        Ok(vec![Request::Get { scene: Some(scene) }])
+        self.scene.as_deref().map_or(Ok(Vec::new()), offline::requests)
     }
-}
-
-/// A built-in scene.
-fn built_in(name: &str) -> Option<&'static str> {
-    let (_, text) = BUILT_IN_SCENES.iter().find(|(known, _)| *known == name)?;
-    Some(text)
 }
 
 pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
@@ -80,8 +68,12 @@ pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: b
         }
         return compare(&arguments.file, as_json);
     }
+    let scene = match &arguments.scene {
+        Some(text) => Some(offline::find(socket, text).await?),
+        None => None,
+    };
     let alternative = Alternative {
-        scene: scene(socket, arguments).await?,
+        scene,
         changes: changes(&arguments.set)?,
         scheme: arguments.scheme,
     };
@@ -97,38 +89,6 @@ fn changes(texts: &[String]) -> Result<Vec<(haptic_core::ParameterKey, f64)>, Fa
         Ok((key, value))
     };
     texts.iter().map(change).collect()
-}
-
-/// The other scene: built in, from a file, or of the daemon.
-async fn scene(socket: Option<&Path>, arguments: &Arguments) -> Result<Option<Scene>, Failure> {
-    let Some(text) = &arguments.scene else {
-        return Ok(None);
-    };
-    let name = match reference::read(text)? {
-        SceneRef::Scene(scene) => return Ok(Some(*scene)),
-        SceneRef::Name(name) => name,
-        SceneRef::Revision(revision) => format!("@{revision}"),
-    };
-    if let Some(text) = built_in(&name) {
-        let scene = toml::from_str(text).map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
-        return Ok(Some(scene));
-    }
-    let mut daemon = match Daemon::connect(socket).await {
-        Ok(daemon) => daemon,
-        Err(Failure::Client(ClientError::NoDaemon { .. })) => {
-            let known: Vec<&str> = BUILT_IN_SCENES.iter().map(|(name, _)| *name).collect();
-            return Err(Failure::Usage(format!(
-                "`{name}` is not built in, and no daemon is there to ask for it: the built-in scenes are {}",
-                known.join(", ")
-            )));
-        }
-        Err(failure) => return Err(failure),
-    };
-    let Some(request) = arguments.requests()?.pop() else {
-        return Ok(None);
-    };
-    let reply: SceneReply = reference::ask(&mut daemon, request).await?;
-    Ok(Some(reply.scene))
 }
 
 fn unreadable(path: &Path) -> impl Fn(RecordingError) -> Failure {

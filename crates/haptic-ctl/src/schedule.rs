@@ -4,6 +4,7 @@
 
 use crate::daemon::Daemon;
 use crate::failure::Failure;
+use crate::known_advice::KnownAdvice;
 use crate::output;
 use haptic_ipc::{
     ClientError, Envelope, ErrorCode, Event, JournalEntry, Request, ScheduleCancelReply, ScheduleReply, SubscribeReply,
@@ -88,38 +89,36 @@ pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
         return if json {
             output::json(&reply)
         } else {
-            output::line(&format!("{} scheduled changes were taken back", reply.cancelled))
+            output::unless_quiet(&format!("{} scheduled changes were taken back", reply.cancelled))
         };
     };
     let stays = !keep && !dry_run;
     if stays {
         subscribe(daemon).await?;
     }
+    let known = KnownAdvice::before_change(daemon, json).await?;
     let reply: ScheduleReply = daemon.ask(request).await?;
-    show(&reply, json)?;
+    show(&reply, &known, json)?;
     match reply.changes.last() {
         Some(last) if stays => until_rendered(daemon, last.revision, json).await,
         _ => Ok(()),
     }
 }
 
-fn show(reply: &ScheduleReply, json: bool) -> Result<(), Failure> {
+fn show(reply: &ScheduleReply, known: &KnownAdvice, json: bool) -> Result<(), Failure> {
     if json {
         return output::json(reply);
     }
     let verb = if reply.dry_run { "only tried" } else { "scheduled" };
     let ticks = |index: Option<&haptic_ipc::AcceptedChange>| index.map_or(0, |change| change.at_tick);
-    output::line(&format!(
+    output::unless_quiet(&format!(
         "{verb}: {}, {} changes from tick {} to {}",
         reply.name,
         reply.changes.len(),
         ticks(reply.changes.first()),
         ticks(reply.changes.last())
     ))?;
-    for advice in &reply.advice {
-        output::line(&format!("note: {}", advice.message))?;
-    }
-    Ok(())
+    known.print_news(&reply.advice, &[])
 }
 
 /// Follows the journal, before changes are scheduled.
@@ -151,7 +150,7 @@ pub(crate) async fn until_rendered(daemon: &mut Daemon, last_revision: u64, json
         if json {
             output::json(&entry)?;
         } else if let Some(tick) = entry.tick {
-            output::line(&format!("revision {} from tick {tick}", entry.revision))?;
+            output::unless_quiet(&format!("revision {} from tick {tick}", entry.revision))?;
         }
         if entry.revision >= last_revision {
             return Ok(());

@@ -1,10 +1,10 @@
 //! `set`: change parameters.
 
-use crate::change::{ChangeArguments, ChangeView};
+use crate::change::{Change, ChangeArguments, ChangeView};
 use crate::complete;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::{change, output, units};
+use crate::{output, units};
 use clap::Args;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_core::ParameterKey;
@@ -108,9 +108,9 @@ pub(crate) fn parameter_help() -> String {
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
-    change::prepare(daemon, &request).await?;
+    let change = Change::prepare(daemon, &request, ChangeView::Applied, json).await?;
     let reply: ChangeReply = daemon.ask(request).await?;
-    change::finish(daemon, &reply, ChangeView::Applied, json).await
+    change.finish(daemon, &reply).await
 }
 
 #[cfg(test)]

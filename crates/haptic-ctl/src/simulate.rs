@@ -1,11 +1,13 @@
 //! `simulate`: a scene along a recorded motion, offline, by the code that the daemon runs.
 
 use crate::failure::Failure;
-use crate::scene::reference;
+use crate::scene::{offline, reference};
 use crate::table_file::{self, TableFile};
-use crate::{output, progress};
+use crate::{complete, output, progress};
 use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
 use haptic_core::{Scene, SceneError, Scheme};
+use haptic_ipc::Request;
 use haptic_lab::motion::{self, MotionError, MotionReader};
 use haptic_lab::simulate::{self, Cost, CostMeter, Row, Simulator, Start};
 use serde_json::json;
@@ -13,9 +15,8 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Scene, a TOML file
-    #[arg(value_name = "SCENE.toml")]
-    scene: PathBuf,
+    #[arg(help = reference::HELP, add = ArgValueCompleter::new(complete::scenes))]
+    scene: String,
 
     /// Motion of the device: a recording, or another table with the columns t_s, position_m or
     /// device_position_m and, where measured, velocity_mps or device_velocity_mps; CSV, MCAP or Parquet
@@ -47,7 +48,14 @@ pub(crate) struct Arguments {
     force: bool,
 }
 
-pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+impl Arguments {
+    /// The request for a scene that only the daemon has.
+    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
+        offline::requests(&self.scene)
+    }
+}
+
+pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     for (name, value) in [
         ("block-position", arguments.block_position.unwrap_or(0.0)),
         ("block-velocity", arguments.block_velocity),
@@ -60,11 +68,11 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     for path in [Some(&arguments.out), arguments.events.as_ref()].into_iter().flatten() {
         table_file::check(path, arguments.force)?;
     }
-    let scene = reference::file(&arguments.scene)?;
+    let scene = offline::find(socket, &arguments.scene).await?;
     if scene.is_on_device() && (arguments.block_position.is_some() || arguments.block_velocity != 0.0) {
         return Err(Failure::Usage(format!(
             "{}: --block-position and --block-velocity place a block, and this scene has none",
-            arguments.scene.display()
+            arguments.scene
         )));
     }
     let start = Start {
@@ -94,7 +102,7 @@ pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
         summary.cost.median_ns,
         summary.cost.worst_ns as f64 * 1e-3,
         summary.events,
-        summary.energy_created_j,
+        output::figure(summary.energy_created_j),
         summary.exhausted_ticks,
     ))
 }
@@ -112,7 +120,7 @@ struct Summary {
 /// is no matter of memory.
 fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary, Failure> {
     let unreadable = |error: MotionError| Failure::Usage(error.to_string());
-    let refused = |error: SceneError| Failure::Usage(format!("{}: {error}", arguments.scene.display()));
+    let refused = |error: SceneError| Failure::Usage(format!("{}: {error}", arguments.scene));
     // A wrong row is reported before anything is written; a pipe is read only once.
     if arguments.motion.is_file() {
         motion::check(&arguments.motion).map_err(unreadable)?;
@@ -162,10 +170,14 @@ fn render(arguments: &Arguments, scene: &Scene, start: Start) -> Result<Summary,
 
 /// No output may take the place of an input or of the other output.
 fn refuse_overwriting(arguments: &Arguments) -> Result<(), Failure> {
-    let inputs = [&arguments.scene, &arguments.motion];
+    let scene = reference::path(&arguments.scene);
+    let inputs: Vec<&Path> = scene.into_iter().chain([arguments.motion.as_path()]).collect();
     for (output, others) in [
-        (Some(&arguments.out), inputs.to_vec()),
-        (arguments.events.as_ref(), [&inputs[..], &[&arguments.out]].concat()),
+        (Some(&arguments.out), inputs.clone()),
+        (
+            arguments.events.as_ref(),
+            [&inputs[..], &[arguments.out.as_path()]].concat(),
+        ),
     ] {
         let Some(output) = output else { continue };
         if let Some(other) = others.into_iter().find(|other| same_file(output, other)) {

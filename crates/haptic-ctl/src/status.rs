@@ -42,10 +42,10 @@ fn rig_rows(status: &Status) -> Vec<(&'static str, String)> {
             format!(
                 "{:.3} N on the hand, limits {} N, {} N/s, {} m/s, {} m/s^2",
                 status.command_force_n,
-                status.device.force_limit_n,
-                status.device.slew_limit_n_per_s,
-                status.device.speed_limit_mps,
-                status.device.acceleration_limit_mps2
+                output::figure(status.device.force_limit_n),
+                output::figure(status.device.slew_limit_n_per_s),
+                output::figure(status.device.speed_limit_mps),
+                output::figure(status.device.acceleration_limit_mps2)
             ),
         ),
         (
@@ -180,7 +180,7 @@ fn link_rows(link: &LinkStatus) -> Vec<(&'static str, String)> {
                 device.firmware,
                 device.sample_rate_hz,
                 device.resolution_m * 1e6,
-                device.force_limit_n
+                output::figure(device.force_limit_n)
             ),
         ));
     }

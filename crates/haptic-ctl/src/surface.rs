@@ -1,10 +1,12 @@
 //! `surface`: what a lab would record of a surface, simulated by the reference solver.
 
 use crate::failure::Failure;
-use crate::scene::reference;
+use crate::scene::offline;
 use crate::table_file::{self, TableFile};
-use crate::{output, progress};
+use crate::{complete, output, progress};
 use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
+use haptic_ipc::Request;
 use haptic_lab::identify::study::Sensors;
 use haptic_lab::surface;
 use serde_json::json;
@@ -12,9 +14,10 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// Scene of the surface, a TOML file: its friction and the mass of its block
-    #[arg(value_name = "SCENE.toml")]
-    scene: PathBuf,
+    /// Scene of the surface, whose friction and mass of the block count: a name of the library, a revision as @42,
+    /// or a FILE.toml
+    #[arg(add = ArgValueCompleter::new(complete::scenes))]
+    scene: String,
 
     /// Record: CSV with the columns t_s, position_m and force_N
     #[arg(long, value_name = "REAL.csv")]
@@ -46,13 +49,20 @@ pub(crate) struct Arguments {
     force: bool,
 }
 
-pub(crate) fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+impl Arguments {
+    /// The request for a scene that only the daemon has.
+    pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
+        offline::requests(&self.scene)
+    }
+}
+
+pub(crate) async fn run(socket: Option<&Path>, arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
     // Before the work, which takes seconds.
     for path in [Some(&arguments.out), arguments.hand.as_ref()].into_iter().flatten() {
         table_file::check(path, arguments.force)?;
     }
-    let scene = reference::file(&arguments.scene)?;
-    let name = arguments.scene.display();
+    let scene = offline::find(socket, &arguments.scene).await?;
+    let name = &arguments.scene;
     let Some(block) = scene.block else {
         return Err(Failure::Usage(format!(
             "{name}: the scene has no block, and so nothing that slides"

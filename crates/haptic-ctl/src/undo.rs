@@ -1,6 +1,6 @@
 //! `undo` and `redo`: back and forth through the changes of all clients.
 
-use crate::change::{self, ChangeArguments, ChangeView};
+use crate::change::{Change, ChangeArguments, ChangeView};
 use crate::daemon::Daemon;
 use crate::failure::Failure;
 use haptic_ipc::{ChangeReply, Request};
@@ -18,6 +18,7 @@ pub(crate) fn redo(change: &ChangeArguments) -> Request {
 }
 
 pub(crate) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
+    let change = Change::prepare(daemon, &request, ChangeView::Differences, json).await?;
     let reply: ChangeReply = daemon.ask(request).await?;
-    change::show(&reply, ChangeView::Differences, json)
+    change.finish(daemon, &reply).await
 }

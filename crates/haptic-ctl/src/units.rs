@@ -20,11 +20,12 @@ pub(crate) fn value_in(name: &str, text: &str, si: &str) -> Result<f64, String> 
     quantity::parse(text, si).map_err(|error| match error {
         BadQuantity::NotANumber { .. } => format!("{name} = `{text}` is not a finite number"),
         comma @ BadQuantity::Comma { .. } => format!("{name} = {comma}"),
-        BadQuantity::WrongUnit { given, accepted } if accepted.is_empty() => {
+        BadQuantity::WrongUnit { given, accepted, .. } if accepted.is_empty() => {
             format!("{name} = `{text}`: {name} has no unit; `{given}` is not accepted")
         }
-        BadQuantity::WrongUnit { given, accepted } => {
-            format!("{name} = `{text}`: {name} is in {accepted}; `{given}` is not accepted")
+        BadQuantity::WrongUnit { given, accepted, meant } => {
+            let meant = meant.map_or_else(String::new, |meant| format!(", did you mean `{meant}`?"));
+            format!("{name} = `{text}`: {name} is in {accepted}; `{given}` is not accepted{meant}")
         }
     })
 }

@@ -11,7 +11,10 @@ use crate::shell;
 use crate::stop_button::is_stop_key;
 use crate::update::Update;
 use std::path::PathBuf;
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// Shortest time between two frames without a graphics card: 15 a second.
+const SHORTEST_IN_SOFTWARE: Duration = Duration::from_nanos(1_000_000_000 / 15);
 
 /// The panel with its connection and its files.
 #[derive(Debug)]
@@ -19,6 +22,8 @@ pub struct App {
     model: Model,
     connection: Connection,
     files: Files,
+    /// Shortest time between two frames that show new samples.
+    shortest: Duration,
     /// A stop was sent by key before the frame was drawn.
     stopped_by_key: bool,
     remembering: Option<Remembering>,
@@ -32,9 +37,15 @@ impl App {
             model: Model::new(),
             connection,
             files,
+            shortest: Duration::ZERO,
             stopped_by_key: false,
             remembering: None,
         }
+    }
+
+    /// Limits the frames that show new samples to those that a processor draws without strain.
+    pub fn draw_in_software(&mut self) {
+        self.shortest = SHORTEST_IN_SOFTWARE;
     }
 
     /// Turns to a page.
@@ -113,6 +124,7 @@ impl App {
             self.carry_out(ui.ctx(), intent);
         }
         self.stopped_by_key = false;
+        self.connection.set_pace(self.model.pace().max(self.shortest));
     }
 
     /// Carries out an intent.

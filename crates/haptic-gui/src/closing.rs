@@ -4,11 +4,11 @@ use crate::intent::Intent;
 use crate::model::Model;
 use crate::model::view::Closing;
 use crate::theme::Palette;
-use egui::{Panel, RichText, Ui, ViewportCommand};
+use egui::{RichText, Ui, ViewportCommand};
 
-/// Takes the wish to close the window, and shows the question as a row: nothing lies over Stop.
-pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
-    let is_live = model.is_connected() && model.daemon.rig().is_some_and(|rig| rig.state.is_live());
+/// Takes the wish to close the window, and closes it when the force is off.
+pub(crate) fn take_wish(ui: &Ui, model: &mut Model) {
+    let is_live = model.daemon.rig().is_some_and(|rig| rig.state.is_live());
     let is_wanted = ui.input(|input| input.viewport().close_requested());
     let closing = &mut model.view.closing;
     if is_live && is_wanted {
@@ -20,15 +20,12 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
         Closing::WhenReleased if !is_live => ui.ctx().send_viewport_cmd(ViewportCommand::Close),
         // Somebody else has taken the force away.
         Closing::Asked if !is_live => *closing = Closing::No,
-        Closing::Asked | Closing::WhenReleased => {
-            Panel::top("closing").show(ui, |ui| {
-                ui.horizontal(|ui| show_question(ui, closing, intents));
-            });
-        }
+        Closing::Asked | Closing::WhenReleased => {}
     }
 }
 
-fn show_question(ui: &mut Ui, closing: &mut Closing, intents: &mut Vec<Intent>) {
+/// Shows the question in a row that is always there: nothing moves, and nothing lies over Stop.
+pub(crate) fn show_question(ui: &mut Ui, closing: &mut Closing, intents: &mut Vec<Intent>) {
     let color = Palette::of(ui).caution_text;
     if *closing == Closing::WhenReleased {
         ui.label(RichText::new("The window closes when the force is off").color(color));

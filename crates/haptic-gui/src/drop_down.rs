@@ -2,6 +2,9 @@
 
 use egui::{ComboBox, Key, Response, Ui, WidgetText};
 
+/// Height from which a list scrolls, points: that of a dozen items, so that all laws are in sight.
+const HIGHEST: f32 = 320.0;
+
 /// Shows a list under `name`, with the text `shown` while it is closed. Returns the chosen item.
 pub(crate) fn show<T>(
     ui: &mut Ui,
@@ -10,7 +13,10 @@ pub(crate) fn show<T>(
     shown: impl Into<WidgetText>,
     items: impl FnOnce() -> Vec<Item<T>>,
 ) -> (Option<T>, Response) {
-    let list = ComboBox::from_id_salt(name).width(width).selected_text(shown);
+    let list = ComboBox::from_id_salt(name)
+        .width(width)
+        .height(HIGHEST)
+        .selected_text(shown);
     let list = list.show_ui(ui, |ui| {
         let mut chosen = None;
         for Item {

@@ -78,8 +78,10 @@ impl Files {
     /// Reads a recording.
     pub fn open(&self, path: PathBuf) {
         let what = format!("Reading {}", path.display());
-        self.writer.work(&what, move || {
-            let result = Loaded::read(&path).map(Box::new);
+        let told = self.writer.clone();
+        self.writer.work(&what.clone(), move || {
+            let progress = |length_s: f64| told.tell(Update::Busy(format!("{what}: {length_s:.0} s so far")));
+            let result = Loaded::read(&path, progress).map(Box::new);
             Update::Opened { path, result }
         });
     }

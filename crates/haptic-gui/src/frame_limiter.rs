@@ -1,28 +1,50 @@
-//! The limit on frames: the eye sees at most 30 a second.
+//! The limit on frames: most updates are drawn at once, and a steady stream of them at the pace that the window needs.
 
 use std::time::{Duration, Instant};
 
-/// Most frames a second, Hz.
-const FRAMES_HZ: f64 = 30.0;
+/// Shortest time between two frames: the eye sees at most 30 a second.
+pub(crate) const SHORTEST: Duration = Duration::from_nanos(1_000_000_000 / 30);
 
 /// Delay of a frame, so that it shows two updates that come right after one another.
 const GATHER: Duration = Duration::from_millis(1);
 
-/// The time at which the newest requested frame is due.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct FrameLimiter(Option<Instant>);
+/// The times of the newest frames.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrameLimiter {
+    /// The time between two frames of a steady stream.
+    pace: Duration,
+    /// The newest frame that is over.
+    drawn: Option<Instant>,
+    /// The frame that is requested.
+    due: Option<Instant>,
+}
+
+impl Default for FrameLimiter {
+    fn default() -> Self {
+        Self {
+            pace: SHORTEST,
+            drawn: None,
+            due: None,
+        }
+    }
+}
 
 impl FrameLimiter {
+    pub(crate) fn set_pace(&mut self, pace: Duration) {
+        self.pace = pace.max(SHORTEST);
+    }
+
     /// How long an update that arrives `now` waits for its frame.
-    pub(crate) fn wait(&mut self, now: Instant) -> Duration {
+    pub(crate) fn wait(&mut self, now: Instant, is_steady: bool) -> Duration {
+        if let Some(due) = self.due.take_if(|due| *due <= now) {
+            self.drawn = Some(due);
+        }
+        let period = if is_steady { self.pace } else { SHORTEST };
         let soonest = now + GATHER;
-        let due = match self.0 {
-            // The frame that is due shows it as well.
-            Some(due) if due > now => due,
-            Some(due) => soonest.max(due + Duration::from_secs_f64(1.0 / FRAMES_HZ)),
-            None => soonest,
-        };
-        self.0 = Some(due);
+        let wanted = self.drawn.map_or(soonest, |drawn| soonest.max(drawn + period));
+        // An earlier frame that is requested shows it as well.
+        let due = self.due.map_or(wanted, |due| due.min(wanted));
+        self.due = Some(due);
         due - now
     }
 }
@@ -32,19 +54,45 @@ mod tests {
     use super::*;
     use std::collections::BTreeSet;
 
+    /// The frames of updates at these times, ms.
+    fn frames(limiter: &mut FrameLimiter, updates_ms: impl IntoIterator<Item = u64>, is_steady: bool) -> Vec<u64> {
+        let begin = Instant::now();
+        let due = updates_ms.into_iter().map(|ms| {
+            let due = Duration::from_millis(ms) + limiter.wait(begin + Duration::from_millis(ms), is_steady);
+            u64::try_from(due.as_millis()).expect("it is soon")
+        });
+        due.collect::<BTreeSet<_>>().into_iter().collect()
+    }
+
     #[test]
     fn updates_are_drawn_soon_and_at_most_thirty_times_a_second() {
+        // A thousand updates in a second, then one after a pause.
+        let frames = frames(&mut FrameLimiter::default(), (0..1000).chain([5000]), false);
+        assert!((28..=32).contains(&frames.len()), "{} frames", frames.len());
+        assert!(frames.windows(2).all(|pair| pair[1] - pair[0] >= 33));
+        assert_eq!(frames.last(), Some(&5001));
+    }
+
+    #[test]
+    fn a_steady_stream_is_drawn_at_its_pace_and_anything_else_does_not_wait_for_it() {
+        let mut limiter = FrameLimiter::default();
+        limiter.set_pace(Duration::from_secs(1));
+        assert_eq!(frames(&mut limiter, 0..2500, true), [1, 1001, 2001, 3001]);
         let begin = Instant::now();
         let mut limiter = FrameLimiter::default();
-        let mut frames = BTreeSet::new();
-        // A thousand updates in a second, then one after a pause.
-        for ms in (0..1000).chain([5000]) {
-            let now = begin + Duration::from_millis(ms);
-            frames.insert(now + limiter.wait(now));
-        }
-        assert!((28..=32).contains(&frames.len()), "{} frames", frames.len());
-        let frames: Vec<_> = frames.into_iter().collect();
-        assert!(frames.windows(2).all(|pair| (pair[1] - pair[0]).as_secs_f64() > 0.0333));
-        assert_eq!(frames.last(), Some(&(begin + Duration::from_millis(5001))));
+        limiter.set_pace(Duration::from_secs(1));
+        let at = |ms| begin + Duration::from_millis(ms);
+        assert_eq!(limiter.wait(at(0), true), GATHER);
+        assert_eq!(limiter.wait(at(100), true), Duration::from_millis(901));
+        assert_eq!(
+            limiter.wait(at(200), false),
+            GATHER,
+            "a change of state is shown at once"
+        );
+        assert_eq!(
+            limiter.wait(at(300), true),
+            Duration::from_millis(901),
+            "and a sample with it"
+        );
     }
 }

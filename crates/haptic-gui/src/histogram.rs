@@ -7,7 +7,7 @@ use haptic_ipc::{Bucket, Percentiles};
 const HEIGHT: f32 = 64.0;
 const LABELS_HEIGHT: f32 = 14.0;
 
-/// Distance between two numbers below the bars, points.
+/// Width that a number below the bars takes at most, points.
 const LABEL_DISTANCE: f32 = 52.0;
 
 /// Shows the buckets of a duration in `width` points. Each bucket is twice as wide as the one before; counts
@@ -57,17 +57,18 @@ fn paint(ui: &Ui, rect: Rect, buckets: &[Bucket]) {
         let bar = Rect::from_min_max(pos2(left + 1.0, top), pos2(left + width - 1.0, ground.bottom()));
         painter.rect_filled(bar, 0, palette.device);
         left += width;
-        // The number belongs to the edge between this bar and the next.
-        if left - LABEL_DISTANCE / 2.0 >= free_from && left <= ground.right() + 0.5 {
+        // The number belongs to the edge between this bar and the next; the last one stands before it.
+        let anchor = if left > ground.right() - LABEL_DISTANCE / 2.0 {
+            Align2::RIGHT_BOTTOM
+        } else {
+            Align2::CENTER_BOTTOM
+        };
+        let place = anchor.anchor_size(pos2(left, rect.bottom()), vec2(LABEL_DISTANCE, LABELS_HEIGHT));
+        if place.left() >= free_from && left <= ground.right() + 0.5 {
             let color = ui.visuals().text_color();
-            let at = pos2(left, rect.bottom());
-            let anchor = if left > ground.right() - LABEL_DISTANCE / 2.0 {
-                Align2::RIGHT_BOTTOM
-            } else {
-                Align2::CENTER_BOTTOM
-            };
-            painter.text(at, anchor, duration(bucket.up_to), FontId::proportional(11.0), color);
-            free_from = left + LABEL_DISTANCE / 2.0;
+            let font = FontId::proportional(11.0);
+            painter.text(pos2(left, rect.bottom()), anchor, duration(bucket.up_to), font, color);
+            free_from = place.right();
         }
     }
 }

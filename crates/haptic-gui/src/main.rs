@@ -8,7 +8,7 @@ use haptic_gui::{App, Files, Page, Settings, Theme, theme};
 use haptic_ipc::socket_path;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use window::Window;
+use window::{Window, is_drawn_in_software};
 
 /// Tune hapticd while a hand is on the rig, and plot what the hand feels.
 ///
@@ -49,6 +49,8 @@ fn main() -> ExitCode {
             .with_app_id("haptic-gui")
             .with_inner_size(size.unwrap_or([1280.0, 800.0]))
             .with_min_inner_size([1024.0, 640.0]),
+        // There is no gradient that would show bands.
+        dithering: false,
         ..Default::default()
     };
     let result = eframe::run_native(
@@ -58,6 +60,7 @@ fn main() -> ExitCode {
             let ctx = creation.egui_ctx.clone();
             ctx.set_theme(arguments.theme.or(known.theme).unwrap_or(Theme::System));
             theme::install(&ctx);
+            let in_software = is_drawn_in_software(creation);
             let socket = arguments.socket;
             let repaint = {
                 let ctx = ctx.clone();
@@ -66,6 +69,10 @@ fn main() -> ExitCode {
             let files = Files::new(repaint.clone());
             let locate = move || socket_path::for_client(socket.as_deref());
             let mut app = App::new(Connection::start(locate, Patience::default(), repaint)?, files);
+            if in_software {
+                theme::draw_in_software(&ctx);
+                app.draw_in_software();
+            }
             app.turn_to(arguments.page);
             if let Some(file) = file {
                 app.remember(file, settings);

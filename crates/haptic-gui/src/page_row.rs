@@ -1,6 +1,9 @@
 //! The row of pages, with what is recorded and the outcome of the last file beside it.
 
+use crate::closing;
+use crate::intent::Intent;
 use crate::model::Model;
+use crate::model::view::Closing;
 use crate::notice;
 use crate::page::Page;
 use crate::recording::amount;
@@ -30,7 +33,7 @@ pub(crate) fn take_keys(ui: &Ui, page: &mut Page) {
 }
 
 /// Shows the row. Its height is the same with and without a message, so that nothing below it moves.
-pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
+pub(crate) fn show(ui: &mut Ui, model: &mut Model, intents: &mut Vec<Intent>) {
     let Model { tapes, view, .. } = model;
     ui.horizontal(|ui| {
         for (place, page) in Page::ALL.iter().enumerate() {
@@ -40,12 +43,17 @@ pub(crate) fn show(ui: &mut Ui, model: &mut Model) {
                 .on_hover_text(format!("{} (Ctrl+{})", page.hint(), place + 1));
         }
         ui.add_space(8.0);
+        if view.closing != Closing::No {
+            closing::show_question(ui, &mut view.closing, intents);
+            return;
+        }
         if let Some(written) = tapes.recording() {
             let palette = Palette::of(ui);
             let mut text = format!("Recording {}: {}", written.path.display(), amount(&written.totals));
             let mut color = palette.caution_text;
-            if written.lost > 0 {
-                text = format!("The disk does not keep up: {} samples lost. {text}", written.lost);
+            if written.lost > 0 || written.lost_changes > 0 {
+                let (samples, changes) = (written.lost, written.lost_changes);
+                text = format!("The disk does not keep up: {samples} samples and {changes} changes lost. {text}");
                 color = palette.error_text;
             }
             let line = Label::new(RichText::new(&text).small().color(color)).truncate();

@@ -1,11 +1,11 @@
 //! Large numbers that can be read from across the table.
 
-use crate::model::daemon::Daemon;
+use crate::model::daemon::{Daemon, Staleness};
 use crate::model::tapes::Tapes;
 use crate::tape::signal::MM_PER_M;
 use crate::theme::Palette;
 use egui::{Color32, Label, RichText, Ui};
-use haptic_ipc::{RigState, Sample};
+use haptic_ipc::Sample;
 
 /// Size of the numbers, points.
 const LARGEST: f32 = 28.0;
@@ -14,14 +14,20 @@ const SMALLEST: f32 = 12.0;
 /// Width of the longest number with its unit, as a multiple of its height.
 const DIGITS: f32 = 5.0;
 
+/// Opacity of a number that is not of now.
+const STALE_OPACITY: f32 = 0.6;
+
 /// Height of a unit, as a share of the height of its number.
 const UNIT_SHARE: f32 = 0.57;
 
-/// Shows the newest sample in large type, and dashes without one: a stale number is not a measurement.
+/// Shows the newest sample in large type, and dashes without one. Numbers that are not of now are grey, and named so.
 pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
     let palette = Palette::of(ui);
-    let is_present = daemon.rig().is_some_and(|rig| rig.state != RigState::Disconnected);
-    let sample = tapes.newest().filter(|_| is_present);
+    let sample = tapes.last();
+    // A daemon that has just come has yet to send one.
+    let is_old = tapes.newest().is_none();
+    let staleness = daemon.staleness().or(is_old.then_some(Staleness::Gone));
+    let staleness = staleness.filter(|_| sample.is_some());
     let value = |of: fn(&Sample) -> f64| sample.map_or_else(|| "–".to_owned(), |sample| fixed(of(sample)));
     // Without force there is no surface to touch.
     let (contact, contact_color) = match sample
@@ -42,6 +48,17 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, tapes: &Tapes) {
         "none".to_owned()
     };
     ui.columns_const(|[first, second, third, fourth]| {
+        let show_one = |ui: &mut Ui, title: &str, value: &str, unit: &str, color: Option<Color32>| match staleness {
+            None => show_one(ui, title, value, unit, color),
+            Some(staleness) => {
+                let title = match staleness {
+                    Staleness::Gone => format!("{title}, last"),
+                    Staleness::Faulted => title.to_owned(),
+                };
+                let grey = ui.visuals().weak_text_color().gamma_multiply(STALE_OPACITY);
+                show_one(ui, &title, value, unit, Some(grey));
+            }
+        };
         show_one(first, "Force on the hand", &force, "N", Some(palette.device));
         show_one(second, "Device position", &device, "mm", Some(palette.device));
         show_one(third, "Block position", &block, "mm", Some(palette.block));

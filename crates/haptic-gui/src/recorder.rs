@@ -1,28 +1,18 @@
 //! The recorder writes a recording on a thread of its own: only that thread waits for a disk.
 //!
-//! Events and markers reach it through a bounded queue. If the disk does not keep up, samples are dropped, counted,
-//! shown, and marked as lost in the recording; changes of state and scene wait for room.
+//! If the disk does not keep up, what is lost is counted, shown, and marked as lost in the recording.
 
 use crate::new_file;
 use crate::recording::RecordingNews;
 use crate::update::Update;
 use crate::update_sender::UpdateSender;
-use haptic_ipc::{Event, SamplesEvent};
-use haptic_lab::recording::{self, Format, Mark, Metadata};
-use std::collections::VecDeque;
+use haptic_ipc::Event;
+use haptic_lab::recording::{self, Format, Kept, Mark, Metadata, RecordingThread, WaitingParts};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{self, TryRecvError, TrySendError};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::sync::mpsc::{self, TryRecvError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
-/// Most events that wait for the disk: nine seconds of batches.
-const WAITING_EVENTS: usize = 256;
-
-/// Most changes that wait for room in the queue.
-const WAITING_CHANGES: usize = 1000;
 
 /// How long a closing panel waits until its recording is written.
 const CLOSING_TIME: Duration = Duration::from_secs(1);
@@ -42,22 +32,10 @@ struct Slot {
     ending: Option<mpsc::Receiver<()>>,
 }
 
-/// What a recording is made of.
-#[derive(Clone, Debug)]
-enum Part {
-    Event(Event),
-    Mark(Mark),
-}
-
 #[derive(Debug)]
 struct Writer {
     folder: PathBuf,
-    parts: mpsc::SyncSender<Part>,
-    /// Changes and markers that wait for room in the queue.
-    changes: VecDeque<Part>,
-    /// Samples lost since the newest event in the queue.
-    lost: Arc<AtomicU64>,
-    lost_in_all: u64,
+    thread: RecordingThread,
     done: mpsc::Receiver<()>,
 }
 
@@ -97,12 +75,7 @@ impl Recorder {
 
     /// Sets a marker in the recording. Waits for nothing.
     pub(crate) fn mark(&self, tick: u64, text: String) {
-        let mut slot = self.slot();
-        if let Some(writer) = &mut slot.writer
-            && let Kept::Ended = writer.keep_change(Part::Mark(Mark::Marker { tick, text }))
-        {
-            slot.end();
-        }
+        self.keep_with(|thread| thread.mark(Mark::Marker { tick, text }));
     }
 
     /// Ends the recording. The queue is still written.
@@ -126,16 +99,23 @@ impl Recorder {
 
     /// Passes on an event. Waits for nothing.
     pub(crate) fn keep(&self, event: &Event) {
+        self.keep_with(|thread| thread.event(event));
+    }
+
+    fn keep_with(&self, keep: impl FnOnce(&RecordingThread) -> Kept) {
         let mut slot = self.slot();
-        let Some(writer) = &mut slot.writer else { return };
-        let kept = writer.keep(event);
-        let news = RecordingNews::Behind {
-            path: writer.folder.clone(),
-            lost: writer.lost_in_all,
-        };
-        match kept {
+        let Some(writer) = &slot.writer else { return };
+        match keep(&writer.thread) {
             Kept::Yes => {}
-            Kept::No => {
+            Kept::No {
+                lost_rows,
+                lost_changes,
+            } => {
+                let news = RecordingNews::Behind {
+                    path: writer.folder.clone(),
+                    lost: lost_rows,
+                    lost_changes,
+                };
                 drop(slot);
                 self.tell(news);
             }
@@ -153,137 +133,48 @@ impl Recorder {
 impl Slot {
     fn end(&mut self) {
         if let Some(writer) = self.writer.take() {
+            writer.thread.finish();
             self.ending = Some(writer.done);
         }
     }
 }
 
-/// Whether an event was kept.
-enum Kept {
-    Yes,
-    No,
-    Ended,
-}
-
 impl Writer {
     fn begin(folder: PathBuf, format: Format, metadata: Metadata, updates: UpdateSender) -> io::Result<Self> {
-        let (parts, heard) = mpsc::sync_channel(WAITING_EVENTS);
         let (writes, done) = mpsc::channel();
-        let lost = Arc::new(AtomicU64::new(0));
-        let (folder_of_thread, lost_of_thread) = (folder.clone(), Arc::clone(&lost));
-        thread::Builder::new().name("record".to_owned()).spawn(move || {
-            let ended = write(&folder_of_thread, format, metadata, &heard, &lost_of_thread, &updates);
+        let folder_of_thread = folder.clone();
+        let thread = RecordingThread::spawn(move |waiting| {
+            let ended = write(&folder_of_thread, format, metadata, waiting, &updates);
             // This marks its end, so it comes before the news.
-            drop((heard, writes));
+            drop(writes);
             let news_of_end = ended.unwrap_or_else(|why| RecordingNews::Failed { why });
             updates.send(Update::Recording(news_of_end)).unwrap_or_default();
         })?;
-        Ok(Self {
-            folder,
-            parts,
-            changes: VecDeque::new(),
-            lost,
-            lost_in_all: 0,
-            done,
-        })
-    }
-
-    fn keep(&mut self, event: &Event) -> Kept {
-        match event {
-            Event::State(_) | Event::Servo(_) => self.keep_change(Part::Event(event.clone())),
-            Event::Samples(batch) => {
-                if let Kept::Ended = self.pass_on_changes() {
-                    return Kept::Ended;
-                }
-                self.keep_samples(batch)
-            }
-            _ => Kept::Yes,
-        }
-    }
-
-    fn keep_change(&mut self, change: Part) -> Kept {
-        self.changes.push_back(change);
-        // Nobody could follow more of them.
-        self.changes.truncate(WAITING_CHANGES);
-        self.pass_on_changes()
-    }
-
-    fn pass_on_changes(&mut self) -> Kept {
-        while let Some(change) = self.changes.pop_front() {
-            match self.parts.try_send(change) {
-                Ok(()) => {}
-                Err(TrySendError::Full(change)) => {
-                    self.changes.push_front(change);
-                    return Kept::No;
-                }
-                Err(TrySendError::Disconnected(_)) => return Kept::Ended,
-            }
-        }
-        Kept::Yes
-    }
-
-    fn keep_samples(&mut self, batch: &SamplesEvent) -> Kept {
-        let mut batch = batch.clone();
-        let missing_before = self.lost.swap(0, Ordering::AcqRel);
-        batch.dropped = batch.dropped.saturating_add(missing_before);
-        // Samples do not overtake the changes before them.
-        let rows = batch.rows.len() as u64;
-        let missing = batch.dropped.saturating_add(rows);
-        let part = Part::Event(Event::Samples(batch));
-        let sent = if self.changes.is_empty() {
-            self.parts.try_send(part)
-        } else {
-            Err(TrySendError::Full(part))
-        };
-        match sent {
-            Ok(()) => Kept::Yes,
-            Err(TrySendError::Full(_)) => {
-                self.lost_in_all = self.lost_in_all.saturating_add(missing.saturating_sub(missing_before));
-                self.lost.store(missing, Ordering::Release);
-                Kept::No
-            }
-            Err(TrySendError::Disconnected(_)) => Kept::Ended,
-        }
+        Ok(Self { folder, thread, done })
     }
 }
 
-/// Writes the parts until the queue is closed.
+/// Writes what waits until the recording is ended.
 fn write(
     folder: &Path,
     format: Format,
     mut metadata: Metadata,
-    heard: &mpsc::Receiver<Part>,
-    lost: &AtomicU64,
+    waiting: &WaitingParts,
     updates: &UpdateSender,
 ) -> Result<RecordingNews, String> {
     let (path, file) = new_file::create(folder, "haptic-recording", format.ending())?;
     let failed = |error: io::Error| format!("the recording ends here: cannot write {}: {error}", path.display());
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
     metadata.started_unix_s = since_1970.map_or(0.0, |time| time.as_secs_f64());
-    let mut recorder = recording::Recorder::new(format, file, &path, &metadata).map_err(failed)?;
-    let going = |recorder: &recording::Recorder| {
-        let going = RecordingNews::Going {
-            path: path.clone(),
-            totals: recorder.totals(),
-        };
+    let recorder = recording::Recorder::new(format, file, &path, &metadata).map_err(failed)?;
+    let tell = |totals| {
+        let path = path.clone();
         // A closed panel ends the recording by itself.
-        updates.send(Update::Recording(going)).unwrap_or_default();
+        updates
+            .send(Update::Recording(RecordingNews::Going { path, totals }))
+            .unwrap_or_default();
     };
-    going(&recorder);
-    for part in heard {
-        match part {
-            Part::Event(event) => recorder.event(&event).map_err(failed)?,
-            Part::Mark(mark) => recorder.mark(mark),
-        }
-        going(&recorder);
-    }
-    let dropped = lost.load(Ordering::Acquire);
-    if dropped > 0 {
-        let (seq, rows) = (0, Vec::new());
-        let gap = Event::Samples(SamplesEvent { seq, dropped, rows });
-        recorder.event(&gap).map_err(failed)?;
-    }
-    let totals = recorder.finish().map_err(failed)?;
+    let totals = waiting.write(recorder, tell).map_err(failed)?;
     Ok(RecordingNews::Ended { path, totals })
 }
 
@@ -292,7 +183,7 @@ mod tests {
     use super::*;
     use crate::recording::fixture::metadata;
     use crate::tape::tests::at;
-    use haptic_ipc::Sample;
+    use haptic_ipc::{Sample, SamplesEvent};
 
     fn batch(rows: Vec<Sample>) -> Event {
         let (seq, dropped) = (0, 0);
@@ -355,13 +246,15 @@ mod tests {
         let recorder = Recorder::new(updates);
         // Nobody reads the pipe, so that the thread that writes stands in its opening.
         recorder.begin(pipe.clone(), Format::Csv, metadata());
-        let batches = 2 * WAITING_EVENTS;
+        // There is room for two of these.
+        let (batches, rows) = (4, 25_000);
         for number in 0..batches {
-            let row = Sample {
-                tick: number as u64,
-                ..at(number as f64)
+            let ticks = number * rows..(number + 1) * rows;
+            let row = |tick: u64| Sample {
+                tick,
+                ..at(tick as f64 * 1e-3)
             };
-            recorder.keep(&batch(vec![row]));
+            recorder.keep(&batch(ticks.map(row).collect()));
         }
         recorder.end();
         recorder.begin(folder.path().to_path_buf(), Format::Csv, metadata());
@@ -377,7 +270,6 @@ mod tests {
             panic!("not ended");
         };
         assert_eq!(read.rows.len() as u64, totals.rows);
-        assert_eq!(totals.rows + totals.lost, batches as u64);
-        assert!(totals.lost >= (batches - WAITING_EVENTS - 2) as u64, "{totals:?}");
+        assert_eq!((totals.rows, totals.lost), (2 * rows, 2 * rows));
     }
 }

@@ -40,16 +40,21 @@ pub fn ui(ui: &mut Ui, model: &mut Model, now: Instant) -> Vec<Intent> {
         intents.push(Intent::Stop);
     }
     page_row::take_keys(ui, &mut model.view.page);
-    scene::take_keys(ui, &model.daemon.scene, &model.view.tuning, &mut intents);
+    if model.is_connected() {
+        scene::take_keys(ui, &model.daemon.scene, &model.view.tuning, &mut intents);
+    }
     pages::take_marker_key(ui, model, &mut intents);
     note::show(ui, model, stop, &mut intents);
     take_dropped_file(ui, &mut model.view, &mut intents);
-    closing::show(ui, model, &mut intents);
-    Panel::top("pages").show(ui, |ui| page_row::show(ui, model));
-    if model.is_connected() {
+    closing::take_wish(ui, model);
+    Panel::top("pages").show(ui, |ui| page_row::show(ui, model, &mut intents));
+    if model.daemon.was_connected {
         let Model { daemon, tapes, view } = &mut *model;
         Panel::bottom("timing").show(ui, |ui| {
-            timing_panel::show(ui, daemon, tapes.clipping(), &mut view.histograms_shown);
+            // What a daemon said that has gone is dimmed and keeps its place.
+            ui.add_enabled_ui(daemon.is_connected(), |ui| {
+                timing_panel::show(ui, daemon, tapes.clipping(), &mut view.histograms_shown);
+            });
         });
     }
     pages::show(model.view.page, ui, model, &mut intents);

@@ -6,7 +6,7 @@ use crate::theme::Palette;
 use egui::{Align2, Button, Color32, Event, FontId, Key, Ui, vec2};
 use haptic_ipc::RigState;
 
-const SIZE: egui::Vec2 = vec2(168.0, 52.0);
+pub(crate) const SIZE: egui::Vec2 = vec2(168.0, 52.0);
 
 /// Whether an event is a press of Space or Escape. A key that is held down is one stop.
 #[must_use]

@@ -4,7 +4,7 @@ use crate::histogram;
 use crate::model::daemon::Daemon;
 use crate::model::tapes::CLIPPING_OVER_S;
 use crate::theme::Palette;
-use egui::{RichText, Ui};
+use egui::{Align, Layout, RichText, Sense, TextStyle, Ui, UiBuilder, vec2};
 use haptic_ipc::{LinkStatus, TimingWindow};
 
 /// A figure, in the caution colour if it is bad.
@@ -28,7 +28,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>, histogra
     if let Some(timing) = daemon.timing.as_ref().filter(|_| shows) {
         show_histograms(ui, &timing.last_10_s);
     }
-    ui.with_layout(egui::Layout::right_to_left(egui::Align::Min), |ui| {
+    ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
         let toggle = egui::Button::selectable(shows, RichText::new("Histograms").small()).frame_when_inactive(true);
         if ui
             .add_enabled(has_room, toggle)
@@ -38,7 +38,7 @@ pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>, histogra
         {
             *histograms_shown = !shows;
         }
-        ui.with_layout(egui::Layout::top_down(egui::Align::Min), |ui| {
+        ui.with_layout(Layout::top_down(Align::Min), |ui| {
             show_lines(ui, daemon, clipping);
         });
     });
@@ -62,19 +62,49 @@ fn show_clipping(ui: &mut Ui, share: f64) {
          asks for"
     );
     count(ui, text, share == 0.0, &hint);
-    let (bar, _) = ui.allocate_exact_size(egui::vec2(48.0, 8.0), egui::Sense::hover());
+    let (bar, _) = ui.allocate_exact_size(vec2(48.0, 8.0), Sense::hover());
     ui.painter().rect_filled(bar, 2, ui.visuals().extreme_bg_color);
     #[expect(clippy::cast_possible_truncation, reason = "a share is drawn")]
     let filled = bar.with_max_x(bar.left() + bar.width() * share as f32);
     ui.painter().rect_filled(filled, 2, palette.caution);
 }
 
+/// A line that keeps its height, so that nothing above it moves when a figure grows: what has no room is cut off.
+fn show_line(ui: &mut Ui, figures: impl FnOnce(&mut Ui)) {
+    let height = ui.text_style_height(&TextStyle::Small);
+    let (line, _) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    let layout = Layout::left_to_right(Align::Center);
+    let mut child = ui.new_child(UiBuilder::new().max_rect(line).layout(layout));
+    child.shrink_clip_rect(line);
+    child.spacing_mut().item_spacing.x = 18.0;
+    figures(&mut child);
+}
+
+/// A count in at most six places, and all of its digits in the hint.
+fn show_count(ui: &mut Ui, name: &str, number: u64, is_clean: bool, hint: &str) {
+    let digits = match number {
+        0..100_000 => number.to_string(),
+        100_000..100_000_000 => format!("{}k", number / 1000),
+        _ => format!("{}M", number / 1_000_000),
+    };
+    count(
+        ui,
+        format!("{name} {digits}"),
+        is_clean,
+        &format!("{hint} ({number} in all)"),
+    );
+}
+
 fn show_lines(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>) {
-    if let Some(link) = daemon.timing.as_ref().and_then(|timing| timing.link.as_ref()) {
-        show_link(ui, link);
+    if daemon.has_link_line() {
+        let link = daemon.timing.as_ref().and_then(|timing| timing.link.as_ref());
+        show_line(ui, |ui| {
+            if let Some(link) = link {
+                show_link(ui, link);
+            }
+        });
     }
-    ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing.x = 18.0;
+    show_line(ui, |ui| {
         let Some(timing) = &daemon.timing else {
             count(
                 ui,
@@ -113,17 +143,19 @@ fn show_lines(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>) {
                 "Deadlines that passed without a tick",
             ),
         ] {
-            let recently = if recent == 0 {
-                String::new()
-            } else {
-                format!(" ({recent} in the last 10 s)")
-            };
-            count(ui, format!("{name} {all}{recently}"), recent == 0, hint);
+            show_count(
+                ui,
+                name,
+                all,
+                recent == 0,
+                &format!("{hint}: {recent} in the last 10 s"),
+            );
         }
         let dropped = all.telemetry_dropped.saturating_add(daemon.losses.rows);
-        count(
+        show_count(
             ui,
-            format!("Dropped samples {dropped}"),
+            "Dropped samples",
+            dropped,
             dropped == 0,
             "Samples that never reached this panel; the force on the hand is not affected",
         );
@@ -132,76 +164,73 @@ fn show_lines(ui: &mut Ui, daemon: &Daemon, clipping: Option<f64>) {
         }
         let losses = &daemon.losses;
         if losses.unreadable > 0 {
-            let text = format!("Unreadable lines {}", losses.unreadable);
-            count(ui, text, false, &losses.unreadable_reason);
+            let why = &losses.unreadable_reason;
+            show_count(ui, "Unreadable lines", losses.unreadable, false, why);
         }
     });
 }
 
 fn show_link(ui: &mut Ui, link: &LinkStatus) {
-    ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing.x = 18.0;
-        let Some(device) = &link.device else {
-            let why = link.waiting.as_deref().unwrap_or("no device");
-            count(
-                ui,
-                format!("Link: {why}"),
-                false,
-                "The rig is not connected, and gets no force",
-            );
-            return;
-        };
+    let Some(device) = &link.device else {
+        let why = link.waiting.as_deref().unwrap_or("no device");
         count(
             ui,
-            format!("Link {}", device.firmware),
-            true,
-            "What the rig's firmware calls itself",
+            format!("Link: {why}"),
+            false,
+            "The rig is not connected, and gets no force",
         );
+        return;
+    };
+    count(
+        ui,
+        format!("Link {}", device.firmware),
+        true,
+        "What the rig's firmware calls itself",
+    );
+    count(
+        ui,
+        format!(
+            "Round trip {:.2} ms, longest {:.1} ms",
+            link.round_trip_us * 1e-3,
+            link.round_trip_max_us * 1e-3
+        ),
+        true,
+        "From sending a command to hearing a sample that knows it",
+    );
+    count(
+        ui,
+        format!("Newest sample {:.2} ms old", link.age_us * 1e-3),
+        true,
+        "Beyond what the quickest samples take to come",
+    );
+    let counts = &link.counts;
+    for (name, number, hint) in [
+        (
+            "Lost",
+            counts.lost,
+            "Samples that never came, or came after a newer one",
+        ),
+        (
+            "Bad CRC",
+            counts.bad_crc,
+            "Frames that were damaged on their way; none of them was used",
+        ),
+        (
+            "Late",
+            counts.late,
+            "Samples that came more than a period later than they should",
+        ),
+    ] {
+        show_count(ui, name, number, number == 0, hint);
+    }
+    if let Some(ppm) = link.clock_drift_ppm {
         count(
             ui,
-            format!(
-                "Round trip {:.2} ms, longest {:.1} ms",
-                link.round_trip_us * 1e-3,
-                link.round_trip_max_us * 1e-3
-            ),
-            true,
-            "From sending a command to hearing a sample that knows it",
+            format!("Device clock {ppm:+.1} ppm"),
+            ppm.abs() < 1000.0,
+            "How much faster the device's clock runs than this computer's",
         );
-        count(
-            ui,
-            format!("Newest sample {:.2} ms old", link.age_us * 1e-3),
-            true,
-            "Beyond what the quickest samples take to come",
-        );
-        let counts = &link.counts;
-        for (name, number, hint) in [
-            (
-                "Lost",
-                counts.lost,
-                "Samples that never came, or came after a newer one",
-            ),
-            (
-                "Bad CRC",
-                counts.bad_crc,
-                "Frames that were damaged on their way; none of them was used",
-            ),
-            (
-                "Late",
-                counts.late,
-                "Samples that came more than a period later than they should",
-            ),
-        ] {
-            count(ui, format!("{name} {number}"), number == 0, hint);
-        }
-        if let Some(ppm) = link.clock_drift_ppm {
-            count(
-                ui,
-                format!("Device clock {ppm:+.1} ppm"),
-                ppm.abs() < 1000.0,
-                "How much faster the device's clock runs than this computer's",
-            );
-        }
-    });
+    }
 }
 
 fn nanoseconds_to_microseconds(ns: u64) -> f64 {

@@ -14,18 +14,26 @@ const COMMAND_SIZE: Vec2 = vec2(84.0, 36.0);
 /// Height of the bar, points: four lines in small type.
 const HEIGHT: f32 = 60.0;
 
+/// Width of the lines beside the commands, points: the reports stand beside them.
+const MOST_TEXT_WIDTH: f32 = 230.0;
+
 /// Letters of the reports that fit in a narrow window in usual type.
 const MOST_LETTERS: usize = 80;
 
-/// Shows the bar; returns whether Stop was pressed. Whoever looks at a recording needs no daemon.
+/// Shows the bar; returns whether Stop was pressed. There is no button for it where a recording is looked at and
+/// there was never a rig to stop: its place stays empty, and the keys stop all the same.
 pub(crate) fn show(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool, intents: &mut Vec<Intent>) -> bool {
     ui.add_space(4.0);
     let mut stop = false;
     ui.horizontal(|ui| {
         ui.set_height(HEIGHT);
-        show_state(ui, daemon, is_at_recording, intents);
+        show_state(ui, daemon, intents);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            stop = stop_button::show(ui, daemon);
+            if is_at_recording && !daemon.was_connected && !daemon.stop.is_told() {
+                ui.allocate_space(stop_button::SIZE);
+            } else {
+                stop = stop_button::show(ui, daemon);
+            }
             show_theme_switch(ui);
             show_reports(ui, daemon);
         });
@@ -51,12 +59,20 @@ fn show_theme_switch(ui: &mut Ui) {
     }
 }
 
-/// The outcome of the stop, the fault of the rig, and the refusal of the daemon. They stand beside the
-/// buttons, so that nothing moves away from under the pointer.
+/// The outcome of the stop, the fault of the rig, why there is none, and the refusal of the daemon. They stand beside
+/// the buttons, so that nothing moves away from under the pointer.
 fn show_reports(ui: &mut Ui, daemon: &Daemon) {
     let palette = Palette::of(ui);
     let fault = daemon.rig().and_then(|rig| rig.fault.as_ref());
+    let lost = match &daemon.link {
+        Link::Lost { reason, .. } if daemon.was_connected => Some(reason),
+        _ => None,
+    };
     let reports = [
+        lost.map(|why| (format!("Connection lost: {why}"), palette.error_text)),
+        daemon
+            .why_no_rig()
+            .map(|why| (format!("No rig: {why}"), palette.caution_text)),
         fault.map(|fault| (format!("Fault: {fault}"), palette.error_text)),
         daemon
             .refusal()
@@ -84,31 +100,57 @@ fn show_reports(ui: &mut Ui, daemon: &Daemon) {
     }
 }
 
-fn show_state(ui: &mut Ui, daemon: &Daemon, is_at_recording: bool, intents: &mut Vec<Intent>) {
+fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
     let palette = Palette::of(ui);
     let (badge, fill) = match (&daemon.link, daemon.rig()) {
         (Link::Connecting { .. }, _) => ("Connecting", palette.caution),
-        (Link::Lost { .. }, _) if is_at_recording && !daemon.was_connected => ("No daemon", palette.rest),
+        (Link::Lost { .. }, _) if !daemon.was_connected => ("No daemon", palette.rest),
         (Link::Lost { .. }, _) => ("Not connected", palette.halt),
         (Link::Connected { .. }, None) => ("Connected", palette.rest),
         (Link::Connected { .. }, Some(rig)) => (describe(rig.state), palette.state(rig.state)),
     };
     show_badge(ui, badge, fill);
-    if let Some(rig) = daemon.rig() {
-        show_commands(ui, rig.state, intents);
-    }
-    let Link::Connected { path, server } = &daemon.link else {
-        return;
-    };
-    ui.vertical(|ui| {
-        ui.add_space(8.0);
-        ui.label(format!("Connected to {server}"))
-            .on_hover_text(path.display().to_string());
-        let scene = &daemon.scene.name;
-        if !scene.is_empty() {
-            ui.label(RichText::new(format!("Scene: {scene}")).weak());
+    show_commands(ui, daemon.rig().map(|rig| rig.state), intents);
+    let (first, second, hint) = match &daemon.link {
+        Link::Connected { path, server } => {
+            let hint = path.display().to_string();
+            (format!("Connected to {server}"), scene_line(daemon), hint)
         }
+        Link::Lost { path, .. } if daemon.was_connected => {
+            let hint = "The panel keeps trying and connects by itself".to_owned();
+            (
+                "Trying to connect".to_owned(),
+                format!("Socket: {}", path.display()),
+                hint,
+            )
+        }
+        _ => return,
+    };
+    let width = MOST_TEXT_WIDTH.min(ui.available_width());
+    ui.allocate_ui_with_layout(vec2(width, HEIGHT), Layout::top_down(Align::Min), |ui| {
+        ui.add_space(8.0);
+        ui.add(Label::new(first).truncate()).on_hover_text(hint);
+        ui.add(Label::new(RichText::new(&second).weak()).truncate())
+            .on_hover_text(second);
     });
+}
+
+/// The active scene, the scene of the library that it comes from, and whether it was changed since.
+fn scene_line(daemon: &Daemon) -> String {
+    let scene = &daemon.scene.name;
+    if scene.is_empty() {
+        return String::new();
+    }
+    let status = daemon.status.as_ref();
+    let origin = status.and_then(|status| status.library_scene.as_ref());
+    let origin = origin.map(|origin| {
+        // A name in the library is that of a file.
+        let is_same = origin.name == scene.replace(' ', "-");
+        let name = if is_same { "library" } else { &origin.name };
+        let changed = if origin.changed { ", changed" } else { "" };
+        format!(" ({name}{changed})")
+    });
+    format!("Scene: {scene}{}", origin.unwrap_or_default())
 }
 
 /// Shows the state. The buttons beside it never move.
@@ -120,20 +162,21 @@ fn show_badge(ui: &mut Ui, text: &str, fill: Color32) {
     });
 }
 
-/// The commands in a state, except Stop. No other button ever stands in the place of Engage: a second
+/// The commands in a state, except Stop; without a daemon none can be given. No other button ever stands in the place of Engage: a second
 /// click on Reset must not engage the rig.
-fn show_commands(ui: &mut Ui, state: RigState, intents: &mut Vec<Intent>) {
-    let engages = matches!(state, RigState::Idle | RigState::Releasing);
+fn show_commands(ui: &mut Ui, state: Option<RigState>, intents: &mut Vec<Intent>) {
+    let engages = matches!(state, Some(RigState::Idle | RigState::Releasing));
     show_command(ui, "Engage", "Ramp the force up", engages, Intent::Engage, intents);
     let (label, hint, intent) = match state {
-        RigState::Stopped | RigState::Faulted => (
+        Some(RigState::Stopped | RigState::Faulted) => (
             "Reset",
             "Clear the stop or the fault; the force stays off until you engage",
             Intent::Reset,
         ),
         _ => ("Release", "Ramp the force down", Intent::Release),
     };
-    let is_of_use = !matches!(state, RigState::Disconnected | RigState::Idle | RigState::Releasing);
+    let has_none = |state| matches!(state, RigState::Disconnected | RigState::Idle | RigState::Releasing);
+    let is_of_use = state.is_some_and(|state| !has_none(state));
     show_command(ui, label, hint, is_of_use, intent, intents);
 }
 
@@ -156,8 +199,8 @@ fn describe(state: RigState) -> &'static str {
     }
 }
 
-/// Explains why there is neither a scene nor a plot. Samples of the former connection may be in sight.
-pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, has_samples: bool) {
+/// Explains why there is neither a scene nor a plot.
+pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon) {
     let palette = Palette::of(ui);
     match &daemon.link {
         Link::Connected { .. } => {}
@@ -170,10 +213,6 @@ pub(crate) fn explain_no_daemon(ui: &mut Ui, daemon: &Daemon, has_samples: bool)
             ui.label(format!("Socket: {}", path.display()));
             ui.add(Label::new(RichText::new(reason).color(palette.error_text)).wrap());
             ui.label("The panel keeps trying and connects by itself.");
-            if has_samples {
-                ui.label("Below is what came last before the connection was lost.");
-            }
-            ui.add_space(8.0);
         }
     }
 }

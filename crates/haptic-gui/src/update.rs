@@ -121,6 +121,16 @@ pub enum Update {
     },
 }
 
+impl Update {
+    /// Whether it is one of a stream that never ends while there is a daemon: samples, timing and status.
+    pub(crate) fn is_steady(&self) -> bool {
+        matches!(
+            self,
+            Self::Event(Event::Samples(_) | Event::Timing(_)) | Self::Status(Ok(_))
+        )
+    }
+}
+
 /// The answer to a request that the daemon has carried out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {

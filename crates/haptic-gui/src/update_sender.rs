@@ -4,7 +4,7 @@ use crate::frame_limiter::FrameLimiter;
 use crate::update::Update;
 use std::fmt;
 use std::sync::mpsc;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// The panel is closed: nothing receives updates any more.
@@ -36,13 +36,21 @@ impl UpdateSender {
         (sender, received)
     }
 
+    fn limiter(&self) -> MutexGuard<'_, FrameLimiter> {
+        // It is consistent between any two statements, so a panic elsewhere leaves it usable.
+        self.limiter.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Sets the time between two frames of a steady stream of updates, for every thread.
+    pub(crate) fn set_pace(&self, pace: Duration) {
+        self.limiter().set_pace(pace);
+    }
+
     /// Sends an update that the next frame shows.
     pub(crate) fn send(&self, update: Update) -> Result<(), PanelGone> {
+        let is_steady = update.is_steady();
         self.send_undrawn(update)?;
-        let wait = {
-            let mut limiter = self.limiter.lock().unwrap_or_else(PoisonError::into_inner);
-            limiter.wait(Instant::now())
-        };
+        let wait = self.limiter().wait(Instant::now(), is_steady);
         (self.repaint)(wait);
         Ok(())
     }

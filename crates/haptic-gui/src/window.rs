@@ -1,6 +1,20 @@
 //! The panel in a window.
 
-use haptic_gui::App;
+use eframe::glow::{self, HasContext as _};
+use haptic_gui::{App, theme};
+
+/// What renderers call themselves that draw without a graphics card: those of Mesa and of Chromium.
+const IN_SOFTWARE: [&str; 4] = ["llvmpipe", "softpipe", "Software Rasterizer", "SwiftShader"];
+
+/// Whether a window is drawn by the processor.
+#[expect(unsafe_code, reason = "what a renderer calls itself has no safe wrapper")]
+pub(crate) fn is_drawn_in_software(creation: &eframe::CreationContext<'_>) -> bool {
+    let name = creation.gl.as_ref().map(|gl| {
+        // SAFETY: the context is that of this thread while the window is created.
+        unsafe { gl.get_parameter_string(glow::RENDERER) }
+    });
+    name.is_some_and(|name| IN_SOFTWARE.iter().any(|renderer| name.contains(renderer)))
+}
 
 /// The panel as the windowing system calls it.
 pub(crate) struct Window {
@@ -23,5 +37,9 @@ impl eframe::App for Window {
 
     fn on_exit(&mut self, _: Option<&eframe::glow::Context>) {
         self.app.close(&self.ctx);
+    }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        theme::ground(visuals).to_normalized_gamma_f32()
     }
 }

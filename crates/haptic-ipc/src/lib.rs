@@ -72,7 +72,7 @@ pub use schedule::{
 pub use state::{RigState, StateReply};
 pub use status::{DeviceStatus, ForceLimitBy, LibraryScene, RealTimeStatus, Status};
 pub use timing::{Bucket, Percentiles, StopTimes, Timing, TimingHistogram, TimingWindow};
-pub use unknown_word::{meant_in, meant_or_semicolon};
+pub use unknown_word::meant_in;
 
 /// The protocol version that this crate speaks.
 pub const PROTOCOL_VERSION: u32 = 1;

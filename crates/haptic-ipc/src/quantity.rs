@@ -2,6 +2,7 @@
 //!
 //! A bare number is in the SI unit of the parameter table. A unit must measure the same quantity.
 
+use haptic_core::nearest::{nearest, suggestion};
 use haptic_core::parameters::TABLE;
 use thiserror::Error;
 
@@ -59,12 +60,14 @@ pub enum BadQuantity {
         text: String,
     },
     /// Its unit measures something else.
-    #[error("`{given}` is not a unit of this: give {accepted}")]
+    #[error("`{given}` is not a unit of this{} give {accepted}", suggestion(*.meant))]
     WrongUnit {
         /// The unit given.
         given: String,
         /// The units accepted, as a list for people.
         accepted: String,
+        /// The one that was probably meant.
+        meant: Option<&'static str>,
     },
 }
 
@@ -89,6 +92,7 @@ pub fn parse(text: &str, si: &str) -> Result<f64, BadQuantity> {
         let (_, shift) = known.ok_or_else(|| BadQuantity::WrongUnit {
             given: unit.to_owned(),
             accepted: accepted(si),
+            meant: meant(si, unit),
         })?;
         *shift
     };
@@ -104,6 +108,20 @@ pub fn number(value: f64) -> String {
     } else {
         format!("{value}")
     }
+}
+
+/// A value for people: up to 12 digits, so that 4 times 1.1 is 4.4.
+#[must_use]
+pub fn readable(value: f64) -> String {
+    number(rounded(value, 12))
+}
+
+/// A value to so many digits.
+#[must_use]
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits.saturating_sub(1))
+        .parse()
+        .unwrap_or(value)
 }
 
 /// The unit behind a number; empty for a bare number.
@@ -125,6 +143,12 @@ pub fn accepted(si: &str) -> String {
     } else {
         format!("{} or {last}", names.join(", "))
     }
+}
+
+/// The unit that was probably meant by another word. Letters alone do not say: `MN` may be meganewtons.
+fn meant(si: &str, unit: &str) -> Option<&'static str> {
+    let names: Vec<&'static str> = units(si).iter().map(|(name, _)| *name).collect();
+    nearest(unit, &names).filter(|name| !name.eq_ignore_ascii_case(unit))
 }
 
 /// Every SI unit of the parameter table.
@@ -209,6 +233,9 @@ mod tests {
             ("5 mm", "kg", "`mm` is not a unit of this: give kg, g or mg"),
             ("5 MN", "N", "give N, mN or kN"),
             ("0.5N", "1", "give a bare number or %"),
+            ("5kgs", "kg", "did you mean `kg`? give"),
+            ("2 newtons", "N", "did you mean `N`?"),
+            ("2Ns/mm2", "N s/m", "did you mean `Ns/mm`?"),
         ] {
             let error = parse(text, si).expect_err(text).to_string();
             assert!(error.contains(part), "{text}: {error}");
@@ -224,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_written_exactly_and_short() {
+    fn numbers_are_written_exactly_and_short_or_without_an_error_of_rounding() {
         for (value, text) in [
             (0.0, "0"),
             (0.5, "0.5"),
@@ -233,6 +260,14 @@ mod tests {
             (1e300, "1e300"),
         ] {
             assert_eq!(number(value), text);
+        }
+        for (value, text) in [
+            (4.0 * 1.1, "4.4"),
+            (0.1 + 0.2, "0.3"),
+            (1.234_567_89, "1.23456789"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(readable(value), text);
         }
     }
 

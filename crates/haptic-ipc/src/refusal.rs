@@ -2,7 +2,7 @@
 //! meant, in a sentence for people and in fields for programs.
 
 use crate::error::{ErrorCode, WireError};
-use crate::unknown_word::meant_or_semicolon;
+use haptic_core::nearest::meant_or_semicolon;
 
 /// A value of the wrong type.
 pub(crate) fn wrong_type(path: &str, name: &str, value: &str, expected: &str) -> WireError {

@@ -3,6 +3,7 @@
 use crate::advice::Advice;
 use crate::error::{ErrorCode, WireError};
 use crate::object::{Field, FieldValue, Limits, Object};
+use crate::quantity::readable;
 use crate::values::{is_whole, word, words};
 use crate::{parameter, refusal};
 use haptic_core::friction::{Friction, LAWS, Reseat};
@@ -218,8 +219,8 @@ pub enum Value {
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Number(value) if value.is_symmetric() => write!(f, "{}", value.positive),
-            Self::Number(value) => write!(f, "+{} -{}", value.positive, value.negative),
+            Self::Number(value) if value.is_symmetric() => f.write_str(&readable(value.positive)),
+            Self::Number(value) => write!(f, "+{} -{}", readable(value.positive), readable(value.negative)),
             Self::Word(word) => f.write_str(word),
         }
     }

@@ -1,13 +1,6 @@
-//! Messages about an unknown word, with the known word that was probably meant.
+//! The known word that was probably meant, in a message of serde's about an unknown one.
 
 use haptic_core::nearest::nearest;
-
-/// The part of a message between an unknown word and the list of known ones: `, did you mean ...?`
-/// or a semicolon.
-#[must_use]
-pub fn meant_or_semicolon(wrong: &str, known: &[&str]) -> String {
-    nearest(wrong, known).map_or_else(|| ";".to_owned(), |meant| format!(", did you mean `{meant}`?"))
-}
 
 /// The word that was probably meant in a message of serde's about an unknown field or word, which
 /// lists the known ones.

@@ -51,6 +51,7 @@ fn metadata() -> Metadata {
         device: "a rig".into(),
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
+        recorded_by: None,
         started_unix_s: 1.76e9,
         revision: 1,
         scene: Scene::paper(),

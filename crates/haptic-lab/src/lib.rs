@@ -14,4 +14,6 @@ pub mod recording;
 pub mod replay;
 pub mod simulate;
 mod smoothing;
+pub mod stats;
+pub mod studies;
 pub mod surface;

@@ -67,7 +67,7 @@ class Fake(Closing):
             *arguments,
         ]
         self._supervisor = subprocess.Popen(
-            [sys.executable, "-S", "-c", _SUPERVISE, *command],
+            [sys.executable, "-S", "-c", _SUPERVISE, self._temporary.name, *command],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
@@ -131,12 +131,15 @@ def fake(*arguments: str, **options: Any) -> Fake:
     return Fake(given)
 
 
-#: Runs a command until it ends, or until nobody holds the other end of standard input: then this program is dead.
+#: Runs a command until it ends, or until nobody holds the other end of standard input: then this program is dead, and
+#: its folder, the first argument, goes too.
 _SUPERVISE = """
-import os, signal, subprocess, sys, threading
-child = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL)
+import os, shutil, signal, subprocess, sys, threading
+child = subprocess.Popen(sys.argv[2:], stdin=subprocess.DEVNULL)
+is_alone = threading.Event()
 def watch():
     sys.stdin.buffer.read()
+    is_alone.set()
     child.terminate()
     try:
         child.wait(5)
@@ -144,5 +147,8 @@ def watch():
         child.kill()
 signal.signal(signal.SIGINT, signal.SIG_IGN)
 threading.Thread(target=watch, daemon=True).start()
-os._exit(child.wait() & 0xFF)
+code = child.wait()
+if is_alone.is_set():
+    shutil.rmtree(sys.argv[1], ignore_errors=True)
+os._exit(code & 0xFF)
 """

@@ -3,6 +3,7 @@
 use super::key::ParameterKey;
 use super::parameter::Parameter;
 use super::table::known_names;
+use crate::nearest::suggestion;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -190,10 +191,6 @@ fn names(parameters: &[Parameter]) -> String {
         })
         .collect();
     names.join(", ")
-}
-
-fn suggestion(nearest: Option<&'static str>) -> String {
-    nearest.map_or_else(|| String::from(";"), |name| alloc::format!(", did you mean `{name}`?"))
 }
 
 /// Whether a value lies in its parameter's range.

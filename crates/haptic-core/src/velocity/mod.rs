@@ -15,6 +15,7 @@ pub use finite_difference::FiniteDifference;
 pub use foaw::{Fit, Foaw, LONGEST_WINDOW};
 pub use low_pass::{DEFAULT_CUTOFF_HZ, LowPass};
 
+use crate::nearest::meant_or_semicolon;
 use alloc::string::{String, ToString};
 use core::fmt;
 use core::str::FromStr;
@@ -48,23 +49,31 @@ pub const METHODS: [Method; 5] = [
     Method::FoawBestFit,
 ];
 
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
+impl Method {
+    /// Its name, as it is written and read.
+    const fn name(self) -> &'static str {
+        match self {
             Self::FiniteDifference => "finite-difference",
             Self::LowPass => "low-pass",
             Self::AlphaBetaGamma => "alpha-beta-gamma",
             Self::FoawEndFit => "foaw-end-fit",
             Self::FoawBestFit => "foaw-best-fit",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
     }
 }
 
 /// A text that names no estimator.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error(
-    "unknown velocity estimator `{0}`; the estimators are finite-difference, low-pass, alpha-beta-gamma, foaw-end-fit, \
-     foaw-best-fit"
+    "unknown velocity estimator `{0}`{meant} the estimators are {known}",
+    meant = meant_or_semicolon(.0, &METHODS.map(Method::name)),
+    known = METHODS.map(Method::name).join(", ")
 )]
 pub struct UnknownMethod(String);
 
@@ -74,7 +83,7 @@ impl FromStr for Method {
     fn from_str(text: &str) -> Result<Self, UnknownMethod> {
         METHODS
             .into_iter()
-            .find(|method| method.to_string() == text)
+            .find(|method| method.name() == text)
             .ok_or_else(|| UnknownMethod(text.to_string()))
     }
 }
@@ -227,6 +236,8 @@ mod tests {
         }
         let error = "kalman".parse::<Method>().expect_err("no such estimator").to_string();
         assert!(error.contains("kalman") && error.contains("foaw-end-fit"), "{error}");
+        let error = "lowpass".parse::<Method>().expect_err("no such estimator").to_string();
+        assert!(error.contains("did you mean `low-pass`?"), "{error}");
     }
 
     proptest! {

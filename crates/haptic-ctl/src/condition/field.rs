@@ -1,10 +1,11 @@
 //! The fields that a condition can compare, and the values of each.
 
-use crate::watch;
+use crate::sample_table;
 use haptic_core::ParameterKey;
 use haptic_core::friction::LAWS;
+use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::parameters::TABLE;
-use haptic_ipc::{RigState, Sample, TimingWindow, meant_or_semicolon};
+use haptic_ipc::{RigState, Sample, TimingWindow};
 use std::str::FromStr;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,7 +131,7 @@ fn unit(name: &str) -> &'static str {
 
 /// The words for a contact, with the numbers that a sample has for them.
 fn contacts() -> [(&'static str, i8); 3] {
-    [0, 1, -1].map(|direction| (watch::contact(direction), direction))
+    [0, 1, -1].map(|direction| (sample_table::contact(direction), direction))
 }
 
 impl Field {

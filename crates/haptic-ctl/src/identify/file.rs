@@ -5,11 +5,8 @@ use crate::failure::Failure;
 use crate::progress;
 use clap::ValueEnum;
 use haptic_lab::identify::record_file::{self, Columns, MovingMass, Source};
-use haptic_lab::identify::{self, Directions, Identified, ModelKind, Options};
+use haptic_lab::identify::{self, Clocks, Directions, Identified, ModelKind, Options};
 use std::path::{Path, PathBuf};
-
-/// Shift that is looked for where the forces have a recorder of their own, s.
-const SHIFT_OF_TWO_RECORDERS_S: f64 = 0.5;
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Model {
@@ -104,6 +101,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "OTHER.csv", requires = "file")]
     force_file: Option<PathBuf>,
 
+    /// How much later the force's times are than the position's for the same instant, ms; then it is not looked for
+    #[arg(long, value_name = "MS", allow_hyphen_values = true, requires = "file")]
+    shift_ms: Option<f64>,
+
     /// Moving mass of a recording: the block by its coupling, or the device by its motor [default: the device where
     /// the recording is of identify --run, else the block]
     #[arg(
@@ -173,11 +174,12 @@ pub(super) fn run(
     let loaded = record_file::read(&source).map_err(|error| usage(&error))?;
     let mut options = wanted.options();
     options.offset_n = options.offset_n.or(loaded.offset_n);
-    if source.force_path.is_some() {
-        options.longest_shift_s = SHIFT_OF_TWO_RECORDERS_S;
-    } else if loaded.has_one_clock {
-        options.longest_shift_s = 0.0;
-    }
+    options.clocks = match arguments.shift_ms {
+        Some(shift_ms) => Clocks::Shifted(1e-3 * shift_ms),
+        None if source.force_path.is_some() => Clocks::Two,
+        None if loaded.has_one_clock => Clocks::One,
+        None => Clocks::Delayed,
+    };
     let mut found: Identified = identify::identify(&loaded.record, &options)
         .map_err(|error| Failure::Usage(format!("{}: {error}", path.display())))?;
     found.notes.splice(0..0, loaded.notes);

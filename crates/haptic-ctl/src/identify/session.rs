@@ -4,7 +4,7 @@ use super::ticks::Ticks;
 use crate::console::Console;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
-use crate::record::RecordingThread;
+use crate::record::RecordingUnderWay;
 use crate::{beginning, progress};
 use haptic_core::Excitation;
 use haptic_core::rig_friction::RigFriction;
@@ -31,7 +31,7 @@ const ATTEMPTS: usize = 3;
 pub(super) struct Session<'a> {
     daemon: &'a mut Daemon,
     console: Console,
-    recorder: Option<RecordingThread>,
+    recorder: Option<RecordingUnderWay>,
     pub(super) begun: IdentificationReply,
     pub(super) ticks: Ticks,
     /// Nominal time between two ticks, s.
@@ -77,7 +77,7 @@ impl<'a> Session<'a> {
         let (status, metadata) = beginning::subscribe(self.daemon, subscription, Some(notes.to_owned())).await?;
         self.period_s = 1.0 / status.rate_hz;
         let Some(file) = file else { return Ok(()) };
-        self.recorder = Some(RecordingThread::create(file, &metadata, replace)?);
+        self.recorder = Some(RecordingUnderWay::create(file, &metadata, replace)?);
         Ok(())
     }
 

@@ -1,5 +1,6 @@
 //! What happens to the link to the rig, from the inputs of the ticks and the status of the link.
 
+use crate::output;
 use haptic_core::sample::DeviceError;
 use haptic_core::servo::InputWord;
 use haptic_ipc::{Event, LinkedDevice, Sample};
@@ -55,7 +56,9 @@ impl LinkWatch {
             tick,
             text: format!(
                 "another device: {}, resolution {} m, force limit {} N",
-                device.firmware, device.resolution_m, device.force_limit_n
+                device.firmware,
+                output::figure(device.resolution_m),
+                output::figure(device.force_limit_n)
             ),
         }
     }
@@ -147,7 +150,7 @@ mod tests {
             found,
             [(
                 7,
-                "another device: mine 1.0, resolution 0.000001 m, force limit 20 N".to_owned()
+                "another device: mine 1.0, resolution 1e-6 m, force limit 20 N".to_owned()
             )]
         );
         assert_eq!(marks(watch.marks(&timing(Some(device(1e-6))), 8)), []);

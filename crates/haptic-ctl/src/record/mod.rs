@@ -2,10 +2,10 @@
 
 mod link_watch;
 mod person;
-mod thread;
 mod tick_clock;
+mod under_way;
 
-pub(crate) use thread::RecordingThread;
+pub(crate) use under_way::RecordingUnderWay;
 
 use crate::condition::{Condition, Observations};
 use crate::daemon::Daemon;
@@ -82,7 +82,7 @@ impl Arguments {
     pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
         if self.file == Path::new("-") {
             return Err(Failure::Usage(
-                "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl watch --rate \
+                "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl events samples --rate \
                  all --json`"
                     .to_owned(),
             ));
@@ -171,7 +171,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let mut signals = Signals::new()?;
     let notes = arguments.notes()?;
     let (status, metadata) = beginning::subscribe(daemon, arguments.subscription(), notes).await?;
-    let recorder = RecordingThread::create(&arguments.file, &metadata, arguments.force)?;
+    let recorder = RecordingUnderWay::create(&arguments.file, &metadata, arguments.force)?;
     let mut session = Session {
         arguments,
         recorder,
@@ -188,7 +188,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
 /// A recording that runs.
 struct Session<'a> {
     arguments: &'a Arguments,
-    recorder: RecordingThread,
+    recorder: RecordingUnderWay,
     link: LinkWatch,
     observations: Observations,
     clock: TickClock,
@@ -334,7 +334,7 @@ fn not_written(file: &Path, error: &io::Error) -> Failure {
     let name = file.display();
     Failure::File(match Summary::read(file) {
         Ok(summary) => format!(
-            "{name}: {error}; the recording ends there: {} s, {} rows, which read",
+            "{name}: {error}; the recording ends there: {:.3} s, {} rows, which read",
             summary.length_s(),
             summary.rows
         ),

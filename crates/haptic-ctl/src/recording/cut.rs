@@ -6,6 +6,7 @@ use crate::duration::duration;
 use crate::failure::Failure;
 use crate::{output, progress};
 use clap::ValueHint;
+use haptic_core::nearest::meant_or_semicolon;
 use haptic_lab::recording::{self, Span};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -95,15 +96,17 @@ fn markers(arguments: &Arguments) -> Result<Vec<(f64, String)>, Failure> {
 fn find(arguments: &Arguments, markers: &[(f64, String)], text: &str) -> Result<f64, Failure> {
     let found = markers.iter().find(|(_, marker)| marker == text);
     found.map(|(t_s, _)| *t_s).ok_or_else(|| {
-        let there: Vec<String> = markers.iter().map(|(_, marker)| format!("`{marker}`")).collect();
+        let known: Vec<&str> = markers.iter().map(|(_, marker)| marker.as_str()).collect();
+        let there: Vec<String> = known.iter().map(|marker| format!("`{marker}`")).collect();
         let there = if there.is_empty() {
             "none".to_owned()
         } else {
             there.join(", ")
         };
         Failure::Usage(format!(
-            "{}: there is no marker `{text}`; its markers: {there}",
-            arguments.file.display()
+            "{}: there is no marker `{text}`{} its markers: {there}",
+            arguments.file.display(),
+            meant_or_semicolon(text, &known)
         ))
     })
 }

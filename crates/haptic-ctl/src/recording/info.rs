@@ -39,6 +39,7 @@ fn as_json(arguments: &Arguments, summary: &Summary) -> serde_json::Value {
         "bytes": summary.bytes,
         "server": metadata.server,
         "device": metadata.device,
+        "recorded_by": metadata.recorded_by,
         "started_unix_s": metadata.started_unix_s,
         "loop_rate_hz": metadata.loop_rate_hz,
         "rate_hz": metadata.rate_hz,
@@ -50,6 +51,7 @@ fn as_json(arguments: &Arguments, summary: &Summary) -> serde_json::Value {
         "length_s": summary.length_s(),
         "lost": summary.lost,
         "gaps": summary.gaps,
+        "lost_changes": summary.lost_changes,
         "missed": summary.missed,
         "with_force": summary.with_force,
         "peak_force_N": summary.peak_force_n,
@@ -73,14 +75,21 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
             format!("{}: {}, {megabytes:.2} MB", arguments.file.display(), summary.format),
         ),
         row("begun", when(metadata.started_unix_s, &TimeZone::system())),
-        row("by", metadata.server.clone()),
+        row(
+            "by",
+            match &metadata.recorded_by {
+                Some(program) => format!("{program}, of {}", metadata.server),
+                None => metadata.server.clone(),
+            },
+        ),
         row("device", metadata.device.clone()),
         row(
             "rate",
             if metadata.rate_hz == metadata.loop_rate_hz {
-                format!("{} Hz, every tick", metadata.rate_hz)
+                format!("{} Hz, every tick", output::figure(metadata.rate_hz))
             } else {
-                format!("{} Hz, of {} Hz ticks", metadata.rate_hz, metadata.loop_rate_hz)
+                let (rate, ticks) = (output::figure(metadata.rate_hz), output::figure(metadata.loop_rate_hz));
+                format!("{rate} Hz, of {ticks} Hz ticks")
             },
         ),
         row(
@@ -104,13 +113,7 @@ fn as_text(arguments: &Arguments, summary: &Summary) -> String {
         ),
         row("force", force(summary)),
         row("faults", faults(summary)),
-        row(
-            "lost",
-            match summary.gaps {
-                0 => "nothing".to_owned(),
-                gaps => format!("{} in {}", count(summary.lost, "row"), count(gaps, "gap")),
-            },
-        ),
+        row("lost", lost(summary)),
         row("missed", count(summary.missed, "period")),
         row("ending", summary.ending.to_string()),
     ];
@@ -138,6 +141,18 @@ fn force(summary: &Summary) -> String {
     #[expect(clippy::cast_precision_loss, reason = "rows of a session")]
     let with_force_s = summary.with_force as f64 / summary.metadata.rate_hz;
     format!("{with_force_s:.1} s, at most {:.2} N", summary.peak_force_n)
+}
+
+/// What is missing.
+fn lost(summary: &Summary) -> String {
+    let rows = || format!("{} in {}", count(summary.lost, "row"), count(summary.gaps, "gap"));
+    let changes = || count(summary.lost_changes, "change");
+    match (summary.gaps, summary.lost_changes) {
+        (0, 0) => "nothing".to_owned(),
+        (_, 0) => rows(),
+        (0, _) => changes(),
+        (..) => format!("{}; {}", rows(), changes()),
+    }
 }
 
 /// How often the rig was stopped and faulted.
@@ -176,15 +191,18 @@ fn event_row(event: &Event) -> Vec<String> {
 /// What of the servo's settings may change.
 fn settings(servo: &ServoSetup) -> String {
     let RigLosses { damping, friction } = servo.settings.losses;
-    let limit = servo
-        .device_force_limit_n
-        .map_or_else(|| "no force limit".to_owned(), |limit_n| format!("at most {limit_n} N"));
+    let limit = servo.device_force_limit_n.map_or_else(
+        || "no force limit".to_owned(),
+        |limit_n| format!("at most {} N", output::figure(limit_n)),
+    );
     let share = servo.settings.compensation.map_or_else(String::new, |compensation| {
-        format!(", {} of it compensated", compensation.share)
+        format!(", {} of it compensated", output::figure(compensation.share))
     });
     format!(
-        "a device with steps of {} m and {limit}; the rig takes up {friction} N and {damping} N s/m{share}",
-        servo.device_resolution_m
+        "a device with steps of {} m and {limit}; the rig takes up {} N and {} N s/m{share}",
+        output::figure(servo.device_resolution_m),
+        output::figure(friction),
+        output::figure(damping)
     )
 }
 

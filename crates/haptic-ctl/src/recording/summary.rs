@@ -21,6 +21,8 @@ pub(crate) struct Summary {
     pub(crate) lost: u64,
     /// Places where some are missing.
     pub(crate) gaps: u64,
+    /// Changes of state, scene or settings, and markers, that are missing.
+    pub(crate) lost_changes: u64,
     /// Periods that the loop missed.
     pub(crate) missed: u64,
     /// Scenes, states, markers and link events, in their order.
@@ -76,6 +78,7 @@ impl Summary {
             peak_force_n: 0.0,
             lost: 0,
             gaps: 0,
+            lost_changes: 0,
             missed: 0,
             events: Vec::new(),
             ending: Ending::Open,
@@ -132,6 +135,10 @@ impl Summary {
             Mark::Lost { rows } => {
                 self.lost = self.lost.saturating_add(rows);
                 self.gaps += 1;
+                return;
+            }
+            Mark::LostChanges { changes } => {
+                self.lost_changes = self.lost_changes.saturating_add(changes);
                 return;
             }
             Mark::Missed { periods, .. } => {

@@ -1,7 +1,7 @@
 //! `scene load`: load a whole scene.
 
 use super::reference;
-use crate::change::{self, ChangeArguments, ChangeView};
+use crate::change::{Change, ChangeArguments, ChangeView};
 use crate::complete;
 use crate::daemon::Daemon;
 use crate::failure::Failure;
@@ -27,7 +27,7 @@ impl Arguments {
 }
 
 pub(super) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Result<(), Failure> {
-    change::prepare(daemon, &request).await?;
+    let change = Change::prepare(daemon, &request, ChangeView::Differences, json).await?;
     let reply: ChangeReply = reference::ask(daemon, request).await?;
-    change::finish(daemon, &reply, ChangeView::Differences, json).await
+    change.finish(daemon, &reply).await
 }

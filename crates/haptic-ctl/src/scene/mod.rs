@@ -4,6 +4,7 @@ mod delete;
 mod diff;
 mod list;
 mod load;
+pub(crate) mod offline;
 pub(crate) mod reference;
 mod rename;
 mod save;

@@ -21,10 +21,17 @@ pub(crate) fn read(text: &str) -> Result<SceneRef, Failure> {
     if number.len() < text.len() {
         return Err(Failure::Usage(format!("`{text}` is not a revision: write @42")));
     }
-    if text.contains('/') || Path::new(text).extension().is_some_and(|extension| extension == "toml") {
-        return file(Path::new(text)).map(|scene| SceneRef::Scene(Box::new(scene)));
+    if let Some(path) = path(text) {
+        return file(path).map(|scene| SceneRef::Scene(Box::new(scene)));
     }
     Ok(SceneRef::Name(text.to_owned()))
+}
+
+/// The file that is meant: a text with a slash, or that ends in `.toml`.
+pub(crate) fn path(text: &str) -> Option<&Path> {
+    let path = Path::new(text);
+    let is_file = text.contains('/') || path.extension().is_some_and(|extension| extension == "toml");
+    is_file.then_some(path)
 }
 
 /// Reads the scene that may be left out.
@@ -33,7 +40,7 @@ pub(crate) fn read_optional(text: Option<&String>) -> Result<Option<SceneRef>, F
 }
 
 /// Reads a scene's file. A scene without a name gets the file's.
-pub(crate) fn file(path: &Path) -> Result<Scene, Failure> {
+fn file(path: &Path) -> Result<Scene, Failure> {
     let refused = |error: &dyn std::fmt::Display| Failure::Usage(format!("{}: {error}", path.display()));
     let text = regular_file::read_text(path).map_err(|error| refused(&error))?;
     let mut scene: Scene = toml::from_str(&text).map_err(|error| {

@@ -36,5 +36,5 @@ pub(super) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
     if json {
         return output::json(&reply);
     }
-    output::line(&format!("it is {} now, in {}", reply.name, reply.path))
+    output::unless_quiet(&format!("it is {} now, in {}", reply.name, reply.path))
 }

@@ -36,5 +36,5 @@ pub(super) async fn run(daemon: &mut Daemon, request: Request, json: bool) -> Re
     if json {
         return output::json(&reply);
     }
-    output::line(&format!("{} is in {}", reply.name, reply.path))
+    output::unless_quiet(&format!("{} is in {}", reply.name, reply.path))
 }

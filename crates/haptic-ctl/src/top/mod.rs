@@ -47,7 +47,7 @@ enum Answer {
 pub(crate) async fn run(daemon: &mut Daemon, socket: Option<&Path>) -> Result<(), Failure> {
     if !std::io::stdout().is_terminal() || !std::io::stdin().is_terminal() {
         return Err(Failure::Usage(
-            "top needs a terminal; `haptic-ctl watch` and `haptic-ctl status` can be piped".to_owned(),
+            "top needs a terminal; `haptic-ctl events` and `haptic-ctl status` can be piped".to_owned(),
         ));
     }
     let mut interrupt = signal(SignalKind::interrupt())?;

@@ -16,7 +16,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, mpsc};
 
-/// Time between batches of samples, ms. Each batch causes a frame: 30 a second.
+/// Time between batches of samples, ms: that of the quickest frames.
 const BATCH_MS: u32 = 34;
 
 /// Entries of the journal that the panel asks for at first.

@@ -36,12 +36,13 @@ pub struct Connection {
     jobs: mpsc::Sender<Job>,
     recorder: Arc<Recorder>,
     updates: mpsc::Receiver<Update>,
+    sender: UpdateSender,
 }
 
 impl Connection {
     /// Connects to the socket that `locate` names. It is called before each attempt: the daemon may be
     /// started later and elsewhere. Other threads call `repaint` when there is news to draw, with the
-    /// time until the frame is due, so that there are at most 30 frames a second.
+    /// time until the frame is due.
     ///
     /// # Errors
     /// The system has no thread left.
@@ -61,7 +62,7 @@ impl Connection {
             Arc::clone(&recorder),
             jobs.clone(),
             guide,
-            sender,
+            sender.clone(),
             patience,
         );
         thread::Builder::new()
@@ -77,6 +78,7 @@ impl Connection {
             jobs,
             recorder,
             updates,
+            sender,
         })
     }
 
@@ -97,6 +99,12 @@ impl Connection {
                 self.do_next(Job::Intent { intent, stops });
             }
         }
+    }
+
+    /// Sets the time between two frames that show samples, timing and status; at least that of 30 frames a second,
+    /// with which everything else is drawn.
+    pub fn set_pace(&self, pace: Duration) {
+        self.sender.set_pace(pace);
     }
 
     /// Sends a stop. Waits for nothing.

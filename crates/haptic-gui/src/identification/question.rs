@@ -3,7 +3,7 @@
 use super::Found;
 use crate::tape::Tape;
 use haptic_lab::identify::record_file::{self, Loaded, MovingMass, Source};
-use haptic_lab::identify::{self, Options};
+use haptic_lab::identify::{self, Clocks, Options};
 use haptic_lab::recording::{Ending, Metadata, Recording};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -74,7 +74,7 @@ impl Question {
         let mut options = self.options.clone();
         options.offset_n = options.offset_n.or(loaded.offset_n);
         if loaded.has_one_clock {
-            options.longest_shift_s = 0.0;
+            options.clocks = Clocks::One;
         }
         let mut identified = identify::identify_with_progress(&loaded.record, &options, progress)
             .map_err(|error| format!("{}: {error}", self.origin()))?;

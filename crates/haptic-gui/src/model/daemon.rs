@@ -4,7 +4,7 @@ use super::scene::SceneFacts;
 use super::stop::StopReport;
 use crate::update::{Answer, StopNews};
 use haptic_ipc::{RigState, ServoSetup, Status, Timing, WireError};
-use haptic_lab::recording::Metadata;
+use haptic_lab::recording::{Metadata, recorded_by};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -12,8 +12,10 @@ use std::time::Duration;
 #[derive(Debug, Default)]
 pub(crate) struct Daemon {
     pub(crate) link: Link,
-    /// Whether there was a daemon since the window opened: its loss is told in red.
+    /// Whether there was a daemon since the window opened.
     pub(crate) was_connected: bool,
+    /// Whether the daemon before had a link to its rig.
+    was_linked: bool,
     rig: Option<Rig>,
     pub(crate) scene: SceneFacts,
     pub(crate) timing: Option<Timing>,
@@ -49,6 +51,15 @@ pub(crate) struct Rig {
     pub(crate) tick: u64,
 }
 
+/// Why numbers are not of now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Staleness {
+    /// There is no rig, or no daemon: they are the last that came.
+    Gone,
+    /// A fault: the rig may measure no more.
+    Faulted,
+}
+
 /// What was lost on the way to this panel.
 #[derive(Debug, Default)]
 pub(crate) struct Losses {
@@ -64,8 +75,25 @@ impl Daemon {
         matches!(self.link, Link::Connected { .. })
     }
 
+    /// The rig, while the daemon says what it does.
     pub(crate) fn rig(&self) -> Option<&Rig> {
-        self.rig.as_ref()
+        self.rig.as_ref().filter(|_| self.is_connected())
+    }
+
+    /// Why the numbers of the rig are not of now.
+    pub(crate) fn staleness(&self) -> Option<Staleness> {
+        match self.rig().map(|rig| rig.state) {
+            None | Some(RigState::Disconnected) => Some(Staleness::Gone),
+            Some(RigState::Faulted) => Some(Staleness::Faulted),
+            Some(_) => None,
+        }
+    }
+
+    /// Why there is no rig, as the daemon's link to it says.
+    pub(crate) fn why_no_rig(&self) -> Option<&str> {
+        let rig = self.rig().filter(|rig| rig.state == RigState::Disconnected);
+        let link = self.timing.as_ref().filter(|_| rig.is_some())?.link.as_ref();
+        link?.waiting.as_deref()
     }
 
     /// Why the daemon refused to engage, release or reset.
@@ -73,14 +101,28 @@ impl Daemon {
         self.refusal.as_deref()
     }
 
-    /// Forgets what a former connection stated; the outcome of a stop stays.
-    pub(crate) fn reconnect(&mut self, link: Link) {
+    /// Forgets what a former daemon stated; the outcome of a stop stays.
+    pub(crate) fn connect(&mut self, link: Link) {
         *self = Self {
-            was_connected: self.was_connected || matches!(link, Link::Connected { .. }),
+            was_connected: true,
+            was_linked: self.has_link_line(),
             link,
             stop: std::mem::take(&mut self.stop),
             ..Self::default()
         };
+    }
+
+    /// The connection is lost, or there is none yet. What the daemon stated stays, to be shown as what it was.
+    pub(crate) fn lose_connection(&mut self, link: Link) {
+        self.link = link;
+        self.refusal = None;
+        self.stop.lose_connection();
+    }
+
+    /// Whether the link to the rig has a line: it keeps its place until the next daemon has stated its timing.
+    pub(crate) fn has_link_line(&self) -> bool {
+        let timing = self.timing.as_ref();
+        timing.map_or(self.was_linked, |timing| timing.link.is_some())
     }
 
     /// The head of a recording that begins now; `None` before the daemon has stated its parts.
@@ -91,6 +133,7 @@ impl Daemon {
             device: status.device.description.clone(),
             loop_rate_hz: status.rate_hz,
             rate_hz: status.rate_hz,
+            recorded_by: Some(recorded_by(concat!("haptic-gui ", env!("CARGO_PKG_VERSION")))),
             // The writing thread sets the clock.
             started_unix_s: 0.0,
             revision: self.scene.revision?,

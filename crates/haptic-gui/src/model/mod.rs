@@ -33,6 +33,15 @@ use std::time::{Duration, Instant};
 use tapes::{Tapes, WhatIf};
 use view::View;
 
+/// Shortest time between two frames that show new samples.
+const FASTEST: Duration = crate::frame_limiter::SHORTEST;
+
+/// Longest time between two frames of a running plot, whose numbers run with it.
+const SLOWEST: Duration = Duration::from_millis(100);
+
+/// The same while no plot runs.
+const STANDING: Duration = Duration::from_secs(1);
+
 /// Everything that the panel shows.
 #[derive(Debug, Default)]
 pub struct Model {
@@ -55,11 +64,16 @@ impl Model {
             Update::Connecting { path } => daemon.link = Link::Connecting { path },
             Update::Connected { path, hello } => {
                 let server = hello.server;
-                self.reconnect(Link::Connected { path, server });
+                daemon.connect(Link::Connected { path, server });
+                view.tuning.forget();
+                view.fitting.lose_daemon();
+                self.tapes.end_live();
             }
             Update::Disconnected { path, reason } => {
-                self.reconnect(Link::Lost { path, reason });
-                self.daemon.stop.lose_connection();
+                daemon.lose_connection(Link::Lost { path, reason });
+                view.tuning.lose_daemon();
+                view.fitting.lose_daemon();
+                self.tapes.end_live();
             }
             Update::Subscribed(reply) => daemon.servo = reply.servo,
             Update::Described(description) => {
@@ -136,6 +150,19 @@ impl Model {
         self.view.page = page;
     }
 
+    /// The time between two frames that show new samples: in which a running plot moves by a pixel, and a second where
+    /// no plot runs, for the numbers.
+    #[must_use]
+    pub fn pace(&self) -> Duration {
+        let scope = self.view.scope(&self.tapes);
+        if self.view.page == Page::Identify || !scope.follows() {
+            return STANDING;
+        }
+        // About a half of the area is a plot over time.
+        let columns = f64::from(self.view.layout.area.width().max(2.0) / 2.0);
+        Duration::from_secs_f64(scope.span_s() / columns).clamp(FASTEST, SLOWEST)
+    }
+
     /// Where the plots were drawn, points.
     #[must_use]
     pub fn plots_area(&self) -> Rect {
@@ -161,14 +188,6 @@ impl Model {
         let fitting = notice::expire(&mut self.view.fitting.report, now);
         let stop = self.daemon.stop.age(now);
         file.into_iter().chain(report).chain(fitting).chain(stop).min()
-    }
-
-    /// Forgets the facts of a former connection.
-    fn reconnect(&mut self, link: Link) {
-        self.daemon.reconnect(link);
-        self.view.tuning.forget();
-        self.view.fitting.lose_daemon();
-        self.tapes.end_live();
     }
 
     fn take_event(&mut self, event: Event) {

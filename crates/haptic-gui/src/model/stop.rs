@@ -36,6 +36,11 @@ impl StopReport {
         }
     }
 
+    /// Whether there is something to say of the user's last stop.
+    pub(crate) fn is_told(&self) -> bool {
+        *self != Self::Settled
+    }
+
     /// Whether the outcome is still open.
     fn is_open(&self) -> bool {
         matches!(self, Self::Waiting { .. } | Self::Sent { .. } | Self::NotSent { .. })

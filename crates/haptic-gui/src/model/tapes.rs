@@ -40,6 +40,8 @@ pub(crate) struct RecordingProgress {
     pub(crate) totals: Totals,
     /// Samples that are missing because the disk did not keep up.
     pub(crate) lost: u64,
+    /// Changes and markers that are missing for the same reason.
+    pub(crate) lost_changes: u64,
     /// Number of markers that were set.
     pub(crate) markers: usize,
 }
@@ -96,6 +98,11 @@ impl Tapes {
     /// The newest sample of the live rig, while it is connected.
     pub(crate) fn newest(&self) -> Option<&Sample> {
         self.live.last().filter(|_| !self.is_over)
+    }
+
+    /// The newest sample of the live rig, connected or not.
+    pub(crate) fn last(&self) -> Option<&Sample> {
+        self.live.last()
     }
 
     /// Whether the live tape goes on.
@@ -191,23 +198,31 @@ impl Tapes {
         let told = match news {
             RecordingNews::Going { path, totals } => {
                 let before = self.recording.take();
-                let (lost, markers) = before.map_or((0, 0), |before| (before.lost, before.markers));
+                let (lost, lost_changes, markers) = before.map_or((0, 0, 0), |before| {
+                    (before.lost, before.lost_changes, before.markers)
+                });
                 self.recording = Some(RecordingProgress {
                     path,
                     totals,
                     lost,
+                    lost_changes,
                     markers,
                 });
                 return None;
             }
-            RecordingNews::Behind { path, lost } => {
+            RecordingNews::Behind {
+                path,
+                lost,
+                lost_changes,
+            } => {
                 let recording = self.recording.get_or_insert_with(|| RecordingProgress {
                     path,
                     totals: Totals::default(),
                     lost: 0,
+                    lost_changes: 0,
                     markers: 0,
                 });
-                recording.lost = lost;
+                (recording.lost, recording.lost_changes) = (lost, lost_changes);
                 return None;
             }
             RecordingNews::Ended { path, totals } => Ok(format!("Recorded {}: {}", path.display(), amount(&totals))),

@@ -8,6 +8,9 @@ use haptic_lab::recording::{self, Ending, Entry, Mark, Metadata, RecordingError}
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+/// Rows after which the progress is told: a minute at 1 kHz, or tens of milliseconds of reading.
+const ROWS_A_LOOK: usize = 60_000;
+
 /// A recording that is ready to be shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loaded {
@@ -33,17 +36,23 @@ impl Loaded {
         }
     }
 
-    /// Reads a recording. An hour at 1 kHz takes seconds and 470 MB of memory.
+    /// Reads a recording. An hour at 1 kHz takes seconds and 470 MB of memory. Meanwhile `progress` is told how many
+    /// seconds of it are read.
     ///
     /// # Errors
     /// Why it cannot be read, with the name of the file.
-    pub fn read(path: &Path) -> Result<Self, String> {
-        let read = || {
+    pub fn read(path: &Path, mut progress: impl FnMut(f64)) -> Result<Self, String> {
+        let mut read = || {
             let mut reader = recording::open(path)?;
             let (mut tape, mut marks) = (Tape::default(), Vec::new());
             while let Some(entry) = reader.next().transpose()? {
                 match entry {
-                    Entry::Row(row) => tape.push(row),
+                    Entry::Row(row) => {
+                        tape.push(row);
+                        if tape.len().is_multiple_of(ROWS_A_LOOK) {
+                            progress(row.t_s - tape.oldest_s().unwrap_or(row.t_s));
+                        }
+                    }
                     Entry::Mark(mark) => marks.push(mark),
                 }
             }

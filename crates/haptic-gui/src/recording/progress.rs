@@ -13,12 +13,14 @@ pub enum RecordingNews {
         /// What it holds.
         totals: Totals,
     },
-    /// The disk does not keep up, and samples are lost.
+    /// The disk does not keep up, and samples, changes or markers are lost.
     Behind {
         /// Its file, or the folder while there is no file.
         path: PathBuf,
         /// Samples lost since it began.
         lost: u64,
+        /// Changes and markers lost since it began.
+        lost_changes: u64,
     },
     /// It was ended.
     Ended {
@@ -41,6 +43,9 @@ pub(crate) fn amount(totals: &Totals) -> String {
     let mut text = format!("{:.1} s, {megabytes:.1} MB", totals.length_s);
     if totals.lost > 0 {
         text += &format!(", {} samples missing", totals.lost);
+    }
+    if totals.lost_changes > 0 {
+        text += &format!(", {} changes and markers missing", totals.lost_changes);
     }
     text
 }

@@ -3,7 +3,7 @@
 use crate::model::advice::{Advised, Fix, Warning, four_digits};
 use crate::model::tuning::{Hand, ParameterEdits};
 use crate::theme::Palette;
-use crate::wording::{sentence_case, spoken};
+use crate::wording::{sentence_case, spoken, subject};
 use egui::{
     Align2, Atom, AtomExt, Button, Color32, Grid, Label, Rect, RichText, Shape, Sides, TextStyle, Ui, Vec2, vec2,
 };
@@ -54,7 +54,8 @@ fn title(warnings: &[Warning<'_>]) -> String {
             |finding| {
                 let Finding { check, unit, .. } = finding;
                 let [value, bound] = [finding.value, finding.bound].map(|value| limited(value, ""));
-                format!("{}: {value}, bound {bound} {unit}", sentence_case(check))
+                let value = format!("{} {value}", subject(check));
+                format!("{}: {}, bound {bound} {unit}", sentence_case(check), value.trim_start())
             },
         );
     }
@@ -164,8 +165,9 @@ fn show_table(ui: &mut Ui, advised: &Advised) {
             for (finding, message) in advised.checks() {
                 let check = ui.label(RichText::new(sentence_case(&finding.check)).small());
                 let margin = finding.margin.map(|margin| format!("{margin:.2}"));
+                let value = format!("{} {}", subject(&finding.check), limited(finding.value, ""));
                 for text in [
-                    limited(finding.value, &finding.unit),
+                    value.trim_start().to_owned(),
                     limited(finding.bound, &finding.unit),
                     margin.unwrap_or_else(|| "∞".to_owned()),
                 ] {

@@ -67,7 +67,7 @@ pub(crate) fn show(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents
 }
 
 /// The active law, and all laws to choose from.
-fn show_law(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning, intents: &mut Vec<Intent>) {
+fn show_law(ui: &mut Ui, scene: &SceneFacts, tuning: &mut Tuning, intents: &mut Vec<Intent>) {
     ui.label("Law");
     let item = |law| Item {
         hint: Friction::summary(law).unwrap_or_default().to_owned(),
@@ -76,18 +76,15 @@ fn show_law(ui: &mut Ui, scene: &SceneFacts, tuning: &Tuning, intents: &mut Vec<
     let items = || LAWS.map(item).into();
     let (chosen, list) = drop_down::show(ui, "friction law", 140.0, &scene.law, items);
     list.on_hover_text(format!(
-        "{}.\nAnother law takes over every parameter that both have, and the force on the hand.",
+        "{}.\nAnother law takes over every parameter that both have, and the force on the hand. Its own parameters have \
+         the values that they had last.",
         Friction::summary(&scene.law).unwrap_or_default()
     ));
     let Some(law) = chosen.filter(|law| *law != scene.law) else {
         return;
     };
-    let changed = scene
-        .active
-        .as_ref()
-        .and_then(|scene| scene.with_law(law))
-        .and_then(Result::ok);
-    if let Some(changed) = changed {
+    let active = scene.active.as_ref();
+    if let Some(changed) = active.and_then(|active| tuning.with_law(active, law)) {
         intents.push(tuning.load(format!("law {law}"), SceneRef::Scene(Box::new(changed))));
     }
 }

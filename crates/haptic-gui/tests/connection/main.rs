@@ -10,7 +10,9 @@ use haptic_core::Scene;
 use haptic_gui::connection::Patience;
 use haptic_gui::{Answer, Intent, RecordingNews, Update};
 use haptic_ipc::{ErrorCode, Event, Request, params_of};
+use haptic_lab::recording::{Ending, Format, Totals};
 use metadata::metadata;
+use std::path::PathBuf;
 use std::time::Duration;
 
 #[test]
@@ -175,16 +177,15 @@ fn another_law_has_other_parameters_which_are_asked_for() {
     bench.until(described);
 }
 
-#[test]
-fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
-    let bench = Bench::new();
+/// A recording of one sample that goes on, with its file and what it holds.
+fn recording(bench: &Bench, format: Format) -> (Daemon, PathBuf, Totals) {
     let listener = bench.listen();
     let mut daemon = Daemon::accept(&listener);
     daemon.introduce();
     bench.until_connected();
     let metadata = metadata();
     bench.connection.send(Intent::Record {
-        format: haptic_lab::recording::Format::Csv,
+        format,
         folder: bench.dir.path().to_path_buf(),
         metadata: Box::new(metadata),
     });
@@ -193,10 +194,32 @@ fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
     daemon.hear();
     let row = r#"[7,0.007,"engaged",0,0.1,0,0.1,0,3.25,-3.25,1,0,0,0]"#;
     daemon.say(&format!(r#"{{"event":"samples","seq":0,"dropped":2,"rows":[{row}]}}"#));
-    let going = bench.until(|update| match update {
-        Update::Recording(RecordingNews::Going { totals, .. }) if totals.rows > 0 => Some(totals),
+    let (path, totals) = bench.until(|update| match update {
+        Update::Recording(RecordingNews::Going { path, totals }) if totals.rows > 0 => Some((path, totals)),
         _ => None,
     });
+    (daemon, path, totals)
+}
+
+#[test]
+fn a_recording_has_its_end_mark_when_the_window_is_closed() {
+    for format in [Format::Mcap, Format::Csv, Format::Parquet] {
+        let bench = Bench::new();
+        let (_daemon, path, _) = recording(&bench, format);
+        let before = haptic_lab::recording::read(&path).map(|found| found.ending);
+        assert_ne!(before.ok(), Some(Ending::Complete), "{format:?} goes on");
+        let Bench { dir, connection } = bench;
+        drop(connection);
+        let found = haptic_lab::recording::read(&path).expect("a recording");
+        assert_eq!((found.ending, found.rows.len()), (Ending::Complete, 1), "{format:?}");
+        drop(dir);
+    }
+}
+
+#[test]
+fn a_recording_holds_what_was_heard_and_ends_with_the_connection() {
+    let bench = Bench::new();
+    let (daemon, _, going) = recording(&bench, Format::Csv);
     assert_eq!((going.rows, going.lost), (1, 2));
     drop(daemon);
     let path = bench.until(|update| match update {

@@ -44,7 +44,7 @@ fn a_broken_bound_is_shown_and_fixed_by_a_button() {
     let line = panel.get_by_label("Stability: 1 of 2 bounds broken").rect();
     assert!(line.bottom() < before.top(), "above the list that scrolls");
     assert_eq!(panel.get_by_label("mass value").rect(), before, "and it moves nothing");
-    press(&mut panel, "Friction: 25000, bound 16000 N/m");
+    press(&mut panel, "Friction: stiffness 25000, bound 16000 N/m");
     panel.get_by_label("25000 N/m is held against 16000 N/m");
     assert!(
         panel.query_by_label_contains("160000").is_none(),
@@ -132,7 +132,7 @@ fn advice_on_an_older_scene_is_ignored() {
         advised(3, vec![check("friction", 18_000.0, Some(18_000.0))]),
     );
     hear(&mut panel, old());
-    panel.get_by_label("Friction: 25000, bound 18000 N/m");
+    panel.get_by_label("Friction: stiffness 25000, bound 18000 N/m");
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn the_answer_to_a_change_warns_where_the_daemon_has_no_more_advice() {
         result: Ok(Answer::Changed(reply)),
     };
     hear(&mut panel, applied);
-    panel.get_by_label("Friction: 25000, bound 16000 N/m");
+    panel.get_by_label("Friction: stiffness 25000, bound 16000 N/m");
     assert!(
         panel.query_by_label_contains("Stability").is_none(),
         "what it does not say may be kept or broken"
@@ -183,6 +183,11 @@ fn every_check_is_in_a_table_at_the_end_of_the_scene() {
     ] {
         panel.get_by_label(text);
     }
+    assert_eq!(
+        panel.query_all_by_label("stiffness 25000").count(),
+        2,
+        "what the value is of"
+    );
     let mut without_limit = check("encoder", 160_000.0, None);
     let finding = without_limit.finding.as_mut().unwrap();
     (finding.bound, finding.margin) = (None, None);

@@ -76,6 +76,7 @@ fn a_recording_shows_its_length_and_size_until_it_is_ended() {
         Totals {
             rows: 12_300,
             lost: 2,
+            lost_changes: 0,
             missed: 0,
             bytes: 1_810_000,
             length_s: 12.3,
@@ -134,11 +135,19 @@ fn a_recording_is_looked_at_without_a_daemon() {
         },
     );
     panel.get_by_label("Force plot");
+    let lost = Update::Disconnected {
+        path: "/run/hapticd/control.sock".into(),
+        reason: "no such file".into(),
+    };
+    hear(&mut panel, lost);
+    panel.get_by_label("No daemon");
+    assert!(panel.query_by_label("Stop").is_none(), "there was never a rig to stop");
     panel.get_by_label_contains("broken off in line 90005");
     assert_eq!(csv_times(&panel), (0.0, 89.999), "the whole of it, however long");
     panel.key_press(Key::Escape);
     panel.run();
     assert_eq!(asked(&mut panel), [Intent::Stop], "a stop is a stop");
+    panel.get_by_label("Stop");
     press(&mut panel, "Close recording");
     assert!(panel.query_by_label("Force plot").is_none());
     let refused = Err("cannot open /x: it is no recording".to_owned());
@@ -158,6 +167,7 @@ fn going(path: &str) -> Update {
         totals: Totals {
             rows: 1,
             lost: 0,
+            lost_changes: 0,
             missed: 0,
             bytes: 1,
             length_s: 0.0,
@@ -319,7 +329,7 @@ fn recorded(folder: &std::path::Path) -> PathBuf {
 fn looking_at(path: &std::path::Path, scene: &Scene) -> Panel {
     let mut panel = connected(RigState::Engaged);
     hear(&mut panel, active_scene(1, scene));
-    let result = Loaded::read(path).map(Box::new);
+    let result = Loaded::read(path, |_| {}).map(Box::new);
     let path = path.to_path_buf();
     hear(&mut panel, Update::Opened { path, result });
     // The list of recordings.

@@ -4,6 +4,7 @@ mod advice;
 mod bench;
 mod files;
 mod identify;
+mod layout;
 mod measure;
 #[path = "../fixture/metadata.rs"]
 mod metadata;

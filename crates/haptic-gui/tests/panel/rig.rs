@@ -1,8 +1,10 @@
 //! The rig: its state, its commands, its samples and its timing.
 
-use crate::bench::{Panel, SOCKET, asked, connected, hear, in_state, is_enabled, press, sample, state_event};
+use crate::bench::{
+    Panel, SOCKET, asked, connected, hear, in_state, is_enabled, lose_the_daemon, press, sample, state_event,
+};
 use crate::plots::{feel, rows, timing};
-use egui::{ViewportCommand, ViewportEvent, ViewportId};
+use egui::{Key, Modifiers, ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable;
 use haptic_gui::{Intent, Update};
 use haptic_ipc::{Bucket, Event, LinkCounts, LinkStatus, LinkedDevice, RigState, Sample, SamplesEvent, Timing};
@@ -117,13 +119,21 @@ fn a_panel_without_a_daemon_says_where_it_looked_and_does_not_pretend() {
     };
     hear(&mut panel, lost);
     panel.get_by_label("Not connected");
-    panel.get_by_label("the daemon closed the connection");
+    panel.get_by_label("Connection lost: the daemon closed the connection");
     panel.get_by_label_contains(SOCKET);
-    assert!(panel.query_by_label("Release").is_none(), "there is nobody to ask");
-    assert!(
-        panel.query_by_label("mass value").is_none(),
-        "the values are not known any more"
-    );
+    for widget in [
+        "Engage",
+        "Release",
+        "mass value",
+        "mass slider",
+        "friction law",
+        "Histograms",
+    ] {
+        assert!(!is_enabled(&panel, widget), "{widget}: there is nobody to ask");
+    }
+    panel.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    panel.run();
+    assert_eq!(asked(&mut panel), []);
     panel.get_by_label("Stop").click();
     panel.run();
     assert_eq!(asked(&mut panel), [Intent::Stop], "sent when the daemon is back");
@@ -144,11 +154,81 @@ fn the_newest_sample_is_read_out_and_none_is_made_up_without_a_rig() {
     panel.get_by_label("12.34");
     panel.get_by_label("Force plot");
     panel.get_by_label("Position plot");
+    panel.get_by_label("Device position");
+    for (state, title) in [
+        (RigState::Faulted, "Device position"),
+        (RigState::Disconnected, "Device position, last"),
+    ] {
+        hear(&mut panel, in_state(state, 200));
+        panel.get_by_label(title);
+        panel.get_by_label("12.34");
+        assert!(!is_vivid(&mut panel, "12.34"), "{state}: a stale position is grey");
+    }
+    hear(&mut panel, in_state(RigState::Idle, 300));
+    panel.get_by_label("Device position");
+    assert!(is_vivid(&mut panel, "12.34"));
+    lose_the_daemon(&mut panel);
+    panel.get_by_label("Device position, last");
+    assert!(!is_vivid(&mut panel, "12.34"));
+}
+
+/// Whether a text is drawn in a colour instead of in grey.
+fn is_vivid(panel: &mut Panel, text: &str) -> bool {
+    let of_text = |shape: &egui::Shape| match shape {
+        egui::Shape::Text(shape) if shape.galley.text() == text => {
+            let color = shape.galley.job.sections[0].format.color;
+            let color = if color == egui::Color32::PLACEHOLDER {
+                shape.fallback_color
+            } else {
+                color
+            };
+            Some(color)
+        }
+        _ => None,
+    };
+    let color = panel.output().shapes.iter().find_map(|shape| of_text(&shape.shape));
+    let [red, green, blue, _] = color.expect("it is drawn").to_array();
+    red.max(green).max(blue) - red.min(green).min(blue) > 40
+}
+
+#[test]
+fn a_rig_that_is_unplugged_says_why_beside_its_state() {
+    let mut panel = connected(RigState::Idle);
+    let link = LinkStatus {
+        waiting: Some("/dev/ttyACM0 is not there".into()),
+        ..LinkStatus::default()
+    };
+    let timing = Timing {
+        link: Some(link),
+        ..Timing::default()
+    };
+    hear(&mut panel, Update::Event(Event::Timing(Box::new(timing))));
+    assert!(panel.query_by_label_contains("No rig:").is_none());
     hear(&mut panel, in_state(RigState::Disconnected, 200));
-    assert!(
-        panel.query_by_label("12.34").is_none(),
-        "a stale position is no position"
-    );
+    panel.get_by_label("No rig: /dev/ttyACM0 is not there");
+}
+
+#[test]
+fn the_scene_of_the_library_is_named_and_that_it_was_changed() {
+    let mut panel = connected(RigState::Idle);
+    for (name, changed, line) in [
+        ("paper", false, "Scene: paper (library)"),
+        ("paper", true, "Scene: paper (library, changed)"),
+        ("sticky", true, "Scene: paper (sticky, changed)"),
+        // A name in the library is that of a file.
+        ("simulated-friction", false, "Scene: simulated friction (library)"),
+    ] {
+        let mut event = state_event(RigState::Idle, 100);
+        if name.starts_with("simulated") {
+            event.scene = "simulated friction".into();
+        }
+        hear(&mut panel, Update::Event(Event::State(event)));
+        let name = name.to_owned();
+        let mut status = status();
+        status.library_scene = Some(haptic_ipc::LibraryScene { name, changed });
+        hear(&mut panel, Update::Status(Ok(Box::new(status))));
+        panel.get_by_label(line);
+    }
 }
 
 #[test]

@@ -7,7 +7,7 @@ use crate::bench::{
 };
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
-use haptic_core::{Directional, Scene};
+use haptic_core::{Directional, Parameter, Scene};
 use haptic_gui::{Answer, Intent, Update};
 use haptic_ipc::{
     ChangeReply, Description, Difference, ErrorCode, Event, JournalEntry, ListedScene, ParameterDescription, Peer,
@@ -89,6 +89,49 @@ fn another_law_is_a_whole_scene_that_keeps_what_both_have() {
     hear(&mut panel, Update::Described(description));
     panel.get_by_label("exponent slider");
     assert!(panel.query_by_label("static force slider").is_none());
+}
+
+/// Chooses a law, and has the daemon do it. Returns the scene that was asked for.
+fn turn_to_law(panel: &mut Panel, law: &str, revision: u64) -> Scene {
+    press(panel, "friction law");
+    press(panel, law);
+    let asked = asked(panel);
+    let [
+        Intent::Load {
+            scene: SceneRef::Scene(scene),
+            ..
+        },
+    ] = asked.as_slice()
+    else {
+        panic!("{asked:?}");
+    };
+    let mut event = state_event(RigState::Engaged, 100 * revision);
+    (event.revision, event.law, event.params) = (revision, law.to_owned(), params_of(scene));
+    hear(panel, Update::Event(Event::State(event)));
+    hear(panel, active_scene(revision, scene));
+    (**scene).clone()
+}
+
+#[test]
+fn a_law_that_is_chosen_again_has_the_values_that_it_had_last() {
+    let mut panel = informed();
+    let first = turn_to_law(&mut panel, "dahl", 2);
+    let tuned = [(Parameter::Exponent.into(), 2.5), (Parameter::Mass.into(), 0.75)];
+    let tuned = first.with(&tuned).expect("a scene");
+    hear(&mut panel, active_scene(3, &tuned));
+    turn_to_law(&mut panel, "karnopp", 4);
+    let again = turn_to_law(&mut panel, "dahl", 5);
+    assert_ne!(first.value(Parameter::Exponent), tuned.value(Parameter::Exponent));
+    assert_eq!(again.value(Parameter::Exponent), tuned.value(Parameter::Exponent));
+    // What both laws have keeps the value of now.
+    let heavier = again.with(&[(Parameter::Mass.into(), 0.9)]).expect("a scene");
+    hear(&mut panel, active_scene(6, &heavier));
+    let karnopp = turn_to_law(&mut panel, "karnopp", 7);
+    assert_eq!(karnopp.value(Parameter::Mass), heavier.value(Parameter::Mass));
+    assert_eq!(
+        karnopp.value(Parameter::StaticForce),
+        Scene::paper().value(Parameter::StaticForce)
+    );
 }
 
 #[test]
@@ -473,7 +516,7 @@ fn what_is_under_the_pointer_stays_there_when_the_scene_changes() {
         &mut panel,
         advised(2, vec![check("friction", 16_000.0, Some(16_000.0))]),
     );
-    panel.get_by_label_contains("Friction: 25000");
+    panel.get_by_label_contains("Friction: stiffness 25000");
     assert_eq!(panel.get_by_label("load second").rect(), at);
     hear(&mut panel, advised(2, vec![]));
     assert_eq!(panel.get_by_label("load second").rect(), at);

@@ -36,6 +36,8 @@ pub struct Trace {
     pub points: Vec<[f64; 2]>,
     /// How they are drawn.
     pub form: Form,
+    /// Colour, counted from 0; that of its place among the traces where absent.
+    pub colour: Option<usize>,
 }
 
 impl Trace {
@@ -59,7 +61,19 @@ impl Trace {
 
     fn new(name: impl Into<String>, points: Vec<[f64; 2]>, form: Form) -> Self {
         let name = name.into();
-        Self { name, points, form }
+        Self {
+            name,
+            points,
+            form,
+            colour: None,
+        }
+    }
+
+    /// The same in a colour of another trace's: what belongs together looks alike.
+    #[must_use]
+    pub const fn in_colour(mut self, colour: usize) -> Self {
+        self.colour = Some(colour);
+        self
     }
 }
 

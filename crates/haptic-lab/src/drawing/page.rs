@@ -24,6 +24,19 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
+impl Table {
+    /// The rows as CSV.
+    #[must_use]
+    pub fn csv(&self) -> Vec<u8> {
+        let mut csv = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
+        for row in &self.rows {
+            // Memory takes whatever is written to it.
+            csv.write_record(row).unwrap_or(());
+        }
+        csv.into_inner().unwrap_or_default()
+    }
+}
+
 /// A page: words, charts and tables in this order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Page {
@@ -144,6 +157,17 @@ mod tests {
         for foreign in ["<script", "http", "<link", "url("] {
             assert!(!html.contains(foreign), "{foreign}");
         }
+    }
+
+    #[test]
+    fn a_table_is_csv_whatever_its_cells_hold() {
+        let table = Table {
+            caption: "Levels".to_owned(),
+            rows: [["name", "N"], ["a, \"b\"", "1.5"]]
+                .map(|row| row.map(str::to_owned).to_vec())
+                .to_vec(),
+        };
+        assert_eq!(table.csv(), b"name,N\n\"a, \"\"b\"\"\",1.5\n");
     }
 
     #[test]

@@ -175,7 +175,7 @@ fn class(trace: &Trace, index: usize) -> String {
         Form::Dashed => "dashed",
         Form::Dots => "dots",
     };
-    format!("{form} t{}", index % COLOURS)
+    format!("{form} t{}", trace.colour.unwrap_or(index) % COLOURS)
 }
 
 fn axes(image: &mut String, chart: &Chart, (across, up): (&Scale, &Scale), (left, top): (f64, f64)) {
@@ -322,6 +322,13 @@ mod tests {
     fn a_line_is_interrupted_where_a_value_is_missing() {
         let text = lines(&[[0.0, 0.0], [1.0, 1.0], [2.0, f64::NAN], [3.0, 1.0], [4.0, 0.0]]);
         assert_eq!(text, "M0.0 0.0L1.0 1.0M3.0 1.0L4.0 0.0");
+    }
+
+    #[test]
+    fn a_trace_has_the_colour_of_its_place_or_of_the_one_it_belongs_to() {
+        let traces = [Trace::dots("a", Vec::new()), Trace::line("b", Vec::new()).in_colour(0)];
+        let classes = [class(&traces[0], 0), class(&traces[1], 1)];
+        assert_eq!(classes, ["dots t0", "line t0"]);
     }
 
     #[test]

@@ -184,14 +184,15 @@ impl Grid {
         self.position_m.len()
     }
 
-    /// The force that was recorded `shift_s` later than each sample, by linear interpolation; the first
-    /// and last one beyond the ends.
-    pub(super) fn force_shifted(&self, shift_s: f64) -> Vec<f64> {
+    /// The force that was recorded `shift_s` later than each sample, and by `growth_s` more at the last sample than at
+    /// the first, by linear interpolation; the first and last one beyond the ends.
+    pub(super) fn force_shifted(&self, shift_s: f64, growth_s: f64) -> Vec<f64> {
         let last = self.len() - 1;
-        let shift = shift_s / self.period_s;
+        let (shift, growth) = (shift_s / self.period_s, growth_s / self.period_s);
         (0..self.len())
             .map(|index| {
-                let at = (index as f64 + shift).clamp(0.0, last as f64);
+                let place = index as f64 / last as f64 - 0.5;
+                let at = (index as f64 + shift + growth * place).clamp(0.0, last as f64);
                 let left = whole(at).min(last - 1);
                 let share = at - left as f64;
                 self.force_n[left] + share * (self.force_n[left + 1] - self.force_n[left])
@@ -275,7 +276,7 @@ mod tests {
     #[test]
     fn a_shift_takes_the_force_from_later() {
         let grid = Grid::new(&record((0..100).map(|k| f64::from(k) * 1e-3).collect()));
-        let shifted = grid.force_shifted(2.5e-3);
+        let shifted = grid.force_shifted(2.5e-3, 0.0);
         assert!((shifted[10] - 2.0 * 12.5e-3).abs() < 1e-12, "{}", shifted[10]);
     }
 }

@@ -10,6 +10,7 @@
 
 mod bootstrap;
 mod choose;
+mod clocks;
 pub mod cogging;
 mod grid;
 mod karnopp;
@@ -25,11 +26,13 @@ mod sensor;
 pub mod study;
 mod values;
 
+pub use clocks::Clocks;
 pub use plot::plots;
 pub use result::{Identified, Interval, ModelKind, Refusal};
 pub use scene::IdentifiedScene;
 
 use crate::median::usual_period_s;
+use clocks::{LARGEST_SHIFT_S, without_drift};
 use progress::Progress;
 use std::ops::ControlFlow;
 use thiserror::Error;
@@ -62,8 +65,8 @@ pub struct Options {
     pub offset_n: Option<f64>,
     /// Whether friction may differ by direction.
     pub directions: Directions,
-    /// Largest shift between the clocks of position and force that is looked for, s.
-    pub longest_shift_s: f64,
+    /// The clocks of positions and forces.
+    pub clocks: Clocks,
     /// Seed of the bootstrap.
     pub seed: u64,
 }
@@ -77,7 +80,7 @@ impl Options {
             mass_kg: None,
             offset_n: None,
             directions: Directions::Auto,
-            longest_shift_s: 0.06,
+            clocks: Clocks::Delayed,
             seed: 1,
         }
     }
@@ -95,6 +98,15 @@ impl Options {
                 name: "offset",
                 value: offset,
                 range: "-1e4 to 1e4 N",
+            });
+        }
+        if let Clocks::Shifted(shift_s) = self.clocks
+            && !(-LARGEST_SHIFT_S..=LARGEST_SHIFT_S).contains(&shift_s)
+        {
+            return Err(IdentifyError::Option {
+                name: "shift",
+                value: shift_s,
+                range: "-10 to 10 s",
             });
         }
         Ok(())
@@ -224,6 +236,8 @@ impl Record {
 /// says nothing of it. Both forces are NaN in the record's gaps.
 #[must_use]
 pub fn fitted(record: &Record, found: &Identified) -> (Record, Vec<f64>) {
+    let steady = found.clock_drift_ppm.map(|drift_ppm| without_drift(record, drift_ppm));
+    let record = steady.as_ref().unwrap_or(record);
     let (mut even, mut force_n) = presliding::fitted(record, found).unwrap_or_else(|| karnopp::fitted(record, found));
     let mut after = 0;
     let longest_s = grid::GAP_PERIODS * usual_period_s(even.t_s.iter().copied());
@@ -259,13 +273,38 @@ pub fn identify_with_progress(
 ) -> Result<Identified, IdentifyError> {
     record.check()?;
     options.check()?;
-    identify_checked(record, options, &mut Progress::new(progress))
+    let progress = &mut Progress::new(progress);
+    let drift = match options.clocks {
+        Clocks::Two => karnopp::clock_drift(record, options),
+        _ => None,
+    };
+    let Some(ClockDrift { ppm, interval }) = drift else {
+        return identify_on_steady_clocks(record, options, progress);
+    };
+    let mut found = identify_on_steady_clocks(&without_drift(record, ppm), options, progress)?;
+    found.clock_drift_ppm = Some(ppm);
+    found.intervals.insert("clock_drift_ppm".to_owned(), interval);
+    found.notes.push(format!(
+        "the force's clock runs {ppm:.1} ppm faster than the position's, within [{:.1}, {:.1}] ppm: taken out about the \
+         middle of the record, of which the shift is told",
+        interval[0], interval[1]
+    ));
+    Ok(found)
+}
+
+/// How much faster the force's clock runs than the position's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ClockDrift {
+    /// Parts in a million.
+    ppm: f64,
+    /// 95 % interval of that.
+    interval: Interval,
 }
 
 /// Share of the time of `auto` in which the model is chosen.
 const CHOICE_SHARE: f64 = 0.4;
 
-fn identify_checked(
+fn identify_on_steady_clocks(
     record: &Record,
     options: &Options,
     progress: &mut Progress<'_>,
@@ -282,7 +321,7 @@ fn identify_checked(
             };
             Ok(Identified {
                 chosen_because: Some(choice.because),
-                ..identify_checked(record, &options, &mut progress.part(CHOICE_SHARE, 1.0))?
+                ..identify_on_steady_clocks(record, &options, &mut progress.part(CHOICE_SHARE, 1.0))?
             })
         }
     }

@@ -67,13 +67,20 @@ pub struct Identified {
     /// Root mean square of the force that the fit leaves, N.
     #[serde(rename = "residual_rms_N")]
     pub residual_rms_n: f64,
+    /// Length of the windows by which the force is smoothed before the residual is taken, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub residual_window_s: Option<f64>,
     /// 95 % intervals, by the parameter's name in this object; of a parameter with two directions, `NAME.positive`
     /// and `NAME.negative`.
     pub intervals: BTreeMap<String, Interval>,
     /// What the record cannot determine.
     pub refused: Vec<Refusal>,
-    /// How much the position's clock was found to be behind the force's, s.
+    /// How much the position's clock was found to be behind the force's, s; of clocks that drift, in the middle of the
+    /// record.
     pub shift_s: f64,
+    /// How much faster the force's clock was found to run than the position's, parts in a million.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clock_drift_ppm: Option<f64>,
     /// Why this model, where it was chosen.
     pub chosen_because: Option<String>,
     /// Remarks for people.
@@ -96,9 +103,11 @@ impl Identified {
             stribeck_velocity_mps: None,
             bristle_damping_ns_per_m: None,
             residual_rms_n: 0.0,
+            residual_window_s: None,
             intervals: BTreeMap::new(),
             refused: Vec::new(),
             shift_s: 0.0,
+            clock_drift_ppm: None,
             chosen_because: None,
             notes: Vec::new(),
         }

@@ -24,6 +24,7 @@ pub mod parquet;
 mod reader;
 mod recorder;
 mod sync;
+mod thread;
 mod writer;
 
 pub use copy::{Repaired, export, repair};
@@ -32,6 +33,7 @@ pub use error::{CopyError, CreateError, Ending, Place, RecordingError};
 pub use format::{Format, UnknownFormat};
 pub use reader::{Entry, Reader, Recording, open, read};
 pub use recorder::{Recorder, create};
+pub use thread::{Kept, RecordingThread, WaitingParts};
 pub use writer::{Totals, Writer};
 
 use haptic_core::{Directional, Scene};
@@ -53,6 +55,9 @@ pub struct Metadata {
     pub loop_rate_hz: f64,
     /// Rows a second, Hz: the loop's rate, or less where samples were thinned.
     pub rate_hz: f64,
+    /// Program that recorded, with its version, and the user who ran it; an earlier program did not tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded_by: Option<String>,
     /// When it began, in seconds since 1970 (UTC).
     pub started_unix_s: f64,
     /// Revision of the scene in force when it began.
@@ -68,6 +73,18 @@ pub struct Metadata {
     /// The daemon's whole answer to `status` when it began.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<serde_json::Value>,
+}
+
+/// Who records: a program, with its version, and the user who runs it.
+#[must_use]
+pub fn recorded_by(program: &str) -> String {
+    let user = ["USER", "LOGNAME"]
+        .into_iter()
+        .find_map(|name| std::env::var(name).ok());
+    match user.filter(|user| !user.is_empty()) {
+        Some(user) => format!("{program}, {user}"),
+        None => program.to_owned(),
+    }
 }
 
 /// Something that happened between two rows.
@@ -111,6 +128,12 @@ pub enum Mark {
     Lost {
         /// How many.
         rows: u64,
+    },
+    /// Changes of state, scene or settings, or markers, are missing here: the disk hung, and more of them waited than
+    /// are kept. The newest state and settings follow.
+    LostChanges {
+        /// How many.
+        changes: u64,
     },
     /// The loop missed periods: it came too late for their deadlines.
     Missed {
@@ -156,7 +179,7 @@ impl Mark {
             | Self::Missed { tick, .. }
             | Self::Marker { tick, .. }
             | Self::Link { tick, .. } => Some(*tick),
-            Self::Lost { .. } | Self::End { .. } => None,
+            Self::Lost { .. } | Self::LostChanges { .. } | Self::End { .. } => None,
         }
     }
 
@@ -168,7 +191,7 @@ impl Mark {
         }
         let kind: Kind = serde_json::from_slice(text)?;
         match kind.mark.as_deref() {
-            Some("scene" | "state" | "servo" | "lost" | "missed" | "marker" | "link" | "end") => {
+            Some("scene" | "state" | "servo" | "lost" | "lost_changes" | "missed" | "marker" | "link" | "end") => {
                 serde_json::from_slice(text).map(Some)
             }
             _ => Ok(None),

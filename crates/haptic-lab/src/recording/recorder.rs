@@ -78,6 +78,14 @@ impl Recorder {
         self.pending.insert(place, mark);
     }
 
+    /// Says that so many changes or marks are missing here.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn lost_changes(&mut self, changes: u64) -> io::Result<()> {
+        self.writer.mark(&Mark::LostChanges { changes })
+    }
+
     /// The newest row's tick, once there is one.
     #[must_use]
     pub const fn last_tick(&self) -> Option<u64> {

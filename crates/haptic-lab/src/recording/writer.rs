@@ -21,6 +21,8 @@ pub struct Totals {
     pub rows: u64,
     /// Rows that are missing.
     pub lost: u64,
+    /// Changes of state, scene or settings, and markers, that are missing.
+    pub lost_changes: u64,
     /// Periods that the daemon's loop missed.
     pub missed: u64,
     /// Size, bytes.
@@ -137,6 +139,9 @@ impl Writer {
         match mark {
             Mark::End { .. } => return Ok(()),
             Mark::Lost { rows } => self.totals.lost = self.totals.lost.saturating_add(*rows),
+            Mark::LostChanges { changes } => {
+                self.totals.lost_changes = self.totals.lost_changes.saturating_add(*changes);
+            }
             Mark::Missed { periods, .. } => self.totals.missed = self.totals.missed.saturating_add(*periods),
             _ => {}
         }

@@ -108,7 +108,7 @@ impl Stepper {
                 ..
             } => self.scenes.add(*revision, arrival),
             Mark::Servo { servo, .. } => self.set_up(servo),
-            Mark::Lost { .. } => self.lose_rows(),
+            Mark::Lost { .. } | Mark::LostChanges { .. } => self.lose_rows(),
             _ => {}
         }
     }

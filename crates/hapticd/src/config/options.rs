@@ -4,6 +4,7 @@ use crate::rt::lateness::LatePolicy;
 use clap::{Parser, ValueEnum};
 use device_boards::Address;
 use haptic_core::Scheme;
+use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::velocity::Method;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -297,7 +298,8 @@ impl FromStr for HandName {
                 (Some(path), _) => file(path).map(Self::Prescribed),
                 (_, Some(path)) => file(path).map(Self::Arm),
                 _ => Err(format!(
-                    "unknown hand `{text}`: expected sine, arm, free, file:MOTION or arm:file:MOTION"
+                    "unknown hand `{text}`{} expected sine, arm, free, file:MOTION or arm:file:MOTION",
+                    meant_or_semicolon(text, &["sine", "arm", "free"])
                 )),
             },
         }

@@ -6,10 +6,11 @@ use crate::control::journal::Completion;
 use crate::control::whole_file;
 use crate::control::worker_pool::{WorkError, WorkerPool};
 use haptic_core::Scene;
+use haptic_core::nearest::meant_or_semicolon;
 use haptic_ipc::regular_file::with_short_lines;
 use haptic_ipc::{
     BUILT_IN_SCENES, ErrorCode, JournalEntry, ListedScene, Peer, SceneListReply, SceneRef, SceneSaveReply, WireError,
-    meant_or_semicolon, regular_file,
+    regular_file,
 };
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 use rustix::io::Errno;

@@ -1,5 +1,6 @@
 //! What becomes of a loop that is late: said, or a fault.
 
+use haptic_core::nearest::meant_or_semicolon;
 use std::collections::VecDeque;
 
 /// Over this the missed periods are counted, ns.
@@ -29,7 +30,9 @@ impl std::str::FromStr for LatePolicy {
         match count {
             Some(most_in_a_second @ 1..=MOST_IN_A_SECOND) => Ok(Self::Fault { most_in_a_second }),
             _ => Err(format!(
-                "there is no policy `{text}`; there are warn, and fault:N with N missed periods in a second, from 1 to {MOST_IN_A_SECOND}"
+                "there is no policy `{text}`{} there are warn, and fault:N with N missed periods in a second, from 1 to \
+                 {MOST_IN_A_SECOND}",
+                meant_or_semicolon(text, &["warn", "fault:"])
             )),
         }
     }

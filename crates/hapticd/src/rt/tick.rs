@@ -48,7 +48,8 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     stops_seen: u64,
     pending_stop: Option<PendingStop>,
     last_command_word: u64,
-    last_began_ns: Option<u64>,
+    /// When the newest sample was read.
+    last_read_ns: Option<u64>,
     /// Time that the machine had slept in all when the tick before began, ns.
     asleep_ns: u64,
     device: Box<D>,
@@ -78,7 +79,7 @@ impl<D: Device + ?Sized> Tick<D> {
             stops_seen: 0,
             pending_stop: None,
             last_command_word: 0,
-            last_began_ns: None,
+            last_read_ns: None,
             asleep_ns: 0,
             device,
         }
@@ -103,22 +104,26 @@ impl<D: Device + ?Sized> Tick<D> {
         let scene = self.new_scene();
         let new_scene = scene.is_some();
         let word = self.new_command();
+        // The time, if the device has a link whose time is of interest: reading the clock costs more
+        // than the physics of a simple scene.
+        let is_linked = self.device.is_linked();
+        let link_time_ns = || if is_linked { now_ns() } else { 0 };
+        let sample = self.device.read(wake.began_ns);
+        let read_ns = link_time_ns();
+        // A tick that is held up between its beginning and the reading has a sample that was taken meanwhile: by the
+        // beginning, the device's clock would seem to have leapt ahead.
+        let sampled_ns = wake.began_ns.max(read_ns);
         let inputs = Inputs {
             elapsed_ns: self
-                .last_began_ns
-                .replace(wake.began_ns)
-                .map_or(0, |last_ns| wake.began_ns.saturating_sub(last_ns)),
-            sample: self.device.read(wake.began_ns),
+                .last_read_ns
+                .replace(sampled_ns)
+                .map_or(0, |last_ns| sampled_ns.saturating_sub(last_ns)),
+            sample,
             device_resolution_m: self.device.resolution_m(),
             device_force_limit_n: self.device.force_limit_n(),
             events,
             command: word.and_then(|word| self.permitted(word, stops)),
         };
-        // The time, if the device has a link whose time is of interest: reading the clock costs more
-        // than the physics of a simple scene.
-        let is_linked = self.device.is_linked();
-        let link_time_ns = || if is_linked { now_ns() } else { 0 };
-        let read_ns = link_time_ns();
         let outputs = self.servo.step(&inputs, scene);
         let computed_ns = link_time_ns();
         let written = self.device.write(outputs.force_n, outputs.enabled);

@@ -18,7 +18,8 @@ use crate::update::Answer;
 use edit::Change;
 use egui::Id;
 use haptic_core::Scene;
-use haptic_ipc::{ChangeReply, ParameterDescription, SceneRef, WireError};
+use haptic_ipc::{ChangeReply, Changes, ParameterDescription, SceneRef, WireError, params_of};
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 use trial::Trial;
 
@@ -32,6 +33,8 @@ pub(crate) struct Tuning {
     parameters: Vec<ParameterEdits>,
     /// Whether the table of checks is open.
     pub(crate) checks_are_open: bool,
+    /// The scene that was last active with each law.
+    of_laws: BTreeMap<&'static str, Scene>,
     /// The two kept scenes.
     pub(crate) slots: [Option<Scene>; 2],
     /// Time over which a scene is loaded, ms.
@@ -51,10 +54,38 @@ impl Tuning {
     pub(super) fn forget(&mut self) {
         *self = Self {
             slots: std::mem::take(&mut self.slots),
+            of_laws: std::mem::take(&mut self.of_laws),
             ramp_ms: self.ramp_ms,
             save_as: std::mem::take(&mut self.save_as),
             ..Self::default()
         };
+    }
+
+    /// Forgets the same but the rows of the parameters, which stay in sight.
+    pub(super) fn lose_daemon(&mut self) {
+        let names = std::mem::take(&mut self.parameters).into_iter();
+        let parameters = names.map(|parameter| ParameterEdits::new(parameter.name));
+        let parameters = parameters.collect();
+        let checks_are_open = self.checks_are_open;
+        self.forget();
+        (self.parameters, self.checks_are_open) = (parameters, checks_are_open);
+    }
+
+    /// The active scene with another law: what both laws have keeps its value, and the rest has the value that it had
+    /// when that law was last active. `None` if there is no such law, or no such scene.
+    pub(crate) fn with_law(&mut self, active: &Scene, law: &str) -> Option<Scene> {
+        self.of_laws.insert(active.friction.law(), active.clone());
+        let changed = active.with_law(law)?.ok()?;
+        let before = self.of_laws.get(changed.friction.law()).map(params_of);
+        let kept = params_of(active);
+        let own = before
+            .into_iter()
+            .flatten()
+            .filter(|(name, _)| !kept.contains_key(name));
+        let own: Changes = own.collect();
+        let own = own.resolve(&changed).ok().and_then(|own| changed.with(&own).ok());
+        // Values that do not go together any more are dropped.
+        Some(own.unwrap_or(changed))
     }
 
     /// The edits of a parameter.
@@ -244,6 +275,10 @@ fn changed(result: Result<Answer, WireError>) -> Result<ChangeReply, String> {
 
 /// The outcome of an action, with the tick that applied it.
 fn report(action: &str, result: Result<Option<u64>, String>) -> Option<Notice> {
-    let done = |tick: Option<u64>| tick.map_or_else(|| action.to_owned(), |tick| format!("{action} at tick {tick}"));
+    // No tick applies a scene while none renders it.
+    let done = |tick: Option<u64>| match tick {
+        None | Some(0) => action.to_owned(),
+        Some(tick) => format!("{action} at tick {tick}"),
+    };
     Some(Notice::new(result.map(done)))
 }

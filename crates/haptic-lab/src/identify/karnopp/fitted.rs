@@ -44,7 +44,7 @@ fn even(grid: &Grid, found: &Identified) -> Record {
             .collect(),
         position_m: grid.position_m.clone(),
         velocity_mps: None,
-        force_n: grid.force_shifted(found.shift_s),
+        force_n: grid.force_shifted(found.shift_s, 0.0),
         resolution_m: None,
     }
 }

@@ -22,8 +22,9 @@ mod window;
 pub(super) use fitted::fitted;
 
 use super::grid::Grid;
-use super::{Directions, Identified, Interval, ModelKind, Options, Record};
+use super::{ClockDrift, Clocks, Directions, Identified, Interval, ModelKind, Options, Record};
 use crate::smoothing::white_noise;
+use clocks::NoShift;
 use haptic_core::Directional;
 use motion::Motion;
 use regression::{Fit, Rows, Shape, Unfit, Unknown, fit, student};
@@ -49,6 +50,10 @@ pub(super) const CALIBRATION_SHARE: f64 = 1e-3;
 /// The same for a mass. A grip of stiffness `K` bends the force between two samples, so that its mean differs from the
 /// samples by `K T^2 / 12` times the acceleration: 1.7 g at 20 kN/m and 1 kHz.
 pub(super) const SAMPLING_SHARE: f64 = 3e-3;
+
+/// What is said where friction is taken as alike.
+pub(super) const ALIKE: &str = "friction is taken as alike in both directions; a constant force and a difference of Fd \
+                                look the same. Where the sensor's zero is known, give the offset";
 
 /// A record on its way through the fit.
 #[derive(Debug)]
@@ -141,7 +146,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
     found.mass_kg = options.mass_kg;
     let known_mass = options.mass_kg.unwrap_or(0.0);
     let mut problem = Problem {
-        force: grid.force_shifted(0.0),
+        force: grid.force_shifted(0.0, 0.0),
         grid: &grid,
         motion: &motion,
         known_mass,
@@ -164,6 +169,7 @@ pub(super) fn identify(record: &Record, options: &Options) -> Identified {
         }
     };
     found.residual_rms_n = slides.fit.rms_n;
+    found.residual_window_s = Some(2.0 * slides.rows.half_s);
     tell_drift(&mut found, &slides);
     found.notes.push(format!(
         "{} windows of {:.0} ms slide; the residual is that of the force smoothed by them",
@@ -189,30 +195,34 @@ fn tell_drift(found: &mut Identified, slides: &Slides) {
 
 /// Finds the clocks' shift and gives the force on the positions' clock.
 fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &mut Identified) -> Vec<f64> {
-    let unshifted = problem.grid.force_shifted(0.0);
-    if options.longest_shift_s <= 0.0 {
-        return unshifted;
+    let longest_s = options.clocks.longest_shift_s();
+    if let Clocks::Shifted(shift_s) = options.clocks {
+        found.shift_s = shift_s;
+    }
+    let as_told = problem.grid.force_shifted(found.shift_s, 0.0);
+    if longest_s <= 0.0 {
+        return as_told;
     }
     let of = |problem: &Problem<'_>| {
-        let rows = window::choose(problem, shape).ok()?;
-        clocks::find(problem.grid, &rows, shape, problem.known_mass, options.longest_shift_s)
+        let rows = window::choose(problem, shape).map_err(|_| NoShift::OutOfReach)?;
+        clocks::find(problem.grid, &rows, shape, problem.known_mass, longest_s)
     };
     // The best window for clocks that differ is not the best one for those that agree.
     let shift = match of(problem) {
-        Some(shift) if shift.is_significant => of(&Problem {
-            force: problem.grid.force_shifted(shift.value_s),
+        Ok(shift) if shift.is_significant => of(&Problem {
+            force: problem.grid.force_shifted(shift.value_s, 0.0),
             ..*problem
         }),
         shift => shift,
     };
-    let Some(shift) = shift else {
-        found.notes.push(format!(
-            "no shift between the clocks within {} ms fits best; none is applied",
-            options.longest_shift_s * 1e3
-        ));
-        return unshifted;
+    let shift = match shift {
+        Ok(shift) => shift,
+        Err(why) => {
+            refusal::tell_no_shift(found, why, options.clocks);
+            return as_told;
+        }
     };
-    let (low, high) = (shift.value_s - shift.reach_95_s, shift.value_s + shift.reach_95_s);
+    let [low, high] = shift.interval();
     found.intervals.insert("shift_s".to_owned(), [low, high]);
     if !shift.is_significant {
         found.notes.push(format!(
@@ -221,7 +231,7 @@ fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &
             low * 1e3,
             high * 1e3
         ));
-        return unshifted;
+        return as_told;
     }
     found.shift_s = shift.value_s;
     found.notes.push(format!(
@@ -230,7 +240,36 @@ fn on_one_clock(problem: &Problem<'_>, options: &Options, shape: Shape, found: &
         low * 1e3,
         high * 1e3
     ));
-    problem.grid.force_shifted(shift.value_s)
+    problem.grid.force_shifted(shift.value_s, 0.0)
+}
+
+/// How much faster the force's clock runs than the position's; `None` where that is not certain.
+pub(super) fn clock_drift(record: &Record, options: &Options) -> Option<ClockDrift> {
+    let grid = Grid::new(record);
+    let motion = Motion::new(&grid, record.resolution_m);
+    let problem = Problem {
+        force: grid.force_shifted(0.0, 0.0),
+        grid: &grid,
+        motion: &motion,
+        known_mass: options.mass_kg.unwrap_or(0.0),
+    };
+    let shape = refusal::shape(&problem, options).ok()?;
+    let longest_s = options.clocks.longest_shift_s();
+    let of = |problem: &Problem<'_>| {
+        let rows = window::choose(problem, shape).ok()?;
+        clocks::growing(problem.grid, &rows, shape, problem.known_mass, longest_s)
+    };
+    // As with a shift alone.
+    let (shift, growth) = of(&problem)?;
+    let (_, growth) = of(&Problem {
+        force: grid.force_shifted(shift.value_s, growth.value_s),
+        ..problem
+    })?;
+    let ppm = 1e6 / (grid.period_s * (grid.len() - 1) as f64);
+    growth.is_significant.then(|| ClockDrift {
+        ppm: ppm * growth.value_s,
+        interval: growth.interval().map(|end_s| ppm * end_s),
+    })
 }
 
 /// Fits with friction alike or by direction, as asked or as the record shows.
@@ -258,11 +297,7 @@ fn choose_directions(
     if options.directions == Directions::Auto && differs(problem, &apart, &together, found) {
         return Ok(apart);
     }
-    found.notes.push(
-        "friction is taken as alike in both directions; a constant force and a difference of Fd look the same. Where \
-         the sensor's zero is known, give the offset"
-            .to_owned(),
-    );
+    found.notes.push(ALIKE.to_owned());
     Ok(together)
 }
 

@@ -1,10 +1,11 @@
 //! What a record cannot determine, why, and what to record instead. Physics first, figures of the fit after.
 
+use super::clocks::NoShift;
 use super::motion::Motion;
 use super::regression::{Rows, Shape, Unfit, Unknown};
 use super::{Problem, Slides, window};
 use crate::identify::grid::Grid;
-use crate::identify::{Directions, Identified, Options, Refusal};
+use crate::identify::{Clocks, Directions, Identified, Options, Refusal};
 
 /// Fewest windows in a direction.
 const FEWEST_ROWS: usize = 12;
@@ -54,6 +55,7 @@ pub(super) fn shape(problem: &Problem<'_>, options: &Options) -> Result<Shape, S
         is_separate: options.directions != Directions::Alike || sides != [true; 2],
         sides,
         has_shift: false,
+        has_growing_shift: false,
     })
 }
 
@@ -135,6 +137,24 @@ pub(super) fn refuse_all(found: &mut Identified, options: &Options, reason: &str
     found.offset_n = options.offset_n;
     if found.offset_n.is_some() {
         found.refused.retain(|refusal| refusal.parameter != "offset_N");
+    }
+}
+
+/// Says why no shift between the clocks was found. Of two recorders it is refused.
+pub(super) fn tell_no_shift(found: &mut Identified, why: NoShift, clocks: Clocks) {
+    let longest_ms = 1e3 * clocks.longest_shift_s();
+    let reason = match why {
+        NoShift::AllAlike => format!(
+            "whatever the shift within {longest_ms} ms, about the same force is left: the motion changes too little to \
+             tell; 0 is taken"
+        ),
+        NoShift::OutOfReach => format!("no shift within {longest_ms} ms fits best; 0 is taken"),
+    };
+    if clocks == Clocks::Two {
+        let instead = "strokes of 0.5 to 3 Hz, or give the shift by --shift-ms";
+        refuse(found, "shift_s", reason, instead);
+    } else {
+        found.notes.push(format!("shift between the clocks: {reason}"));
     }
 }
 

@@ -129,6 +129,8 @@ pub(super) struct Shape {
     pub(super) sides: [bool; 2],
     /// The shift between the clocks.
     pub(super) has_shift: bool,
+    /// How much that shift grows over the record.
+    pub(super) has_growing_shift: bool,
 }
 
 /// Place of an unknown in a fit.
@@ -142,8 +144,10 @@ pub(super) enum Unknown {
     Level(usize),
     /// How much the force's zero drifts over the record, N.
     Drift,
-    /// The force's delay, s.
+    /// The force's delay in the middle of the record, s.
     Shift,
+    /// By how much that delay grows over the record, s.
+    ShiftGrowth,
 }
 
 impl Shape {
@@ -163,6 +167,9 @@ impl Shape {
         if self.has_shift {
             unknowns.push(Unknown::Shift);
         }
+        if self.has_growing_shift {
+            unknowns.push(Unknown::ShiftGrowth);
+        }
         unknowns
     }
 
@@ -178,6 +185,7 @@ impl Shape {
             (Unknown::Level(_), true) => n,
             (Unknown::Drift, _) => row.place,
             (Unknown::Shift, _) => -rate,
+            (Unknown::ShiftGrowth, _) => -rate * row.place,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Identification of records whose truth is known.
 
 use crate::identify::study::{Experiment, Movement, Sensors, Truth};
-use crate::identify::{Directions, Identified, ModelKind, Options, Record, identify};
+use crate::identify::{Clocks, Directions, Identified, ModelKind, Options, Record, identify};
 use haptic_core::Directional;
 use haptic_core::friction::{Friction, Karnopp};
 
@@ -183,6 +183,92 @@ fn clocks_that_differ_are_aligned_and_the_shift_told() {
         held(&found, 0.5, &alike(), 0.0, 2.0);
     }
     assert!(found(&truth).shift_s.abs() < 2e-4);
+}
+
+/// The record with forces by another recorder: so much later, and by a clock that runs faster, in parts in a million.
+fn by_another_clock(truth: &Record, shift_s: f64, drift_ppm: f64) -> Record {
+    let (t, last) = (&truth.t_s, truth.t_s.len() - 1);
+    let middle_s = f64::midpoint(t[0], t[last]);
+    let period_s = (t[last] - t[0]) / last as f64;
+    // What was stamped t by the force's clock was there at this time.
+    let force_at = |t_s: f64| {
+        let there_s = middle_s + (t_s - shift_s - middle_s) / (1.0 + 1e-6 * drift_ppm);
+        let place = ((there_s - t[0]) / period_s).clamp(0.0, last as f64 - 1e-6);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "a sample of the record"
+        )]
+        let (left, share) = (place as usize, place.fract());
+        truth.force_n[left] + share * (truth.force_n[left + 1] - truth.force_n[left])
+    };
+    Record {
+        force_n: t.iter().map(|t_s| force_at(*t_s)).collect(),
+        ..truth.clone()
+    }
+}
+
+#[test]
+fn a_clock_that_drifts_is_told_with_its_shift_and_taken_out() {
+    let truth = record(alike(), 4);
+    let of = |record: &Record, clocks| {
+        let options = Options {
+            clocks,
+            ..Options::new(ModelKind::Karnopp)
+        };
+        identify(record, &options).expect("a record")
+    };
+    for (shift_s, drift_ppm) in [(0.012, 400.0), (-0.2, -500.0)] {
+        let found = of(&by_another_clock(&truth, shift_s, drift_ppm), Clocks::Two);
+        let told = found.clock_drift_ppm.expect("it drifts");
+        assert!(
+            (told - drift_ppm).abs() < 30.0,
+            "{told} ppm for {drift_ppm}: {found:#?}"
+        );
+        let [low, high] = found.intervals["clock_drift_ppm"];
+        assert!(low <= drift_ppm && drift_ppm <= high, "{low} to {high}");
+        assert!(
+            (found.shift_s - shift_s).abs() < 3e-4,
+            "{} for {shift_s}",
+            found.shift_s
+        );
+        held(&found, 0.5, &alike(), 0.0, 2.0);
+    }
+    assert_eq!(of(&truth, Clocks::Two).clock_drift_ppm, None, "clocks that run alike");
+    // What is known is not looked for.
+    let late = by_another_clock(&truth, 0.1, 0.0);
+    let given = of(&late, Clocks::Shifted(0.1));
+    assert_eq!((given.shift_s, given.clock_drift_ppm), (0.1, None));
+    held(&given, 0.5, &alike(), 0.0, 2.0);
+}
+
+#[test]
+fn a_steady_motion_says_nothing_of_two_clocks() {
+    let mut steady = record(alike(), 4);
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut noise = || (0..12).map(|_| random.f64() - 0.5).sum::<f64>();
+    for (k, (x, force)) in steady.position_m.iter_mut().zip(&mut steady.force_n).enumerate() {
+        *x = (5e-5 * k as f64 / 1e-5).round() * 1e-5;
+        *force = 3.5 + 0.1 * noise();
+    }
+    for clocks in [Clocks::Delayed, Clocks::Two] {
+        let options = Options {
+            clocks,
+            ..Options::new(ModelKind::Karnopp)
+        };
+        let found = identify(&steady, &options).expect("a record");
+        assert_eq!((found.shift_s, found.clock_drift_ppm), (0.0, None), "{found:#?}");
+        let is_refused = found.refused.iter().any(|refusal| refusal.parameter == "shift_s");
+        let is_noted = found
+            .notes
+            .iter()
+            .any(|note| note.contains("about the same force is left"));
+        assert_eq!(
+            [is_refused, is_noted],
+            [clocks == Clocks::Two, clocks != Clocks::Two],
+            "{found:#?}"
+        );
+    }
 }
 
 #[test]

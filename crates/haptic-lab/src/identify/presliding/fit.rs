@@ -52,6 +52,11 @@ impl Rows {
         }
     }
 
+    /// Length of the test functions, s.
+    pub(crate) fn window_s(&self) -> f64 {
+        self.functions.window_s()
+    }
+
     /// How many there are.
     pub(crate) fn len(&self) -> usize {
         self.force.len()

@@ -22,9 +22,9 @@ pub(super) use fitted::fitted;
 pub(super) use laws::PathLaw;
 
 use super::bootstrap::{Spread, World};
-use super::karnopp::{CALIBRATION_SHARE, SAMPLING_SHARE};
+use super::karnopp::{ALIKE, CALIBRATION_SHARE, SAMPLING_SHARE};
 use super::progress::Progress;
-use super::{Identified, IdentifyError, ModelKind, Options, Record, Refusal, karnopp};
+use super::{Clocks, Directions, Identified, IdentifyError, ModelKind, Options, Record, Refusal, karnopp};
 use fastrand::Rng;
 use fit::{Assumed, Estimate};
 use quantity::Quantity;
@@ -87,6 +87,9 @@ pub(super) fn identify(
 
 /// The best fit of a law, on whichever clock it is better: the common one, or the one on which the slides agree best.
 pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<Found, Nothing> {
+    if let Clocks::Shifted(shift_s) = options.clocks {
+        return find_on(record, shift_s, law, options);
+    }
     let common = find_on(record, 0.0, law, options);
     let Some(shift_s) = shift_s(record, common.as_ref().ok(), options) else {
         return common;
@@ -102,7 +105,8 @@ pub(super) fn find(record: &Record, law: PathLaw, options: &Options) -> Result<F
 /// that leaves little is near enough to go on from; else the slides say where to begin, which take the way by which a
 /// surface gives for a part of the shift.
 fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option<f64> {
-    if options.longest_shift_s <= 0.0 {
+    let longest_s = options.clocks.longest_shift_s();
+    if longest_s <= 0.0 {
         return None;
     }
     let near = common.filter(|found| found.fit.rms_n < NEAR * found.prepared.rows.force_rms());
@@ -118,7 +122,7 @@ fn shift_s(record: &Record, common: Option<&Found>, options: &Options) -> Option
         let prepared = Prepared::new(record, shift_s, options)?;
         let further = prepared.further_shift(estimate.as_ref(), options)?;
         let further_s = further.shift_s;
-        shift_s = (shift_s + further_s).clamp(-options.longest_shift_s, options.longest_shift_s);
+        shift_s = (shift_s + further_s).clamp(-longest_s, longest_s);
         if shift_s.abs() < prepared.path.period_s && near.is_some() {
             return None;
         }
@@ -188,7 +192,11 @@ fn report(best: &Found, options: &Options, progress: &mut Progress<'_>) -> Resul
     }
     found.offset_n = options.offset_n;
     found.residual_rms_n = fit.rms_n;
+    found.residual_window_s = Some(prepared.rows.window_s());
     found.mass_kg = options.mass_kg;
+    if assumed.alike && options.directions == Directions::Auto && options.offset_n.is_none() {
+        found.notes.push(ALIKE.to_owned());
+    }
     for refusal in refusal::by_physics(prepared, estimate, assumed) {
         refuse(&mut found, refusal);
     }

@@ -48,7 +48,7 @@ impl Path {
         let windows = Windows::new(&grid.position_m, grid.period_s, step, noise.max(1e-12));
         let path = Self {
             period_s: grid.period_s,
-            force_n: grid.force_shifted(shift_s),
+            force_n: grid.force_shifted(shift_s, 0.0),
             counted_m: grid.position_m,
             smooth_m: Vec::new(),
             via_m: Vec::new(),

@@ -8,6 +8,10 @@ use super::quantity::Quantity;
 
 /// A surface must give way by so many steps of the encoder, or the steps are taken for it.
 const FEWEST_STEPS: f64 = 3.0;
+/// By so many, or the stiffness is off by 8 % where the steps happen to lie badly: with five it is within 3 %.
+const FEWEST_STEPS_FOR_STIFFNESS: f64 = 5.0;
+/// By so many, or the exponent, which bends the curve between rest and limit, is off by up to 10 %.
+const FEWEST_STEPS_FOR_EXPONENT: f64 = 9.0;
 /// Over shorter strokes, in steps of the encoder, what smoothing leaves of the steps bends the whole law.
 const LEAST_STROKE_STEPS: f64 = 100.0;
 /// Fewest turns that show how a surface gives way.
@@ -74,6 +78,21 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
             "record strokes of 10 mm and more beside the short ones, or with a finer encoder",
         );
     }
+    for (parameters, fewest) in [
+        (
+            &["stiffness_N_per_m", "bristle_damping_Ns_per_m"][..],
+            FEWEST_STEPS_FOR_STIFFNESS,
+        ),
+        (&["exponent"], FEWEST_STEPS_FOR_EXPONENT),
+    ] {
+        if let Some(reason) = hidden_below(fewest, prepared, estimate) {
+            refused.add(
+                parameters,
+                &reason,
+                "record with an encoder whose step is a tenth of that or finer; karnopp's model does without it",
+            );
+        }
+    }
     let rows = prepared.rows.moving();
     if estimate.law == PathLaw::Lugre {
         let fall = estimate.values[PathLaw::STRIBECK];
@@ -92,7 +111,15 @@ pub(crate) fn by_physics(prepared: &Prepared, estimate: &Estimate, assumed: &Ass
             );
         }
     }
-    refused.0
+    // Each reason names what any law may have.
+    let unknown = Assumed {
+        mass_kg: None,
+        offset_n: None,
+        ..*assumed
+    };
+    let of_law = Quantity::of(estimate.law, &unknown);
+    let has = |refusal: &Refusal| of_law.iter().any(|quantity| quantity.parameter() == refusal.parameter);
+    refused.0.into_iter().filter(has).collect()
 }
 
 fn short_stroke(farthest_m: f64, step_m: f64) -> String {
@@ -106,12 +133,17 @@ fn short_stroke(farthest_m: f64, step_m: f64) -> String {
 /// Why the encoder hides how the surface gives way; `None` where it does not. All of the law leans on that: a fit makes
 /// of the steps what it likes.
 pub(crate) fn hidden(prepared: &Prepared, estimate: &Estimate) -> Option<String> {
+    hidden_below(FEWEST_STEPS, prepared, estimate)
+}
+
+/// The same for what needs more steps.
+fn hidden_below(fewest_steps: f64, prepared: &Prepared, estimate: &Estimate) -> Option<String> {
     let step = prepared.path.resolution_m;
     let limit = estimate.values[PathLaw::DYNAMIC].max(estimate.values[PathLaw::DYNAMIC + 1]);
     let deflection = limit / estimate.values[PathLaw::STIFFNESS];
-    (deflection < FEWEST_STEPS * step).then(|| {
+    (deflection < fewest_steps * step).then(|| {
         format!(
-            "the surface gives way by about Fd/sigma = {:.1} um, less than {FEWEST_STEPS} times the encoder's step of {:.1} um",
+            "the surface gives way by about Fd/sigma = {:.1} um, less than {fewest_steps} times the encoder's step of {:.1} um",
             deflection * 1e6,
             step * 1e6
         )

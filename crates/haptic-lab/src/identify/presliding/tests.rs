@@ -91,6 +91,21 @@ fn stiff_dahl_is_found_within_its_intervals() {
         6,
         &[("mass_kg", 0.01), ("dynamic_force_N.positive", 0.005)],
     );
+    // Its limit is within four steps of the encoder.
+    let record = case("dahl, stiff and sharp").experiment.record(1);
+    let found = found(&record.expect("the scene is sound"), ModelKind::Dahl);
+    assert_refused(
+        &found,
+        "stiffness_N_per_m",
+        "less than 5 times the encoder's step",
+        "encoder",
+    );
+    assert_refused(&found, "exponent", "less than 9 times the encoder's step", "encoder");
+    let has_damping = found
+        .refused
+        .iter()
+        .any(|refusal| refusal.parameter.contains("damping"));
+    assert!(!has_damping, "Dahl's law has none: {found:#?}");
 }
 
 #[test]

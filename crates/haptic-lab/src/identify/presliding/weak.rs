@@ -14,6 +14,8 @@ const HALF_STRIDES: f64 = 2.08;
 #[derive(Clone, Debug)]
 pub(crate) struct TestFunctions {
     window: Window,
+    /// Half of their length, s.
+    half_s: f64,
     /// The middle sample of each.
     pub(crate) middles: Vec<usize>,
 }
@@ -21,7 +23,8 @@ pub(crate) struct TestFunctions {
 impl TestFunctions {
     /// One every `stride` samples, but where samples are missing.
     pub(crate) fn new(path: &Path, stride: usize) -> Self {
-        let window = Window::new(HALF_STRIDES * stride as f64 * path.period_s, path.period_s);
+        let half_s = HALF_STRIDES * stride as f64 * path.period_s;
+        let window = Window::new(half_s, path.period_s);
         let reach = window.reach;
         let middles = (reach..path.force_n.len().saturating_sub(reach))
             .step_by(stride)
@@ -31,7 +34,16 @@ impl TestFunctions {
                     .all(|recorded| *recorded)
             })
             .collect();
-        Self { window, middles }
+        Self {
+            window,
+            half_s,
+            middles,
+        }
+    }
+
+    /// Their length, s.
+    pub(crate) fn window_s(&self) -> f64 {
+        2.0 * self.half_s
     }
 
     /// The samples that a test function reaches over.

@@ -165,7 +165,7 @@ fn add_bend(record: &mut Record, stiffness: f64) {
 mod tests {
     use super::*;
     use crate::identify::study::Movement;
-    use crate::identify::{ModelKind, Options, identify};
+    use crate::identify::{Clocks, ModelKind, Options, identify};
     use crate::motion::DeviceSample;
     use crate::simulate::{Start, simulate};
     use haptic_core::friction::{Friction, Karnopp};
@@ -230,7 +230,7 @@ mod tests {
         add_bend(&mut record, scene.coupling.expect("a coupling").stiffness);
         let options = Options {
             offset_n: Some(0.0),
-            longest_shift_s: 0.0,
+            clocks: Clocks::One,
             ..Options::new(ModelKind::Karnopp)
         };
         let found = identify(&record, &options).expect("a record");

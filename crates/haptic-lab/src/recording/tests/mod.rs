@@ -15,12 +15,13 @@ fn scene() -> Scene {
     Scene::paper()
 }
 
-pub(super) fn metadata() -> Metadata {
+pub(in crate::recording) fn metadata() -> Metadata {
     Metadata {
         server: "hapticd 0.1.0".into(),
         device: "fake rig, \"of glass\"".into(),
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
+        recorded_by: Some("haptic-ctl 0.1.0, \"ada\"".into()),
         started_unix_s: 1.763_748_187_123e9,
         revision: 7,
         scene: scene(),
@@ -30,7 +31,7 @@ pub(super) fn metadata() -> Metadata {
     }
 }
 
-pub(super) fn sample(tick: u64) -> Sample {
+pub(in crate::recording) fn sample(tick: u64) -> Sample {
     Sample {
         tick,
         t_s: 1e-3 * f64::from(u32::try_from(tick).expect("small")),

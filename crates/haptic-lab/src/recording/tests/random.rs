@@ -66,6 +66,9 @@ fn any_mark() -> impl Strategy<Value = Mark> {
             fault
         }),
         any::<u32>().prop_map(|rows| Mark::Lost { rows: rows.into() }),
+        any::<u32>().prop_map(|changes| Mark::LostChanges {
+            changes: changes.into()
+        }),
         (any::<u64>(), any::<u32>()).prop_map(|(tick, periods)| Mark::Missed {
             tick,
             periods: periods.into()

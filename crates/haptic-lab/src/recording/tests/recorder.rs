@@ -90,7 +90,11 @@ fn a_change_stands_before_the_first_row_that_it_concerns_though_it_came_late_or_
                     lost: 13,
                     missed: 5,
                 } => "end",
-                Mark::Missed { .. } | Mark::Link { .. } | Mark::End { .. } | Mark::Servo { .. } => "wrong",
+                Mark::Missed { .. }
+                | Mark::Link { .. }
+                | Mark::End { .. }
+                | Mark::Servo { .. }
+                | Mark::LostChanges { .. } => "wrong",
             };
             (*row, kind)
         })

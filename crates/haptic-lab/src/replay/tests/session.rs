@@ -63,6 +63,7 @@ fn metadata_of(setup: ServoSetup, scene: Scene) -> Metadata {
         device: "fake rig".into(),
         loop_rate_hz: 1000.0,
         rate_hz: 1000.0,
+        recorded_by: None,
         started_unix_s: 0.0,
         revision: 1,
         scene,

@@ -100,9 +100,20 @@ impl RigHandle {
         }
     }
 
+    /// The revision that a scheduled change builds on, as the last call of `pump` found it.
+    fn base_revision(&self) -> u64 {
+        let last = self.schedule.borrow().waiting.back().map(|last| last.revision);
+        last.unwrap_or_else(|| self.revision())
+    }
+
     /// The changes that wait for their tick.
     pub(in crate::control) fn schedule_status(&self) -> Option<ScheduleStatus> {
         self.pump();
+        self.waiting_status()
+    }
+
+    /// The same, as the last call of `pump` found it.
+    fn waiting_status(&self) -> Option<ScheduleStatus> {
         let schedule = self.schedule.borrow();
         let (first, last) = (schedule.waiting.front()?, schedule.waiting.back()?);
         let mut names: Vec<String> = schedule.waiting.iter().filter_map(name_of).map(str::to_owned).collect();
@@ -121,13 +132,19 @@ impl RigHandle {
     /// # Errors
     /// Changes wait for their tick.
     pub(in crate::control) fn keep_out_of_schedule(&self, what: &str) -> Result<(), WireError> {
+        self.pump();
+        self.refuse_while_waiting(what)
+    }
+
+    /// The same, as the last call of `pump` found it.
+    fn refuse_while_waiting(&self, what: &str) -> Result<(), WireError> {
         let Some(ScheduleStatus {
             by,
             waiting,
             next_tick,
             last_tick,
             ..
-        }) = self.schedule_status()
+        }) = self.waiting_status()
         else {
             return Ok(());
         };
@@ -147,7 +164,7 @@ impl RigHandle {
         self.pump();
         let is_mine = self.schedule.borrow().session == session;
         if !is_mine {
-            self.keep_out_of_schedule("schedule a change")?;
+            self.refuse_while_waiting("schedule a change")?;
         }
         let (code, remedy) = match self.state() {
             RigState::Stopped => (ErrorCode::Stopped, "reset it first"),
@@ -236,7 +253,7 @@ impl RigHandle {
         changes: Vec<NewChange>,
     ) -> Result<u64, WireError> {
         self.check_schedule(by.session, &changes)?;
-        if self.base(true).0 != base_revision {
+        if self.base_revision() != base_revision {
             let message = "the scene was changed while the schedule was prepared: try again";
             return Err(WireError::new(ErrorCode::Conflict, message).about("at_tick"));
         }

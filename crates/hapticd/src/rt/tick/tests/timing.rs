@@ -22,6 +22,27 @@ fn a_record_has_its_number_and_the_time_that_the_link_took() {
     );
 }
 
+#[test]
+fn a_tick_that_is_held_up_before_it_reads_has_the_time_of_the_reading() {
+    let mut bench = bench(ramp());
+    let held_up = std::time::Duration::from_millis(5);
+    let ticks = [std::time::Duration::ZERO, held_up, std::time::Duration::ZERO].map(|takes| {
+        bench.tick.device.link = Some(takes);
+        bench.clock_ns = now_ns();
+        bench.tick_after(0)
+    });
+    let [first, late, next] = &ticks;
+    let held_up_ns = 5_000_000;
+    assert!(
+        late.elapsed_ns >= late.began_ns + held_up_ns - first.ended_ns,
+        "{late:?} after {first:?}"
+    );
+    assert!(
+        next.elapsed_ns <= next.ended_ns - (late.began_ns + held_up_ns),
+        "{next:?} after {late:?}"
+    );
+}
+
 // hazard: P6
 #[test]
 fn the_jitter_of_our_own_clock_is_not_felt() {

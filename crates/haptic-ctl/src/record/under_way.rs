@@ -1,0 +1,112 @@
+//! The thread that writes a recording, for a program that waits for several things at once.
+
+use crate::failure::Failure;
+use haptic_ipc::Event;
+use haptic_lab::recording::{self, CreateError, Mark, Metadata, RecordingThread, Totals};
+use std::io;
+use std::path::Path;
+use tokio::sync::oneshot::{self, error::TryRecvError};
+use tokio::sync::watch;
+
+/// A recording under way. Only [`finish`](Self::finish) and [`break_off`](Self::break_off) wait for the disk.
+pub(crate) struct RecordingUnderWay {
+    thread: RecordingThread,
+    first_s: Option<f64>,
+    totals: watch::Receiver<Totals>,
+    ended: oneshot::Receiver<io::Result<Totals>>,
+}
+
+impl RecordingUnderWay {
+    /// Creates a recording; the ending of its name says its format.
+    ///
+    /// # Errors
+    /// The file cannot be created, or no thread be started.
+    pub(crate) fn create(path: &Path, metadata: &Metadata, replace: bool) -> Result<Self, Failure> {
+        let recorder = recording::create(path, metadata, replace).map_err(|error| not_created(&error))?;
+        let (sum, totals) = watch::channel(recorder.totals());
+        let (end, ended) = oneshot::channel();
+        let thread = RecordingThread::spawn(move |waiting| {
+            let written = waiting.write(recorder, |totals| {
+                sum.send_replace(totals);
+            });
+            // Nobody may wait for its end any more.
+            end.send(written).unwrap_or_default();
+        })?;
+        Ok(Self {
+            thread,
+            first_s: None,
+            totals,
+            ended,
+        })
+    }
+
+    /// Takes an event.
+    pub(crate) fn event(&mut self, event: &Event) {
+        if let Event::Samples(samples) = event {
+            self.first_s = self.first_s.or(samples.rows.first().map(|row| row.t_s));
+        }
+        // What is lost stands in the recording and in its totals; of an end `check` tells.
+        self.thread.event(event);
+    }
+
+    /// Takes a mark.
+    pub(crate) fn mark(&self, mark: Mark) {
+        self.thread.mark(mark);
+    }
+
+    /// Has what is in memory passed on to the file, for when no events come.
+    pub(crate) fn flush(&self) {
+        self.thread.flush();
+    }
+
+    /// Time of the first row, s, once there is one.
+    pub(crate) fn first_s(&self) -> Option<f64> {
+        self.first_s
+    }
+
+    /// How much is written by now.
+    pub(crate) fn totals(&self) -> Totals {
+        *self.totals.borrow()
+    }
+
+    /// Whether it can still be written.
+    ///
+    /// # Errors
+    /// It cannot. Nothing more is heard of it then.
+    pub(crate) fn check(&mut self) -> io::Result<()> {
+        match self.ended.try_recv() {
+            Err(TryRecvError::Empty) => Ok(()),
+            Ok(Err(error)) => Err(error),
+            Ok(Ok(_)) | Err(TryRecvError::Closed) => Err(gone()),
+        }
+    }
+
+    /// Ends the recording, and waits until it is on the disk.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) async fn finish(self) -> io::Result<Totals> {
+        self.thread.finish();
+        self.ended.await.unwrap_or_else(|_| Err(gone()))
+    }
+
+    /// Closes the recording without an end.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub(crate) async fn break_off(self) -> io::Result<Totals> {
+        drop(self.thread);
+        self.ended.await.unwrap_or_else(|_| Err(gone()))
+    }
+}
+
+fn not_created(error: &CreateError) -> Failure {
+    match error {
+        CreateError::File { path, source } => Failure::not_created(path, source),
+        _ => Failure::Usage(error.to_string()),
+    }
+}
+
+fn gone() -> io::Error {
+    io::Error::other("the thread that writes the recording has ended")
+}

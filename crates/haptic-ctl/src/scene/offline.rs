@@ -1,0 +1,57 @@
+//! The scene of a command that works without a daemon. One that only the daemon has is asked for.
+
+use super::reference;
+use crate::daemon::Daemon;
+use crate::failure::Failure;
+use crate::output;
+use haptic_core::Scene;
+use haptic_core::nearest::meant_or_semicolon;
+use haptic_ipc::{BUILT_IN_SCENES, ClientError, Request, SceneRef, SceneReply};
+use std::path::Path;
+
+/// The request for a scene, where only the daemon has it.
+pub(crate) fn requests(text: &str) -> Result<Vec<Request>, Failure> {
+    let scene = match reference::read(text)? {
+        SceneRef::Name(name) if built_in(&name).is_some() => return Ok(Vec::new()),
+        SceneRef::Scene(_) => return Ok(Vec::new()),
+        asked => asked,
+    };
+    Ok(vec![Request::Get { scene: Some(scene) }])
+}
+
+/// Finds a scene: built in, from a file, or of the daemon.
+pub(crate) async fn find(socket: Option<&Path>, text: &str) -> Result<Scene, Failure> {
+    let scene = match reference::read(text)? {
+        SceneRef::Scene(scene) => return Ok(*scene),
+        scene => scene,
+    };
+    if let SceneRef::Name(name) = &scene {
+        if Path::new(name).is_file() && !output::is_quiet() {
+            eprintln!("haptic-ctl: `{name}` is the scene of the library here; for the file write ./{name}");
+        }
+        if let Some(built_in) = built_in(name) {
+            return toml::from_str(built_in).map_err(|error| Failure::Usage(format!("{name}: {error}")));
+        }
+    }
+    let mut daemon = match Daemon::connect(socket).await {
+        Ok(daemon) => daemon,
+        Err(Failure::Client(ClientError::NoDaemon { .. })) => return Err(without_a_daemon(text)),
+        Err(failure) => return Err(failure),
+    };
+    let reply: SceneReply = reference::ask(&mut daemon, Request::Get { scene: Some(scene) }).await?;
+    Ok(reply.scene)
+}
+
+fn built_in(name: &str) -> Option<&'static str> {
+    let (_, text) = BUILT_IN_SCENES.iter().find(|(known, _)| *known == name)?;
+    Some(text)
+}
+
+fn without_a_daemon(text: &str) -> Failure {
+    let known: Vec<&str> = BUILT_IN_SCENES.iter().map(|(name, _)| *name).collect();
+    Failure::Usage(format!(
+        "`{text}` is not built in, and no daemon is there to ask for it{} the built-in scenes are {}",
+        meant_or_semicolon(text, &known),
+        known.join(", ")
+    ))
+}

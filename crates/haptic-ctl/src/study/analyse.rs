@@ -1,0 +1,138 @@
+//! `study analyse`: what the trials of a study say.
+
+use crate::failure::Failure;
+use crate::{output, progress};
+use clap::ValueHint;
+use haptic_lab::drawing::Table;
+use haptic_lab::studies::analysis::{self, Refused, Thresholds, Trials};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+pub(crate) const HELP: &str = "\
+A file of trials needs the columns subject, block, resistance, condition, trial, amplitude_m, width_m, end_error_m, \
+movement_time_s and errors; cursor_diameter_m and error_size_m are used where they are there. end_error_m is where the \
+movement ended beyond the target's centre, positive along that movement, whichever way it went. A sequence is the rows \
+of one subject, block, resistance and condition; the order of the rows does not matter. A file with the column level_N \
+holds answers of a perception test. docs/studies.md tells what each table and figure is.";
+
+/// Seed of the intervals: the same trials give the same ones.
+const SEED: u64 = 1;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Folder of a study
+    #[arg(value_name = "DIR", value_hint = ValueHint::DirPath, required_unless_present = "trials", conflicts_with = "trials")]
+    folder: Option<PathBuf>,
+
+    /// Trials from elsewhere, a row each
+    #[arg(long, value_name = "FILE.csv", value_hint = ValueHint::FilePath)]
+    trials: Option<PathBuf>,
+
+    /// Folder for analysis.html, a page with all tables and figures, and for the tables as CSV
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    out: Option<PathBuf>,
+
+    /// Replace existing files
+    #[arg(long, requires = "out")]
+    force: bool,
+}
+
+impl Arguments {
+    /// What is analysed, and its name.
+    fn source(&self) -> (&Path, String) {
+        let path = self
+            .folder
+            .as_deref()
+            .or(self.trials.as_deref())
+            .unwrap_or(Path::new("."));
+        let name = path.file_name().unwrap_or(path.as_os_str());
+        (path, name.to_string_lossy().into_owned())
+    }
+}
+
+pub(super) fn run(arguments: &Arguments, json: bool) -> Result<(), Failure> {
+    let (path, name) = arguments.source();
+    let usage = |error: &dyn std::fmt::Display| Failure::Usage(error.to_string());
+    let in_source = |error: analysis::AnalysisError| Failure::Usage(format!("{}: {error}", path.display()));
+    let read = if arguments.folder.is_some() {
+        analysis::read_folder(path)
+    } else {
+        analysis::read_file(path)
+    };
+    match read.map_err(|error| usage(&error))? {
+        Trials::Fitts(trials) => {
+            let mut found = analysis::fitts(&trials, &Thresholds::PAPER).map_err(in_source)?;
+            if arguments.out.is_some() {
+                let base = if arguments.folder.is_some() {
+                    path
+                } else {
+                    path.parent().unwrap_or(path)
+                };
+                let (trajectories, notes) = analysis::trajectories(base, &trials).map_err(in_source)?;
+                found.notes.extend(notes);
+                write(arguments, || analysis::fitts_files(&found, &trajectories, &name))?;
+            }
+            show(
+                json,
+                &found,
+                analysis::fitts_tables(&found),
+                &found.refused,
+                &found.notes,
+            )
+        }
+        Trials::Perception(trials) => {
+            let bar = progress::busy("drawing answers for the intervals");
+            let found = analysis::perception(&trials, SEED).map_err(in_source)?;
+            bar.finish_and_clear();
+            write(arguments, || analysis::perception_files(&found, &name))?;
+            show(
+                json,
+                &found,
+                analysis::perception_tables(&found),
+                &found.refused,
+                &found.notes,
+            )
+        }
+    }
+}
+
+/// Writes the files, if they are asked for. None is written where one is in the way.
+fn write(arguments: &Arguments, files: impl FnOnce() -> Vec<(String, Vec<u8>)>) -> Result<(), Failure> {
+    let Some(folder) = &arguments.out else {
+        return Ok(());
+    };
+    std::fs::create_dir_all(folder).map_err(|error| Failure::not_created(folder, &error))?;
+    let files: Vec<(PathBuf, Vec<u8>)> = files()
+        .into_iter()
+        .map(|(name, bytes)| (folder.join(name), bytes))
+        .collect();
+    if let Some((path, _)) = files.iter().find(|(path, _)| !arguments.force && path.exists()) {
+        return Err(Failure::exists(path));
+    }
+    for (path, bytes) in files {
+        std::fs::write(&path, bytes).map_err(|error| Failure::not_created(&path, &error))?;
+    }
+    Ok(())
+}
+
+fn show(
+    json: bool,
+    analysis: &impl Serialize,
+    tables: Vec<(String, Table)>,
+    refused: &[Refused],
+    notes: &[String],
+) -> Result<(), Failure> {
+    if json {
+        return output::json(analysis);
+    }
+    for (_, table) in tables.into_iter().filter(|(_, table)| table.rows.len() > 1) {
+        output::line(&format!("{}\n{}\n", table.caption, output::table(&table.rows)))?;
+    }
+    for Refused { what, reason } in refused {
+        output::text(&format!("not found: {what}: {reason}"))?;
+    }
+    for note in notes {
+        output::text(&format!("note: {note}"))?;
+    }
+    Ok(())
+}

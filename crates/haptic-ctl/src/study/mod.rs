@@ -1,0 +1,46 @@
+//! `study`: the targeting task and the perception tests, one file a subcommand.
+
+mod analyse;
+mod plan;
+mod run;
+mod sensitivity;
+
+use crate::failure::Failure;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a whole study unattended, by simulated operators, faster than real time
+    #[command(after_help = run::HELP)]
+    Run(run::Arguments),
+    /// Go on with a study that was interrupted, at the trial where it ended
+    Resume(Resume),
+    /// Print a plan, to be changed and run
+    Plan(plan::Arguments),
+    /// List the constants of the simulated operator, each with its range and where it comes from
+    Operator,
+    /// Show which constants of the simulated operator turn the result of a study
+    Sensitivity(sensitivity::Arguments),
+    /// Show what a study's trials say: the paper's tables and figures, throughput by ISO 9241-411, thresholds
+    #[command(after_help = analyse::HELP)]
+    Analyse(analyse::Arguments),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Resume {
+    /// Folder of the study
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+pub(crate) async fn run(command: &Command, as_json: bool) -> Result<(), Failure> {
+    match command {
+        Command::Run(arguments) => run::run(arguments, as_json).await,
+        Command::Resume(resume) => run::resume(&resume.folder, as_json).await,
+        Command::Plan(arguments) => plan::run(arguments),
+        Command::Operator => plan::operator(as_json),
+        Command::Sensitivity(arguments) => sensitivity::run(arguments, as_json),
+        Command::Analyse(arguments) => analyse::run(arguments, as_json),
+    }
+}

@@ -1,0 +1,60 @@
+//! `study plan` and `study operator`: what a study can be made of.
+
+use crate::failure::Failure;
+use crate::output;
+use clap::Args;
+use haptic_ipc::regular_file;
+use haptic_lab::studies::operator::Constants;
+use haptic_lab::studies::plan::{BUILT_IN_PLANS, Plan};
+use serde_json::json;
+use std::path::Path;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Plan: fitts, perception, or a PLAN.toml, which is checked
+    #[arg(value_name = "PLAN")]
+    plan: String,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let (_, text) = read(&arguments.plan)?;
+    output::text(text.trim_end())
+}
+
+/// Reads and checks a plan: one of the program, or a file.
+pub(super) fn read(name: &str) -> Result<(Plan, String), Failure> {
+    let built_in = BUILT_IN_PLANS.iter().find(|(known, _)| *known == name);
+    let text = match built_in {
+        Some((_, text)) => (*text).to_owned(),
+        None => {
+            let known = BUILT_IN_PLANS.map(|(known, _)| known).join(" and ");
+            regular_file::read_text(Path::new(name))
+                .map_err(|error| Failure::Usage(format!("{name}: {error}; the program's own plans are {known}")))?
+        }
+    };
+    let plan = Plan::read(&text).map_err(|error| Failure::Usage(format!("{name}: {error}")))?;
+    Ok((plan, text))
+}
+
+/// Lists the constants of the simulated operator.
+pub(crate) fn operator(as_json: bool) -> Result<(), Failure> {
+    if as_json {
+        let constants = Constants::ALL.iter().map(|constant| {
+            json!({
+                "name": constant.name,
+                "usual": constant.usual,
+                "low": constant.low,
+                "high": constant.high,
+                "source": constant.source,
+            })
+        });
+        return output::json(&json!({ "constants": constants.collect::<Vec<_>>() }));
+    }
+    for constant in Constants::ALL {
+        output::text(&format!(
+            "{:<24} {:>6}   {} to {}   {}",
+            constant.name, constant.usual, constant.low, constant.high, constant.source
+        ))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,163 @@
+//! `study run` and `study resume`: a study by simulated operators.
+
+use super::plan;
+use crate::failure::Failure;
+use crate::{output, progress};
+use clap::{Args, ValueEnum};
+use haptic_lab::studies::operator::Constants;
+use haptic_lab::studies::run::{self, Progress, RunError};
+use haptic_lab::studies::store::{About, StoreError, Study};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use tokio::signal::unix::{SignalKind, signal};
+
+pub(super) const HELP: &str = "\
+Each trial is on the disk before the next one begins. An interrupt ends the study after the trials under way, with exit code \
+130, and `haptic-ctl study resume DIR` goes on with it; so it does after a crash.
+
+The data of a simulated operator show how a study runs and how its analysis reads. They say nothing about people, and every \
+row has operator = simulated.";
+
+/// Who takes part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Operator {
+    /// A model of a person
+    Simulated,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Plan: fitts, perception, or a PLAN.toml (`haptic-ctl study plan fitts` prints one)
+    #[arg(value_name = "PLAN")]
+    plan: String,
+
+    /// Who takes part
+    #[arg(long, value_name = "WHO")]
+    operator: Option<Operator>,
+
+    /// Number of subjects, from 1 to 999
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=999))]
+    subjects: u32,
+
+    /// Seed of all random orders, and of the operators' noise
+    #[arg(long, value_name = "S", default_value = "1")]
+    seed: u64,
+
+    /// Folder of the study, which must not exist, or be empty
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Set a constant of the operator, as in --set visual_delay_s=0.2; `haptic-ctl study operator` lists them
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+
+    /// Keep the rows alone, and not every tick of each trial: 100 kB a trial
+    #[arg(long)]
+    no_recordings: bool,
+}
+
+pub(crate) async fn run(arguments: &Arguments, as_json: bool) -> Result<(), Failure> {
+    if arguments.operator.is_none() {
+        return Err(Failure::Usage(
+            "--operator simulated is needed: this program has no screen for people, and runs simulated operators alone"
+                .to_owned(),
+        ));
+    }
+    let (plan, text) = plan::read(&arguments.plan)?;
+    let mut constants = Constants::default();
+    for set in &arguments.set {
+        let wrong = |why: &dyn std::fmt::Display| Failure::Usage(format!("--set {set}: {why}"));
+        let Some((name, value)) = set.split_once('=') else {
+            return Err(wrong(&"expected NAME=VALUE"));
+        };
+        let value: f64 = value.trim().parse().map_err(|error| wrong(&error))?;
+        constants.set(name.trim(), value).map_err(|error| wrong(&error))?;
+    }
+    let recordings = !arguments.no_recordings;
+    let about = About::simulated(&plan, &text, arguments.seed, arguments.subjects, constants, recordings);
+    let study = Study::create(&arguments.out, &text, &about).map_err(not_stored)?;
+    go_on(study, &arguments.out, as_json).await
+}
+
+pub(crate) async fn resume(folder: &Path, as_json: bool) -> Result<(), Failure> {
+    let study = Study::open(folder).map_err(not_stored)?;
+    go_on(study, folder, as_json).await
+}
+
+/// The folder that was named is wrong usage, but for a disk that fails.
+fn not_stored(error: StoreError) -> Failure {
+    match error {
+        StoreError::File { path, source } => Failure::not_created(&path, &source),
+        error => Failure::Usage(error.to_string()),
+    }
+}
+
+/// Runs what is left of a study.
+async fn go_on(study: Study, folder: &Path, as_json: bool) -> Result<(), Failure> {
+    let subjects = study.about().subjects as usize;
+    let progress = Arc::new(Progress::default());
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut interrupt = signal(SignalKind::interrupt())?;
+    let mut terminate = signal(SignalKind::terminate())?;
+    let mut hang_up = signal(SignalKind::hangup())?;
+    let began = Instant::now();
+    let watched = Arc::clone(&progress);
+    let mut work = tokio::task::spawn_blocking(move || run::run(&study, threads, &watched));
+    let bar = progress::steps(subjects);
+    let mut shown = tokio::time::interval(Duration::from_millis(100));
+    let result = loop {
+        tokio::select! {
+            ended = &mut work => break ended,
+            _ = shown.tick() => {
+                bar.set_position(progress.subjects() as u64);
+                bar.set_message(format!("subjects, {} trials", progress.trials()));
+            }
+            _ = interrupt.recv() => progress.stop(),
+            _ = terminate.recv() => progress.stop(),
+            _ = hang_up.recv() => progress.stop(),
+        }
+    };
+    bar.finish_and_clear();
+    let result = result.map_err(|error| Failure::File(error.to_string()))?;
+    result.map_err(not_run)?;
+    let took_s = began.elapsed().as_secs_f64();
+    let is_finished = progress.subjects() == subjects;
+    report(&progress, folder, is_finished, took_s, as_json)?;
+    if is_finished { Ok(()) } else { Err(Failure::Interrupted) }
+}
+
+fn not_run(error: RunError) -> Failure {
+    match error {
+        RunError::Store(StoreError::File { path, source }) => Failure::File(format!("{}: {source}", path.display())),
+        error => Failure::Usage(error.to_string()),
+    }
+}
+
+fn report(progress: &Progress, folder: &Path, is_finished: bool, took_s: f64, as_json: bool) -> Result<(), Failure> {
+    let (trials, simulated_s) = (progress.trials(), progress.simulated_s());
+    let factor = simulated_s / took_s;
+    if as_json {
+        return output::json(&json!({
+            "folder": folder,
+            "operator": "simulated",
+            "finished": is_finished,
+            "trials": trials,
+            "simulated_s": simulated_s,
+            "took_s": took_s,
+            "faster_than_real_time": factor,
+        }));
+    }
+    output::text(&format!(
+        "{}, operator: simulated: {trials} trials of {simulated_s:.0} s in {took_s:.1} s, {factor:.0} times as fast as real time",
+        folder.display()
+    ))?;
+    if is_finished {
+        return output::text("The study is finished.");
+    }
+    output::text(&format!(
+        "The study is interrupted; `haptic-ctl study resume {}` goes on with it.",
+        folder.display()
+    ))
+}

@@ -1,0 +1,48 @@
+//! A command line that cannot be understood.
+
+use crate::failure::Failure;
+use clap::Command;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use haptic_core::nearest::nearest;
+use std::process::ExitCode;
+
+/// Ends with an error of the command line, or with its help.
+pub(crate) fn end(mut error: clap::Error, commands: &Command) -> ExitCode {
+    // After `--` stands the command line of another program.
+    let words: Vec<String> = std::env::args_os()
+        .take_while(|word| word != "--")
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    guess_subcommand(&mut error, commands, &words);
+    let wants_json = words.iter().any(|word| word == "--json" || word.starts_with("--json="));
+    if wants_json && error.use_stderr() {
+        return Failure::Usage(text(&error)).report(true);
+    }
+    error.exit()
+}
+
+/// Names the subcommand that an unknown one was probably meant to be, where another word for it says so.
+fn guess_subcommand(error: &mut clap::Error, commands: &Command, words: &[String]) {
+    let (ErrorKind::InvalidSubcommand, Some(ContextValue::String(wrong))) =
+        (error.kind(), error.get(ContextKind::InvalidSubcommand))
+    else {
+        return;
+    };
+    let mut command = commands;
+    for word in words.iter().take_while(|word| *word != wrong) {
+        command = command.find_subcommand(word).unwrap_or(command);
+    }
+    let known: Vec<&str> = command.get_subcommands().map(Command::get_name).collect();
+    if let Some(meant) = nearest(wrong, &known) {
+        let meant = ContextValue::Strings(vec![meant.to_owned()]);
+        error.insert(ContextKind::SuggestedSubcommand, meant);
+    }
+}
+
+/// The error alone, without the summary of the options below it.
+fn text(error: &clap::Error) -> String {
+    let text = error.render().to_string();
+    let text = text.split("\n\nUsage:").next().unwrap_or(&text);
+    let text = text.split("\n\nFor more information").next().unwrap_or(text);
+    text.trim_start_matches("error: ").trim().to_owned()
+}

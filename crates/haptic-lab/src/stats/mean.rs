@@ -1,0 +1,110 @@
+//! Means, deviations and their intervals.
+
+use super::CONFIDENCE;
+use serde::Serialize;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+/// A mean and how sure it is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Mean {
+    /// The mean.
+    pub value: f64,
+    /// Its 95 % interval; `None` where one cluster alone says nothing of the others.
+    pub interval: Option<[f64; 2]>,
+    /// How many values there are.
+    pub count: usize,
+}
+
+/// The arithmetic mean; not a number where there are no values.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "a count of values")]
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The standard deviation with n - 1; not a number for fewer than two values.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "a count of values")]
+pub fn deviation(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (squares / (values.len() as f64 - 1.0)).sqrt()
+}
+
+/// Student's t that a share of [`CONFIDENCE`] does not exceed in size; not a number without a degree of freedom.
+#[must_use]
+pub fn student_t(degrees_of_freedom: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, degrees_of_freedom)
+        .map_or(f64::NAN, |student| student.inverse_cdf(0.5 * (1.0 + CONFIDENCE)))
+}
+
+/// The mean of values that come in clusters, as the sequences of one subject do, and its interval.
+///
+/// Values of one subject are alike, so the clusters count as independent and not the values: the interval is Student's
+/// with as many degrees of freedom as there are clusters, less one, on the scatter of the clusters' sums about the mean
+/// (Liang and Zeger 1986). Where all clusters are of one size this is the textbook's interval of the clusters' means.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "counts of values")]
+pub fn clustered_mean(clusters: &[Vec<f64>]) -> Mean {
+    let values: Vec<f64> = clusters.iter().flatten().copied().collect();
+    let value = mean(&values);
+    let count = clusters.iter().filter(|cluster| !cluster.is_empty()).count() as f64;
+    let squares: f64 = clusters
+        .iter()
+        .map(|cluster| cluster.iter().map(|one| one - value).sum::<f64>().powi(2))
+        .sum();
+    let half = student_t(count - 1.0) * (count / (count - 1.0) * squares).sqrt() / values.len() as f64;
+    Mean {
+        value,
+        interval: half.is_finite().then_some([value - half, value + half]),
+        count: values.len(),
+    }
+}
+
+/// The value below which a share of the sorted values lies, by straight lines between them.
+pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "a count of values")]
+    let place = share * (sorted.len() - 1) as f64;
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "within the values"
+    )]
+    let below = place as usize;
+    let above = (below + 1).min(sorted.len() - 1);
+    sorted[below] + (sorted[above] - sorted[below]) * place.fract()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interval_of_single_values_is_the_textbooks() {
+        // 1 to 5: mean 3, deviation sqrt(2.5), Student's t for 4 degrees of freedom 2.776445.
+        let found = clustered_mean(&[1.0, 2.0, 3.0, 4.0, 5.0].map(|value| vec![value]));
+        let half = 2.776_445 * 2.5_f64.sqrt() / 5.0_f64.sqrt();
+        let [low, high] = found.interval.expect("five clusters");
+        assert!(
+            (found.value - 3.0).abs() < 1e-12 && (high - low - 2.0 * half).abs() < 1e-6,
+            "{found:?}"
+        );
+    }
+
+    #[test]
+    fn values_of_one_subject_are_no_evidence_about_others() {
+        let once = clustered_mean(&[vec![1.0], vec![2.0], vec![4.0]]);
+        let ten_times = clustered_mean(&[vec![1.0; 10], vec![2.0; 10], vec![4.0; 10]]);
+        let width = |mean: &Mean| mean.interval.map(|[low, high]| high - low).expect("three clusters");
+        assert!((width(&once) - width(&ten_times)).abs() < 1e-12);
+        assert_eq!(clustered_mean(&[vec![1.0, 2.0, 3.0]]).interval, None);
+    }
+
+    #[test]
+    fn quantiles_lie_between_the_values() {
+        let sorted = [1.0, 2.0, 4.0];
+        let found = [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| quantile(&sorted, share));
+        assert_eq!(found, [1.0, 1.5, 2.0, 3.0, 4.0]);
+        assert_eq!(quantile(&[7.0], 0.975), 7.0);
+    }
+}

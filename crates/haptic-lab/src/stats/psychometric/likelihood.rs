@@ -1,0 +1,190 @@
+//! The largest likelihood: the least sum of squared deviance residuals, which the solver for least squares finds.
+
+use super::{DEVIATIONS_IN_WIDTH, GUESS, LARGEST_LAPSE, Level, Psychometric, normal_cdf};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::{DMatrix, DVector, Dyn, Owned};
+
+/// No share is taken as surer than this.
+const SURE: f64 = 1e-12;
+/// What the width may be, as shares of the extent of the levels: within it answers that jump, or do not get better, run
+/// into a wall instead of away.
+const WIDTHS: [f64; 2] = [1e-3, 1e3];
+
+/// Twice the log-likelihood that a share of correct answers loses against the share that was seen.
+pub(super) fn deviance(level: &Level, correct: f64, wrong: f64) -> f64 {
+    let (trials, hits) = (f64::from(level.trials), f64::from(level.correct));
+    let term = |count: f64, share: f64| {
+        if count > 0.0 {
+            count * (count / (trials * share.max(SURE))).ln()
+        } else {
+            0.0
+        }
+    };
+    (2.0 * (term(hits, correct) + term(trials - hits, wrong))).max(0.0)
+}
+
+/// The parameters as the solver moves them, where nothing is out of bounds: threshold, logarithm of sigma, and the angle
+/// whose squared sine is the share of [`LARGEST_LAPSE`].
+struct Problem<'a> {
+    levels: &'a [Level],
+    values: DVector<f64>,
+    /// Bounds of the logarithm of sigma.
+    log_sigma: [f64; 2],
+    /// The lapse, where it is not fitted.
+    lapse: Option<f64>,
+}
+
+impl Problem<'_> {
+    fn sigma(&self) -> f64 {
+        self.values[1].clamp(self.log_sigma[0], self.log_sigma[1]).exp()
+    }
+
+    fn lapse(&self) -> f64 {
+        self.lapse
+            .unwrap_or_else(|| LARGEST_LAPSE * self.values[2].sin().powi(2))
+    }
+
+    /// Probabilities of a correct and of a wrong answer.
+    fn shares(&self, level: &Level) -> (f64, f64) {
+        let z = (level.level - self.values[0]) / self.sigma();
+        let rise = 1.0 - GUESS - self.lapse();
+        (GUESS + rise * normal_cdf(z), self.lapse() + rise * normal_cdf(-z))
+    }
+
+    fn deviance(&self) -> f64 {
+        let of = |level: &Level| {
+            let (correct, wrong) = self.shares(level);
+            deviance(level, correct, wrong)
+        };
+        self.levels.iter().map(of).sum()
+    }
+
+    /// The signed root of a level's deviance, and how it changes with the probability of a correct answer.
+    fn residual(&self, level: &Level) -> (f64, f64) {
+        /// Shares that are this near to what was seen are taken as the same.
+        const NEAR: f64 = 1e-9;
+        let (correct, wrong) = self.shares(level);
+        let (correct, wrong) = (correct.max(SURE), wrong.max(SURE));
+        let trials = f64::from(level.trials);
+        let over = f64::from(level.correct) - trials * correct;
+        let residual = deviance(level, correct, wrong).sqrt().copysign(over);
+        let slope = if over.abs() < NEAR * trials {
+            -(trials / (correct * wrong)).sqrt()
+        } else {
+            -over / (correct * wrong * residual)
+        };
+        (residual, slope)
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ParameterStorage = Owned<f64, Dyn>;
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+
+    fn set_params(&mut self, values: &DVector<f64>) {
+        self.values.copy_from(values);
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.values.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let of = |level: &Level| self.residual(level).0;
+        let residuals = DVector::from_iterator(self.levels.len(), self.levels.iter().map(of));
+        residuals
+            .iter()
+            .all(|residual| residual.is_finite())
+            .then_some(residuals)
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let mut jacobian = DMatrix::zeros(self.levels.len(), self.values.len());
+        let (sigma, rise) = (self.sigma(), 1.0 - GUESS - self.lapse());
+        let is_bounded = !(self.log_sigma[0]..=self.log_sigma[1]).contains(&self.values[1]);
+        for (level, mut row) in self.levels.iter().zip(jacobian.row_iter_mut()) {
+            let z = (level.level - self.values[0]) / sigma;
+            let density = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
+            let slope = self.residual(level).1;
+            row[0] = -slope * rise * density / sigma;
+            row[1] = if is_bounded { 0.0 } else { -slope * rise * density * z };
+            if self.lapse.is_none() {
+                row[2] = -slope * normal_cdf(z) * LARGEST_LAPSE * (2.0 * self.values[2]).sin();
+            }
+        }
+        Some(jacobian)
+    }
+}
+
+/// The best function, from a start or else from the best of a grid. The lapse is fitted, and also held at either bound,
+/// where the angle of the solver has no slope.
+pub(super) fn best(levels: &[Level], start: Option<&Psychometric>) -> Psychometric {
+    let levels: Vec<Level> = levels.iter().filter(|level| level.trials > 0).copied().collect();
+    let [_, extent] = span(&levels);
+    let start = start.map_or_else(|| best_of_grid(&levels), |start| [start.threshold, start.width]);
+    [None, Some(0.0), Some(LARGEST_LAPSE)]
+        .map(|lapse| solved(&levels, extent, start, lapse))
+        .into_iter()
+        .min_by(|a, b| a.deviance.total_cmp(&b.deviance))
+        .unwrap_or(Psychometric {
+            threshold: f64::NAN,
+            width: f64::NAN,
+            lapse: 0.0,
+            deviance: f64::NAN,
+        })
+}
+
+/// Lowest level and extent.
+fn span(levels: &[Level]) -> [f64; 2] {
+    let (low, high) = levels.iter().fold((f64::MAX, f64::MIN), |(low, high), one| {
+        (low.min(one.level), high.max(one.level))
+    });
+    [low, high - low]
+}
+
+/// Threshold and width of the least deviance among a few dozen.
+fn best_of_grid(levels: &[Level]) -> [f64; 2] {
+    let [low, extent] = span(levels);
+    let grid = (0..=12).flat_map(|place| {
+        [0.05, 0.15, 0.5, 1.5].map(|width| Psychometric {
+            threshold: low + extent * f64::from(place) / 12.0,
+            width: width * extent,
+            lapse: 0.02,
+            deviance: 0.0,
+        })
+    });
+    let deviance_of = |function: &Psychometric| -> f64 {
+        let of = |level: &Level| {
+            let correct = function.probability(level.level);
+            deviance(level, correct, 1.0 - correct)
+        };
+        levels.iter().map(of).sum()
+    };
+    grid.min_by(|a, b| deviance_of(a).total_cmp(&deviance_of(b)))
+        .map_or([low, extent], |found| [found.threshold, found.width])
+}
+
+fn solved(levels: &[Level], extent: f64, [threshold, width]: [f64; 2], lapse: Option<f64>) -> Psychometric {
+    let log_sigma = WIDTHS.map(|share| (share * extent / DEVIATIONS_IN_WIDTH).ln());
+    let mut values = vec![
+        threshold,
+        (width / DEVIATIONS_IN_WIDTH).ln().clamp(log_sigma[0], log_sigma[1]),
+    ];
+    if lapse.is_none() {
+        values.push(std::f64::consts::FRAC_PI_4);
+    }
+    let problem = Problem {
+        levels,
+        values: DVector::from_vec(values),
+        log_sigma,
+        lapse,
+    };
+    let (problem, _) = LevenbergMarquardt::new().with_patience(30).minimize(problem);
+    Psychometric {
+        threshold: problem.values[0],
+        width: problem.sigma() * DEVIATIONS_IN_WIDTH,
+        lapse: problem.lapse(),
+        deviance: problem.deviance(),
+    }
+}

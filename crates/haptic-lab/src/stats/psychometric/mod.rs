@@ -1,0 +1,155 @@
+//! The psychometric function of a two-alternative forced choice: how often the larger of two is named, by how much they
+//! differ.
+//!
+//! `p(x) = 1/2 + (1/2 - lapse) Phi((x - threshold) / sigma)`: guessing gets half of the answers right, and a share of up
+//! to 0.1 is wrong however large the difference (Wichmann and Hill 2001). The threshold is where the cumulative Gaussian
+//! is at one half, so that 75 % of the answers are correct without lapses. The width is that between 5 % and 95 % of the
+//! Gaussian, 3.29 sigma, as psignifit 4 has it (Schütt and others 2016).
+
+mod bootstrap;
+mod likelihood;
+
+pub use bootstrap::{Bootstrap, Resampling, bootstrap};
+
+use super::StatsError;
+use super::error::{check_count, check_finite};
+use likelihood::best;
+use serde::Serialize;
+use statrs::function::erf::erfc;
+
+/// Share of correct answers by guessing among two.
+pub const GUESS: f64 = 0.5;
+/// Largest share of lapses (Wichmann and Hill 2001 take 0.06; psignifit's prior ends at 0.1).
+pub const LARGEST_LAPSE: f64 = 0.1;
+/// Standard deviations between 5 % and 95 % of a normal distribution.
+const DEVIATIONS_IN_WIDTH: f64 = 3.289_707_253_902_945;
+/// Levels below which three parameters cannot be found.
+const LEAST_LEVELS: usize = 3;
+
+/// The answers at one level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Level {
+    /// How much the two differ.
+    pub level: f64,
+    /// How often that was asked.
+    pub trials: u32,
+    /// How often the answer was correct.
+    pub correct: u32,
+}
+
+/// A fitted function. Threshold and width have the unit of the levels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Psychometric {
+    /// Where the Gaussian is at one half.
+    pub threshold: f64,
+    /// From its 5 % to its 95 %.
+    pub width: f64,
+    /// Share of lapses.
+    pub lapse: f64,
+    /// Twice the log-likelihood ratio to a model with a parameter for each level: how badly it fits.
+    pub deviance: f64,
+}
+
+impl Psychometric {
+    /// Probability of a correct answer at a level.
+    #[must_use]
+    pub fn probability(&self, level: f64) -> f64 {
+        let z = DEVIATIONS_IN_WIDTH * (level - self.threshold) / self.width;
+        GUESS + (1.0 - GUESS - self.lapse) * normal_cdf(z)
+    }
+}
+
+/// The share of a standard normal distribution below z.
+fn normal_cdf(z: f64) -> f64 {
+    0.5 * erfc(-z * std::f64::consts::FRAC_1_SQRT_2)
+}
+
+/// Answers joined by level, the lowest first.
+#[must_use]
+pub fn by_level(answers: impl IntoIterator<Item = (f64, bool)>) -> Vec<Level> {
+    let mut answers: Vec<(f64, bool)> = answers.into_iter().collect();
+    answers.sort_by(|a, b| a.0.total_cmp(&b.0));
+    answers
+        .chunk_by(|a, b| a.0 == b.0)
+        .map(|same| Level {
+            level: same[0].0,
+            trials: u32::try_from(same.len()).unwrap_or(u32::MAX),
+            correct: u32::try_from(same.iter().filter(|(_, correct)| *correct).count()).unwrap_or(u32::MAX),
+        })
+        .collect()
+}
+
+/// The function of the largest likelihood.
+///
+/// # Errors
+/// The answers do not determine it: there are fewer than three levels, all are correct or wrong, they do not get better
+/// with the level, they jump from chance to the ceiling, or the threshold is where nothing was tested.
+pub fn fit(levels: &[Level]) -> Result<Psychometric, StatsError> {
+    check(levels)?;
+    let found = best(levels, None);
+    // Nothing is gained over the same share at every level.
+    const GAIN: f64 = 1e-6;
+    if flat_deviance(levels) - found.deviance < GAIN {
+        return Err(StatsError::NoRise);
+    }
+    let tested = levels.iter().filter(|level| level.trials > 0).map(|level| level.level);
+    let (lowest, highest) = (
+        tested.clone().fold(f64::MAX, f64::min),
+        tested.clone().fold(f64::MIN, f64::max),
+    );
+    if !(lowest..=highest).contains(&found.threshold) {
+        return Err(StatsError::OutsideLevels {
+            threshold: found.threshold,
+            lowest,
+            highest,
+        });
+    }
+    if !tested
+        .clone()
+        .any(|level| (level - found.threshold).abs() < 0.5 * found.width)
+    {
+        return Err(StatsError::Jump {
+            threshold: found.threshold,
+        });
+    }
+    Ok(found)
+}
+
+fn check(levels: &[Level]) -> Result<(), StatsError> {
+    check_finite("level", levels.iter().map(|level| level.level))?;
+    if let Some(one) = levels.iter().find(|level| level.correct > level.trials) {
+        return Err(StatsError::ImpossibleCount {
+            level: one.level,
+            trials: one.trials,
+            correct: one.correct,
+        });
+    }
+    let mut tested: Vec<f64> = levels
+        .iter()
+        .filter(|level| level.trials > 0)
+        .map(|level| level.level)
+        .collect();
+    tested.sort_by(f64::total_cmp);
+    tested.dedup();
+    check_count("levels", tested.len(), LEAST_LEVELS)?;
+    let trials: u32 = levels.iter().map(|level| level.trials).sum();
+    match levels.iter().map(|level| level.correct).sum::<u32>() {
+        0 => Err(StatsError::AllWrong { trials }),
+        correct if correct == trials => Err(StatsError::AllCorrect { trials }),
+        _ => Ok(()),
+    }
+}
+
+/// Deviance of the best constant share that the function can have.
+fn flat_deviance(levels: &[Level]) -> f64 {
+    let trials: f64 = levels.iter().map(|level| f64::from(level.trials)).sum();
+    let correct: f64 = levels.iter().map(|level| f64::from(level.correct)).sum();
+    let share = (correct / trials).clamp(GUESS, 1.0);
+    levels
+        .iter()
+        .map(|level| likelihood::deviance(level, share, 1.0 - share))
+        .sum()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,96 @@
+use super::*;
+use fastrand::Rng;
+use proptest::prelude::*;
+
+/// Seven levels with 40 trials each.
+fn worked() -> Vec<Level> {
+    let levels = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8];
+    let correct = [21, 24, 27, 32, 35, 37, 39];
+    let of = |(level, correct)| Level {
+        level,
+        trials: 40,
+        correct,
+    };
+    levels.into_iter().zip(correct).map(of).collect()
+}
+
+#[test]
+fn the_likelihood_is_largest_where_a_search_by_hand_finds_it() {
+    // A search over a grid of lapses (0.001 apart) with a pattern search in the others gives 0.35477, 0.60830, 0.023.
+    let found = fit(&worked()).expect("a fit");
+    assert!((found.threshold - 0.3548).abs() < 1e-4, "{found:?}");
+    assert!((found.width - 0.608).abs() < 1e-3, "{found:?}");
+    assert!((found.lapse - 0.023).abs() < 1e-3, "{found:?}");
+    // Half way up between guessing and the ceiling.
+    let middle = found.probability(found.threshold);
+    assert!((middle - (0.5 + 0.5 * (0.5 - found.lapse))).abs() < 1e-12);
+}
+
+#[test]
+fn the_interval_holds_what_psignifit_finds() {
+    // psignifit 4.3 gives the threshold 0.3602 with the 95 % interval 0.236 to 0.427, under its priors.
+    let found = fit(&worked()).expect("a fit");
+    for resampling in [Resampling::Parametric, Resampling::Nonparametric] {
+        let interval = bootstrap(&worked(), &found, resampling, 200, 1);
+        let [low, high] = interval.threshold_interval;
+        assert!(low < 0.3548 && 0.3602 < high, "{interval:?}");
+        assert!(
+            (low - 0.236).abs() < 0.06 && (high - 0.427).abs() < 0.04,
+            "{interval:?}"
+        );
+        assert_eq!(interval, bootstrap(&worked(), &found, resampling, 200, 1));
+        assert_ne!(interval, bootstrap(&worked(), &found, resampling, 200, 2));
+    }
+    // The data lie nearer to a smooth function than chance would have them.
+    assert!(bootstrap(&worked(), &found, Resampling::Parametric, 200, 1).worse_fits > 0.3);
+}
+
+#[test]
+fn what_has_no_threshold_is_refused_by_name() {
+    let refused = |correct: &[u32]| {
+        let levels: Vec<Level> = (1_u32..)
+            .zip(correct)
+            .map(|(level, correct)| Level {
+                level: f64::from(level),
+                trials: 20,
+                correct: *correct,
+            })
+            .collect();
+        fit(&levels).expect_err("refused").to_string()
+    };
+    assert_eq!(refused(&[12, 18]), "levels: 2; at least 3 are needed");
+    assert!(refused(&[20, 20, 20]).starts_with("all 60 answers are correct"));
+    assert!(refused(&[0, 0, 0]).starts_with("all 60 answers are wrong"));
+    assert!(refused(&[18, 15, 12]).starts_with("answers do not get better"));
+    assert!(refused(&[14, 14, 14]).starts_with("answers do not get better"));
+    assert!(refused(&[19, 20, 20]).contains("outside the tested levels, 1 to 3"));
+    assert!(refused(&[10, 10, 11]).contains("outside the tested levels"));
+    assert!(refused(&[10, 10, 20, 20]).starts_with("answers jump"));
+    assert_eq!(refused(&[10, 25, 20]), "25 of 20 answers are correct at level 2");
+}
+
+#[test]
+fn answers_are_joined_by_level() {
+    let joined = by_level([(0.2, true), (0.1, false), (0.2, false), (0.1, false), (0.2, true)]);
+    let expected = [(0.1, 2, 0), (0.2, 3, 2)].map(|(level, trials, correct)| Level { level, trials, correct });
+    assert_eq!(joined, expected);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Answers of an observer whose function is known give it back, in whatever unit the levels are.
+    #[test]
+    fn a_known_observer_is_found(threshold in 0.3..0.7_f64, width in 0.3..0.8_f64, unit in 0.01..100.0_f64, seed in 0..1000_u64) {
+        let truth = Psychometric { threshold, width, lapse: 0.02, deviance: 0.0 };
+        let mut random = Rng::with_seed(seed);
+        let levels: Vec<Level> = (0..10).map(f64::from).map(|place| place / 10.0).map(|level| Level {
+            level: level * unit,
+            trials: 2000,
+            correct: (0..2000).map(|_| u32::from(random.f64() < truth.probability(level))).sum(),
+        }).collect();
+        let found = fit(&levels).expect("a fit");
+        prop_assert!((found.threshold / unit - threshold).abs() < 0.05, "{:?} of {:?}", found, truth);
+        prop_assert!((found.width / unit / width - 1.0).abs() < 0.25, "{:?} of {:?}", found, truth);
+    }
+}

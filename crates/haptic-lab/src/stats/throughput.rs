@@ -1,0 +1,165 @@
+//! Throughput by ISO 9241-411 (2012), annex B, in the words of Soukoreff and MacKenzie (2004): how many bits a second
+//! a person gets across, with the spread of the hits in the place of the target's width.
+
+use super::StatsError;
+use super::error::{check_count, check_finite, check_positive};
+use super::mean::{deviation, mean};
+use serde::Serialize;
+
+/// Standard deviations that hold 96 % of normally distributed hits: the square root of 2 pi e.
+pub const DEVIATIONS_IN_WIDTH: f64 = 4.132_731_354;
+
+/// One movement to a target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Movement {
+    /// Distance from target to target, m.
+    pub amplitude_m: f64,
+    /// Where the movement ended beyond the target's centre, m: positive along the movement, whichever way that went.
+    pub end_error_m: f64,
+    /// How long it took, s.
+    pub movement_time_s: f64,
+}
+
+/// What a sequence of movements under one condition amounts to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Throughput {
+    /// Effective amplitude, m: the mean distance that was moved.
+    pub effective_amplitude_m: f64,
+    /// Standard deviation of the ends along the movement, m, with n - 1.
+    pub end_deviation_m: f64,
+    /// Effective width, m: [`DEVIATIONS_IN_WIDTH`] times that.
+    pub effective_width_m: f64,
+    /// Effective index of difficulty, bit: log2(Ae / We + 1).
+    pub effective_id_bit: f64,
+    /// Mean movement time, s.
+    pub movement_time_s: f64,
+    /// Throughput, bit/s: the index over the time.
+    pub throughput_bit_per_s: f64,
+}
+
+/// Throughput of one sequence, whose movements follow one another in this order.
+///
+/// The task is serial: a movement begins where the one before has ended. One that ended beyond its target has
+/// lengthened the way back, so the distance moved is `A + dx_i + dx_(i-1)`, where both errors are positive along their
+/// own movement. The first begins at the centre of a target: its `dx_0` is 0.
+///
+/// # Errors
+/// There are fewer than two movements, all end at the same place, a time is not above zero, or a value is not finite.
+pub fn throughput(movements: &[Movement]) -> Result<Throughput, StatsError> {
+    check_count("movements", movements.len(), 2)?;
+    check_finite("amplitude", movements.iter().map(|one| one.amplitude_m))?;
+    check_finite("end error", movements.iter().map(|one| one.end_error_m))?;
+    check_finite("movement time", movements.iter().map(|one| one.movement_time_s))?;
+    for one in movements {
+        check_positive("amplitude", one.amplitude_m, "m")?;
+        check_positive("movement time", one.movement_time_s, "s")?;
+    }
+    let errors_m: Vec<f64> = movements.iter().map(|one| one.end_error_m).collect();
+    let before_m = std::iter::once(0.0).chain(errors_m.iter().copied());
+    let moved_m: Vec<f64> = movements
+        .iter()
+        .zip(before_m)
+        .map(|(one, before)| one.amplitude_m + one.end_error_m + before)
+        .collect();
+    let effective_amplitude_m = mean(&moved_m);
+    check_positive("effective amplitude", effective_amplitude_m, "m")?;
+    let end_deviation_m = deviation(&errors_m);
+    if end_deviation_m <= f64::EPSILON * effective_amplitude_m {
+        return Err(StatsError::NoSpread {
+            what: "end error",
+            value: errors_m[0],
+            unit: "m",
+            consequence: "the effective width is 0, and throughput infinite",
+        });
+    }
+    let effective_width_m = DEVIATIONS_IN_WIDTH * end_deviation_m;
+    let effective_id_bit = (effective_amplitude_m / effective_width_m + 1.0).log2();
+    let times_s: Vec<f64> = movements.iter().map(|one| one.movement_time_s).collect();
+    let movement_time_s = mean(&times_s);
+    Ok(Throughput {
+        effective_amplitude_m,
+        end_deviation_m,
+        effective_width_m,
+        effective_id_bit,
+        movement_time_s,
+        throughput_bit_per_s: effective_id_bit / movement_time_s,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A 300 mm, and eight movements.
+    fn worked() -> Vec<Movement> {
+        let errors_mm = [-6.0, 3.0, 11.0, -2.0, 0.0, 25.0, -9.0, 4.0];
+        let times_ms = [612.0, 580.0, 655.0, 701.0, 590.0, 640.0, 622.0, 598.0];
+        let of = |(error_mm, time_ms): (f64, f64)| Movement {
+            amplitude_m: 0.3,
+            end_error_m: error_mm / 1000.0,
+            movement_time_s: time_ms / 1000.0,
+        };
+        errors_mm.into_iter().zip(times_ms).map(of).collect()
+    }
+
+    #[test]
+    fn a_sequence_comes_out_as_by_hand() {
+        // The errors sum up to 26 mm, those of the movements before (0, then all but the last) to 22 mm: Ae = 300 + 48 / 8.
+        // Their squares sum up to 892 mm^2: SDx^2 = (892 - 26^2 / 8) / 7 = 115.357. The times sum up to 4998 ms.
+        let found = throughput(&worked()).expect("eight movements");
+        for (value, by_hand, within) in [
+            (found.effective_amplitude_m, 0.306, 1e-12),
+            (found.end_deviation_m, 0.010_740_444, 5e-10),
+            (found.effective_width_m, 0.044_387_371, 5e-10),
+            (found.effective_id_bit, 2.980_730, 5e-7),
+            (found.movement_time_s, 0.624_75, 1e-12),
+            (found.throughput_bit_per_s, 4.771_076, 5e-7),
+        ] {
+            assert!((value - by_hand).abs() <= within, "{value} is not {by_hand}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_throughput_is_refused_by_name() {
+        let refused = |movements: &[Movement]| throughput(movements).expect_err("refused").to_string();
+        assert_eq!(refused(&worked()[..1]), "movements: 1; at least 2 are needed");
+        let same = [worked()[0]; 4];
+        assert!(refused(&same).contains("every end error is -0.006 m: the effective width is 0"));
+        let mut instant = worked();
+        instant[3].movement_time_s = 0.0;
+        assert_eq!(refused(&instant), "the movement time is 0 s; it must be above 0 s");
+        let mut broken = worked();
+        broken[2].end_error_m = f64::NAN;
+        assert!(refused(&broken).starts_with("end error 3 is NaN"));
+        let mut backwards = worked();
+        backwards.iter_mut().for_each(|one| one.end_error_m -= 0.3);
+        assert!(refused(&backwards).starts_with("the effective amplitude is -"));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Bits do not depend on the unit of length, and bits a second go with the inverse of time.
+        #[test]
+        fn throughput_scales_as_its_units(
+            errors in prop::collection::vec(-0.02..0.02_f64, 3..12),
+            scale in 0.01..100.0_f64,
+        ) {
+            let of = |length: f64, time: f64| {
+                let movements: Vec<Movement> = errors.iter().map(|error| Movement {
+                    amplitude_m: 0.3 * length,
+                    end_error_m: error * length,
+                    movement_time_s: (0.5 + 10.0 * error.abs()) * time,
+                }).collect();
+                throughput(&movements)
+            };
+            let (Ok(one), Ok(longer), Ok(slower)) = (of(1.0, 1.0), of(scale, 1.0), of(1.0, scale)) else {
+                return Err(TestCaseError::reject("no spread"));
+            };
+            prop_assert!((longer.throughput_bit_per_s / one.throughput_bit_per_s - 1.0).abs() < 1e-9);
+            prop_assert!((slower.throughput_bit_per_s * scale / one.throughput_bit_per_s - 1.0).abs() < 1e-9);
+            prop_assert!((longer.effective_width_m / scale / one.effective_width_m - 1.0).abs() < 1e-9);
+        }
+    }
+}

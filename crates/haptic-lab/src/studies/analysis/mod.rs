@@ -1,0 +1,117 @@
+//! What the trials of a study say: the paper's tables and figures, and the throughput of ISO 9241-411.
+//!
+//! Everything is computed from the rows alone, in an order of its own: a file with its rows in another order gives the
+//! same to the last bit.
+
+mod comparison;
+mod difficulty;
+mod error;
+mod files;
+mod outputs;
+mod page;
+mod paper;
+mod perception;
+mod segments;
+mod sequences;
+mod tables;
+mod trajectories;
+
+pub use comparison::{Comparison, Counts, Difference, Measure, Pair, Row, Thresholds, Total};
+pub use difficulty::{DifficultyLine, Point};
+pub use error::AnalysisError;
+pub use files::{ReadError, Trials, read_file, read_folder};
+pub use outputs::{fitts_files, perception_files};
+pub use paper::BesidePaper;
+pub use perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, perception};
+pub use sequences::{Sequence, Summary};
+pub use tables::{fitts_tables, perception_tables};
+pub use trajectories::{Trajectory, trajectories};
+
+use super::trial::{FittsTrial, Operator};
+use serde::Serialize;
+
+/// The resistance that the others are compared with.
+pub const BASELINE: &str = "baseline";
+
+/// Something that the trials do not tell, and why.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Refused {
+    /// What it is.
+    pub what: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// What the trials of a targeting task say.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FittsAnalysis {
+    /// Whether people or a model did the trials, where the rows tell.
+    pub operator: Option<Operator>,
+    /// Number of trials.
+    pub trials: usize,
+    /// ISO 9241-411 over all sequences; absent where no sequence has a throughput.
+    #[serde(flatten)]
+    pub overall: Option<Summary>,
+    /// ISO 9241-411 by resistance.
+    pub by_resistance: Vec<Summary>,
+    /// ISO 9241-411 by sequence: subject, block, resistance and condition.
+    pub sequences: Vec<Sequence>,
+    /// The paper's Tables 3 to 5: time, errors, and size of the errors.
+    pub comparisons: Vec<Comparison>,
+    /// What those are counted from, a subject, resistance and condition each.
+    pub differences: Vec<Difference>,
+    /// The totals of time beside those that the paper's authors have shown.
+    pub beside_paper: Vec<BesidePaper>,
+    /// Movement time against the paper's index of difficulty, by resistance.
+    pub difficulty: Vec<DifficultyLine>,
+    /// What the trials do not tell.
+    pub refused: Vec<Refused>,
+    /// Remarks for people.
+    pub notes: Vec<String>,
+}
+
+/// Analyses the trials of a targeting task, in any order.
+///
+/// # Errors
+/// There are no trials, two are the same one, or a sequence has more than one target.
+pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds) -> Result<FittsAnalysis, AnalysisError> {
+    let segments = segments::segments(trials)?;
+    let resistances = segments::resistances(&segments);
+    let (mut refused, mut notes) = (Vec::new(), Vec::new());
+    let sequences = sequences::sequences(&segments, &mut refused);
+    let differences = comparison::differences(&segments, &mut refused);
+    let comparisons = comparison::comparisons(&differences, &resistances, thresholds);
+    if trials.iter().any(|trial| trial.cursor_diameter_m.is_none()) {
+        notes.push("rows without cursor_diameter_m: the index of difficulty takes the cursor as a point".to_owned());
+    }
+    if differences.is_empty() {
+        let reason = format!("no subject has a segment of `{BASELINE}` and one of another resistance in one condition");
+        refused.push(Refused {
+            what: "comparison with the baseline".to_owned(),
+            reason,
+        });
+    }
+    let operator = trials[0].operator;
+    if trials.iter().any(|trial| trial.operator != operator) {
+        return Err(AnalysisError::MixedOperators);
+    }
+    if operator == Some(Operator::Simulated) {
+        notes.push("a model did these trials: they say nothing about people".to_owned());
+    }
+    Ok(FittsAnalysis {
+        operator,
+        trials: trials.len(),
+        overall: Summary::of(None, &sequences.iter().collect::<Vec<_>>()),
+        by_resistance: sequences::by_resistance(&sequences, &resistances),
+        beside_paper: paper::beside(&comparisons),
+        difficulty: difficulty::by_resistance(&segments, &resistances, &mut refused),
+        sequences,
+        comparisons,
+        differences,
+        refused,
+        notes,
+    })
+}
+
+#[cfg(test)]
+mod tests;

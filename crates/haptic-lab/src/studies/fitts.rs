@@ -1,0 +1,366 @@
+//! The targeting task as a state machine.
+//!
+//! ```text
+//! Ready --begin--> Start --valid click--> Trial --valid click--> Trial ... --last one--> Ready (a break, the next segment) ... Finished
+//!   ^                                       |
+//!   +---------------- pause ----------------+   the trial under way is done again
+//! ```
+//!
+//! A segment begins with a click on the target opposite to the first trial's; that click is no trial. Each valid
+//! click ends a trial and activates the other target in the same tick, so a movement time is the time between two
+//! valid clicks. A click is valid where the whole cursor is inside the target.
+
+use super::plan::{Condition, FittsPlan, Resistance};
+use super::random::{Purpose, Random};
+use super::resume::{NotThisStudy, compare};
+use super::subject::Subject;
+use super::trial::{FittsTrial, Operator};
+
+/// Trials of one condition under one resistance, one after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// Its number, from 1; of practice from 1 as well.
+    pub block: u32,
+    /// Whether it is for practice: its rows are kept apart.
+    pub is_practice: bool,
+    /// The resistance.
+    pub resistance: Resistance,
+    /// The condition.
+    pub condition: Condition,
+    /// Whether a break is offered before it.
+    pub after_rest: bool,
+}
+
+/// The segments of a subject: practice, the baseline in each condition, then every resistance in each condition.
+/// Resistances come in random order, and so do conditions within each.
+#[must_use]
+pub fn segments(plan: &FittsPlan, seed: u64, subject: &Subject) -> Vec<Segment> {
+    let random = |item| Random::new(seed, subject.number, Purpose::Order, item);
+    let mut rounds: Vec<&Resistance> = plan.resistances.iter().collect();
+    random(0).shuffle(&mut rounds);
+    rounds.splice(
+        0..0,
+        plan.resistances
+            .iter()
+            .filter(|resistance| resistance.name == plan.baseline),
+    );
+    let mut segments = Vec::new();
+    let add = |segments: &mut Vec<Segment>,
+               block,
+               is_practice,
+               resistance: &Resistance,
+               condition: &Condition,
+               after_rest| {
+        segments.push(Segment {
+            block,
+            is_practice,
+            resistance: resistance.clone(),
+            condition: condition.clone(),
+            after_rest,
+        });
+    };
+    let shuffled = |item| {
+        let mut conditions: Vec<&Condition> = plan.conditions.iter().collect();
+        random(item).shuffle(&mut conditions);
+        conditions
+    };
+    // Practice is drawn last, so that its length changes nothing of the rest.
+    let practice = shuffled(u64::MAX);
+    for (block, condition) in (1..=plan.practice_segments).zip(practice.iter().cycle()) {
+        add(&mut segments, block, true, rounds[0], condition, false);
+    }
+    let mut block = 0;
+    for (round, resistance) in (1..).zip(&rounds) {
+        for (index, condition) in shuffled(round).into_iter().enumerate() {
+            let after_rest = block > 0 && (index == 0 || block % plan.rest_every_segments == 0);
+            block += 1;
+            add(&mut segments, block, false, resistance, condition, after_rest);
+        }
+    }
+    segments
+}
+
+/// What the task sees in a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// The tick.
+    pub tick: u64,
+    /// Position of the handle, m.
+    pub position_m: f64,
+    /// Revision of the scene that is rendered.
+    pub revision: u64,
+    /// Whether a click came since the tick before.
+    pub clicked: bool,
+}
+
+/// What came of a click.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// The segment began: its first trial's target is active.
+    Started,
+    /// The cursor was not wholly inside.
+    Missed {
+        /// How far its edge was outside the target's, m.
+        size_m: f64,
+    },
+    /// A trial is done. Keep its row before the next tick.
+    Hit(Box<FittsTrial>),
+}
+
+/// Where a subject is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Before a segment, or paused.
+    Ready,
+    /// The target that the segment starts from is active.
+    Start,
+    /// A trial's target is active.
+    Trial,
+    /// All is done.
+    Finished,
+}
+
+/// What the subject sees, lengths in m of the task.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Where the subject is.
+    pub phase: Phase,
+    /// Centre of the active target; none where there is none.
+    pub target_m: Option<f64>,
+    /// Distance between the targets' centres.
+    pub amplitude_m: f64,
+    /// Width of the targets.
+    pub width_m: f64,
+    /// Diameter of the cursor.
+    pub cursor_diameter_m: f64,
+    /// Length of the break that is offered, s; 0 where there is none.
+    pub rest_s: f64,
+}
+
+/// A trial under way.
+#[derive(Clone, Copy, Debug, Default)]
+struct Progress {
+    start_tick: u64,
+    errors: u32,
+    error_size_m: f64,
+}
+
+/// A subject's targeting task.
+#[derive(Debug)]
+pub struct FittsSession {
+    plan: FittsPlan,
+    subject: Subject,
+    operator: Operator,
+    period_s: f64,
+    segments: Vec<Segment>,
+    /// The segment, and the trials of it that are done.
+    at: (usize, u32),
+    phase: Phase,
+    trial: Progress,
+}
+
+impl FittsSession {
+    /// One that nobody has begun. A tick takes `period_s`, s.
+    #[must_use]
+    pub fn new(plan: &FittsPlan, seed: u64, subject: &Subject, operator: Operator, period_s: f64) -> Self {
+        Self {
+            plan: plan.clone(),
+            subject: subject.clone(),
+            operator,
+            period_s,
+            segments: segments(plan, seed, subject),
+            at: (0, 0),
+            phase: Phase::Ready,
+            trial: Progress::default(),
+        }
+    }
+
+    /// Goes on after these rows: first those of practice.
+    ///
+    /// # Errors
+    /// They are not rows of this subject in this study.
+    pub fn resume(&mut self, practice: &[FittsTrial], trials: &[FittsTrial]) -> Result<(), NotThisStudy> {
+        for (rows, is_practice) in [(practice, true), (trials, false)] {
+            for (row, trial) in (1..).zip(rows) {
+                let segment = self.segment().filter(|segment| segment.is_practice == is_practice);
+                let expected = segment.map(|segment| {
+                    let condition = &segment.condition;
+                    [
+                        segment.block.to_string(),
+                        segment.resistance.name.clone(),
+                        condition.name.clone(),
+                    ]
+                });
+                let [block, resistance, condition] = expected.unwrap_or_else(|| ["no row"; 3].map(str::to_owned));
+                let cells = [
+                    ("subject", trial.subject.clone(), self.subject.code.clone()),
+                    ("block", trial.block.to_string(), block),
+                    ("resistance", trial.resistance.clone(), resistance),
+                    ("condition", trial.condition.clone(), condition),
+                    ("trial", trial.trial.to_string(), (self.at.1 + 1).to_string()),
+                ];
+                compare(&self.subject.code, row, &cells)?;
+                self.advance();
+            }
+        }
+        Ok(())
+    }
+
+    /// The segment that is done now, or next.
+    #[must_use]
+    pub fn segment(&self) -> Option<&Segment> {
+        self.segments.get(self.at.0)
+    }
+
+    /// The number of that segment among all, from 0, and the trials of it that are done.
+    #[must_use]
+    pub fn place(&self) -> (usize, u32) {
+        self.at
+    }
+
+    /// Trials done, and trials in all, practice included.
+    #[must_use]
+    pub fn progress(&self) -> (usize, usize) {
+        let per_segment = self.plan.trials_per_segment as usize;
+        (
+            self.at.0 * per_segment + self.at.1 as usize,
+            self.segments.len() * per_segment,
+        )
+    }
+
+    /// Shows the target that the segment starts from. Without effect where it was shown already.
+    pub fn begin(&mut self) {
+        if self.phase == Phase::Ready && self.segment().is_some() {
+            self.phase = Phase::Start;
+        }
+    }
+
+    /// Takes the targets away. The trial under way is done again after [`begin`](Self::begin).
+    pub fn pause(&mut self) {
+        if self.phase != Phase::Finished {
+            self.phase = Phase::Ready;
+            self.trial = Progress::default();
+        }
+    }
+
+    /// Goes back to the beginning of the segment.
+    pub fn restart_segment(&mut self) {
+        self.pause();
+        self.at.1 = 0;
+    }
+
+    /// What the subject sees.
+    #[must_use]
+    pub fn view(&self) -> View {
+        let segment = self.segment();
+        let condition = segment.map(|segment| &segment.condition);
+        let rests = self.phase == Phase::Ready && self.at.1 == 0 && segment.is_some_and(|segment| segment.after_rest);
+        View {
+            phase: self.phase,
+            target_m: self.target_m(),
+            amplitude_m: condition.map_or(0.0, |condition| condition.amplitude_m),
+            width_m: condition.map_or(0.0, |condition| condition.width_m),
+            cursor_diameter_m: self.plan.cursor.diameter_m,
+            rest_s: if rests { self.plan.rest_s } else { 0.0 },
+        }
+    }
+
+    /// Direction of the trial that is next: the first of a segment goes the positive way, and they alternate.
+    fn direction(&self) -> i8 {
+        if self.at.1.is_multiple_of(2) { 1 } else { -1 }
+    }
+
+    fn target_m(&self) -> Option<f64> {
+        let side = match self.phase {
+            Phase::Ready | Phase::Finished => return None,
+            Phase::Start => -self.direction(),
+            Phase::Trial => self.direction(),
+        };
+        Some(f64::from(side) * 0.5 * self.segment()?.condition.amplitude_m)
+    }
+
+    /// Takes a tick. Ticks without a click change nothing.
+    pub fn step(&mut self, sample: &Sample) -> Option<Event> {
+        if !sample.clicked {
+            return None;
+        }
+        let (target_m, segment) = (self.target_m()?, self.segment()?);
+        let error_m = self.plan.rig.task_m(sample.position_m) - target_m;
+        let size_m = error_m.abs() + 0.5 * (self.plan.cursor.diameter_m - segment.condition.width_m);
+        // A position that is not a number is inside nothing.
+        if !size_m.is_finite() {
+            return None;
+        }
+        if size_m > 0.0 {
+            if self.phase == Phase::Trial {
+                self.trial.errors += 1;
+                self.trial.error_size_m += size_m;
+            }
+            return Some(Event::Missed { size_m });
+        }
+        if self.phase == Phase::Start {
+            self.phase = Phase::Trial;
+            self.begin_trial(sample.tick);
+            return Some(Event::Started);
+        }
+        // A click in the tick of the last one, or before it, is the same click.
+        let ticks = sample
+            .tick
+            .checked_sub(self.trial.start_tick)
+            .filter(|ticks| *ticks > 0)?;
+        let row = self.row(segment, error_m, ticks, sample);
+        self.advance();
+        self.begin_trial(sample.tick);
+        Some(Event::Hit(Box::new(row)))
+    }
+
+    #[expect(clippy::cast_precision_loss, reason = "ticks of a trial are far below 2^53")]
+    fn row(&self, segment: &Segment, error_m: f64, ticks: u64, sample: &Sample) -> FittsTrial {
+        let direction = self.direction();
+        FittsTrial {
+            operator: Some(self.operator),
+            subject: self.subject.code.clone(),
+            session: self.subject.session,
+            block: segment.block,
+            resistance: segment.resistance.name.clone(),
+            condition: segment.condition.name.clone(),
+            trial: self.at.1 + 1,
+            direction: Some(direction),
+            amplitude_m: segment.condition.amplitude_m,
+            width_m: segment.condition.width_m,
+            cursor_diameter_m: Some(self.plan.cursor.diameter_m),
+            end_error_m: f64::from(direction) * error_m,
+            movement_time_s: ticks as f64 * self.period_s,
+            errors: self.trial.errors,
+            error_size_m: Some(self.trial.error_size_m),
+            start_tick: Some(self.trial.start_tick),
+            end_tick: Some(sample.tick),
+            scene_revision: Some(sample.revision),
+            recording: None,
+        }
+    }
+
+    fn begin_trial(&mut self, start_tick: u64) {
+        self.trial = Progress {
+            start_tick,
+            ..Progress::default()
+        };
+    }
+
+    /// Goes on to the next trial.
+    fn advance(&mut self) {
+        self.at.1 += 1;
+        if self.at.1 < self.plan.trials_per_segment {
+            return;
+        }
+        self.at = (self.at.0 + 1, 0);
+        self.phase = if self.segment().is_some() {
+            Phase::Ready
+        } else {
+            Phase::Finished
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests;

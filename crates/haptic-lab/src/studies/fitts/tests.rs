@@ -1,0 +1,234 @@
+use super::super::plan::{BUILT_IN_PLANS, Plan};
+use super::*;
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+
+fn plan() -> FittsPlan {
+    let Ok(Plan::Fitts(plan)) = Plan::read(BUILT_IN_PLANS[0].1) else {
+        panic!("a plan")
+    };
+    plan
+}
+
+/// Three conditions, two resistances, two trials a segment.
+fn small() -> FittsPlan {
+    let mut plan = plan();
+    plan.conditions.truncate(3);
+    plan.resistances.truncate(2);
+    plan.trials_per_segment = 2;
+    plan
+}
+
+fn session(plan: &FittsPlan) -> FittsSession {
+    FittsSession::new(plan, 7, &Subject::numbered(3), Operator::Human, 1e-3)
+}
+
+fn click(tick: u64, rig_m: f64) -> Sample {
+    Sample {
+        tick,
+        position_m: rig_m,
+        revision: 4,
+        clicked: true,
+    }
+}
+
+#[test]
+fn nine_baseline_segments_come_first_and_then_all_resistances_in_all_conditions() {
+    let plan = plan();
+    let segments = segments(&plan, 1, &Subject::numbered(1));
+    let (practice, counted): (Vec<&Segment>, Vec<&Segment>) = segments.iter().partition(|segment| segment.is_practice);
+    assert_eq!((practice.len(), counted.len()), (1, 54));
+    assert!(counted[..9].iter().all(|segment| segment.resistance.name == "baseline"));
+    let mut counts = BTreeMap::new();
+    for segment in &counted[9..] {
+        *counts
+            .entry((&segment.resistance.name, &segment.condition.name))
+            .or_insert(0) += 1;
+    }
+    assert_eq!(counts.len(), 45);
+    for nine in counted.chunks(9) {
+        assert!(nine.iter().all(|segment| segment.resistance == nine[0].resistance));
+    }
+    assert_eq!(counted.iter().filter(|segment| segment.after_rest).count(), 5);
+    assert!(counted.iter().map(|segment| segment.block).eq(1..=54));
+}
+
+#[test]
+fn an_order_is_that_of_seed_and_subject() {
+    let plan = plan();
+    let order = |seed, subject| segments(&plan, seed, &Subject::numbered(subject));
+    assert_eq!(order(1, 1), order(1, 1));
+    assert_ne!(order(1, 1), order(1, 2));
+    assert_ne!(order(1, 1), order(2, 1));
+    let mut more = plan.clone();
+    more.practice_segments = 5;
+    assert_eq!(
+        segments(&more, 1, &Subject::numbered(1))[5..],
+        order(1, 1)[1..],
+        "practice changes nothing"
+    );
+}
+
+#[test]
+fn a_click_is_valid_where_the_whole_cursor_is_inside() {
+    let mut session = session(&small());
+    session.begin();
+    let view = session.view();
+    let half_m = 0.5 * view.amplitude_m;
+    // The widest place of the cursor's centre, and 0.3 mm beyond it.
+    let inside_m = 0.5 * (view.width_m - view.cursor_diameter_m);
+    let rig = |task_m: f64| task_m / 3.0;
+    assert_eq!(
+        session.step(&click(1, rig(half_m))),
+        Some(Event::Missed {
+            size_m: 2.0 * half_m - inside_m
+        })
+    );
+    assert_eq!(
+        session.step(&click(10, rig(-half_m + inside_m - 1e-9))),
+        Some(Event::Started)
+    );
+    let Some(Event::Missed { size_m }) = session.step(&click(500, rig(half_m + inside_m + 3e-4))) else {
+        panic!("outside")
+    };
+    assert!((size_m - 3e-4).abs() < 1e-12, "{size_m}");
+    assert_eq!(
+        session.step(&Sample {
+            clicked: false,
+            ..click(600, rig(half_m))
+        }),
+        None
+    );
+    let Some(Event::Hit(row)) = session.step(&click(742, rig(half_m - 2e-3))) else {
+        panic!("inside")
+    };
+    assert_eq!(
+        (row.errors, row.trial, row.direction, row.scene_revision),
+        (1, 1, Some(1), Some(4))
+    );
+    assert!(
+        (row.movement_time_s - 0.732).abs() < 1e-12 && (row.end_error_m + 2e-3).abs() < 1e-12,
+        "{row:?}"
+    );
+    // The way back: an end further to the negative side is overshoot.
+    assert_eq!(session.view().target_m, Some(-half_m));
+    let Some(Event::Hit(row)) = session.step(&click(1500, rig(-half_m - 1e-3))) else {
+        panic!("inside")
+    };
+    assert!(
+        (row.end_error_m - 1e-3).abs() < 1e-12 && row.errors == 0 && row.start_tick == Some(742),
+        "{row:?}"
+    );
+    assert_eq!(session.view().phase, Phase::Ready);
+}
+
+/// What a subject does in a tick.
+#[derive(Clone, Copy, Debug)]
+enum Deed {
+    Begin,
+    Pause,
+    Hit,
+    Miss,
+    Wait,
+    /// The program ends, and another one goes on with the rows.
+    Restart,
+}
+
+fn deeds() -> impl Strategy<Value = Vec<Deed>> {
+    let deed = prop_oneof![
+        4 => Just(Deed::Begin), 1 => Just(Deed::Pause), 8 => Just(Deed::Hit), 2 => Just(Deed::Miss), 1 => Just(Deed::Wait),
+        1 => Just(Deed::Restart),
+    ];
+    prop::collection::vec(deed, 0..120)
+}
+
+/// The rows of a subject who does this; the practice's and the others'.
+fn rows(plan: &FittsPlan, deeds: &[Deed]) -> ([Vec<FittsTrial>; 2], usize) {
+    let mut session = session(plan);
+    let (mut rows, mut misses) = ([Vec::new(), Vec::new()], 0);
+    for (tick, deed) in (1..).zip(deeds) {
+        let is_practice = session.segment().is_some_and(|segment| segment.is_practice);
+        let target_m = session.view().target_m;
+        let event = match deed {
+            Deed::Begin => {
+                session.begin();
+                None
+            }
+            Deed::Pause => {
+                session.pause();
+                None
+            }
+            Deed::Hit => session.step(&click(tick, target_m.unwrap_or_default() / 3.0)),
+            Deed::Miss => session.step(&click(tick, 0.0)),
+            Deed::Wait => session.step(&Sample {
+                clicked: false,
+                ..click(tick, 0.0)
+            }),
+            Deed::Restart => {
+                session = super::tests::session(plan);
+                session.resume(&rows[0], &rows[1]).expect("its own rows");
+                None
+            }
+        };
+        match event {
+            Some(Event::Hit(row)) => rows[usize::from(!is_practice)].push(*row),
+            Some(Event::Missed { .. }) => misses += usize::from(session.view().phase == Phase::Trial),
+            _ => {}
+        }
+    }
+    (rows, misses)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Whatever a subject does and however often the program ends, the rows are the plan's in their order, and no
+    /// error is counted that was not made.
+    #[test]
+    fn the_rows_are_those_of_the_plan_whatever_happens(deeds in deeds()) {
+        let plan = small();
+        let ([practice, trials], misses) = rows(&plan, &deeds);
+        let planned = segments(&plan, 7, &Subject::numbered(3));
+        let planned = planned.iter().flat_map(|segment| (1..=2).map(move |trial| (segment, trial)));
+        let done: Vec<&FittsTrial> = practice.iter().chain(&trials).collect();
+        for (row, (segment, trial)) in done.iter().zip(planned) {
+            prop_assert_eq!((row.block, row.trial), (segment.block, trial));
+            prop_assert_eq!((&row.resistance, &row.condition), (&segment.resistance.name, &segment.condition.name));
+            prop_assert!(row.end_error_m.abs() < 1e-12 && row.end_tick > row.start_tick);
+        }
+        let counted: u32 = done.iter().map(|row| row.errors).sum();
+        prop_assert!(counted as usize <= misses);
+        // At most the errors of the trials that were broken off are missing.
+        if !deeds.iter().any(|deed| matches!(deed, Deed::Pause | Deed::Restart)) {
+            let mut session = session(&plan);
+            session.resume(&practice, &trials).expect("its own rows");
+            prop_assert_eq!(session.progress().0, done.len());
+        }
+    }
+}
+
+#[test]
+fn rows_of_another_study_are_not_gone_on_with() {
+    let plan = small();
+    let mut all = Vec::new();
+    for _ in 0..20 {
+        all.extend([Deed::Begin, Deed::Hit, Deed::Hit, Deed::Hit]);
+    }
+    let ([practice, trials], _) = rows(&plan, &all);
+    assert_eq!((practice.len(), trials.len()), (2, 18));
+    let mut other = FittsSession::new(&plan, 8, &Subject::numbered(3), Operator::Human, 1e-3);
+    let error = other.resume(&practice, &trials).expect_err("another order").to_string();
+    assert!(
+        error.contains("of subject 03: ") && error.contains(", and the plan has "),
+        "{error}"
+    );
+    let mut same = session(&plan);
+    same.resume(&practice, &trials).expect("its own rows");
+    assert_eq!(same.view().phase, Phase::Finished);
+    let more = [trials.clone(), trials].concat();
+    let error = session(&plan)
+        .resume(&practice, &more)
+        .expect_err("too many rows")
+        .to_string();
+    assert!(error.ends_with("and the plan has no row"), "{error}");
+}

@@ -1,0 +1,21 @@
+//! The studies: the targeting task after Fitts, and the tests of how well friction is perceived.
+//!
+//! A study is a [plan] (data), a state machine for each subject ([fitts], [perception]) that is fed with ticks, and
+//! rows, one a [trial]. The state machines know no daemon, no file and no screen, so that hits and times go by the
+//! daemon's ticks. A simulated [operator] does a study through the same state machines; [store]
+//! keeps it on the disk, and [run] runs it.
+
+pub mod analysis;
+pub mod fitts;
+pub mod operator;
+pub mod perception;
+pub mod plan;
+pub mod random;
+mod resume;
+pub mod run;
+pub mod sensitivity;
+pub mod store;
+pub mod subject;
+pub mod trial;
+
+pub use resume::NotThisStudy;

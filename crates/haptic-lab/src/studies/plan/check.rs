@@ -1,0 +1,133 @@
+//! What is wrong with a plan.
+
+use super::super::trial::Case;
+
+/// What is wrong with a plan.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// It is not TOML, or lacks a field, or has an unknown one.
+    #[error("{0}")]
+    Toml(String),
+    /// A value is out of its range.
+    #[error("{field} = {value}{unit} is out of range: {low}{unit} to {high}{unit}")]
+    OutOfRange {
+        /// The field.
+        field: String,
+        /// Its value.
+        value: f64,
+        /// Its unit, after a blank; empty where it has none.
+        unit: &'static str,
+        /// Smallest permitted value.
+        low: f64,
+        /// Largest permitted value.
+        high: f64,
+    },
+    /// Two of a list have one name.
+    #[error("{list}: `{name}` stands there twice")]
+    Twice {
+        /// The list.
+        list: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A name that cannot stand in a table.
+    #[error("{list}: the name `{name}` is empty, or has a line break or another control character in it")]
+    Name {
+        /// The list.
+        list: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A list is empty.
+    #[error("{0} is empty: at least one is needed")]
+    Empty(&'static str),
+    /// Something that is named nowhere.
+    #[error("baseline = `{0}` is not the name of a resistance")]
+    NoBaseline(String),
+    /// Both, or none, of two fields of which there must be one.
+    #[error("{place}: either `{one}` or `{other}` is needed, and not both")]
+    OneOf {
+        /// Where.
+        place: String,
+        /// The one.
+        one: &'static str,
+        /// The other.
+        other: &'static str,
+    },
+    /// A staircase without an end.
+    #[error("{0}: `stop_after_trials` or `stop_after_reversals` is needed")]
+    NoEnd(String),
+    /// A scene that cannot be rendered.
+    #[error("{place}: {why}")]
+    Scene {
+        /// Where it stands.
+        place: String,
+        /// Why.
+        why: String,
+    },
+    /// A target that the handle does not reach.
+    #[error(
+        "conditions.{condition}: its targets take {needs_m} m of the handle to either side of rig.center_m, and rig.range_m \
+         leaves {has_m} m: raise rig.gain to {gain} or more"
+    )]
+    OutOfReach {
+        /// The condition.
+        condition: String,
+        /// What its targets take, m.
+        needs_m: f64,
+        /// What there is, m.
+        has_m: f64,
+        /// The gain that would do.
+        gain: f64,
+    },
+    /// A comparison with less friction than none.
+    #[error("case {case:?}: a level of {level_n} N leaves less friction than none: the base has {base_n} N")]
+    TooLow {
+        /// The case.
+        case: Case,
+        /// The level, N.
+        level_n: f64,
+        /// Friction of the base, N.
+        base_n: f64,
+    },
+}
+
+/// Checks a number against its range.
+pub(super) fn within(
+    field: impl Into<String>,
+    value: f64,
+    low: f64,
+    high: f64,
+    unit: &'static str,
+) -> Result<(), PlanError> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(PlanError::OutOfRange {
+        field: field.into(),
+        value,
+        unit,
+        low,
+        high,
+    })
+}
+
+/// Checks that a list has something in it, and every name once.
+pub(super) fn names<'a>(list: &'static str, names: impl Iterator<Item = &'a str>) -> Result<(), PlanError> {
+    let mut seen: Vec<&str> = Vec::new();
+    for name in names {
+        if name.trim().is_empty() || name.contains(char::is_control) {
+            let name = name.escape_debug().to_string();
+            return Err(PlanError::Name { list, name });
+        }
+        if seen.contains(&name) {
+            let name = name.to_owned();
+            return Err(PlanError::Twice { list, name });
+        }
+        seen.push(name);
+    }
+    if seen.is_empty() {
+        return Err(PlanError::Empty(list));
+    }
+    Ok(())
+}

@@ -1,0 +1,212 @@
+//! The files of a subject: rows, and recordings.
+
+use super::super::plan::Task;
+use super::super::subject::Subject;
+use super::super::trial::{self, Trial};
+use super::disk::{at, create_folder, sync_folder, whole_lines};
+use super::{DATA, StoreError};
+use crate::recording::{CreateError, Entry, Metadata, Writer};
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// Folder of a subject's session.
+fn session(folder: &Path, subject: &Subject) -> PathBuf {
+    folder
+        .join(DATA)
+        .join(format!("subject-{}", subject.code))
+        .join(format!("session-{:02}", subject.session))
+}
+
+fn table(folder: &Path, subject: &Subject, task: Task, ending: &str) -> PathBuf {
+    let task = match task {
+        Task::Fitts => "fitts",
+        Task::Perception => "perception",
+    };
+    let Subject {
+        code, session: number, ..
+    } = subject;
+    session(folder, subject).join(format!("subject-{code}_session-{number:02}_task-{task}_{ending}.csv"))
+}
+
+/// The file of a subject's trials.
+pub(super) fn data(folder: &Path, subject: &Subject, task: Task) -> PathBuf {
+    table(folder, subject, task, "data")
+}
+
+/// What a file of rows holds.
+pub(super) struct Rows<T> {
+    pub(super) trials: Vec<T>,
+    /// Length of the whole rows, bytes.
+    whole: usize,
+    /// Length of the file, bytes.
+    all: usize,
+}
+
+/// Reads the whole rows of a file, of which the last may be under way; none where there is no file.
+pub(super) fn rows<T: Trial>(path: &Path) -> Result<Rows<T>, StoreError> {
+    let bytes = match fs::read(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+        read => read.map_err(at(path))?,
+    };
+    let whole = whole_lines(&bytes);
+    let trials = if whole == 0 {
+        Vec::new()
+    } else {
+        trial::read(&bytes[..whole]).map_err(|source| StoreError::Trials {
+            path: path.to_owned(),
+            source,
+        })?
+    };
+    let all = bytes.len();
+    Ok(Rows { trials, whole, all })
+}
+
+/// Rows in a file.
+#[derive(Debug)]
+struct Table<T> {
+    path: PathBuf,
+    trials: Vec<T>,
+    /// Length of the whole rows, bytes.
+    length: u64,
+}
+
+impl<T: Trial> Table<T> {
+    /// Reads the rows, and takes away one that was cut off.
+    fn open(path: PathBuf) -> Result<Self, StoreError> {
+        let rows = rows(&path)?;
+        let length = rows.whole as u64;
+        if rows.whole < rows.all {
+            let file = File::options().write(true).open(&path).map_err(at(&path))?;
+            file.set_len(length).and_then(|()| file.sync_all()).map_err(at(&path))?;
+        }
+        Ok(Self {
+            path,
+            trials: rows.trials,
+            length,
+        })
+    }
+
+    /// Adds a row; it is on the disk when this returns.
+    fn append(&mut self, trial: T) -> Result<(), StoreError> {
+        let line = trial::line(&trial, self.length == 0).map_err(|source| StoreError::Trials {
+            path: self.path.clone(),
+            source,
+        })?;
+        let is_new = self.length == 0;
+        let mut file = File::options()
+            .append(true)
+            .create(true)
+            .open(&self.path)
+            .map_err(at(&self.path))?;
+        if let Err(error) = file.write_all(&line).and_then(|()| file.sync_data()) {
+            // A full disk: what got through is no row.
+            file.set_len(self.length).map_err(at(&self.path))?;
+            return Err(at(&self.path)(error));
+        }
+        if is_new {
+            sync_folder(self.path.parent().unwrap_or(Path::new(".")))?;
+        }
+        self.length += line.len() as u64;
+        self.trials.push(trial);
+        Ok(())
+    }
+}
+
+/// The files of a subject.
+#[derive(Debug)]
+pub struct SubjectFiles<T> {
+    folder: PathBuf,
+    recordings: PathBuf,
+    practice: Table<T>,
+    data: Table<T>,
+}
+
+impl<T: Trial> SubjectFiles<T> {
+    pub(super) fn open(folder: &Path, subject: &Subject, task: Task) -> Result<Self, StoreError> {
+        let session = session(folder, subject);
+        create_folder(&session)?;
+        let files = Self {
+            folder: folder.to_owned(),
+            recordings: session.join("recordings"),
+            practice: Table::open(table(folder, subject, task, "practice"))?,
+            data: Table::open(data(folder, subject, task))?,
+        };
+        files.set_unscored_aside()?;
+        Ok(files)
+    }
+
+    /// Rows of practice.
+    #[must_use]
+    pub fn practice(&self) -> &[T] {
+        &self.practice.trials
+    }
+
+    /// Rows of trials.
+    #[must_use]
+    pub fn trials(&self) -> &[T] {
+        &self.data.trials
+    }
+
+    fn table(&mut self, is_practice: bool) -> &mut Table<T> {
+        if is_practice {
+            &mut self.practice
+        } else {
+            &mut self.data
+        }
+    }
+
+    /// The recording of a trial by its number among the rows, from 1.
+    fn recording(&self, is_practice: bool, number: usize) -> PathBuf {
+        let kind = if is_practice { "practice" } else { "trial" };
+        self.recordings.join(format!("{kind}-{number:04}.mcap"))
+    }
+
+    /// Adds a trial; it is on the disk when this returns.
+    ///
+    /// # Errors
+    /// It cannot be written; then it is not there.
+    pub fn append(&mut self, trial: T, is_practice: bool) -> Result<(), StoreError> {
+        self.table(is_practice).append(trial)
+    }
+
+    /// Writes the ticks of the trial whose row comes next; returns the file's path from the study's folder.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn record(&mut self, is_practice: bool, metadata: &Metadata, entries: &[Entry]) -> Result<String, StoreError> {
+        create_folder(&self.recordings)?;
+        let number = self.table(is_practice).trials.len() + 1;
+        let path = self.recording(is_practice, number);
+        // Under another name until it is whole.
+        let part = path.with_extension("part.mcap");
+        let mut writer = Writer::create(&part, metadata, false).map_err(|error| match error {
+            CreateError::File { source, .. } => at(&part)(source),
+            other => at(&part)(io::Error::other(other)),
+        })?;
+        let written = entries.iter().try_for_each(|entry| writer.entry(entry));
+        written.and_then(|()| writer.finish()).map_err(at(&part))?;
+        fs::rename(&part, &path).map_err(at(&path))?;
+        sync_folder(&self.recordings)?;
+        let from_folder = path.strip_prefix(&self.folder).unwrap_or(&path);
+        Ok(from_folder.to_string_lossy().into_owned())
+    }
+
+    /// Gives recordings without a row another name: the trial is done again.
+    fn set_unscored_aside(&self) -> Result<(), StoreError> {
+        for (is_practice, done) in [(true, self.practice.trials.len()), (false, self.data.trials.len())] {
+            let path = self.recording(is_practice, done + 1);
+            for path in [path.with_extension("part.mcap"), path] {
+                if path.exists() {
+                    let free = (1..)
+                        .map(|number| path.with_extension(format!("unscored-{number}.mcap")))
+                        .find(|other| !other.exists());
+                    let free = free.unwrap_or_else(|| path.clone());
+                    fs::rename(&path, &free).map_err(at(&path))?;
+                    sync_folder(&self.recordings)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}

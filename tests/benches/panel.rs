@@ -1,0 +1,93 @@
+//! What the panel costs without a graphics card: the share of a core that its process takes, all threads included,
+//! those of the software renderer as well, while the real daemon feels a moving hand at 1 kHz.
+//!
+//! ```sh
+//! cargo bench -p system-tests --bench panel
+//! ```
+//!
+//! Twenty seconds of each; the X server is not counted. The rest of the machine should be quiet: what shares the
+//! processor's caches makes the same work longer.
+
+use haptic_ipc::{Request, StateReply};
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+use system_tests::screen::{Panel, Screen};
+use system_tests::{Daemon, wait_for};
+
+/// What is measured of each, s.
+const MEASURED_S: u64 = 20;
+
+/// Until the plots are full and what it takes to come up is over, s.
+const COMING_UP_S: u64 = 6;
+
+/// Where Freeze is in a window of any size, pixels.
+const FREEZE: [&str; 2] = ["410", "175"];
+
+/// Where the time that is seen is typed, pixels.
+const SPAN: [&str; 2] = ["588", "175"];
+
+/// Share of a core that a panel takes, in percent.
+fn share(panel: &Panel) -> f64 {
+    thread::sleep(Duration::from_secs(COMING_UP_S));
+    let (before_s, began) = (panel.processor_time_s(), Instant::now());
+    thread::sleep(Duration::from_secs(MEASURED_S));
+    (panel.processor_time_s() - before_s) / began.elapsed().as_secs_f64() * 100.0
+}
+
+/// Measures one way to look at the panel, which `arrange` brings about and what it returns upholds.
+fn measure<T>(
+    daemon: &Daemon,
+    what: &str,
+    size: (usize, usize),
+    arguments: &[&str],
+    arrange: impl FnOnce(&Screen) -> T,
+) {
+    let Some(screen) = Screen::of_size(size) else { return };
+    let panel = screen.panel(daemon.socket(), arguments);
+    wait_for(&mut daemon.client(), "the panel", |status| status.clients == 3);
+    thread::sleep(Duration::from_secs(1));
+    let _arranged = arrange(&screen);
+    let share = share(&panel);
+    println!("| {what} | {} x {} | {share:.1} % |", size.0, size.1);
+    drop(panel);
+    wait_for(&mut daemon.client(), "the panel to go", |status| status.clients == 1);
+}
+
+fn click(screen: &Screen, [x, y]: [&str; 2]) {
+    screen.act(&["mousemove", x, y, "click", "1"]);
+    // Out of the way, so that nothing is drawn for the pointer.
+    screen.act(&["mousemove", "1", "1"]);
+}
+
+fn main() {
+    system_tests::screen::build_panel();
+    let daemon = Daemon::start(&[]);
+    let mut client = daemon.client();
+    client.request::<StateReply>(Request::Engage {}).expect("it engages");
+    drop(client);
+    println!("| | window | share of a core |");
+    println!("|---|---|---|");
+    let usual = (1280, 800);
+    for size in [usual, (1024, 640), (1920, 1080)] {
+        measure(&daemon, "Tune, 5 s in sight", size, &[], |_| {});
+    }
+    measure(&daemon, "Tune, 60 s in sight", usual, &[], |screen| {
+        click(screen, SPAN);
+        for keys in [&["key", "ctrl+a"][..], &["type", "60"], &["key", "Return"]] {
+            screen.act(keys);
+        }
+    });
+    measure(&daemon, "Tune, frozen", usual, &[], |screen| click(screen, FREEZE));
+    measure(&daemon, "Tune, covered by another window", usual, &[], |screen| {
+        screen.panel(Path::new("/nowhere"), &[])
+    });
+    measure(
+        &daemon,
+        "Record, no recording open",
+        usual,
+        &["--page", "record"],
+        |_| {},
+    );
+    measure(&daemon, "Identify", usual, &["--page", "identify"], |_| {});
+}

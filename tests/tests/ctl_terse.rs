@@ -1,0 +1,346 @@
+//! What haptic-ctl prints, and no more: chosen fields of JSON, advice that is new, `--quiet`; and the guesses in its
+//! refusals.
+
+use serde_json::{Value, json};
+use std::path::Path;
+use std::process::Command;
+use system_tests::{Daemon, binary, ctl};
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn parsed(line: &str) -> Value {
+    serde_json::from_str(line).unwrap_or_else(|error| panic!("{line}: {error}"))
+}
+
+/// Runs what must be refused, and returns what it said.
+fn refused(daemon: &Daemon, arguments: &[&str]) -> String {
+    let output = daemon.ctl(arguments);
+    assert!(!output.status.success(), "{arguments:?}");
+    assert!(output.stdout.is_empty(), "{arguments:?}: {}", text(&output.stdout));
+    text(&output.stderr)
+}
+
+#[test]
+fn fields_are_chosen_by_their_path_through_objects_and_lists() {
+    let daemon = Daemon::start(&[]);
+    for (arguments, expected) in [
+        // What an answer may have and has not is null.
+        ("--json=state,fault status", json!({"state": "idle", "fault": null})),
+        (
+            "status --json=device.force_limit_by,revision",
+            json!({"device": {"force_limit_by": "configuration"}, "revision": 1}),
+        ),
+        ("status --json=device.link.age_us", json!({"device": {"link": null}})),
+        (
+            "get --json=params.mass,scene.block.mass",
+            json!({"params": {"mass": 0.5}, "scene": {"block": {"mass": 0.5}}}),
+        ),
+        ("get mass --json=value", json!({"value": 0.5})),
+        (
+            "scene show lugre --json=friction.law",
+            json!({"friction": {"law": "lugre"}}),
+        ),
+        (
+            "set Fs=5 --json=applied.static_force,advice.finding.check",
+            json!({"applied": {"static_force": 5.0}}),
+        ),
+        ("engage --json=state", json!({"state": "engaging"})),
+        ("doctor --json=failed", json!({"failed": 0})),
+    ] {
+        let words: Vec<&str> = arguments.split(' ').collect();
+        let output = daemon.ctl(&words);
+        let mut said = parsed(text(&output.stdout).trim());
+        if let Value::Object(said) = &mut said {
+            said.remove("advice");
+        }
+        if words.contains(&"doctor") {
+            assert!(
+                said["failed"].is_number() && said.as_object().is_some_and(|said| said.len() == 1),
+                "{said}"
+            );
+        } else {
+            assert_eq!(said, expected, "{arguments}: {}", text(&output.stderr));
+        }
+    }
+    let listed = parsed(&daemon.ctl_ok(&["scene", "list", "--json=scenes.name"]));
+    assert_eq!(listed["scenes"][1], json!({"name": "no-friction"}));
+    let streamed = daemon.ctl_ok(&["events", "samples", "--count", "3", "--json=tick,state"]);
+    let keys = |line: &str| {
+        parsed(line)
+            .as_object()
+            .map(|line| line.keys().cloned().collect::<Vec<_>>())
+    };
+    assert!(
+        streamed
+            .lines()
+            .all(|line| keys(line) == Some(vec!["tick".into(), "state".into()])),
+        "{streamed}"
+    );
+    assert_eq!(streamed.lines().count(), 3);
+    // Alone it takes no word after it for fields.
+    assert_eq!(parsed(&daemon.ctl_ok(&["--json", "status"]))["revision"], 2);
+}
+
+#[test]
+fn a_field_that_there_never_is_is_refused_with_a_guess_before_anything_is_done() {
+    let daemon = Daemon::start(&[]);
+    for (arguments, parts) in [
+        (
+            "engage --json=stat",
+            &["the answer has no field `stat`, did you mean `state`? its fields are state, tick"][..],
+        ),
+        ("set mass=2 --json=aplied", &["did you mean `applied`?"]),
+        (
+            "status --json=device.forcelimit_N",
+            &["`device` has no field `forcelimit_N`, did you mean `force_limit_N`?"],
+        ),
+        ("status --json=state.name", &["`state` has no fields"]),
+        (
+            "get --json=params.msas",
+            &["`params` has no field `msas`, did you mean `mass`?"],
+        ),
+        ("events samples --json=force", &["did you mean `command_force_N`?"]),
+        ("log --json=who", &["its fields are at_tick, by, changes"]),
+        ("status --json=", &["joined by commas"]),
+        ("status --json=state,,tick", &["joined by commas"]),
+    ] {
+        let words: Vec<&str> = arguments.split(' ').collect();
+        let said = refused(&daemon, &words);
+        let error = parsed(&said);
+        let message = error["error"]["message"].as_str().unwrap_or_default();
+        assert!(
+            parts.iter().all(|part| message.contains(part)),
+            "{arguments}: {message}"
+        );
+        assert_eq!(daemon.ctl(&words).status.code(), Some(2), "{arguments}");
+    }
+    let status = parsed(&daemon.ctl_ok(&["status", "--json"]));
+    assert_eq!(
+        (&status["state"], &status["revision"]),
+        (&json!("idle"), &json!(1)),
+        "nothing was done"
+    );
+}
+
+#[test]
+fn advice_is_told_when_it_is_new_or_about_what_was_changed() {
+    let daemon = Daemon::start(&[]);
+    let notes = |arguments: &[&str]| -> Vec<String> {
+        let said = daemon.ctl_ok(arguments);
+        said.lines()
+            .filter_map(|line| line.strip_prefix("note: ").map(str::to_owned))
+            .collect()
+    };
+    let tells = |notes: &[String], what: &str| notes.iter().any(|note| note.contains(what));
+    let first = notes(&["set", "K=200N/mm"]);
+    assert!(tells(&first, "against a stuck block the loop oscillates"), "{first:?}");
+    assert_eq!(
+        notes(&["set", "Fs=5"]),
+        [String::new(); 0],
+        "known, and about another parameter"
+    );
+    assert!(
+        tells(&notes(&["set", "K=250N/mm"]), "against a stuck block"),
+        "it is about the stiffness"
+    );
+    daemon.ctl_ok(&["set", "K=1N/mm"]);
+    assert!(tells(&notes(&["undo"]), "against a stuck block"), "it is new again");
+    let advice = parsed(&daemon.ctl_ok(&["set", "Fs=6", "--json"]))["advice"].clone();
+    assert!(
+        advice.as_array().is_some_and(|advice| advice.len() >= 2),
+        "programs are told all: {advice}"
+    );
+}
+
+#[test]
+fn quiet_leaves_what_was_asked_for_and_errors() {
+    let daemon = Daemon::start(&["--ramp-ms", "10"]);
+    for done in [
+        "set mass=2 -q",
+        "--quiet set K=250N/mm",
+        "undo -q",
+        "redo -q",
+        "scene load lugre -q",
+        "scene save mine -q",
+        "scene rename mine ours -q",
+        "scene delete ours -q",
+        "engage --wait -q",
+        "release --wait -q",
+        "stop -q",
+        "reset -q",
+        "schedule cancel -q",
+    ] {
+        let words: Vec<&str> = done.split(' ').collect();
+        let output = daemon.ctl(&words);
+        assert!(output.status.success(), "{done}: {}", text(&output.stderr));
+        assert_eq!(
+            (text(&output.stdout), text(&output.stderr)),
+            (String::new(), String::new()),
+            "{done}"
+        );
+    }
+    assert_eq!(daemon.ctl_ok(&["get", "mass", "-q"]), "0.5 kg\n");
+    assert!(daemon.ctl_ok(&["status", "-q"]).contains("idle"));
+    assert!(
+        daemon
+            .ctl_ok(&["set", "Fs=5", "--dry-run", "-q"])
+            .contains("only tried")
+    );
+    let samples = daemon.ctl_ok(&["events", "samples", "--count", "1", "-q"]);
+    assert!(
+        samples.lines().count() == 1 && samples.contains("idle"),
+        "no heading: {samples}"
+    );
+    assert!(refused(&daemon, &["set", "mass=-1", "-q"]).contains("out of range"));
+}
+
+#[test]
+fn events_are_states_entries_samples_and_timing_in_one_stream() {
+    let daemon = Daemon::start(&[]);
+    daemon.ctl_ok(&["set", "mass=1.5"]);
+    daemon.ctl_ok(&["stop"]);
+    let said = daemon.ctl_ok(&["events", "--past", "5", "--count", "3"]);
+    for part in [
+        "set  tick",
+        "mass: 0.5 kg -> 1.5 kg",
+        "stop  idle -> stopped",
+        "state  stopped  tick ",
+    ] {
+        assert!(said.contains(part), "{part} is missing: {said}");
+    }
+    let all = [
+        "events", "state", "log", "samples", "timing", "--past", "1", "--rate", "100", "--count", "200", "--json",
+    ];
+    let lines: Vec<Value> = daemon.ctl_ok(&all).lines().map(parsed).collect();
+    assert_eq!(lines.len(), 200);
+    for kind in ["state", "log", "samples", "timing"] {
+        assert!(lines.iter().any(|line| line["event"] == kind), "no {kind}");
+    }
+    let samples = lines.iter().filter(|line| line["event"] == "samples");
+    assert!(
+        samples
+            .clone()
+            .all(|sample| sample["tick"].is_u64() && sample["dropped"] == 0)
+    );
+    assert!(refused(&daemon, &["events", "state", "--past", "4"]).contains("haptic-ctl events log --past 4"));
+    assert!(refused(&daemon, &["events", "sampels"]).contains("'samples'"));
+}
+
+#[test]
+fn every_unknown_word_is_answered_with_the_one_that_was_meant() {
+    let daemon = Daemon::start(&[]);
+    let motion = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../crates/haptic-core/tests/data/reference/paper.csv"
+    );
+    for (arguments, meant) in [
+        (&["set", "msas=1"][..], "mass"),
+        (&["set", "weight=1"], "mass"),
+        (&["set", "stiction=5"], "Fs"),
+        (&["set", "mass=1kgs"], "kg"),
+        (&["get", "weight"], "mass"),
+        (&["get", "lugr"], "lugre"),
+        (&["scene", "load", "viscus-drag"], "viscous-drag"),
+        (&["wait", "--until", "weight=1"], "mass"),
+        (&["wait", "--until", "devic_position_m>1"], "device_position_m"),
+        (&["wait", "--until", "law=karnop"], "karnopp"),
+        (&["status", "--json=sheme"], "scheme"),
+        (&["raw", r#"{"op":"subscribe","topics":["sampels"]}"#], "samples"),
+        (
+            &["simulate", "lurge", "--motion", motion, "--out", "/nonexistent/o.csv"],
+            "lugre",
+        ),
+        (
+            &[
+                "simulate",
+                "lugre",
+                "--motion",
+                motion,
+                "--out",
+                "/nonexistent/o.csv",
+                "--scheme",
+                "exat",
+            ],
+            "exact",
+        ),
+    ] {
+        let output = daemon.ctl(arguments);
+        let said = text(&output.stderr) + &text(&output.stdout);
+        assert!(
+            !output.status.success() && said.contains(&format!("did you mean `{meant}`?")),
+            "{arguments:?}: {said}"
+        );
+    }
+    for (option, wrong, meant) in [
+        ("--device", "serail:/dev/null", "serial"),
+        ("--device", "odrve:/dev/null", "odrive"),
+        ("--velocity", "lowpass", "low-pass"),
+        ("--scheme", "implict", "implicit"),
+        ("--hand", "sien", "sine"),
+    ] {
+        let output = Command::new(binary("hapticd"))
+            .args([option, wrong])
+            .output()
+            .expect("hapticd starts");
+        let said = text(&output.stderr);
+        assert!(
+            !output.status.success() && said.contains(&format!("did you mean `{meant}`?")),
+            "{wrong}: {said}"
+        );
+    }
+}
+
+#[test]
+fn a_scene_to_simulate_is_named_as_everywhere() {
+    let daemon = Daemon::start(&[]);
+    daemon.ctl_ok(&["set", "mass=3"]);
+    daemon.ctl_ok(&["scene", "save", "mine"]);
+    let directory = tempfile::tempdir().expect("a directory");
+    let motion = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../crates/haptic-core/tests/data/reference/paper.csv"
+    );
+    let simulate = |socket: &Path, scene: &str| {
+        let output = Command::new(binary("haptic-ctl"))
+            .args([
+                "simulate", scene, "--motion", motion, "--out", "o.csv", "--force", "--socket",
+            ])
+            .arg(socket)
+            .current_dir(directory.path())
+            .output()
+            .expect("haptic-ctl starts");
+        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+    };
+    let nobody = Path::new("/nonexistent/control.sock");
+    let (code, said) = simulate(nobody, "lugre");
+    assert!(
+        code == Some(0) && said.contains("LuGre"),
+        "a built-in scene needs no daemon: {said}"
+    );
+    let (code, said) = simulate(nobody, "mine");
+    assert!(
+        code == Some(2) && said.contains("no daemon is there to ask for it"),
+        "{said}"
+    );
+    let rows = |scene: &str| {
+        let (code, said) = simulate(daemon.socket(), scene);
+        assert_eq!(code, Some(0), "{scene}: {said}");
+        (std::fs::read(directory.path().join("o.csv")).expect("rows"), said)
+    };
+    let (mine, _) = rows("mine");
+    assert_eq!(mine, rows("@2").0, "the revision that was saved");
+    assert_ne!(mine, rows("@1").0);
+    // A file of the same name.
+    std::fs::write(directory.path().join("mine"), daemon.ctl_ok(&["scene", "show", "@1"])).expect("written");
+    let (still, said) = rows("mine");
+    assert!(still == mine && said.contains("for the file write ./mine"), "{said}");
+    assert_eq!(rows("./mine").0, rows("@1").0);
+    assert_eq!(
+        ctl(nobody, &["simulate", "./no", "--motion", motion, "--out", "/tmp/o.csv"])
+            .status
+            .code(),
+        Some(2)
+    );
+}

@@ -1,0 +1,225 @@
+//! `haptic-ctl study`: a whole study by simulated operators, killed and resumed.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use system_tests::{binary, ctl_offline};
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn plain(path: &Path) -> &str {
+    path.to_str().expect("a plain path")
+}
+
+/// The program's own targeting task, of two conditions, two resistances and so many trials a segment.
+fn small_plan(folder: &Path, trials: u32) -> PathBuf {
+    let plan = text(&ctl_offline(&["study", "plan", "fitts"]).stdout);
+    let plan = plan.replace("trials_per_segment = 8", &format!("trials_per_segment = {trials}"));
+    let (head, rest) = plan
+        .split_once("[[conditions]]\nname = \"3\"")
+        .expect("a third condition");
+    let (_, resistances) = rest.split_once("[[resistances]]").expect("resistances");
+    let (two, _) = resistances.split_once("# 0.5 kg with").expect("a third resistance");
+    let path = folder.join("small.toml");
+    fs::write(&path, format!("{head}[[resistances]]{two}")).expect("written");
+    path
+}
+
+fn study(plan: &str, out: &Path, more: &[&str]) -> Vec<String> {
+    let basic = [
+        "study",
+        "run",
+        plan,
+        "--operator",
+        "simulated",
+        "--subjects",
+        "2",
+        "--seed",
+        "4",
+        "--out",
+        plain(out),
+    ];
+    [&basic, more].concat().into_iter().map(str::to_owned).collect()
+}
+
+fn run(arguments: &[String]) -> Output {
+    ctl_offline(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+fn start(arguments: &[String]) -> Child {
+    Command::new(binary("haptic-ctl"))
+        .args(arguments)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts")
+}
+
+/// The files of a folder, by their paths in it.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(folder).into_iter().flatten() {
+        let path = entry.expect("an entry").path();
+        let name = PathBuf::from(path.file_name().expect("a name"));
+        if path.is_dir() {
+            found.extend(files(&path).into_iter().map(|(inner, bytes)| (name.join(inner), bytes)));
+        } else if let Ok(bytes) = fs::read(&path) {
+            found.insert(name, bytes);
+        }
+    }
+    found
+}
+
+/// Bytes of rows.
+fn rows(folder: &Path) -> u64 {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries
+        .map(|entry| match entry.path() {
+            path if is_table(&path) => entry.metadata().map_or(0, |file| file.len()),
+            path if path.file_name().is_some_and(|name| name != "recordings") => rows(&path),
+            _ => 0,
+        })
+        .sum()
+}
+
+fn is_table(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "csv")
+}
+
+/// Numbers that look random, from 0 to 1.
+fn random(seed: &mut u64) -> f64 {
+    *seed = seed
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1_442_695_040_888_963_407);
+    (*seed >> 33) as f64 / (1_u64 << 31) as f64
+}
+
+#[test]
+fn a_study_that_is_killed_at_any_moment_resumes_at_that_trial() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let plan = small_plan(parent.path(), 3);
+    let (whole, killed) = (parent.path().join("whole"), parent.path().join("killed"));
+    let done = run(&study(plain(&plan), &whole, &[]));
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    assert!(
+        text(&done.stdout).contains("operator: simulated: 42 trials"),
+        "{}",
+        text(&done.stdout)
+    );
+    let all_bytes = rows(&whole);
+    let resume = ["study", "resume", plain(&killed)].map(str::to_owned);
+    let mut seed = 1;
+    let mut moments: Vec<f64> = (0..test_run::extent(6, 50)).map(|_| random(&mut seed)).collect();
+    moments.sort_by(f64::total_cmp);
+    for share in moments {
+        // Killed while it is made there is nothing yet to resume, and it is begun anew.
+        let is_there = killed.join("study.json").exists();
+        let mut program = start(&if is_there {
+            resume.to_vec()
+        } else {
+            study(plain(&plan), &killed, &[])
+        });
+        while (rows(&killed) as f64) < share * all_bytes as f64 && program.try_wait().expect("a state").is_none() {
+            std::thread::yield_now();
+        }
+        let before = files(&killed);
+        program.kill().expect("killed");
+        program.wait().expect("ended");
+        let after = files(&killed);
+        for (path, bytes) in before.iter().filter(|(path, _)| is_table(path)) {
+            // A row that is under way may be taken away.
+            let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+            assert!(
+                after[path].starts_with(&bytes[..whole]),
+                "a row is gone: {}",
+                path.display()
+            );
+        }
+    }
+    let done = run(&resume);
+    assert!(done.status.success(), "{}", text(&done.stderr));
+    let (whole, killed) = (files(&whole), files(&killed));
+    for (path, bytes) in &whole {
+        if path.extension().is_none_or(|ending| ending != "mcap") {
+            assert!(killed.get(path) == Some(bytes), "{} differs", path.display());
+        } else {
+            assert!(killed.contains_key(path), "{} is missing", path.display());
+        }
+    }
+}
+
+#[test]
+fn an_interrupt_ends_a_study_cleanly_and_two_programs_cannot_run_it() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let folder = parent.path().join("study");
+    let mut program = start(&study("perception", &folder, &["--no-recordings"]));
+    while rows(&folder) == 0 {
+        assert!(program.try_wait().expect("a state").is_none(), "it ended by itself");
+        std::thread::yield_now();
+    }
+    let second = ctl_offline(&["study", "resume", plain(&folder)]);
+    assert_eq!(second.status.code(), Some(2));
+    assert!(
+        text(&second.stderr).ends_with("another program is running this study\n"),
+        "{}",
+        text(&second.stderr)
+    );
+    let pid = rustix::process::Pid::from_child(&program);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).expect("it runs");
+    let ended = program.wait_with_output().expect("it ends");
+    assert_eq!(ended.status.code(), Some(130), "{}", text(&ended.stderr));
+    let said = text(&ended.stdout);
+    assert!(
+        said.contains("The study is interrupted; `haptic-ctl study resume "),
+        "{said}"
+    );
+    let written = files(&folder);
+    assert!(!written.contains_key(Path::new("trials.parquet")));
+    for (path, bytes) in written.iter().filter(|(path, _)| is_table(path)) {
+        assert!(bytes.ends_with(b"\n"), "{} ends within a row", path.display());
+    }
+}
+
+#[test]
+fn a_wrong_study_is_refused_with_the_reason() {
+    let parent = tempfile::tempdir().expect("a folder");
+    let folder = parent.path().join("study");
+    for (arguments, message) in [
+        (
+            vec!["study", "run", "fitts", "--subjects", "2", "--out", plain(&folder)],
+            "--operator simulated is needed",
+        ),
+        (
+            vec![
+                "study",
+                "run",
+                "golf",
+                "--operator",
+                "simulated",
+                "--subjects",
+                "2",
+                "--out",
+                plain(&folder),
+            ],
+            "golf: No such file or directory (os error 2); the program's own plans are fitts and perception",
+        ),
+        (vec!["study", "resume", plain(&folder)], "there is no study"),
+    ] {
+        let refused = ctl_offline(&arguments);
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
+        assert!(text(&refused.stderr).contains(message), "{}", text(&refused.stderr));
+    }
+    for (set, message) in [
+        ("delay=1", "`delay` is not a constant of the operator"),
+        ("visual_delay_s=9", "visual_delay_s = 9 is out of range: 0.01 to 1"),
+        ("visual_delay_s", "expected NAME=VALUE"),
+    ] {
+        let refused = run(&study("fitts", &folder, &["--set", set]));
+        assert_eq!(refused.status.code(), Some(2), "{set}");
+        assert!(text(&refused.stderr).contains(message), "{}", text(&refused.stderr));
+    }
+    assert!(!folder.exists(), "nothing was made");
+}

@@ -1,0 +1,217 @@
+//! `haptic-ctl study analyse` on trials from elsewhere and on the folder of a study.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::Output;
+use system_tests::{ctl, ctl_offline};
+
+const HEADING: &str = "subject,block,resistance,condition,trial,amplitude_m,width_m,end_error_m,movement_time_s,errors";
+
+/// A 300 mm, W 40 mm, and eight movements; worked by hand in haptic-lab's `stats::throughput`.
+const WORKED: [(f64, f64); 8] = [
+    (-0.006, 0.612),
+    (0.003, 0.580),
+    (0.011, 0.655),
+    (-0.002, 0.701),
+    (0.0, 0.590),
+    (0.025, 0.640),
+    (-0.009, 0.622),
+    (0.004, 0.598),
+];
+
+fn rows(subject: &str, resistance: &str) -> Vec<String> {
+    let row = |(trial, (end_error_m, time_s)): (usize, (f64, f64))| {
+        format!(
+            "{subject},1,{resistance},c,{},0.3,0.04,{end_error_m},{time_s},0",
+            trial + 1
+        )
+    };
+    WORKED.into_iter().enumerate().map(row).collect()
+}
+
+fn file(directory: &Path, name: &str, heading: &str, rows: &[String]) -> String {
+    let path = directory.join(name);
+    std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+    std::fs::write(&path, format!("{heading}\n{}\n", rows.join("\n"))).expect("written");
+    path.display().to_string()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let output = ctl_offline(&[arguments, &["--json"]].concat());
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+fn said(output: &Output) -> (Option<i32>, String) {
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    (output.status.code(), text)
+}
+
+#[test]
+fn trials_from_elsewhere_give_the_throughput_by_hand_in_any_order_of_the_rows() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let mut all = rows("x", "drag");
+    let name = file(directory.path(), "trials.csv", HEADING, &all);
+    let found = json(&["study", "analyse", "--trials", &name]);
+    for (field, by_hand, within) in [
+        ("effective_amplitude_m", 0.306, 1e-9),
+        ("effective_width_m", 0.044_387_371, 1e-8),
+        ("effective_id_bit", 2.980_730, 1e-6),
+        ("throughput_bit_per_s", 4.771_076, 1e-6),
+    ] {
+        for value in [
+            &found[field],
+            &found["by_resistance"][0][field],
+            &found["sequences"][0][field],
+        ] {
+            let value = value.as_f64().unwrap_or_else(|| panic!("{field}: {found}"));
+            assert!((value - by_hand).abs() < within, "{field}: {value}");
+        }
+    }
+    assert_eq!(found["misses"], 1);
+    all.reverse();
+    let reversed = file(directory.path(), "reversed.csv", HEADING, &all);
+    assert_eq!(json(&["study", "analyse", "--trials", &reversed]), found);
+}
+
+#[test]
+fn the_tables_fit_a_terminal_and_the_files_are_not_replaced() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let names = ["baseline", "high stiction", "real", "simulated", "viscous"];
+    let all: Vec<String> = names.into_iter().flat_map(|name| rows("x", name)).collect();
+    let name = file(directory.path(), "trials.csv", HEADING, &all);
+    let out = directory.path().join("out");
+    let out_name = out.display().to_string();
+    let arguments = ["study", "analyse", "--trials", &name, "--out", &out_name];
+    let shown = String::from_utf8(ctl_offline(&arguments).stdout).expect("text");
+    assert!(
+        shown.contains("Throughput by ISO 9241-411") && shown.contains("Table 3"),
+        "{shown}"
+    );
+    let wide = shown
+        .lines()
+        .take_while(|line| !line.starts_with("not found"))
+        .find(|line| line.chars().count() > 80);
+    assert_eq!(wide, None);
+    let page = std::fs::read_to_string(out.join("analysis.html")).expect("the page");
+    assert!(page.contains("prefers-color-scheme:dark") && page.contains("real: time against errors"));
+    assert!(out.join("table-3-time.csv").exists() && out.join("sequences.csv").exists());
+    std::fs::write(out.join("sequences.csv"), "mine").expect("written");
+    let (code, why) = said(&ctl(Path::new("/nonexistent"), &arguments));
+    assert_eq!(code, Some(2), "{why}");
+    assert!(why.contains("exists; --force replaces it"), "{why}");
+    assert_eq!(std::fs::read(out.join("sequences.csv")).expect("it is there"), b"mine");
+    let replaced = ctl_offline(&[&arguments[..], &["--force"]].concat());
+    assert!(!replaced.stdout.is_empty());
+    assert_ne!(std::fs::read(out.join("sequences.csv")).expect("it is there"), b"mine");
+}
+
+#[test]
+fn a_wrong_file_is_refused_with_line_column_and_value() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let bad = |name: &str, from: &str, to: &str| {
+        let all: Vec<String> = rows("x", "drag").iter().map(|row| row.replace(from, to)).collect();
+        file(directory.path(), name, HEADING, &all)
+    };
+    let (word, negative, wide) = (
+        bad("word.csv", ",0.655,", ",soon,"),
+        bad("negative.csv", ",0.655,", ",-0.655,"),
+        bad("mixed.csv", "4,0.3,", "4,0.4,"),
+    );
+    let twice = file(
+        directory.path(),
+        "twice.csv",
+        HEADING,
+        &[rows("x", "drag"), rows("x", "drag")].concat(),
+    );
+    let short = file(directory.path(), "short.csv", "subject,block", &["x,1".to_owned()]);
+    let empty = file(directory.path(), "empty.csv", HEADING, &[]);
+    for (arguments, part) in [
+        (vec!["--trials", &word], "line 4: movement_time_s = `soon`"),
+        (
+            vec!["--trials", &negative],
+            "line 4: movement_time_s = -0.655 s is out of range",
+        ),
+        (
+            vec!["--trials", &wide],
+            "trial 4 of subject x, block 1, resistance drag, condition c has amplitude_m = 0.4 m",
+        ),
+        (
+            vec!["--trials", &twice],
+            "trial 1 of subject x, block 1, resistance drag, condition c is there twice",
+        ),
+        (vec!["--trials", &short], "no column `resistance`"),
+        (vec!["--trials", &empty], "there are no trials"),
+        (vec!["--trials", "/nonexistent.csv"], "/nonexistent.csv"),
+        (vec!["/nonexistent"], "/nonexistent"),
+        (vec![], "--trials"),
+    ] {
+        let (code, why) = said(&ctl(
+            Path::new("/nonexistent"),
+            &[&["study", "analyse"], &arguments[..]].concat(),
+        ));
+        assert_eq!(code, Some(2), "{arguments:?}: {why}");
+        assert!(why.contains(part), "{arguments:?}: {why}");
+    }
+}
+
+#[test]
+fn a_folder_under_way_is_analysed_as_far_as_it_goes() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for subject in ["01", "02"] {
+        let name = format!("data/subject-{subject}/session-01/subject-{subject}_session-01_task-fitts_data.csv");
+        file(directory.path(), &name, HEADING, &rows(subject, "drag"));
+    }
+    // Practice does not count, and neither does a row that is being written.
+    let practice = "data/subject-02/session-01/subject-02_session-01_task-fitts_practice.csv";
+    file(directory.path(), practice, HEADING, &["nonsense".to_owned()]);
+    let last = directory
+        .path()
+        .join("data/subject-02/session-01/subject-02_session-01_task-fitts_data.csv");
+    let text = std::fs::read_to_string(&last).expect("rows");
+    std::fs::write(&last, format!("{text}02,1,drag,c,9,0.3,0.0")).expect("written");
+    let found = json(&["study", "analyse", &directory.path().display().to_string()]);
+    assert_eq!(
+        (&found["trials"], &found["subject_count"]),
+        (&Value::from(16), &Value::from(2))
+    );
+}
+
+#[test]
+fn answers_of_a_perception_test_give_a_threshold() {
+    let heading = "subject,case,method,trial,base_static_N,base_dynamic_N,comparison_static_N,comparison_dynamic_N,level_N,\
+                   comparison_first,answer,correct";
+    let levels = [
+        (0.1, 21),
+        (0.2, 24),
+        (0.3, 27),
+        (0.4, 32),
+        (0.5, 35),
+        (0.6, 37),
+        (0.8, 39),
+    ];
+    let answers = levels
+        .into_iter()
+        .flat_map(|(level, correct)| (0..40).map(move |place| (level, place < correct)));
+    let all: Vec<String> = answers
+        .enumerate()
+        .map(|(index, (level, correct))| {
+            let answer = if correct { 1 } else { 2 };
+            format!(
+                "x,A,constant,{},4,3.5,{},{},{level},true,{answer},{correct}",
+                index + 1,
+                4.0 + level,
+                3.5 + level
+            )
+        })
+        .collect();
+    let directory = tempfile::tempdir().expect("a directory");
+    let name = file(directory.path(), "answers.csv", heading, &all);
+    let found = json(&["study", "analyse", "--trials", &name]);
+    let threshold = found["cases"][0]["jnd_N"]["value"].as_f64().expect("a threshold");
+    assert!((threshold - 0.3548).abs() < 1e-4, "{found}");
+    let shown = String::from_utf8(ctl_offline(&["study", "analyse", "--trials", &name]).stdout).expect("text");
+    assert!(
+        shown.contains("A constant") && shown.lines().all(|line| line.chars().count() <= 80),
+        "{shown}"
+    );
+}
