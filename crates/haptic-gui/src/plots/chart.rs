@@ -199,7 +199,7 @@ fn curves(tape: &Tape, traces: &[Trace], seen: &TimeRange, columns: f64) -> Vec<
             points
         }
         Across::Signal { signal: across, stride } => {
-            let samples = tape.pairs_within(seen.from_s, seen.to_s).step_by(stride);
+            let samples = tape.pairs_every(stride, seen.from_s, seen.to_s);
             let with_force = samples.filter(|(_, sample)| sample.state.is_live());
             with_force
                 .map(|(before, sample)| [across.of(before, sample), trace.signal.of(before, sample)])

@@ -95,7 +95,7 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Char
     let drawn = drawn(tapes, scope);
     let stride = stride(tapes, scope, &drawn);
     let tape = scope.tape(tapes);
-    let samples = tape.pairs_within(drawn.from_s, drawn.to_s).step_by(stride);
+    let samples = tape.pairs_every(stride, drawn.from_s, drawn.to_s);
     let with_force = samples.filter(|(_, sample)| sample.state.is_live());
     let (mut low, mut high, mut newest) = (f64::INFINITY, f64::NEG_INFINITY, None);
     for (before, sample) in with_force {
@@ -103,26 +103,16 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Char
         (low, high) = (low.min(value), high.max(value));
         newest = Some([value, up.of(before, sample)]);
     }
-    let mut overlays = Vec::new();
-    let mut reaches = reach([low, high], across.quantity().smallest_span());
-    if scope.against.shows_law() {
-        let fastest = low.abs().max(high.abs());
-        let widest = if scope.against.zooms_to_stick_band {
-            band(scene)
-        } else if fastest.is_finite() {
-            (fastest * 1.1).max(NARROWEST_MMPS)
-        } else {
-            NARROWEST_MMPS
-        };
-        reaches = (-widest, widest);
-        overlays.push(Overlay::Curve(Curve {
-            name: "Law".into(),
-            hint: "The law's force of a steady slide, with its hold at rest",
-            points: scene.map_or_else(Vec::new, |scene| curve(scene, widest * 1.2)),
-            ink: Ink::solid(|palette| palette.law, 2.0),
-        }));
-        overlays.extend(thresholds(scene));
-    }
+    let held = scope.against.across_axis.held();
+    let (shown, mut overlays) = if scope.against.shows_law() {
+        let widest = widest(&scope.against, scene, low.abs().max(high.abs()));
+        let shown = held.unwrap_or((-widest, widest));
+        (shown, law(scene, shown))
+    } else {
+        let values = [low, high].into_iter().filter(|value| value.is_finite());
+        let fitted = reach(values, across.quantity().smallest_span());
+        (held.unwrap_or(fitted), Vec::new())
+    };
     overlays.extend(newest.map(|at| Overlay::Dots {
         name: if scope.ends_now(tapes) { "Now" } else { "Newest seen" },
         at: vec![at],
@@ -140,7 +130,7 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Char
     let axes = Axes {
         seen: drawn,
         columns: 1.0,
-        across: scope.against.across_axis.held().unwrap_or(reaches),
+        across: shown,
         up: scope.against.up_axis.held(),
         smallest_span: up.quantity().smallest_span(),
         labels: [label(across), label(up)],
@@ -156,6 +146,30 @@ pub(crate) fn chart(tapes: &Tapes, scope: &Scope, scene: Option<&Scene>) -> Char
         },
     };
     Chart::new(tape, &[trail], &overlays, axes)
+}
+
+/// Half of the width of the axis of velocity, mm/s, for a block that was this fast, which is infinite without
+/// a sample.
+fn widest(against: &Against, scene: Option<&Scene>, fastest_mmps: f64) -> f64 {
+    if against.zooms_to_stick_band {
+        band(scene)
+    } else if fastest_mmps.is_finite() {
+        (fastest_mmps * 1.1).max(NARROWEST_MMPS)
+    } else {
+        NARROWEST_MMPS
+    }
+}
+
+/// The law's curve over an axis of velocity, mm/s, and its thresholds.
+fn law(scene: Option<&Scene>, (slowest_mmps, fastest_mmps): (f64, f64)) -> Vec<Overlay> {
+    let reach_mmps = slowest_mmps.abs().max(fastest_mmps.abs()) * 1.2;
+    let curve = Overlay::Curve(Curve {
+        name: "Law".into(),
+        hint: "The law's force of a steady slide, with its hold at rest",
+        points: scene.map_or_else(Vec::new, |scene| curve(scene, reach_mmps)),
+        ink: Ink::solid(|palette| palette.law, 2.0),
+    });
+    [curve].into_iter().chain(thresholds(scene)).collect()
 }
 
 /// Both signals at either cursor, if they are shown.

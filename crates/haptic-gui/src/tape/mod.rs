@@ -120,16 +120,28 @@ impl Tape {
     /// tick or after it. What happened before the first sample is left out; what happened after the last
     /// one is at the last one.
     pub(crate) fn marks(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = (f64, &TapeMark)> {
-        let oldest = self.get(self.start).map(|sample| sample.tick);
-        let kept = self
-            .marks
-            .iter()
-            .filter(move |mark| oldest.is_some_and(|oldest| mark.tick >= oldest));
-        let timed = kept.filter_map(|mark| {
-            let place = self.partition_point(|sample| sample.tick < mark.tick);
-            Some((self.get(place).or_else(|| self.last())?.t_s, mark))
+        let places = self.places(from_s, to_s);
+        let tick_of = |place: usize| self.get(place).map(|sample| sample.tick);
+        // What follows the sample before these is theirs; before the first of all there is none.
+        let first = match places.start.checked_sub(1).filter(|place| *place >= self.start) {
+            Some(before) => tick_of(before).map(|tick| tick + 1),
+            None => tick_of(self.start),
+        };
+        let begin = first.map_or(self.marks.len(), |first| {
+            self.marks.partition_point(|mark| mark.tick < first)
         });
-        timed.filter(move |(t_s, _)| (from_s..=to_s).contains(t_s))
+        let is_at_end = places.end == self.end();
+        let marks = self.marks[begin..].iter().map_while(move |mark| {
+            let place = self.partition_point(|sample| sample.tick < mark.tick);
+            let sample = if place < places.end {
+                self.get(place)
+            } else {
+                self.last().filter(|_| is_at_end)
+            };
+            Some((sample?.t_s, mark))
+        });
+        // A time without any sample.
+        marks.filter(move |(t_s, _)| (from_s..=to_s).contains(t_s))
     }
 
     /// Adds a row of a recording.
@@ -233,7 +245,18 @@ impl Tape {
         self.pairs(self.places(from_s, to_s))
     }
 
-    /// The same, and one more at either end.
+    /// One of `stride` samples, each with the one before it on the tape.
+    pub(crate) fn pairs_every(
+        &self,
+        stride: usize,
+        from_s: f64,
+        to_s: f64,
+    ) -> impl Iterator<Item = (&Sample, &Sample)> {
+        let places = self.places(from_s, to_s).step_by(stride);
+        places.filter_map(|place| self.pair(place))
+    }
+
+    /// Every sample, and one more at either end.
     pub(crate) fn pairs_around(&self, from_s: f64, to_s: f64) -> impl Iterator<Item = (&Sample, &Sample)> {
         self.pairs(self.places_around(from_s, to_s))
     }

@@ -259,6 +259,8 @@ fn a_change_is_copied_as_a_command() {
     panel.run();
     panel.get_by_label(&button).click();
     assert_eq!(copied(&mut panel).as_deref(), Some(command));
+    panel.get_by_label("Mass").scroll_to_me();
+    panel.run();
     panel.get_by_label("Mass").click_secondary();
     panel.run();
     panel.get_by_label("Copy as haptic-ctl command").click();
