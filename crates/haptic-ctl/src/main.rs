@@ -19,6 +19,7 @@ mod doctor;
 mod drive;
 mod duration;
 mod events;
+mod examples;
 mod failure;
 mod fields;
 mod get;
@@ -50,7 +51,7 @@ mod usage;
 mod wait;
 
 use change::ChangeArguments;
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use daemon::Daemon;
 use failure::Failure;
 use fields::{Fields, Schema};
@@ -268,11 +269,19 @@ impl Command {
     }
 }
 
+/// The command line, with its help.
+fn command_line() -> clap::Command {
+    examples::add(Arguments::command())
+}
+
 fn main() -> ExitCode {
-    clap_complete::CompleteEnv::with_factory(Arguments::command).complete();
-    let arguments = match Arguments::try_parse() {
+    clap_complete::CompleteEnv::with_factory(command_line).complete();
+    let parsed = command_line()
+        .try_get_matches()
+        .and_then(|matches| Arguments::from_arg_matches(&matches));
+    let arguments = match parsed {
         Ok(arguments) => arguments,
-        Err(error) => return usage::end(error, &Arguments::command()),
+        Err(error) => return usage::end(error, &command_line()),
     };
     let json = arguments.json.is_some();
     if arguments.print_request {
@@ -354,7 +363,7 @@ async fn run(arguments: &Arguments) -> Result<(), Failure> {
         Command::Surface(surface) => return surface::run(socket, surface, json).await,
         Command::Study(study) => return study::run(study, json).await,
         Command::Completions { shell } => return completions::run(*shell),
-        Command::Man(man) => return man::run(man, Arguments::command()),
+        Command::Man(man) => return man::run(man, command_line()),
         Command::Probe { probe } => return cost::run_probe(*probe),
         _ => {}
     }
