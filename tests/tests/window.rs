@@ -15,8 +15,9 @@ use std::fs::{self, File};
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use system_tests::measure::{percentile, us};
 use system_tests::screen::{Picture, Screen};
 use system_tests::{Daemon, PATIENCE, status, wait_for, wait_for_state};
@@ -41,7 +42,7 @@ fn is_drawn(picture: &Picture) -> bool {
     red > 150 && green < 80 && blue < 80
 }
 
-/// A daemon that says the same to everybody: five seconds of stick-slip, and then nothing more.
+/// A daemon that says the same to everybody: five seconds of stick-slip, and then the same state again and again.
 fn always_the_same(listener: UnixListener) {
     thread::spawn(move || {
         for stream in listener.incoming() {
@@ -52,20 +53,31 @@ fn always_the_same(listener: UnixListener) {
 }
 
 fn converse(stream: UnixStream) -> std::io::Result<()> {
-    let mut out = stream.try_clone()?;
-    writeln!(
-        out,
-        r#"{{"hello":{{"protocol":1,"server":"hapticd","session":"1-1"}}}}"#
-    )?;
+    let out = Arc::new(Mutex::new(stream.try_clone()?));
+    let say = {
+        let out = Arc::clone(&out);
+        move |line: String| {
+            let mut out = out.lock().unwrap_or_else(PoisonError::into_inner);
+            out.write_all((line + "\n").as_bytes())
+        }
+    };
+    say(r#"{"hello":{"protocol":1,"server":"hapticd","session":"1-1"}}"#.to_owned())?;
     for line in BufReader::new(stream).lines() {
         let Ok(Envelope { id, request }) = Envelope::parse(&line?) else {
             continue;
         };
-        writeln!(out, r#"{{"id":{id},"ok":{}}}"#, answer(&request))?;
+        say(format!(r#"{{"id":{id},"ok":{}}}"#, answer(&request)))?;
         if matches!(request, Request::Subscribe { .. }) {
             for event in [Event::State(state()), Event::Samples(stick_slip())] {
-                writeln!(out, "{}", serde_json::to_string(&event)?)?;
+                say(serde_json::to_string(&event)?)?;
             }
+            // A daemon that falls silent is given up.
+            let (say, state) = (say.clone(), serde_json::to_string(&Event::State(state()))?);
+            thread::spawn(move || {
+                while say(state.clone()).is_ok() {
+                    thread::sleep(Duration::from_secs(1));
+                }
+            });
         }
     }
     Ok(())
@@ -383,8 +395,12 @@ fn a_person_tunes_the_rig_and_stops_it_and_the_panel_outlives_the_daemon() {
     wait_for_state(&mut client, RigState::Stopped);
     // The other pages stop as well.
     for (page, key) in [("ctrl+2", "space"), ("ctrl+3", "Escape")] {
-        client.request::<StateReply>(Request::Reset {}).expect("it is reset");
-        wait_for_state(&mut client, RigState::Idle);
+        // The stop before comes on two connections, and the second may be late.
+        let began = Instant::now();
+        while status(&mut client).state != RigState::Idle {
+            client.request::<StateReply>(Request::Reset {}).expect("it is reset");
+            assert!(began.elapsed() < PATIENCE, "it is not reset");
+        }
         screen.act(&["key", page]);
         screen.act(&["key", key]);
         wait_for_state(&mut client, RigState::Stopped);

@@ -14,8 +14,9 @@ const COMMAND_SIZE: Vec2 = vec2(84.0, 36.0);
 /// Height of the bar, points: four lines in small type.
 const HEIGHT: f32 = 60.0;
 
-/// Width of the lines beside the commands, points: the reports stand beside them.
-const MOST_TEXT_WIDTH: f32 = 230.0;
+/// Width of Stop and of the switch of the theme, points. Of what is left, the lines beside the commands have a half, and
+/// the reports the other.
+const RIGHT_WIDTH: f32 = 230.0;
 
 /// Letters of the reports that fit in a narrow window in usual type.
 const MOST_LETTERS: usize = 80;
@@ -126,7 +127,7 @@ fn show_state(ui: &mut Ui, daemon: &Daemon, intents: &mut Vec<Intent>) {
         }
         _ => return,
     };
-    let width = MOST_TEXT_WIDTH.min(ui.available_width());
+    let width = ((ui.available_width() - RIGHT_WIDTH) / 2.0).max(0.0);
     ui.allocate_ui_with_layout(vec2(width, HEIGHT), Layout::top_down(Align::Min), |ui| {
         ui.add_space(8.0);
         ui.add(Label::new(first).truncate()).on_hover_text(hint);
