@@ -13,6 +13,7 @@ mod held;
 #[cfg(target_arch = "x86_64")]
 pub mod hung;
 pub mod measure;
+pub mod package;
 pub mod pid1;
 pub mod reference;
 pub mod schema;

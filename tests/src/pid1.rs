@@ -1,7 +1,7 @@
-//! A machine of its own for the service: this machine's systemd as PID 1 of new namespaces, with
-//! the package laid over its files.
+//! A machine of its own for the service: this machine's systemd as PID 1 of new namespaces, on which the
+//! Debian package is installed.
 
-use crate::{PATIENCE, binary};
+use crate::{PATIENCE, package};
 use haptic_ipc::Client;
 use rustix::process::geteuid;
 use std::fmt::Write as _;
@@ -13,14 +13,6 @@ use std::time::Instant;
 
 /// The repository.
 const REPOSITORY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-
-/// Where an installation puts what `packaging/` holds.
-const PACKAGE: [(&str, &str); 4] = [
-    ("hapticd.service", "usr/lib/systemd/system/hapticd.service"),
-    ("hapticd.sysusers.conf", "usr/lib/sysusers.d/hapticd.conf"),
-    ("hapticd.tmpfiles.conf", "usr/lib/tmpfiles.d/hapticd.conf"),
-    ("hapticd.toml", "etc/hapticd/hapticd.toml"),
-];
 
 /// What the packaged configuration holds.
 pub const CONFIGURATION: &str = include_str!("../../packaging/hapticd.toml");
@@ -52,8 +44,8 @@ impl Machine {
     /// It ought to boot, and does not.
     #[must_use]
     pub fn boot(configuration: &str) -> Option<Self> {
-        let hierarchy = match missing() {
-            Ok(hierarchy) => hierarchy,
+        let (hierarchy, package) = match missing().and_then(|hierarchy| Ok((hierarchy, package::hapticd()?))) {
+            Ok(ready) => ready,
             Err((need, remedy)) => {
                 test_run::skip(need, &remedy);
                 return None;
@@ -68,20 +60,8 @@ impl Machine {
             fs::create_dir_all(path.parent().expect("it lies in the stage")).expect("a directory");
             fs::write(path, content).expect("written");
         };
-        for (name, place) in PACKAGE {
-            let packaged = Path::new(REPOSITORY).join("packaging").join(name);
-            put(place, &fs::read(packaged).expect("it is packaged"));
-        }
-        let shipped = fs::read_to_string(stage.join("etc/hapticd/hapticd.toml")).expect("it was put there");
-        let configured = configured(&shipped, configuration);
-        put("etc/hapticd/hapticd.toml", configured.as_bytes());
         // With an identity it is no first boot, which would enable whatever this machine has.
         put("etc/machine-id", b"6a70dc4a1f0e4c1c9d5d6f2f6b7a8c90\n");
-        for name in ["hapticd", "haptic-ctl"] {
-            let place = format!("usr/bin/{name}");
-            put(&place, b"");
-            fs::copy(binary(name), stage.join(place)).expect("it is built");
-        }
         let raises_limits = capabilities() & 1 << CAP_SYS_RESOURCE != 0;
         if !raises_limits {
             put(
@@ -129,13 +109,12 @@ impl Machine {
                 .contains(&text(&state.stdout).trim())
                 .then_some(())
         });
-        // As an installation does.
-        for command in [
-            &["systemd-sysusers", "hapticd.conf"][..],
-            &["systemd-tmpfiles", "--create", "hapticd.conf"],
-        ] {
-            machine.run_ok(command);
-        }
+        fs::copy(package, machine.path("/root/hapticd.deb")).expect("it is built");
+        // What other packages do afterwards (man-db reads all pages) is of no interest.
+        machine.run_ok(&["dpkg", "--no-triggers", "--install", "/root/hapticd.deb"]);
+        let path = machine.path("/etc/hapticd/hapticd.toml");
+        let shipped = fs::read_to_string(&path).expect("it was installed");
+        fs::write(path, configured(&shipped, configuration)).expect("written");
         Some(machine)
     }
 

@@ -33,15 +33,32 @@ impl Validator {
         let mut schema = haptic_ipc::schema::protocol();
         let whole = schema.as_object_mut().expect("a schema is an object");
         whole.remove("oneOf");
-        whole.insert("$ref".to_owned(), place.as_str().into());
-        let validator = jsonschema::validator_for(&schema);
-        Some(Self(validator.unwrap_or_else(|error| panic!("{place}: {error}"))))
+        whole.insert("$ref".to_owned(), place.into());
+        Self::of_schema(&schema)
+    }
+
+    /// Compiles a schema. Without the feature `jsonschema` says that this is skipped.
+    ///
+    /// # Panics
+    /// The schema is not valid.
+    #[must_use]
+    #[cfg(feature = "jsonschema")]
+    pub fn of_schema(schema: &Value) -> Option<Self> {
+        let validator = jsonschema::validator_for(schema);
+        Some(Self(validator.unwrap_or_else(|error| panic!("{error} in {schema}"))))
     }
 
     /// Says that the comparison with a part of the schema is skipped.
     #[must_use]
     #[cfg(not(feature = "jsonschema"))]
     pub fn of(_: Part<'_>) -> Option<Self> {
+        Self::of_schema(&Value::Null)
+    }
+
+    /// Says that the comparison with a schema is skipped.
+    #[must_use]
+    #[cfg(not(feature = "jsonschema"))]
+    pub fn of_schema(_: &Value) -> Option<Self> {
         test_run::skip("jsonschema", "cargo test -p system-tests --features jsonschema");
         None
     }

@@ -1,10 +1,9 @@
 #!/bin/sh
 # Boots this machine's systemd as PID 1 of namespaces of its own: pid1.sh STAGE CGROUP
-#   STAGE/usr  the package's files, laid over this machine's /usr
 #   STAGE/etc  all of /etc
 #   CGROUP     an empty cgroup (v2), which becomes the root of the new one
-# Run as root. Nothing that happens inside reaches the machine: its own file systems, processes, network and host name, /sys and
-# /proc/sys read-only, and no right to load modules or set the clock.
+# Run as root. Nothing that happens inside reaches the machine: its own processes, network and host name, this machine's programs and
+# list of packages with all changes in memory, /sys and /proc/sys read-only, and no right to load modules or set the clock.
 set -eu
 
 if [ "${3-}" != inside ]; then
@@ -23,7 +22,12 @@ for link in bin sbin lib lib32 lib64 libx32; do
     if [ -L "/$link" ]; then cp -P "/$link" "$root/$link"; fi
 done
 cp -R "$stage/etc" "$root/etc"
-mount -t overlay -o "lowerdir=$stage/usr:/usr" usr "$root/usr"
+mkdir -p "$root/old/changes/usr" "$root/old/changes/dpkg" "$root/old/work/usr" "$root/old/work/dpkg" "$root/var/lib/dpkg" "$root/var/log"
+over() { mount -t overlay -o "lowerdir=$1,upperdir=$root/old/changes/$2,workdir=$root/old/work/$2" "$2" "$root$1"; }
+over /usr usr
+over /var/lib/dpkg dpkg
+# Other packages' groups do not exist there.
+: >"$root/var/lib/dpkg/statoverride"
 
 mount -t proc proc "$root/proc"
 mount --bind "$root/proc/sys" "$root/proc/sys"
@@ -49,9 +53,10 @@ mount -t tmpfs -o mode=1777 shm "$root/dev/shm"
 mount -t devpts -o newinstance,ptmxmode=0666 devpts "$root/dev/pts"
 ln -s pts/ptmx "$root/dev/ptmx"
 
+mkdir "$root/old/system"
 cd "$root"
-pivot_root . old
-umount -l /old
+pivot_root . old/system
+umount -l /old/system
 exec env -i container=hapticd-test PATH=/usr/sbin:/usr/bin:/sbin:/bin \
     setpriv --bounding-set -sys_module,-sys_boot,-sys_time,-sys_rawio,-syslog \
     /usr/lib/systemd/systemd --system --unit=basic.target --show-status=no

@@ -343,7 +343,10 @@ fn wrong_usage_has_a_json_form_too() {
             vec!["set", "mass=1", "--ramp", "-50ms", "--json"],
             "`-50ms` is negative",
         ),
-        (vec!["record", "-", "--json"], "goes to a file"),
+        (
+            vec!["record", "x.mcap", "--format", "csv", "--json"],
+            "--format is for `-`",
+        ),
         (vec!["scene", "--json"], "subcommand"),
     ] {
         let output = daemon.ctl(&arguments);

@@ -1,8 +1,10 @@
 //! Files that `haptic-ctl` writes: nothing is replaced, and one rule for the exit codes.
 
+use haptic_lab::recording::{self, Ending};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Output;
-use system_tests::ctl;
+use std::process::{Command, Output, Stdio};
+use system_tests::{Daemon, binary, ctl};
 
 const NO_DAEMON: &str = "/nonexistent/control.sock";
 
@@ -121,4 +123,51 @@ fn what_is_no_motion_and_what_cannot_be_repaired_is_said_plainly() {
     let output = ctl(NO_DAEMON.as_ref(), &["recording", "export", &torn, &out]);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(said.contains("recording repair"), "{said}");
+}
+
+#[test]
+fn a_recording_goes_to_standard_output_and_ends_with_its_reader() {
+    let daemon = Daemon::start(&[]);
+    let directory = tempfile::tempdir().expect("a directory");
+    for format in ["csv", "mcap"] {
+        let output = daemon.ctl(&["record", "-", "--format", format, "--for", "50ms"]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success() && said.contains(" rows, "), "{said}");
+        let (file, _) = file(directory.path(), &format!("piped.{format}"));
+        std::fs::write(&file, &output.stdout).expect("written");
+        let recording = recording::read(&file).expect("a recording");
+        assert_eq!(
+            (recording.ending, recording.rows.len()),
+            (Ending::Complete, 50),
+            "{format}"
+        );
+    }
+    let output = daemon.ctl(&["record", "-", "--for", "5ms", "--quiet"]);
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+    let output = daemon.ctl(&["record", "-", "--for", "5ms", "--json=rows"]);
+    assert_eq!(output.stderr, b"{\"rows\":5}\n");
+
+    let mut record = Command::new(binary("haptic-ctl"))
+        .args(["record", "-", "--socket"])
+        .arg(daemon.socket())
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("haptic-ctl starts");
+    let mut reader = BufReader::new(record.stdout.take().expect("it is piped"));
+    reader.read_line(&mut String::new()).expect("its beginning");
+    drop(reader);
+    let output = record.wait_with_output().expect("it ends");
+    assert_eq!(
+        (output.status.code(), output.stderr),
+        (Some(0), Vec::new()),
+        "its reader has had enough"
+    );
+    for wrong in [
+        &["record", "-", "--format", "parquet"][..],
+        &["record", "x.csv", "--format", "csv"],
+    ] {
+        assert_eq!(daemon.ctl(wrong).status.code(), Some(2), "{wrong:?}");
+    }
 }

@@ -136,11 +136,7 @@ fn advice_is_told_when_it_is_new_or_about_what_was_changed() {
     let tells = |notes: &[String], what: &str| notes.iter().any(|note| note.contains(what));
     let first = notes(&["set", "K=200N/mm"]);
     assert!(tells(&first, "against a stuck block the loop oscillates"), "{first:?}");
-    assert_eq!(
-        notes(&["set", "Fs=5"]),
-        [String::new(); 0],
-        "known, and about another parameter"
-    );
+    assert!(notes(&["set", "Fs=5"]).is_empty(), "known, and about another parameter");
     assert!(
         tells(&notes(&["set", "K=250N/mm"]), "against a stuck block"),
         "it is about the stiffness"

@@ -1,7 +1,9 @@
-//! No test is forgotten: each file beside this one is a module of one binary, and what runs alone says so.
+//! No test is forgotten: each file beside this one is a module of one binary, what runs alone says so, and a crate whose
+//! documents are not tested has no example in them.
 
 use std::fs;
 use std::path::Path;
+use system_tests::hazards;
 
 fn read(name: &str) -> String {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name);
@@ -47,4 +49,36 @@ fn every_test_that_runs_alone_begins_with_its_guard() {
             );
         }
     }
+}
+
+/// Whether a documentation comment has a block of code that rustdoc would run.
+fn has_example(source: &str) -> bool {
+    let fences = source.lines().filter_map(|line| {
+        let comment = line.trim_start();
+        let text = comment.strip_prefix("//!").or_else(|| comment.strip_prefix("///"))?;
+        text.trim().strip_prefix("```")
+    });
+    // Every other one closes a block.
+    fences.step_by(2).any(|language| language != "text")
+}
+
+#[test]
+fn a_crate_whose_documents_are_not_tested_has_no_example_in_them() {
+    assert!(has_example("//! ```text\n//! ```\n/// ```\n/// f();\n/// ```"));
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut untested = 0;
+    for (path, source) in hazards::sources(&root) {
+        let Some((folder, _)) = path.split_once("/src/") else {
+            continue;
+        };
+        let manifest = fs::read_to_string(root.join(folder).join("Cargo.toml")).unwrap_or_default();
+        if manifest.contains("doctest = false") {
+            untested += 1;
+            assert!(
+                !has_example(&source),
+                "{path}: remove `doctest = false` from {folder}/Cargo.toml"
+            );
+        }
+    }
+    assert!(untested > 100, "{untested} files");
 }

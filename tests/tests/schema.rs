@@ -1,6 +1,10 @@
 //! The protocol's document for machines is that of the types, and tells a line of the protocol from
 //! one that is none.
 
+use haptic_core::Scene;
+use haptic_ipc::{RigState, SceneArrival};
+use haptic_lab::recording::Mark;
+use haptic_lab::recording::mcap::MARK_SCHEMA;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
@@ -138,5 +142,54 @@ fn what_a_later_server_says_is_in_the_schema() {
     ];
     for line in none {
         server.check(&line).expect_err("no server says it");
+    }
+}
+
+#[test]
+fn the_schema_of_a_recordings_marks_is_that_of_the_marks() {
+    let schema: Value = serde_json::from_str(MARK_SCHEMA).expect("JSON");
+    let validator = Validator::of_schema(&schema);
+    let (tick, text) = (1, String::from("text"));
+    for mark in [
+        Mark::Scene {
+            tick,
+            revision: 2,
+            name: "s".into(),
+            law: "karnopp".into(),
+            params: haptic_ipc::params_of(&Scene::paper()),
+            arrival: Some(Box::new(SceneArrival {
+                scene: Scene::paper(),
+                ramp: None,
+            })),
+        },
+        Mark::State {
+            tick,
+            state: RigState::Faulted,
+            fault: Some("fault".to_owned()),
+        },
+        Mark::Lost { rows: 1 },
+        Mark::Missed { tick, periods: 2 },
+        Mark::Marker {
+            tick,
+            text: text.clone(),
+        },
+        Mark::Link { tick, text },
+        Mark::End {
+            rows: 1,
+            lost: 2,
+            missed: 3,
+        },
+    ] {
+        let value = serde_json::to_value(&mark).expect("JSON");
+        for (name, _) in value.as_object().expect("an object") {
+            assert!(schema["properties"].get(name).is_some(), "{name}");
+        }
+        if let Some(validator) = &validator {
+            validator.check(&value).unwrap_or_else(|error| panic!("{error}"));
+        }
+    }
+    if let Some(validator) = validator {
+        let none = json!({ "mark": "weather" });
+        validator.check(&none).expect_err("there is no such mark");
     }
 }

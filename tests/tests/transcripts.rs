@@ -61,7 +61,7 @@ fn they_have_every_operation_every_topic_and_every_error_code() {
         for (connection, said, _) in transcript.lines {
             match said {
                 Said::Client(line) | Said::Poll(line) => {
-                    asked.extend(serde_json::from_str(&line).ok().map(|line| (connection, line)))
+                    asked.extend(serde_json::from_str(&line).ok().map(|line| (connection, line)));
                 }
                 Said::Server(line) => {
                     if let Some(event) = line["event"].as_str() {

@@ -23,11 +23,11 @@ pub trait Device: Send {
     fn description(&self) -> String;
 
     /// Distance between two positions that the rig can tell apart, m; 0 for a perfect rig. It may
-    /// change while the rig is disconnected.
+    /// change with the number of the [connection](Self::connection) alone.
     fn resolution_m(&self) -> f64;
 
-    /// Largest force of the rig, N; infinite for a rig without a limit. It may change while the rig
-    /// is disconnected.
+    /// Largest force of the rig, N; infinite for a rig without a limit. It may change with the number
+    /// of the [connection](Self::connection) alone.
     fn force_limit_n(&self) -> f64 {
         f64::INFINITY
     }

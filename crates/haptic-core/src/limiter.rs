@@ -80,7 +80,7 @@ impl SafetyLimiter {
     }
 
     /// What [`limit`](Self::limit) would let pass, N.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn limited(&self, force: f64, gain: f64, elapsed_s: f64) -> Result<f64, NonFiniteForce> {
         let wanted = flush(force * gain.clamp(0.0, 1.0));
         if !wanted.is_finite() {

@@ -68,6 +68,7 @@ impl PassivityObserver {
     /// [`applied`](Self::applied) tells what is.
     ///
     /// `position` in m, `velocity` in m/s.
+    #[inline(always)]
     pub fn observe(&mut self, elapsed_s: f64, position: f64, velocity: f64, force: f64) -> f64 {
         let added = self.control(elapsed_s, position, velocity, force);
         self.last = Some(Sample {
@@ -86,6 +87,7 @@ impl PassivityObserver {
         }
     }
 
+    #[inline(always)]
     fn control(&mut self, elapsed_s: f64, position: f64, velocity: f64, force: f64) -> f64 {
         let Some(last) = self.last else {
             return 0.0;
@@ -96,12 +98,12 @@ impl PassivityObserver {
         let excess_j = self.excess_j + made - taken_up;
         // Next to nothing is nothing. An account that is no number is closed: the force itself is
         // checked elsewhere.
-        self.excess_j = if (NOTHING..f64::INFINITY).contains(&excess_j) {
-            excess_j
-        } else {
-            0.0
-        };
-        if self.control_n == 0.0 || self.excess_j == 0.0 {
+        if !(NOTHING..f64::INFINITY).contains(&excess_j) {
+            self.excess_j = 0.0;
+            return 0.0;
+        }
+        self.excess_j = excess_j;
+        if self.control_n == 0.0 {
             return 0.0;
         }
         let coming = velocity.abs() * elapsed_s;

@@ -65,6 +65,17 @@ pub struct Motion {
     pub resolution: f64,
 }
 
+impl Motion {
+    /// Whether nobody doubts that the hand went so far (m) with a velocity (m/s) in a time (s).
+    #[inline(always)]
+    fn allows(&self, moved: f64, velocity: f64, elapsed_s: f64, limits: &SafetyLimiter) -> bool {
+        let doubt = DOUBT_M
+            .max(0.5 * HAND_MPS2 * elapsed_s * elapsed_s)
+            .max(DOUBT_COUNTS * self.resolution);
+        (moved - velocity * elapsed_s).abs() <= doubt && limits.allows_step(moved, velocity, elapsed_s, self.resolution)
+    }
+}
+
 impl PositionGuard {
     /// Samples that were forgotten so far.
     #[must_use]
@@ -79,21 +90,22 @@ impl PositionGuard {
     }
 
     /// Judges a position (m), taken `elapsed_s` after the sample before it.
-    #[inline]
+    #[inline(always)]
     pub fn judge(&mut self, before: Motion, position: f64, elapsed_s: f64, limits: &SafetyLimiter) -> Verdict {
-        let allows = |moved: f64, velocity: f64, elapsed_s: f64| {
-            let doubt = DOUBT_M
-                .max(0.5 * HAND_MPS2 * elapsed_s * elapsed_s)
-                .max(DOUBT_COUNTS * before.resolution);
-            (moved - velocity * elapsed_s).abs() <= doubt
-                && limits.allows_step(moved, velocity, elapsed_s, before.resolution)
-        };
+        let moved = position - before.position;
+        if self.held.is_none() && before.allows(moved, before.velocity, elapsed_s, limits) {
+            self.score = self.score.saturating_sub(1);
+            return Verdict::Believed { elapsed_s };
+        }
+        self.judge_doubtful(before, position, elapsed_s, limits)
+    }
+
+    /// Judges a position that lies aside, or that comes after one.
+    #[inline(never)]
+    fn judge_doubtful(&mut self, before: Motion, position: f64, elapsed_s: f64, limits: &SafetyLimiter) -> Verdict {
+        let allows = |moved: f64, velocity: f64, elapsed_s: f64| before.allows(moved, velocity, elapsed_s, limits);
         let moved = position - before.position;
         let Some(held) = self.held else {
-            if allows(moved, before.velocity, elapsed_s) {
-                self.score = self.score.saturating_sub(1);
-                return Verdict::Believed { elapsed_s };
-            }
             if !moved.is_finite() {
                 return Verdict::Jumped;
             }

@@ -7,7 +7,7 @@ use crate::excitation::{Excitation, Follower};
 use crate::math::sqrt;
 use crate::parameters::SceneError;
 use crate::pulse::{Pulse, PulseShape};
-use crate::render::{BlockSetup, Surface};
+use crate::render::{BlockSetup, Shown, Surface};
 use crate::scene::Scene;
 use crate::scheme::Scheme;
 use alloc::boxed::Box;
@@ -101,6 +101,11 @@ impl Renderer {
     #[must_use]
     pub fn state(&self) -> BlockState {
         self.surface.state()
+    }
+
+    /// The part of the [`state`](Self::state) that every tick shows.
+    pub(crate) fn shown(&self) -> Shown {
+        self.surface.shown()
     }
 
     /// Puts the block somewhere, in motion or at rest, without a tick.

@@ -72,6 +72,8 @@ struct Window {
     first_sequence: u32,
     samples: u32,
     first_host_ns: u64,
+    /// When it may be full, on our clock, ns.
+    end_host_ns: u64,
     quickest: Quickest,
 }
 
@@ -139,7 +141,7 @@ impl SampleClock {
     ///
     /// # Errors
     /// The stamps cannot be those of a clock. The next sample begins anew, with what is known of the period.
-    #[inline]
+    #[inline(always)]
     pub fn elapsed_s(&mut self, stamp: Stamp) -> Result<f64, ClockError> {
         let Some(running) = &mut self.running else {
             self.running = Some(Running::new(stamp));
@@ -165,6 +167,7 @@ impl Running {
         }
     }
 
+    #[inline(always)]
     fn judge(&mut self, stamp: Stamp, tolerance_ns: u64, period_s: &mut f64) -> Result<f64, ClockError> {
         let host_ns = stamp
             .host_ns
@@ -225,6 +228,7 @@ fn agree(device_s: f64, other_s: f64) -> bool {
 
 /// Of a time that our clock contradicts the middle one of the three measures, unless the sampling
 /// period bears the stamps out.
+#[cold]
 fn believed_s(device_s: f64, host_s: f64, steps: u32, period_s: f64) -> f64 {
     let foretold_s = f64::from(steps) * period_s;
     if period_s <= 0.0 || steps > LONGEST_STEP || agree(device_s, foretold_s) {
@@ -239,6 +243,7 @@ impl Window {
             first_sequence: first.sequence,
             samples: 0,
             first_host_ns: first.host_ns,
+            end_host_ns: first.host_ns.saturating_add(WINDOW_NS),
             quickest: Quickest::of(first),
         }
     }
@@ -253,7 +258,7 @@ impl Window {
 
     /// Whether it is long enough with this sample.
     fn is_full(&self, stamp: Stamp) -> bool {
-        stamp.host_ns.saturating_sub(self.first_host_ns) >= WINDOW_NS && self.samples >= WINDOW_SAMPLES
+        stamp.host_ns >= self.end_host_ns && self.samples >= WINDOW_SAMPLES
     }
 }
 

@@ -2,7 +2,7 @@
 
 mod window;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use haptic_gui::connection::{Connection, Patience};
 use haptic_gui::{App, Files, Page, Settings, Theme, theme};
 use haptic_ipc::socket_path;
@@ -31,6 +31,10 @@ struct Arguments {
     #[arg(long, value_name = "PAGE", value_enum, default_value_t = Page::default())]
     page: Page,
 
+    /// Print the manual page, for a package.
+    #[arg(long, hide = true)]
+    manual_page: bool,
+
     /// Colours of the panel [default: those remembered, else those of the desktop]
     #[arg(long, value_name = "THEME", value_enum)]
     theme: Option<Theme>,
@@ -38,6 +42,12 @@ struct Arguments {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
+    if arguments.manual_page {
+        let page = clap_mangen::Man::new(Arguments::command());
+        return page
+            .render(&mut std::io::stdout())
+            .map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
+    }
     let file = Settings::file();
     let settings = file.as_deref().map_or_else(|| Ok(Settings::default()), Settings::read);
     let known = settings.clone().unwrap_or_default();

@@ -27,6 +27,9 @@ pub struct JournalEntry {
     /// Change of the rig's state, for an operation that changes it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<StateChange>,
+    /// The fault's code, of a `fault` or of a `stop` by the rig's own button: `too_fast`, `stale`, ...
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fault: Option<String>,
     /// Changes of the scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<Difference>,
@@ -57,6 +60,7 @@ impl JournalEntry {
             op: op.to_owned(),
             revision: 0,
             state: None,
+            fault: None,
             changes: Vec::new(),
             ramp_ms: None,
             at_tick: None,

@@ -6,9 +6,10 @@
 //! written as soon as there is room. The end of the process waits for that thread only for a
 //! moment.
 //!
-//! Under systemd each line begins with its priority, `<3>` for a fault down to `<6>`, so that the
-//! journal can be searched by it.
+//! Under systemd the lines go to its journal with fields of their own: the priority, 3 for a fault down to 6, and of an
+//! event its operation, fault, tick, client and message id, so that the journal can be searched by them.
 
+mod journald;
 mod outlet;
 
 use haptic_ipc::JournalEntry;
@@ -55,8 +56,18 @@ struct Log {
     messages: Outlet,
     /// The status line of the demo: only the newest matters.
     status_line: Outlet,
-    /// Whether standard error is the journal of a service manager.
-    with_priorities: bool,
+    form: Form,
+}
+
+/// How a message is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    /// Lines for people.
+    Plain,
+    /// Lines with their priority, for a service manager that reads standard error.
+    WithPriority,
+    /// Entries of the journal.
+    Journal,
 }
 
 static LOG: OnceLock<Log> = OnceLock::new();
@@ -66,18 +77,36 @@ static LOG: OnceLock<Log> = OnceLock::new();
 /// # Errors
 /// The system has no thread left.
 pub(crate) fn start() -> std::io::Result<()> {
-    let with_priorities = is_journal();
-    let log = Log {
-        messages: Outlet::start("log", std::io::stderr(), Backlog::Oldest(BACKLOG_LINES), move |lost| {
+    let lost = |form: Form| {
+        move |lost: u64| {
             let plural = if lost == 1 { "line" } else { "lines" };
-            text(
+            entry(
                 Level::Warning,
                 &format!("{lost} {plural} lost: nobody read standard error"),
-                with_priorities,
+                &[],
+                form,
             )
-        })?,
+        }
+    };
+    let backlog = Backlog::Oldest(BACKLOG_LINES);
+    let (messages, form) = match is_journal().then(journald::connect) {
+        Some(Ok(journal)) => (
+            Outlet::start("log", journal, backlog, lost(Form::Journal))?,
+            Form::Journal,
+        ),
+        Some(Err(_)) => {
+            let form = Form::WithPriority;
+            (Outlet::start("log", std::io::stderr(), backlog, lost(form))?, form)
+        }
+        None => (
+            Outlet::start("log", std::io::stderr(), backlog, lost(Form::Plain))?,
+            Form::Plain,
+        ),
+    };
+    let log = Log {
+        messages,
         status_line: Outlet::start("status-line", std::io::stdout(), Backlog::Newest, |_| String::new())?,
-        with_priorities,
+        form,
     };
     if LOG.set(log).is_ok() {
         std::panic::set_hook(Box::new(|panic| {
@@ -104,10 +133,15 @@ pub(crate) fn say(line: &str) {
 
 /// Logs a line.
 pub(crate) fn say_at(level: Level, line: &str) {
+    put(level, line, &[]);
+}
+
+/// Logs a message with fields for the journal.
+fn put(level: Level, message: &str, fields: &[(&str, &str)]) {
     match LOG.get() {
-        Some(log) => log.messages.put(text(level, line, log.with_priorities)),
+        Some(log) => log.messages.put(entry(level, message, fields, log.form)),
         // Only unit tests come here.
-        None => eprint!("{}", text(level, line, false)),
+        None => eprint!("{}", entry(level, message, fields, Form::Plain)),
     }
 }
 
@@ -129,7 +163,25 @@ pub(crate) fn journal(entry: &JournalEntry) {
         // A fault, and everything unknown.
         _ => Level::Error,
     };
-    say_at(level, &entry.to_string());
+    let number = |value: u64| value.to_string();
+    let (tick, revision) = (entry.tick.map(number), number(entry.revision));
+    let by = entry.by.as_ref().map(ToString::to_string);
+    let fields = [
+        (
+            "MESSAGE_ID",
+            Some(journald::message_id(&entry.op, entry.fault.as_deref())),
+        ),
+        ("HAPTICD_OP", Some(entry.op.as_str())),
+        ("HAPTICD_FAULT", entry.fault.as_deref()),
+        ("HAPTICD_TICK", tick.as_deref()),
+        ("HAPTICD_BY", by.as_deref()),
+        ("HAPTICD_REVISION", Some(revision.as_str())),
+    ];
+    let fields: Vec<(&str, &str)> = fields
+        .into_iter()
+        .filter_map(|(name, value)| Some((name, value?)))
+        .collect();
+    put(level, &entry.to_string(), &fields);
 }
 
 /// Waits until the log is written, at most for `limit`, and not for a write that is blocked.
@@ -141,18 +193,21 @@ pub(crate) fn flush(limit: Duration) {
     }
 }
 
-/// A message as it is written, each of its lines with its priority if `with_priorities` is set.
-fn text(level: Level, message: &str, with_priorities: bool) -> String {
+/// A message as it is written.
+fn entry(level: Level, message: &str, fields: &[(&str, &str)], form: Form) -> String {
     let cut = message.floor_char_boundary(LONGEST_LINE);
+    let dots = if cut < message.len() { "..." } else { "" };
+    let message = &message[..cut];
+    if form == Form::Journal {
+        return journald::entry(level.priority(), &format!("{message}{dots}"), fields);
+    }
     let mut text = String::with_capacity(cut + 32);
-    for (index, line) in message[..cut].lines().enumerate() {
-        if with_priorities {
+    for (index, line) in message.lines().enumerate() {
+        if form == Form::WithPriority {
             write!(text, "<{}>", level.priority()).unwrap_or_default();
         }
-        text.push_str(if index == 0 { "hapticd: " } else { "" });
-        text.push_str(line);
-        text.push_str(if cut < message.len() { "..." } else { "" });
-        text.push('\n');
+        let name = if index == 0 { "hapticd: " } else { "" };
+        writeln!(text, "{name}{line}{dots}").unwrap_or_default();
     }
     text
 }
@@ -181,10 +236,18 @@ mod tests {
 
     #[test]
     fn a_message_has_its_priority_on_each_line_and_is_cut_between_two_letters() {
-        assert_eq!(text(Level::Info, "one\ntwo", false), "hapticd: one\ntwo\n");
-        assert_eq!(text(Level::Error, "one\ntwo", true), "<3>hapticd: one\n<3>two\n");
-        assert_eq!(text(Level::Warning, "one", true), "<4>hapticd: one\n");
-        let long = text(Level::Info, &format!("x{}", "é".repeat(LONGEST_LINE)), true);
+        let text = |level, message: &str, form| entry(level, message, &[], form);
+        assert_eq!(text(Level::Info, "one\ntwo", Form::Plain), "hapticd: one\ntwo\n");
+        assert_eq!(
+            text(Level::Error, "one\ntwo", Form::WithPriority),
+            "<3>hapticd: one\n<3>two\n"
+        );
+        assert_eq!(text(Level::Warning, "one", Form::WithPriority), "<4>hapticd: one\n");
+        let long = text(
+            Level::Info,
+            &format!("x{}", "é".repeat(LONGEST_LINE)),
+            Form::WithPriority,
+        );
         assert!(long.len() < LONGEST_LINE + 32 && long.ends_with("é...\n"), "{long}");
     }
 

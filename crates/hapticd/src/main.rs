@@ -14,6 +14,7 @@ mod demo;
 mod ending;
 mod late_log;
 mod log;
+mod metrics;
 mod preparation;
 mod processor_share;
 mod rt;
@@ -21,7 +22,7 @@ mod self_test;
 mod service;
 mod telemetry;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use config::{Config, ConfigError, Options};
 use control::RigHandle;
 use control::server::Server;
@@ -32,6 +33,7 @@ use haptic_core::SceneError;
 use haptic_core::servo::Command;
 use haptic_ipc::Problem;
 use log::{Level, say, say_at};
+use metrics::MetricsError;
 use preparation::{FIRST_REVISION, prepare};
 use rt::privileges;
 use rt::thread::{End, FinalZero, RunningLoop};
@@ -54,6 +56,8 @@ enum Failure {
     Scene(#[from] SceneError),
     #[error(transparent)]
     Socket(#[from] SocketError),
+    #[error(transparent)]
+    Metrics(#[from] MetricsError),
     #[error("{0}")]
     System(#[from] std::io::Error),
     #[error("the real-time thread {0}")]
@@ -65,6 +69,12 @@ const PUMP_PERIOD: Duration = Duration::from_millis(5);
 
 fn main() -> ExitCode {
     let options = Options::parse();
+    if options.manual_page {
+        let page = clap_mangen::Man::new(Options::command()).section("8");
+        return page
+            .render(&mut std::io::stdout())
+            .map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
+    }
     if let Err(error) = log::start() {
         eprintln!("hapticd: {error}");
         return ExitCode::FAILURE;
@@ -99,12 +109,20 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
             config.socket_group.clone(),
             config.watch_socket.as_deref(),
         )?;
+        let monitoring = config.metrics.clone();
+        let metrics = match monitoring.address {
+            Some(address) => Some(metrics::Server::bind(address).await?),
+            None => None,
+        };
         let stop_signals = BlockedSignals::new()?;
         let ramp = Duration::from_secs_f64(config.ramp_s);
         let (mut running, rig) = start_loop(config)?;
         let rig = Rc::new(rig);
         let mut stop_signals = stop_signals.watch(ramp, rig.end_of_loop())?;
         let manager = ServiceManager::of_process()?;
+        if let Some(address) = metrics.as_ref().and_then(metrics::Server::address) {
+            say(&format!("metrics at http://{address}/metrics"));
+        }
         introduce(&rig, &server);
         if demo {
             // At the first tick nothing forbids engaging; the status line shows any failure.
@@ -116,6 +134,8 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
             () = control::lease::watch(&rig) => {}
             () = control::rig_friction::watch(&rig) => {}
             () = manager.watch(&rig) => {}
+            () = scraped(metrics.as_ref(), &rig) => {}
+            kept = metrics::keep(monitoring.file, &rig) => kept?,
             () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
             // The demo's status line shows the same.
@@ -265,6 +285,14 @@ fn introduce(rig: &RigHandle, server: &Server) {
     ));
     for problem in &real_time.problems {
         say_problem(problem);
+    }
+}
+
+/// Serves metrics for ever, where they are asked for.
+async fn scraped(metrics: Option<&metrics::Server>, rig: &Rc<RigHandle>) {
+    match metrics {
+        Some(server) => server.serve(Rc::clone(rig)).await,
+        None => std::future::pending().await,
     }
 }
 

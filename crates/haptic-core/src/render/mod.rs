@@ -8,4 +8,4 @@ mod surface;
 
 pub(crate) use block_setup::BlockSetup;
 pub(crate) use device::{DeviceSurface, ViscousSurface};
-pub(crate) use surface::Surface;
+pub(crate) use surface::{Shown, Surface};

@@ -5,6 +5,17 @@ use crate::contact::Contact;
 use alloc::boxed::Box;
 use core::fmt::Debug;
 
+/// What a tick shows of the block: a part of its [`BlockState`], which costs less to hand over.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown {
+    /// Position of the block, m.
+    pub(crate) position: f64,
+    /// Velocity of the block, m/s.
+    pub(crate) velocity: f64,
+    /// Contact with the surface.
+    pub(crate) contact: Contact,
+}
+
 /// A compiled scene of any kind: [`Moving`], in a form that a box can hold.
 pub(crate) trait Surface: Debug + Send + Sync {
     /// Moves on and hears nothing.
@@ -13,6 +24,8 @@ pub(crate) trait Surface: Debug + Send + Sync {
     fn tick_with_events(&mut self, elapsed_s: f64, position: f64, velocity: f64, sink: &mut dyn EventSink) -> Rendered;
     /// See [`Moving::state`].
     fn state(&self) -> BlockState;
+    /// The part of the state that every tick shows.
+    fn shown(&self) -> Shown;
     /// See [`Moving::set_state`].
     fn set_state(&mut self, state: BlockState);
     /// See [`Moving::at_rest`].
@@ -38,6 +51,20 @@ impl<M: Moving> Surface for M {
 
     fn state(&self) -> BlockState {
         Moving::state(self)
+    }
+
+    fn shown(&self) -> Shown {
+        let BlockState {
+            position,
+            velocity,
+            contact,
+            ..
+        } = Moving::state(self);
+        Shown {
+            position,
+            velocity,
+            contact,
+        }
     }
 
     fn set_state(&mut self, state: BlockState) {

@@ -39,6 +39,28 @@ pub enum Fault {
     StillEnabled,
 }
 
+impl Fault {
+    /// Its name for machines: monitoring counts by it.
+    #[must_use]
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::NonFiniteForce => "non_finite_force",
+            Self::NonFinitePosition => "non_finite_position",
+            Self::TooFast => "too_fast",
+            Self::TooLate => "too_late",
+            Self::Stale => "stale",
+            Self::Jump => "jump",
+            Self::MotorOff { .. } => "motor_off",
+            Self::Device(_) => "device",
+            Self::DeviceClock(_) => "device_clock",
+            Self::Stalled => "stalled",
+            Self::ControlLost => "control_lost",
+            Self::StopButton => "stop_button",
+            Self::StillEnabled => "still_enabled",
+        }
+    }
+}
+
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

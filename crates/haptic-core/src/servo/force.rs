@@ -6,11 +6,32 @@ use super::force_offset::ForceOffset;
 use crate::compensation::Motion;
 use crate::limiter::NonFiniteForce;
 
+/// What a step renders.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Forces {
+    /// Force in the coupling, N.
+    pub(super) coupling: f64,
+    /// Force on the hand, N.
+    pub(super) on_hand: f64,
+    /// Whether the motor may be driven: the rig is live after the step.
+    pub(super) enabled: bool,
+}
+
+impl Forces {
+    const NONE: Self = Self {
+        coupling: 0.0,
+        on_hand: 0.0,
+        enabled: false,
+    };
+}
+
 impl Servo {
-    /// The force in the coupling and the force on the hand, N.
+    /// The forces of a step.
     #[inline(always)]
-    pub(super) fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64, resolution: f64) -> (f64, f64) {
-        self.carry_on_change(our_elapsed_s);
+    pub(super) fn render(&mut self, elapsed_s: f64, our_elapsed_s: f64, resolution: f64) -> Forces {
+        if self.is_changing() {
+            self.carry_on_change(our_elapsed_s);
+        }
         let (position, velocity) = (self.sensing.position_m(), self.sensing.velocity_mps());
         if !self.was_live || !self.rig.is_live() {
             // Without force the block goes with the hand. So force begins wherever the hand has
@@ -19,11 +40,14 @@ impl Servo {
             self.offset = ForceOffset::default();
             self.sensing.rest();
             self.rest();
-            return (0.0, 0.0);
+            return Forces {
+                enabled: self.rig.is_live(),
+                ..Forces::NONE
+            };
         }
         if !self.limiter.allows_speed(velocity) {
             self.rig.fail(Fault::TooFast);
-            return (0.0, 0.0);
+            return Forces::NONE;
         }
         let mut gain = self.rig.advance(our_elapsed_s);
         let mut elapsed_s = elapsed_s;
@@ -43,7 +67,10 @@ impl Servo {
         if !self.rig.is_live() {
             // The ramp has come to its end in this step.
             self.rest();
-            return (coupling_force, 0.0);
+            return Forces {
+                coupling: coupling_force,
+                ..Forces::NONE
+            };
         }
         let on_hand = -(coupling_force + self.offset.fade(elapsed_s));
         let limited = if self.scene.renderer.is_motion() {
@@ -57,10 +84,14 @@ impl Servo {
             self.apply_limits(on_hand, compensation, gain, elapsed_s, our_elapsed_s)
         };
         match limited {
-            Ok(force) => (coupling_force, force),
+            Ok(on_hand) => Forces {
+                coupling: coupling_force,
+                on_hand,
+                enabled: true,
+            },
             Err(_) => {
                 self.rig.fail(Fault::NonFiniteForce);
-                (0.0, 0.0)
+                Forces::NONE
             }
         }
     }
@@ -104,6 +135,7 @@ impl Servo {
 
     /// The force that passes the limits, with the compensation and what the passivity controller
     /// adds, N.
+    #[inline(always)]
     fn apply_limits(
         &mut self,
         on_hand: f64,

@@ -104,17 +104,38 @@ const ALL_EVENTS: u8 = 0b1_1111;
 impl InputWord {
     /// The word of a step's inputs, and of whether a scene arrived with it.
     #[must_use]
+    #[cold]
     pub fn new(inputs: &Inputs, new_scene: bool) -> Self {
-        let (reading, detail) = match inputs.sample {
-            Ok(sample) => ((sample.motor as u32) << MOTOR | u32::from(sample.buttons) << BUTTONS, 0),
-            Err(DeviceError::Disconnected) => (1, 0),
-            Err(DeviceError::MotorOff { watchdog }) => (2 + u32::from(watchdog), 0),
-            Err(DeviceError::Failed(ErrorReport { code, detail })) => (4 | u32::from(code as u8) << ERROR_CODE, detail),
+        Self::of_reading(inputs).with_happenings(inputs, new_scene)
+    }
+
+    /// The same of a step in which nothing happened: without events, command and scene.
+    #[must_use]
+    #[inline(always)]
+    pub fn of_reading(inputs: &Inputs) -> Self {
+        match inputs.sample {
+            Ok(sample) => Self {
+                flags: (sample.motor as u32) << MOTOR | u32::from(sample.buttons) << BUTTONS,
+                detail: 0,
+            },
+            Err(error) => Self::of_error(error),
+        }
+    }
+
+    #[cold]
+    fn of_error(error: DeviceError) -> Self {
+        let (flags, detail) = match error {
+            DeviceError::Disconnected => (1, 0),
+            DeviceError::MotorOff { watchdog } => (2 + u32::from(watchdog), 0),
+            DeviceError::Failed(ErrorReport { code, detail }) => (4 | u32::from(code as u8) << ERROR_CODE, detail),
         };
-        let command = inputs.command.map_or(0, |command| command as u32 + 1);
-        let events = u32::from(inputs.events.0) << EVENTS;
-        let flags = reading | events | command << COMMAND | u32::from(new_scene) << NEW_SCENE;
         Self { flags, detail }
+    }
+
+    fn with_happenings(mut self, inputs: &Inputs, new_scene: bool) -> Self {
+        let command = inputs.command.map_or(0, |command| command as u32);
+        self.flags |= u32::from(inputs.events.0) << EVENTS | command << COMMAND | u32::from(new_scene) << NEW_SCENE;
+        self
     }
 
     /// The same, of a step whose force could not be written.
@@ -138,8 +159,8 @@ impl InputWord {
 
     /// The same, of a step that rendered a pulse or an excitation instead of the scene.
     #[must_use]
-    pub fn with_motion(mut self, is_motion: bool) -> Self {
-        self.flags |= u32::from(is_motion) << MOTION;
+    pub fn with_motion(mut self) -> Self {
+        self.flags |= 1 << MOTION;
         self
     }
 
@@ -257,7 +278,10 @@ mod tests {
                 events,
                 command: [None, Some(Command::Engage), Some(Command::Release), Some(Command::Reset)][command],
             };
-            let mut word = InputWord::new(&inputs, new_scene).with_motion(is_motion);
+            let mut word = InputWord::new(&inputs, new_scene);
+            if is_motion {
+                word = word.with_motion();
+            }
             if write_failed {
                 // However often it is said.
                 word = word.with_write_failed().with_write_failed();

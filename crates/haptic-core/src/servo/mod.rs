@@ -31,6 +31,7 @@ use crate::sample::Motor;
 use crate::sample_clock::{SampleClock, seconds};
 use crate::velocity;
 use alloc::boxed::Box;
+use force::Forces;
 use force_offset::ForceOffset;
 use rig::{Refused, Rig};
 use sensing::{Sensed, Sensing};
@@ -168,13 +169,16 @@ impl Servo {
         self.check_device();
         // Ramps and the slew limit go by our own clock: they end even if the device's stands still.
         let our_elapsed_s = self.rig.step_s(seconds(inputs.elapsed_ns));
-        let (coupling_force_n, force_n) = self.render(elapsed_s, our_elapsed_s, inputs.device_resolution_m);
-        let block = self.scene.renderer.state();
-        let enabled = self.rig.is_live();
-        Outputs {
-            force_n,
+        let Forces {
+            coupling,
+            on_hand,
             enabled,
-            coupling_force_n,
+        } = self.render(elapsed_s, our_elapsed_s, inputs.device_resolution_m);
+        let block = self.scene.renderer.shown();
+        Outputs {
+            force_n: on_hand,
+            enabled,
+            coupling_force_n: coupling,
             device_position_m: self.sensing.position_m(),
             device_velocity_mps: self.sensing.velocity_mps(),
             block_position_m: block.position,
@@ -328,7 +332,14 @@ impl Servo {
         }
     }
 
+    /// Whether the scene comes in step by step, or another one fades out.
+    #[inline(always)]
+    fn is_changing(&self) -> bool {
+        matches!(self.scene.transition, Transition::Steps(_)) || self.fading.is_some()
+    }
+
     /// Carries on with a change of scene that takes its time; ends it at once while no force flows.
+    #[inline(never)]
     fn carry_on_change(&mut self, elapsed_s: f64) {
         let CompiledScene {
             renderer, transition, ..

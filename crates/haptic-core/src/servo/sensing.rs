@@ -134,6 +134,7 @@ impl Sensing {
     /// Takes in a reading at a time of ours, of a device with a resolution (m). A failed or stale
     /// reading is never rendered as a position. While force flows (`live`) a sample that no hand
     /// can have made is not rendered either; without, the block goes wherever the device says.
+    #[inline(always)]
     pub(super) fn sense(
         &mut self,
         measured: Result<Measurement, DeviceError>,
@@ -149,20 +150,14 @@ impl Sensing {
         self.motor = sample.motor;
         self.buttons = sample.buttons;
         if let Some(newest) = self.newest.filter(|newest| newest.sequence == sample.sequence) {
-            if now_ns.saturating_sub(newest.read_ns) > self.stale_ns {
-                self.estimator.reset();
-                return Sensed::Stale;
-            }
-            return Sensed::Unchanged;
+            return self.hear_again(newest, now_ns);
         }
         if !sample.position_m.is_finite() {
             return Sensed::Faulty(Fault::NonFinitePosition);
         }
         let first = self.newest.is_none();
         if first {
-            // It may be another device than the last one.
-            self.clock.reset();
-            self.estimator = Estimator::new(self.method, self.step_s, resolution_m);
+            self.begin(resolution_m);
         }
         self.newest = Some(Newest {
             sequence: sample.sequence,
@@ -176,11 +171,7 @@ impl Sensing {
         let elapsed_s = match elapsed {
             Ok(elapsed_s) => elapsed_s,
             Err(error) if live => return Sensed::Faulty(Fault::DeviceClock(error)),
-            // Without force nothing is made of its time; with the next sample it begins anew.
-            Err(_) => {
-                self.estimator.reset();
-                0.0
-            }
+            Err(_) => self.disregard_time(),
         };
         let elapsed_s = if live && !first {
             let before = Motion {
@@ -200,6 +191,30 @@ impl Sensing {
         self.position_m = sample.position_m;
         self.velocity_mps = self.estimator.update(elapsed_s, sample.position_m);
         Sensed::Moved { elapsed_s }
+    }
+
+    /// The newest sample once more.
+    #[inline(never)]
+    fn hear_again(&mut self, newest: Newest, now_ns: u64) -> Sensed {
+        if now_ns.saturating_sub(newest.read_ns) > self.stale_ns {
+            self.estimator.reset();
+            return Sensed::Stale;
+        }
+        Sensed::Unchanged
+    }
+
+    /// The first sample, of what may be another device than the last one.
+    #[cold]
+    fn begin(&mut self, resolution_m: f64) {
+        self.clock.reset();
+        self.estimator = Estimator::new(self.method, self.step_s, resolution_m);
+    }
+
+    /// Without force nothing is made of a wrong time, s; with the next sample it begins anew.
+    #[cold]
+    fn disregard_time(&mut self) -> f64 {
+        self.estimator.reset();
+        0.0
     }
 
     /// The device could not be read.

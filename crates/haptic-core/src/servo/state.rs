@@ -58,15 +58,16 @@ impl fmt::Display for RigState {
     }
 }
 
-/// What a person may ask of the rig. A stop is not a command: it overtakes every command.
+/// What a person may ask of the rig, with its number in a record. A stop is not a command: it
+/// overtakes every command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// Let the force in.
-    Engage,
+    Engage = 1,
     /// Let the force out.
-    Release,
+    Release = 2,
     /// Leave the state that a stop or a fault brought.
-    Reset,
+    Reset = 3,
 }
 
 impl Command {

@@ -8,6 +8,9 @@ use haptic_lab::identify::record_file::{self, Columns, MovingMass, Source};
 use haptic_lab::identify::{self, Clocks, Directions, Identified, ModelKind, Options};
 use std::path::{Path, PathBuf};
 
+/// Largest shift of the clocks that may be given, ms.
+const LARGEST_SHIFT_MS: f64 = 1e4;
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Model {
     Karnopp,
@@ -174,6 +177,13 @@ pub(super) fn run(
     let loaded = record_file::read(&source).map_err(|error| usage(&error))?;
     let mut options = wanted.options();
     options.offset_n = options.offset_n.or(loaded.offset_n);
+    if let Some(shift_ms) = arguments.shift_ms
+        && !(-LARGEST_SHIFT_MS..=LARGEST_SHIFT_MS).contains(&shift_ms)
+    {
+        return Err(Failure::Usage(format!(
+            "--shift-ms = {shift_ms} ms is out of range: -{LARGEST_SHIFT_MS} to {LARGEST_SHIFT_MS} ms"
+        )));
+    }
     options.clocks = match arguments.shift_ms {
         Some(shift_ms) => Clocks::Shifted(1e-3 * shift_ms),
         None if source.force_path.is_some() => Clocks::Two,

@@ -24,7 +24,8 @@ const EXCITATION_TIMEOUT: Duration = Duration::from_secs(15);
 /// Time that the ticks of an excitation may take to arrive after its end.
 const TICKS_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Attempts at an excitation whose ticks are not all recorded: a machine may be held up for seconds.
+/// Attempts at an excitation whose ticks are not all recorded, or that a fault of the time interrupted: a machine may be
+/// held up for seconds.
 const ATTEMPTS: usize = 3;
 
 /// An identification under way.
@@ -32,6 +33,9 @@ pub(super) struct Session<'a> {
     daemon: &'a mut Daemon,
     console: Console,
     recorder: Option<RecordingUnderWay>,
+    range_m: Option<f64>,
+    /// Why the identification has ended, where that was a fault of the time: of the machine or of the link.
+    time_fault: Option<String>,
     pub(super) begun: IdentificationReply,
     pub(super) ticks: Ticks,
     /// Nominal time between two ticks, s.
@@ -61,6 +65,8 @@ impl<'a> Session<'a> {
             daemon,
             console,
             recorder: None,
+            range_m,
+            time_fault: None,
             begun,
             ticks: Ticks::default(),
             period_s: 1e-3,
@@ -88,23 +94,33 @@ impl<'a> Session<'a> {
 
     /// Asks whether to go on.
     pub(super) async fn agree(&mut self, question: &str) -> Result<(), Failure> {
+        if self.asked(question).await? {
+            return Ok(());
+        }
+        self.console.say("Nothing was moved, nothing is kept.");
+        Err(Failure::Interrupted)
+    }
+
+    /// Asks a question, and renews the lease meanwhile. Where nobody is asked the answer is yes.
+    async fn asked(&mut self, question: &str) -> Result<bool, Failure> {
         if !self.console.asks() {
             self.console.say(question);
-            return Ok(());
+            return Ok(true);
         }
         self.console.prompt(question, "y/N");
         loop {
             tokio::select! {
                 line = self.console.line() => {
-                    if ["y", "yes"].contains(&line.unwrap_or_default().trim().to_lowercase().as_str()) {
-                        return Ok(());
-                    }
-                    self.console.say("Nothing was moved, nothing is kept.");
-                    return Err(Failure::Interrupted);
+                    let answer = line.unwrap_or_default().trim().to_lowercase();
+                    return Ok(["y", "yes"].contains(&answer.as_str()));
                 }
                 () = tokio::time::sleep(POLL_PERIOD) => {}
             }
-            self.status().await?;
+            self.hear_for(Duration::ZERO).await?;
+            // After a fault there is no identification to ask for.
+            if self.time_fault.is_none() {
+                self.status().await?;
+            }
         }
     }
 
@@ -112,20 +128,28 @@ impl<'a> Session<'a> {
     pub(super) async fn status(&mut self) -> Result<IdentificationReply, Failure> {
         let status: IdentificationReply = self.daemon.ask(Request::IdentifyStatus {}).await?;
         match &status.ended {
-            Some(why) if !status.moving => Err(Failure::BadRig(format!(
-                "the identification has ended: {why}{}",
-                hint(why)
-            ))),
+            Some(why) if !status.moving => {
+                let hint = hint(why);
+                self.time_fault = (!hint.is_empty()).then(|| why.clone());
+                Err(Failure::BadRig(format!("the identification has ended: {why}{hint}")))
+            }
             _ => Ok(status),
         }
     }
 
     /// Moves the rig along a course, to its end or to the bound that it meets, and shows how far it
-    /// is.
+    /// is. A motion that a fault of the time interrupts is repeated after a reset, where the person agrees.
     pub(super) async fn excite(&mut self, name: &str, excitation: Excitation) -> Result<ExcitationReport, Failure> {
         for _ in 0..ATTEMPTS {
-            let lost = self.ticks.lost();
-            let report = self.excite_once(name, excitation).await?;
+            let (lost, before) = (self.ticks.lost(), self.ticks.newest());
+            let report = match self.excite_once(name, excitation).await {
+                Ok(report) => report,
+                Err(failure) => {
+                    self.resume(name, failure).await?;
+                    self.ticks.discard_after(before);
+                    continue;
+                }
+            };
             if report.end != ExcitationEnd::Unrecorded && self.ticks.lost() == lost {
                 self.console.say(&summary(name, &report));
                 return Ok(report);
@@ -133,8 +157,31 @@ impl<'a> Session<'a> {
             self.console.say(&format!("   {name}: ticks are missing, once more"));
         }
         Err(Failure::BadRig(
-            "the daemon loses records of its ticks: `haptic-ctl timing` and `haptic-ctl doctor` may say why".to_owned(),
+            "the machine or the link does not keep time, or the daemon loses records of its ticks: `haptic-ctl timing` \
+             and `haptic-ctl doctor` may say why"
+                .to_owned(),
         ))
+    }
+
+    /// Resets the rig after a fault of the time and begins the identification again; any other failure ends it.
+    async fn resume(&mut self, name: &str, failure: Failure) -> Result<(), Failure> {
+        let Some(why) = self.time_fault.clone() else {
+            return Err(failure);
+        };
+        self.console.say(&format!("   {name}: interrupted: {why}"));
+        let question = format!(
+            "Move the handle to the middle of its range and take your hand off it. Reset the rig and repeat the {name}?"
+        );
+        if !self.asked(&question).await? {
+            return Err(failure);
+        }
+        let timeout_ms = LONGEST_COMMISSION_LEASE_MS;
+        let _: LeaseReply = self.daemon.ask(Request::Lease { timeout_ms }).await?;
+        let _: serde_json::Value = self.daemon.ask(Request::Reset {}).await?;
+        let range_m = self.range_m;
+        self.begun = self.daemon.ask(Request::IdentifyBegin { range_m }).await?;
+        self.time_fault = None;
+        self.hear_for(POLL_PERIOD).await
     }
 
     async fn excite_once(&mut self, name: &str, mut excitation: Excitation) -> Result<ExcitationReport, Failure> {

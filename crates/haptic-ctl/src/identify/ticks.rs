@@ -17,6 +17,12 @@ impl Ticks {
         self.rows.extend(&event.rows);
     }
 
+    /// Leaves out what came after a tick: of a motion that was interrupted, and of the hand that put the handle back.
+    pub(super) fn discard_after(&mut self, tick: Option<u64>) {
+        self.rows
+            .truncate(self.rows.partition_point(|row| Some(row.tick) <= tick));
+    }
+
     /// The newest tick.
     pub(super) fn newest(&self) -> Option<u64> {
         self.rows.last().map(|row| row.tick)

@@ -17,11 +17,11 @@ use crate::{beginning, complete, output, progress};
 use clap::ValueHint;
 use clap_complete::engine::ArgValueCompleter;
 use haptic_ipc::{Event, Request, Topic, regular_file};
-use haptic_lab::recording::{Format, Mark, Totals};
+use haptic_lab::recording::{Format, Mark, Metadata, Totals};
 use indicatif::ProgressBar;
 use link_watch::LinkWatch;
 use person::{Input, Person};
-use std::io;
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tick_clock::TickClock;
@@ -30,7 +30,12 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 /// For the help text.
 pub(crate) const HELP: &str = "\
 The file's ending says its format: .mcap, which robotics tools open; .csv, which everything opens; .parquet, the \
-smallest. `haptic-ctl recording` shows, converts, cuts and repairs recordings.
+smallest. `haptic-ctl recording` shows, converts, cuts and repairs recordings. On standard output (`-`) a recording is CSV, \
+or MCAP with --format mcap; what is said of it goes to standard error, and it ends with its reader.
+
+Examples:
+  haptic-ctl record rig.mcap --for 10s --notes 'steel on Teflon'
+  haptic-ctl record - --for 10s | python3 analyse.py
 
 On a terminal, m sets a marker, so do 1 to 9, and q ends the recording. No key of this program stops the rig: that is \
 `haptic-ctl stop`.
@@ -43,7 +48,7 @@ const LARGEST_NOTES: u64 = 1 << 16;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Recording: a new file whose name ends in .mcap, .csv or .parquet
+    /// Recording: a new file whose name ends in .mcap, .csv or .parquet; or `-` for standard output
     #[arg(value_hint = ValueHint::FilePath)]
     file: PathBuf,
 
@@ -72,6 +77,10 @@ pub(crate) struct Arguments {
     #[arg(long)]
     markers_from_stdin: bool,
 
+    /// Format on standard output [default: csv]
+    #[arg(long, value_enum)]
+    format: Option<StreamFormat>,
+
     /// Replace an existing file
     #[arg(long)]
     force: bool,
@@ -80,23 +89,42 @@ pub(crate) struct Arguments {
 impl Arguments {
     /// The requests, in order; a wrong command line is refused.
     pub(crate) fn requests(&self) -> Result<Vec<Request>, Failure> {
-        if self.file == Path::new("-") {
-            return Err(Failure::Usage(
-                "`-`: a recording goes to a file; for samples on standard output there is `haptic-ctl events samples --rate \
-                 all --json`"
-                    .to_owned(),
-            ));
-        }
         if self.length == Some(Duration::ZERO) {
             return Err(Failure::Usage(
                 "--for = 0 s: a recording of no time holds nothing; give it a longer one, as in 10s".to_owned(),
             ));
         }
+        match self.streamed() {
+            Some(format) => check_stream(format)?,
+            None => self.check_file()?,
+        }
+        Ok(vec![Request::Status {}, self.subscription(), Request::get()])
+    }
+
+    /// The format on standard output, where the recording goes there.
+    fn streamed(&self) -> Option<StreamFormat> {
+        (self.file == Path::new("-")).then(|| self.format.unwrap_or(StreamFormat::Csv))
+    }
+
+    fn check_file(&self) -> Result<(), Failure> {
+        if self.format.is_some() {
+            return Err(Failure::Usage(format!(
+                "--format is for `-`, standard output; the ending of {} says its format",
+                self.file.display()
+            )));
+        }
         Format::of(&self.file).map_err(|error| Failure::Usage(error.to_string()))?;
         if !self.force && self.file.exists() {
             return Err(Failure::exists(&self.file));
         }
-        Ok(vec![Request::Status {}, self.subscription(), Request::get()])
+        Ok(())
+    }
+
+    fn create(&self, metadata: &Metadata) -> Result<RecordingUnderWay, Failure> {
+        match self.streamed() {
+            Some(format) => RecordingUnderWay::to_standard_output(format.of_recording(), metadata),
+            None => RecordingUnderWay::create(&self.file, metadata, self.force),
+        }
     }
 
     fn subscription(&self) -> Request {
@@ -129,6 +157,33 @@ impl Arguments {
             _ => Ok(notes),
         }
     }
+}
+
+/// A format that can be written into a pipe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum StreamFormat {
+    /// Lines of text, the metadata in those that begin with `#`
+    Csv,
+    /// MCAP, for robotics tools
+    Mcap,
+}
+
+impl StreamFormat {
+    const fn of_recording(self) -> Format {
+        match self {
+            Self::Csv => Format::Csv,
+            Self::Mcap => Format::Mcap,
+        }
+    }
+}
+
+/// Refuses to write bytes to a terminal.
+fn check_stream(format: StreamFormat) -> Result<(), Failure> {
+    if format == StreamFormat::Mcap && io::stdout().is_terminal() {
+        let why = "`-`: MCAP is not for a terminal; name a file, or pipe it into another program";
+        return Err(Failure::Usage(why.to_owned()));
+    }
+    Ok(())
 }
 
 /// Why a recording ended.
@@ -171,7 +226,7 @@ pub(crate) async fn run(daemon: &mut Daemon, arguments: &Arguments, json: bool) 
     let mut signals = Signals::new()?;
     let notes = arguments.notes()?;
     let (status, metadata) = beginning::subscribe(daemon, arguments.subscription(), notes).await?;
-    let recorder = RecordingUnderWay::create(&arguments.file, &metadata, arguments.force)?;
+    let recorder = arguments.create(&metadata)?;
     let mut session = Session {
         arguments,
         recorder,
@@ -307,15 +362,23 @@ impl Session<'_> {
             // Nobody need wait for a disk that hangs.
             () = signals.any() => return Err(Failure::Interrupted),
         };
-        let totals = written.map_err(|error| not_written(file, &error))?;
-        if json {
-            let mut told = report::as_json(file, &totals);
-            told["markers"] = markers.into();
-            told["complete"] = is_complete.into();
-            output::json(&told)?;
-        } else {
-            let ending = if is_complete { "" } else { "; without an end" };
-            output::text(&format!("{}: {}{ending}", file.display(), shown(&totals, markers)))?;
+        let is_streamed = self.arguments.streamed().is_some();
+        let totals = match written {
+            Err(error) if is_streamed => return Err(Failure::Output(error)),
+            written => written.map_err(|error| not_written(file, &error))?,
+        };
+        let ending = if is_complete { "" } else { "; without an end" };
+        let told = format!("{}: {}{ending}", file.display(), shown(&totals, markers));
+        let mut told_json = report::as_json(file, &totals);
+        told_json["markers"] = markers.into();
+        told_json["complete"] = is_complete.into();
+        match (is_streamed, json) {
+            (true, true) => eprintln!("{}", output::json_text(&told_json)?),
+            (true, false) if !output::is_quiet() => eprintln!("haptic-ctl: {told}"),
+            (true, false) => {}
+            (false, true) => output::json(&told_json)?,
+            (false, false) if !output::is_quiet() => output::text(&told)?,
+            (false, false) => {}
         }
         failure.map_or(Ok(()), Err)
     }

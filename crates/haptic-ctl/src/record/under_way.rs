@@ -2,8 +2,10 @@
 
 use crate::failure::Failure;
 use haptic_ipc::Event;
-use haptic_lab::recording::{self, CreateError, Mark, Metadata, RecordingThread, Totals};
+use haptic_lab::recording::{self, CreateError, Format, Mark, Metadata, Recorder, RecordingThread, Totals};
+use std::fs::File;
 use std::io;
+use std::os::fd::AsFd;
 use std::path::Path;
 use tokio::sync::oneshot::{self, error::TryRecvError};
 use tokio::sync::watch;
@@ -22,7 +24,19 @@ impl RecordingUnderWay {
     /// # Errors
     /// The file cannot be created, or no thread be started.
     pub(crate) fn create(path: &Path, metadata: &Metadata, replace: bool) -> Result<Self, Failure> {
-        let recorder = recording::create(path, metadata, replace).map_err(|error| not_created(&error))?;
+        Self::begin(recording::create(path, metadata, replace).map_err(|error| not_created(&error))?)
+    }
+
+    /// Begins a recording on standard output.
+    ///
+    /// # Errors
+    /// It cannot be written to, or no thread be started.
+    pub(crate) fn to_standard_output(format: Format, metadata: &Metadata) -> Result<Self, Failure> {
+        let file = File::from(io::stdout().as_fd().try_clone_to_owned()?);
+        Self::begin(Recorder::new(format, file, Path::new("-"), metadata)?)
+    }
+
+    fn begin(recorder: Recorder) -> Result<Self, Failure> {
         let (sum, totals) = watch::channel(recorder.totals());
         let (end, ended) = oneshot::channel();
         let thread = RecordingThread::spawn(move |waiting| {

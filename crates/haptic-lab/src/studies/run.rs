@@ -272,6 +272,7 @@ fn save<T: Recorded>(
             revision: 1,
             scene,
             servo: Some(operator::setup()),
+            recorded_by: Some(study.about().program.clone()),
             notes: Some("operator: simulated".to_owned()),
             configuration: None,
         };

@@ -4,6 +4,7 @@ use device_io::fake::TooShort;
 use haptic_core::SceneError;
 use haptic_ipc::regular_file::{self, with_short_lines};
 use haptic_motion::MotionError;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -50,6 +51,12 @@ pub(crate) enum ConfigError {
     NoSuchGroup(String),
     #[error("watch-socket = {} is the control socket: name another path for the watchers", .0.display())]
     WatchOnControl(PathBuf),
+    #[error(
+        "metrics = {0} can be reached from other machines: name an address of this machine alone, as in 127.0.0.1:{port}, \
+         or allow it with metrics-beyond-this-machine",
+        port = .0.port()
+    )]
+    MetricsBeyondThisMachine(SocketAddr),
     #[error("--demo and --self-test run on the built-in fake rig: leave --device out")]
     OnlyFake,
 }

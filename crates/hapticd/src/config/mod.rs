@@ -21,6 +21,7 @@ use haptic_core::limiter::Limits;
 use haptic_core::velocity::Method;
 use haptic_core::{Scene, Scheme};
 use options::PolicyName;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// Conditions that must last for force to flow.
@@ -37,6 +38,13 @@ pub(crate) struct Watches {
     pub(crate) enable_button: Option<u8>,
 }
 
+/// Where metrics are to be found.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MetricsOptions {
+    pub(crate) address: Option<SocketAddr>,
+    pub(crate) file: Option<PathBuf>,
+}
+
 /// The checked configuration.
 #[derive(Debug)]
 pub(crate) struct Config {
@@ -44,6 +52,7 @@ pub(crate) struct Config {
     /// Group that the control socket serves beside the daemon's own user and root.
     pub(crate) socket_group: Option<Group>,
     pub(crate) watch_socket: Option<PathBuf>,
+    pub(crate) metrics: MetricsOptions,
     pub(crate) period_ns: u64,
     pub(crate) cpu: Option<usize>,
     pub(crate) available_cpus: Vec<usize>,
@@ -130,6 +139,7 @@ impl Options {
             socket,
             socket_group: group.transpose()?,
             watch_socket: self.watch_socket.clone(),
+            metrics: self.metrics()?,
             period_ns,
             cpu: self.cpu.or_else(|| default_cpu(&available_cpus)),
             available_cpus,
@@ -157,6 +167,18 @@ impl Options {
             friction: self.friction()?,
             device,
         })
+    }
+
+    fn metrics(&self) -> Result<MetricsOptions, ConfigError> {
+        match self.metrics {
+            Some(address) if !address.ip().is_loopback() && self.metrics_beyond_this_machine != Some(true) => {
+                Err(ConfigError::MetricsBeyondThisMachine(address))
+            }
+            address => Ok(MetricsOptions {
+                address,
+                file: self.metrics_file.clone(),
+            }),
+        }
     }
 
     fn period_ns(&self) -> Result<u64, ConfigError> {
@@ -332,6 +354,15 @@ mod tests {
             (
                 vec!["--socket-group", "nosuch"],
                 vec!["socket-group", "nosuch", "groupadd"],
+            ),
+            (
+                vec!["--metrics", "0.0.0.0:9664"],
+                vec![
+                    "metrics",
+                    "0.0.0.0:9664",
+                    "127.0.0.1:9664",
+                    "metrics-beyond-this-machine",
+                ],
             ),
             (vec!["--hand", "file:/nowhere.csv"], vec!["/nowhere.csv"]),
             (vec!["--scene", "/nowhere.toml"], vec!["/nowhere.toml"]),

@@ -7,6 +7,7 @@ use haptic_core::Scheme;
 use haptic_core::nearest::meant_or_semicolon;
 use haptic_core::velocity::Method;
 use serde::Deserialize;
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -22,6 +23,11 @@ pub(crate) struct Options {
     #[arg(long, value_name = "FILE")]
     #[serde(skip)]
     pub(crate) config: Option<PathBuf>,
+
+    /// Print the manual page, for a package
+    #[arg(long, hide = true)]
+    #[serde(skip)]
+    pub(crate) manual_page: bool,
 
     /// Run on the built-in fake rig, engage at once, and show a live status line
     #[arg(long)]
@@ -65,6 +71,21 @@ pub(crate) struct Options {
     /// nothing else [default: none]
     #[arg(long, value_name = "PATH")]
     pub(super) watch_socket: Option<PathBuf>,
+
+    /// Serve metrics for Prometheus (OpenMetrics, at /metrics) on an address of this machine, as in
+    /// 127.0.0.1:9664 [default: none]
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub(super) metrics: Option<SocketAddr>,
+
+    /// Let --metrics name an address that other machines can reach. Whoever can reach it may read
+    /// the metrics; nobody can change anything there [default: false]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    pub(super) metrics_beyond_this_machine: Option<bool>,
+
+    /// Write the metrics into a file every 5 s, for the textfile collector of node_exporter
+    /// [default: none]
+    #[arg(long, value_name = "FILE")]
+    pub(super) metrics_file: Option<PathBuf>,
 
     /// Rate of the loop, Hz, from 100 to 20000 [default: 1000]
     #[arg(long, value_name = "HZ", allow_hyphen_values = true)]
@@ -319,7 +340,7 @@ impl Options {
     /// These options, completed by those of the file.
     pub(super) fn or(mut self, file: Self) -> Self {
         fall_back!(self, file:
-                device, socket, socket_group, watch_socket, rate, cpu, policy, priority, spin_us,
+                device, socket, socket_group, watch_socket, metrics, metrics_beyond_this_machine, metrics_file, rate, cpu, policy, priority, spin_us,
                 keep_cpus_awake, late_policy, scene, scene_dir, state_dir, uncommissioned, allow_no_watchdog,
                 scheme, velocity, force_limit_n, slew_limit_n_per_s, speed_limit_mps, acceleration_limit_mps2,
                 passivity_control_n, ramp_ms, stale_ms, control_timeout_ms, stop_button, enable_button, hand,

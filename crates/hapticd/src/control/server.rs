@@ -3,7 +3,7 @@
 use crate::control::RigHandle;
 use crate::control::peer::{UserNames, peer_of};
 use crate::control::session::{self, MOST_CLIENTS};
-use crate::control::socket::{Access, Group, Socket, SocketError};
+use crate::control::socket::{Access, Group, Passed, Socket, SocketError};
 use haptic_ipc::{ErrorCode, Problem, Rights, WireError};
 use rustix::net::SendFlags;
 use serde_json::json;
@@ -28,9 +28,9 @@ struct Listener {
 }
 
 impl Listener {
-    fn bind(path: &Path, access: Access, rights: Rights) -> Result<Self, SocketError> {
+    fn bind(path: &Path, access: Access, rights: Rights, passed: &mut Passed) -> Result<Self, SocketError> {
         Ok(Self {
-            socket: Socket::bind(path, access)?,
+            socket: Socket::bind(path, access, passed)?,
             rights,
             clients: Rc::default(),
         })
@@ -49,14 +49,18 @@ pub(crate) struct Server {
 
 impl Server {
     /// Binds the control socket, which `group` may use too, and the watchers' socket if it has a
-    /// path.
+    /// path. Sockets that the service manager passed are taken instead.
     pub(crate) fn bind(control: &Path, group: Option<Group>, watch: Option<&Path>) -> Result<Self, SocketError> {
         let access = group.map_or(Access::Owner, Access::Group);
-        let control = Listener::bind(control, access, Rights::All)?;
-        let watch = watch.map(|path| Listener::bind(path, Access::Watchers, Rights::Watch));
+        let mut passed = Passed::of_process()?;
+        let control = Listener::bind(control, access, Rights::All, &mut passed)?;
+        let watch = watch
+            .map(|path| Listener::bind(path, Access::Watchers, Rights::Watch, &mut passed))
+            .transpose()?;
+        passed.all_taken()?;
         Ok(Self {
             control,
-            watch: watch.transpose()?,
+            watch,
             sessions: Cell::new(0),
             names: Rc::default(),
         })

@@ -7,7 +7,8 @@
 //! | `--watch-socket` | 0755 | 0666 | everybody who can reach it |
 //!
 //! An existing directory is not changed. The control socket also asks the kernel who each client
-//! is, so a widened mode admits nobody.
+//! is, so a widened mode admits nobody. A socket that the service manager passes (socket activation) is taken as it is, and
+//! stays when the daemon ends.
 
 use crate::control::peer::is_member;
 use haptic_ipc::Problem;
@@ -18,6 +19,7 @@ use rustix::process::{geteuid, umask};
 use std::fs::{DirBuilder, File, Permissions, set_permissions};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt, OpenOptionsExt, PermissionsExt, lchown};
+use std::os::unix::net::UnixListener as StdListener;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 use tokio::net::{UnixListener, UnixStream};
@@ -45,6 +47,43 @@ pub(crate) enum SocketError {
         group: String,
         source: io::Error,
     },
+    #[error(
+        "the service manager passed {0}, which is none of the daemon's sockets: let --socket or --watch-socket name the path of its ListenStream="
+    )]
+    Foreign(String),
+}
+
+/// The listening sockets that the service manager passed.
+#[derive(Debug, Default)]
+pub(crate) struct Passed(Vec<StdListener>);
+
+impl Passed {
+    /// Those of this process.
+    ///
+    /// # Errors
+    /// One is not a listening Unix stream socket.
+    pub(crate) fn of_process() -> Result<Self, SocketError> {
+        let mut sockets = listenfd::ListenFd::from_env();
+        let foreign = |error: io::Error| SocketError::Foreign(format!("a file ({error})"));
+        let listeners = (0..sockets.len()).map(|index| sockets.take_unix_listener(index).map_err(foreign));
+        let listeners: Result<Vec<_>, _> = listeners.collect();
+        Ok(Self(listeners?.into_iter().flatten().collect()))
+    }
+
+    /// The one at a path.
+    fn take(&mut self, path: &Path) -> Option<StdListener> {
+        let at_path = |listener: &StdListener| listener.local_addr().is_ok_and(|at| at.as_pathname() == Some(path));
+        self.0.iter().position(at_path).map(|index| self.0.swap_remove(index))
+    }
+
+    /// # Errors
+    /// One was not taken: nobody would serve its clients.
+    pub(crate) fn all_taken(self) -> Result<(), SocketError> {
+        match self.0.first() {
+            None => Ok(()),
+            Some(left) => Err(SocketError::Foreign(format!("{:?}", left.local_addr()))),
+        }
+    }
 }
 
 /// A group of users.
@@ -149,18 +188,19 @@ impl Access {
     }
 }
 
-/// A listening socket; its file is removed when it is dropped.
+/// A listening socket. When it is dropped its file is removed, unless the service manager made it.
 #[derive(Debug)]
 pub(crate) struct Socket {
     pub(super) listener: UnixListener,
     pub(super) access: Access,
     path: PathBuf,
+    is_passed: bool,
     lock: Lock,
 }
 
 impl Socket {
-    /// Binds the socket. A stale one, left behind by a daemon that is gone, is replaced.
-    pub(crate) fn bind(path: &Path, access: Access) -> Result<Self, SocketError> {
+    /// Binds the socket, or takes it if it was passed. A stale one, left behind by a daemon that is gone, is replaced.
+    pub(crate) fn bind(path: &Path, access: Access, passed: &mut Passed) -> Result<Self, SocketError> {
         let option = access.option();
         let failed = |source| SocketError::Io {
             path: path.to_path_buf(),
@@ -177,6 +217,16 @@ impl Socket {
             access.share(directory, directory_mode)?;
         }
         let lock = Lock::take(path).map_err(failed)?.ok_or_else(in_use)?;
+        if let Some(listener) = passed.take(path) {
+            listener.set_nonblocking(true).map_err(failed)?;
+            return Ok(Self {
+                listener: UnixListener::from_std(listener).map_err(failed)?,
+                access,
+                path: path.to_path_buf(),
+                is_passed: true,
+                lock,
+            });
+        }
         match std::fs::symlink_metadata(path) {
             Ok(found) if !found.file_type().is_socket() => {
                 return Err(SocketError::NotASocket {
@@ -202,6 +252,7 @@ impl Socket {
             listener: bound.map_err(failed)?,
             access,
             path: path.to_path_buf(),
+            is_passed: false,
             lock,
         };
         socket.access.share(path, socket_mode)?;
@@ -244,7 +295,9 @@ impl Socket {
 impl Drop for Socket {
     fn drop(&mut self) {
         // Both files are this daemon's own: the lock is still held.
-        drop(std::fs::remove_file(&self.path));
+        if !self.is_passed {
+            drop(std::fs::remove_file(&self.path));
+        }
         drop(std::fs::remove_file(&self.lock.path));
     }
 }

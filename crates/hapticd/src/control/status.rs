@@ -5,47 +5,56 @@ use haptic_ipc::{DeviceStatus, Status};
 
 pub(super) async fn status(rig: &RigHandle) -> Status {
     let engage_refused = admission::problems(rig).await;
-    let (newest, uptime_s, link) = {
-        let feed = rig.feed();
-        (feed.newest().copied(), feed.uptime_s(), feed.link())
-    };
-    let scheduled = rig.schedule_status();
-    let facts = &rig.facts;
-    let (force_limit_n, force_limit_by) = facts.force_limit();
-    let (undo_depth, redo_depth) = rig.history().depth();
-    Status {
-        server: facts.server.clone(),
-        state: rig.state(),
-        fault: newest.and_then(|record| record.fault).map(|fault| fault.to_string()),
-        tick: newest.map_or(0, |record| record.tick),
-        uptime_s,
-        rate_hz: 1.0 / facts.period_s(),
-        scheme: facts.scheme.to_string(),
-        velocity_estimator: facts.servo.velocity.to_string(),
-        revision: rig.revision(),
-        scene: rig.scene().name.clone(),
-        library_scene: rig.history().library_scene(),
-        scheduled,
-        command_force_n: newest.map_or(0.0, |record| record.command_force),
-        energy_excess_j: newest.map_or(0.0, |record| record.energy_excess),
-        device_position_m: newest.map_or(0.0, |record| record.device_position),
-        undo_depth,
-        redo_depth,
-        clients: rig.clients().get(),
-        leases: rig.leases().count(),
-        commissioning: sole_use::by(rig),
-        device: DeviceStatus {
-            engage_refused,
-            description: facts.device.clone(),
-            force_limit_n,
-            force_limit_by,
-            samples_forgotten: rig.samples_forgotten(),
-            slew_limit_n_per_s: facts.servo.limits.slew_n_per_s,
-            speed_limit_mps: facts.servo.limits.speed_mps,
-            acceleration_limit_mps2: facts.servo.limits.acceleration_mps2,
-            rig_friction: Some(rig_friction::status(rig)),
-            link,
-        },
-        real_time: facts.real_time(),
+    let mut status = rig.status_without_admission();
+    status.device.engage_refused = engage_refused;
+    status
+}
+
+impl RigHandle {
+    /// The status, but for what keeps the rig from being engaged: that waits for files.
+    pub(crate) fn status_without_admission(&self) -> Status {
+        let (newest, uptime_s, link) = {
+            let feed = self.feed();
+            (feed.newest().copied(), feed.uptime_s(), feed.link())
+        };
+        let scheduled = self.schedule_status();
+        let facts = &self.facts;
+        let (force_limit_n, force_limit_by) = facts.force_limit();
+        let (undo_depth, redo_depth) = self.history().depth();
+        Status {
+            server: facts.server.clone(),
+            state: self.state(),
+            fault: newest.and_then(|record| record.fault).map(|fault| fault.to_string()),
+            tick: newest.map_or(0, |record| record.tick),
+            uptime_s,
+            rate_hz: 1.0 / facts.period_s(),
+            scheme: facts.scheme.to_string(),
+            velocity_estimator: facts.servo.velocity.to_string(),
+            revision: self.revision(),
+            scene: self.scene().name.clone(),
+            library_scene: self.history().library_scene(),
+            scheduled,
+            command_force_n: newest.map_or(0.0, |record| record.command_force),
+            energy_excess_j: newest.map_or(0.0, |record| record.energy_excess),
+            device_position_m: newest.map_or(0.0, |record| record.device_position),
+            undo_depth,
+            redo_depth,
+            clients: self.clients().get(),
+            leases: self.leases().count(),
+            commissioning: sole_use::by(self),
+            device: DeviceStatus {
+                engage_refused: Vec::new(),
+                description: facts.device.clone(),
+                force_limit_n,
+                force_limit_by,
+                samples_forgotten: self.samples_forgotten(),
+                slew_limit_n_per_s: facts.servo.limits.slew_n_per_s,
+                speed_limit_mps: facts.servo.limits.speed_mps,
+                acceleration_limit_mps2: facts.servo.limits.acceleration_mps2,
+                rig_friction: Some(rig_friction::status(self)),
+                link,
+            },
+            real_time: facts.real_time(),
+        }
     }
 }

@@ -27,3 +27,5 @@ mod stall_tests;
 pub(crate) mod thread;
 pub(crate) mod thread_settings;
 pub(crate) mod tick;
+#[cfg(all(test, target_arch = "x86_64", target_os = "linux", not(miri)))]
+mod tick_budget_tests;

@@ -414,7 +414,7 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
     let began = Instant::now();
     // The control side, as busy as it gets: the next scene as soon as one is rendered, and the next
     // command as soon as one is answered.
-    let (mut revision, mut serial, mut newest) = (1, 0, None);
+    let (mut revision, mut serial, mut stops, mut newest) = (1, 0, 0, None);
     let mut ticks = TickCounts::default();
     let commands = [Command::Reset, Command::Engage, Command::Engage, Command::Release];
     while newest.is_none_or(|record: TickRecord| record.tick < watch_until + 10) {
@@ -434,14 +434,16 @@ fn watch(rig: Box<dyn Device>, on_a_link: bool, seconds: u64) {
             });
             // A lease that has lapsed lets the force out; most of the time there is none.
             shared.lease_until(if revision % 50 < 3 { 0 } else { u64::MAX });
-            // Now and then one that is replaced before it is taken, and one stop for every few scenes.
+            // Now and then one that is replaced before it is taken.
             if revision % 7 == 0 {
                 revision += 1;
                 shared.scenes.post(compiled(&scenes[0], revision));
             }
-            if revision % 41 == 0 {
-                shared.stop();
-            }
+        }
+        // By ticks, not by scenes, of which few come in on a busy machine.
+        if newest.is_some_and(|record| record.tick / 150 > stops) {
+            stops += 1;
+            shared.stop();
         }
         // A command every few ticks, so that force flows in between.
         let due = newest.is_some_and(|record| record.tick / 16 > u64::from(serial));

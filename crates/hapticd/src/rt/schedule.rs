@@ -80,17 +80,17 @@ impl ScheduleSender {
 impl ScheduleReceiver {
     /// Whether a tick has anything to do here.
     #[inline]
-    pub(crate) fn is_due(&self, tick: u64, is_halted: bool) -> bool {
+    pub(crate) fn is_due(&self, tick: u64, is_halted: impl FnOnce() -> bool) -> bool {
         self.coming
             .peek()
-            .is_ok_and(|next| next.at_tick <= tick || is_halted || next.claim.fate() != Fate::Open)
+            .is_ok_and(|next| next.at_tick <= tick || is_halted() || next.claim.fate() != Fate::Open)
     }
 
     /// The scene that a tick renders first. Hands back what was taken back meanwhile; all of it, if the
     /// rig is halted or the first change came after its tick: the later ones build on it.
     pub(crate) fn take_due(&mut self, tick: u64, mut is_halted: bool) -> Option<Box<CompiledScene>> {
         let mut reason = Fate::Halted;
-        while self.is_due(tick, is_halted) {
+        while self.is_due(tick, || is_halted) {
             let Ok(mut next) = self.coming.pop() else { break };
             if next.at_tick < tick && !is_halted && next.claim.fate() == Fate::Open {
                 (is_halted, reason) = (true, Fate::Missed);
@@ -211,7 +211,7 @@ mod tests {
         });
         let mut claims = Vec::new();
         let mut taken_back = Vec::new();
-        for tick in from_loop.iter() {
+        for tick in &from_loop {
             if tick < rounds {
                 assert!(sender.room() > 0);
                 claims.extend(sent(&mut sender, &[tick + 3]).pop().map(|claim| (tick + 3, claim)));

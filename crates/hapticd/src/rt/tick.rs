@@ -16,6 +16,7 @@ use haptic_core::servo::{
     Command, CompiledScene, Event, Events, InputWord, Inputs, OFF_TIMEOUT_NS, Outputs, Servo, Transition,
 };
 use haptic_ipc::RigState;
+use std::mem::replace;
 use std::sync::Arc;
 
 /// A stop whose zero force the device has not confirmed yet.
@@ -27,6 +28,27 @@ struct PendingStop {
     began_ns: u64,
     /// When the zero force was taken by the link, ns.
     written_ns: Option<u64>,
+}
+
+/// What a device says of itself, asked for once a connection.
+#[derive(Clone, Copy, Debug)]
+struct DeviceFacts {
+    connection: u64,
+    resolution_m: f64,
+    force_limit_n: f64,
+    is_linked: bool,
+}
+
+impl DeviceFacts {
+    #[cold]
+    fn of(device: &(impl Device + ?Sized)) -> Self {
+        Self {
+            connection: device.connection(),
+            resolution_m: device.resolution_m(),
+            force_limit_n: device.force_limit_n(),
+            is_linked: device.is_linked(),
+        }
+    }
 }
 
 /// All that the loop owns.
@@ -48,10 +70,11 @@ pub(crate) struct Tick<D: Device + ?Sized> {
     stops_seen: u64,
     pending_stop: Option<PendingStop>,
     last_command_word: u64,
-    /// When the newest sample was read.
-    last_read_ns: Option<u64>,
+    /// When the newest sample was read, ns; before the first tick the largest number, to which no time has passed.
+    last_read_ns: u64,
     /// Time that the machine had slept in all when the tick before began, ns.
     asleep_ns: u64,
+    device_facts: DeviceFacts,
     device: Box<D>,
 }
 
@@ -79,8 +102,9 @@ impl<D: Device + ?Sized> Tick<D> {
             stops_seen: 0,
             pending_stop: None,
             last_command_word: 0,
-            last_read_ns: None,
+            last_read_ns: u64::MAX,
             asleep_ns: 0,
+            device_facts: DeviceFacts::of(&*device),
             device,
         }
     }
@@ -104,37 +128,27 @@ impl<D: Device + ?Sized> Tick<D> {
         let scene = self.new_scene();
         let new_scene = scene.is_some();
         let word = self.new_command();
-        // The time, if the device has a link whose time is of interest: reading the clock costs more
-        // than the physics of a simple scene.
-        let is_linked = self.device.is_linked();
-        let link_time_ns = || if is_linked { now_ns() } else { 0 };
-        let sample = self.device.read(wake.began_ns);
-        let read_ns = link_time_ns();
-        // A tick that is held up between its beginning and the reading has a sample that was taken meanwhile: by the
-        // beginning, the device's clock would seem to have leapt ahead.
-        let sampled_ns = wake.began_ns.max(read_ns);
-        let inputs = Inputs {
-            elapsed_ns: self
-                .last_read_ns
-                .replace(sampled_ns)
-                .map_or(0, |last_ns| sampled_ns.saturating_sub(last_ns)),
-            sample,
-            device_resolution_m: self.device.resolution_m(),
-            device_force_limit_n: self.device.force_limit_n(),
-            events,
-            command: word.and_then(|word| self.permitted(word, stops)),
-        };
+        let is_quiet = events.is_empty() && !new_scene && word.is_none();
+        let (inputs, read_ns) = self.read(wake, events, word, stops);
+        let is_linked = self.device_facts.is_linked;
         let outputs = self.servo.step(&inputs, scene);
-        let computed_ns = link_time_ns();
+        let computed_ns = if is_linked { now_ns() } else { 0 };
         let written = self.device.write(outputs.force_n, outputs.enabled);
-        let is_motion = self.servo.scene().renderer.is_motion();
-        let mut input_word = InputWord::new(&inputs, new_scene).with_motion(is_motion);
+        // A predicted branch costs less than the bits of what hardly ever happens.
+        let mut input_word = if is_quiet {
+            InputWord::of_reading(&inputs)
+        } else {
+            InputWord::new(&inputs, new_scene)
+        };
+        if self.servo.scene().renderer.is_motion() {
+            input_word = input_word.with_motion();
+        }
         if written.is_err() {
             self.servo.disconnect();
             input_word = input_word.with_write_failed();
         }
         let ended_ns = now_ns();
-        let sample = inputs.sample.unwrap_or(Measurement::new(0, 0, 0.0));
+        let sample = inputs.sample.unwrap_or_else(|_| no_sample());
         self.outbox.push(|| TickRecord {
             tick: self.tick,
             deadline_ns: wake.deadline_ns,
@@ -165,10 +179,40 @@ impl<D: Device + ?Sized> Tick<D> {
             fault: self.servo.fault(),
         });
         // The answers come last, so that whoever has one also finds the tick's record.
-        self.answer(new_scene, word, &inputs, &outputs);
-        self.answer_stop(written, wake.began_ns, ended_ns);
+        self.answer_rarely_changing();
+        if !is_quiet {
+            self.answer(new_scene, word, &inputs, &outputs);
+        }
+        if self.pending_stop.is_some() {
+            self.answer_stop(written, wake.began_ns, ended_ns);
+        }
         self.tick += 1;
         ended_ns
+    }
+
+    /// What the step is made from, once the device has been read, and when that was, ns; 0 without a link.
+    #[inline(always)]
+    fn read(&mut self, wake: Wake, events: Events, word: Option<CommandWord>, stops: u64) -> (Inputs, u64) {
+        let sample = self.device.read(wake.began_ns);
+        if self.device.connection() != self.device_facts.connection {
+            self.device_facts = DeviceFacts::of(&*self.device);
+        }
+        // The time, if the device has a link whose time is of interest: reading the clock costs more
+        // than the physics of a simple scene.
+        let read_ns = if self.device_facts.is_linked { now_ns() } else { 0 };
+        // A tick that is held up between its beginning and the reading has a sample that was taken meanwhile: by the
+        // beginning, the device's clock would seem to have leapt ahead.
+        let sampled_ns = wake.began_ns.max(read_ns);
+        let inputs = Inputs {
+            elapsed_ns: sampled_ns.saturating_sub(replace(&mut self.last_read_ns, sampled_ns)),
+            sample,
+            device_resolution_m: self.device_facts.resolution_m,
+            device_force_limit_n: self.device_facts.force_limit_n,
+            events,
+            // Asked after the reading, which may have brought another device.
+            command: word.and_then(|word| self.permitted(word, stops)),
+        };
+        (inputs, read_ns)
     }
 
     /// What happened since the tick before.
@@ -184,8 +228,9 @@ impl<D: Device + ?Sized> Tick<D> {
                 written_ns: None,
             });
         }
-        let slept_ns = wake.asleep_ns.saturating_sub(self.asleep_ns);
-        self.asleep_ns = wake.asleep_ns;
+        let slept_ns = wake
+            .asleep_ns
+            .saturating_sub(replace(&mut self.asleep_ns, wake.asleep_ns));
         let too_late = if self.servo.state().is_live() && !stop {
             self.lateness.is_too_late(now_ns, missed_periods)
         } else {
@@ -196,19 +241,21 @@ impl<D: Device + ?Sized> Tick<D> {
         let lease_lapsed = self.shared.has_lapsed(now_ns);
         let control_lost = self.shared.silent_ns(now_ns) > self.control_timeout_ns;
         // A predicted branch costs less than the bits of what hardly ever happens.
-        if !(stop || slept || too_late || lease_lapsed || control_lost) {
-            return Events::default();
+        if stop || slept || too_late || lease_lapsed || control_lost {
+            return happened([
+                (Event::Stop, stop),
+                (Event::Slept, slept),
+                (Event::TooLate, too_late),
+                (Event::LeaseLapsed, lease_lapsed),
+                (Event::ControlLost, control_lost),
+            ]);
         }
         Events::default()
-            .and(Event::Stop, stop)
-            .and(Event::Slept, slept)
-            .and(Event::TooLate, too_late)
-            .and(Event::LeaseLapsed, lease_lapsed)
-            .and(Event::ControlLost, control_lost)
     }
 
     /// Goes on with another device, as if it had been unplugged and another plugged in.
     pub(crate) fn replace_device(&mut self, device: Box<D>) {
+        self.device_facts = DeviceFacts::of(&*device);
         self.device = device;
         self.servo.forget_device();
     }
@@ -240,14 +287,23 @@ impl<D: Device + ?Sized> Tick<D> {
             }
         }
         let is_posted = self.shared.scenes.has_new(self.scenes_seen);
-        let is_halted = self.is_halted();
         let is_scheduled = self
             .schedule
             .as_ref()
-            .is_some_and(|schedule| schedule.is_due(self.tick, is_halted));
-        if !(is_posted || is_scheduled) || !self.outbox.has_room_for_scenes(3) {
+            .is_some_and(|schedule| schedule.is_due(self.tick, || self.is_halted()));
+        if is_posted || is_scheduled {
+            return self.take_scene();
+        }
+        None
+    }
+
+    /// The scene that is there, if those that it replaces find room.
+    #[inline(never)]
+    fn take_scene(&mut self) -> Option<Box<CompiledScene>> {
+        if !self.outbox.has_room_for_scenes(3) {
             return None;
         }
+        let is_halted = self.is_halted();
         let posted = self.shared.scenes.take_new(&mut self.scenes_seen);
         let scheduled = self
             .schedule
@@ -274,6 +330,11 @@ impl<D: Device + ?Sized> Tick<D> {
         if word == self.last_command_word {
             return None;
         }
+        self.take_command(word)
+    }
+
+    #[inline(never)]
+    fn take_command(&mut self, word: u64) -> Option<CommandWord> {
         self.last_command_word = word;
         // Also that of a command which was withdrawn: it must not fill the queue.
         if let Some(setup) = self.rig_setups.as_mut().and_then(SetupReceiver::newest) {
@@ -300,6 +361,7 @@ impl<D: Device + ?Sized> Tick<D> {
 
     /// Confirms a stop once the device reports its motor off; one that does not report its motor,
     /// once it has taken the zero force. Without a device nobody waits, and nobody waits for ever.
+    #[inline(never)]
     fn answer_stop(&mut self, written: Result<Written, DeviceError>, began_ns: u64, now_ns: u64) {
         let Some(pending) = &mut self.pending_stop else {
             return;
@@ -325,12 +387,18 @@ impl<D: Device + ?Sized> Tick<D> {
         self.pending_stop = None;
     }
 
-    fn answer(&mut self, new_scene: bool, word: Option<CommandWord>, inputs: &Inputs, outputs: &Outputs) {
+    fn answer_rarely_changing(&self) {
         let answers = &self.shared.answers;
         if let Transition::Steps(steps) = &self.servo.scene().transition {
             answers.set_ramp_step(steps.taken());
         }
         answers.set_samples_forgotten(self.servo.samples_forgotten());
+    }
+
+    /// Answers what came in this tick.
+    #[inline(never)]
+    fn answer(&self, new_scene: bool, word: Option<CommandWord>, inputs: &Inputs, outputs: &Outputs) {
+        let answers = &self.shared.answers;
         if new_scene {
             answers.scene_applied(self.servo.scene().revision, self.tick);
         }
@@ -343,6 +411,20 @@ impl<D: Device + ?Sized> Tick<D> {
             answers.command_done(word.serial, outcome);
         }
     }
+}
+
+/// Events of which at least one happened.
+#[cold]
+fn happened(events: [(Event, bool); 5]) -> Events {
+    events
+        .into_iter()
+        .fold(Events::default(), |all, (event, happened)| all.and(event, happened))
+}
+
+/// What a record holds where the device could not be read.
+#[cold]
+fn no_sample() -> Measurement {
+    Measurement::new(0, 0, 0.0)
 }
 
 #[cfg(test)]

@@ -43,5 +43,5 @@ const MARKS: &str = "/hapticd/marks";
 /// Length of a message record's header: channel, sequence, two times.
 const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
 
-/// Schema of the marks.
-pub(super) const MARK_SCHEMA: &str = include_str!("mark.schema.json");
+/// JSON Schema of a [`Mark`].
+pub const MARK_SCHEMA: &str = include_str!("mark.schema.json");

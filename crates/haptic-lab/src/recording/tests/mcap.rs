@@ -176,53 +176,6 @@ fn what_is_damaged_is_refused_by_its_place() {
     assert!(error.contains("a record of 72057594037927936 bytes"), "{error}");
 }
 
-#[test]
-fn the_schema_of_the_marks_is_that_of_the_marks() {
-    let schema = serde_json::from_str(super::super::mcap::MARK_SCHEMA).expect("JSON");
-    let schema = jsonschema::validator_for(&schema).expect("a schema");
-    let (tick, revision, name, law, params) = (1, 2, "s".into(), "karnopp".into(), haptic_ipc::params_of(&scene()));
-    let arrival = Some(Box::new(haptic_ipc::SceneArrival {
-        scene: scene(),
-        ramp: None,
-    }));
-    let (text, fault) = (String::from("text"), Some("fault".to_owned()));
-    for mark in [
-        Mark::Scene {
-            tick,
-            revision,
-            name,
-            law,
-            params,
-            arrival,
-        },
-        Mark::State {
-            tick,
-            state: RigState::Faulted,
-            fault,
-        },
-        Mark::Lost { rows: 1 },
-        Mark::Missed { tick, periods: 2 },
-        Mark::Marker {
-            tick,
-            text: text.clone(),
-        },
-        Mark::Link { tick, text },
-        Mark::End {
-            rows: 1,
-            lost: 2,
-            missed: 3,
-        },
-    ] {
-        let value = serde_json::to_value(&mark).expect("JSON");
-        assert!(schema.is_valid(&value), "{value}");
-        for (name, _) in value.as_object().expect("an object") {
-            let known = serde_json::from_str::<serde_json::Value>(super::super::mcap::MARK_SCHEMA).expect("JSON");
-            assert!(known["properties"].get(name).is_some(), "{name}");
-        }
-    }
-    assert!(!schema.is_valid(&serde_json::json!({ "mark": "weather" })));
-}
-
 /// Says to the test below that it is the process whose files have a limit.
 const LIMITED: &str = "HAPTICD_TEST_LIMITED_FILE";
 

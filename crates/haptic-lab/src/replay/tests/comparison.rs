@@ -143,7 +143,7 @@ fn a_pulse_or_an_excitation_is_not_compared_and_what_follows_is() {
             flags: row.input_flags,
             detail: 0,
         }
-        .with_motion(true)
+        .with_motion()
         .flags;
         row.block_position_m += 1e-3;
         row.command_force_n = 0.7;

@@ -35,6 +35,7 @@ impl RigHandle {
                     tick: Some(record.tick),
                     revision: record.revision,
                     message: Some(message),
+                    fault: record.fault.map(|fault| fault.code().to_owned()),
                     ..JournalEntry::of(op)
                 };
                 journal.enter(Completion::Done, entry);

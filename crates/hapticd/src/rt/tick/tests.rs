@@ -33,6 +33,7 @@ struct Scripted {
     motor: Motor,
     buttons: u8,
     force_limit_n: f64,
+    connection: u64,
     /// Of every command, whether the motor was to be enabled.
     enabled: Vec<bool>,
     /// Time that reading and writing takes, if a link lies between.
@@ -54,6 +55,10 @@ impl Device for Scripted {
 
     fn is_linked(&self) -> bool {
         self.link.is_some()
+    }
+
+    fn connection(&self) -> u64 {
+        self.connection
     }
 
     fn read(&mut self, _now_ns: u64) -> Result<Measurement, DeviceError> {
@@ -176,6 +181,7 @@ fn bench_with(settings: Settings, readings: impl IntoIterator<Item = Result<f64,
         motor: Motor::Unreported,
         buttons: 0,
         force_limit_n: f64::INFINITY,
+        connection: 1,
         enabled: Vec::new(),
         link: None,
     };

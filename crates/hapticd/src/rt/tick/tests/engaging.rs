@@ -171,6 +171,7 @@ fn the_motor_is_enabled_while_force_may_flow_and_never_else() {
 fn the_devices_own_force_limit_holds_and_a_motor_without_force_is_not_engaged() {
     let mut weak = bench(ramp());
     weak.tick.device.force_limit_n = 1.0;
+    weak.tick.device.connection += 1;
     weak.ticks(SETTLE);
     weak.engage();
     weak.ticks(300);
@@ -181,6 +182,7 @@ fn the_devices_own_force_limit_holds_and_a_motor_without_force_is_not_engaged() 
     );
     let mut none = bench(ramp());
     none.tick.device.force_limit_n = 0.0;
+    none.tick.device.connection += 1;
     none.ticks(SETTLE);
     assert!(none.command(Command::Engage).refused);
 }

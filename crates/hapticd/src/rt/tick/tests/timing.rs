@@ -12,6 +12,7 @@ fn a_record_has_its_number_and_the_time_that_the_link_took() {
     assert_eq!(first.device_round_trip_ns, 0, "no link");
     let takes = std::time::Duration::from_millis(2);
     bench.tick.device.link = Some(takes);
+    bench.tick.device.connection += 1;
     bench.clock_ns = now_ns();
     let record = bench.tick_after(0);
     let round_trip = std::time::Duration::from_nanos(record.device_round_trip_ns);

@@ -1,0 +1,102 @@
+//! Entries for the journal of systemd, in its own protocol: a datagram of lines `FIELD=value`
+//! (systemd.io/JOURNAL_NATIVE_PROTOCOL).
+//!
+//! A library would write from the thread that logs, or bring a subscriber with ten crates; here an entry goes through the same
+//! bounded queue and the same thread as a line on standard error.
+
+use std::fmt::Write;
+use std::os::unix::net::UnixDatagram;
+
+/// Where the journal listens.
+const SOCKET: &str = "/run/systemd/journal/socket";
+
+/// Message ids of the faults, by their codes; random numbers that stay for ever.
+const FAULTS: [(&str, &str); 13] = [
+    ("non_finite_force", "4132e051f8805854b6257864d2cf92b6"),
+    ("non_finite_position", "db91467b55925f7980d222b7058b7f27"),
+    ("too_fast", "c24a5fac5f8558ab867856dca20afa92"),
+    ("too_late", "81633f76dbd655c9a5aa23facea003b7"),
+    ("stale", "7f76a791895251f19f7c005b7fc3ec10"),
+    ("jump", "d690fb319b415a52a5fb20db56a58ad8"),
+    ("motor_off", "7440e7d6874958fa91c9eb34a0e32ff7"),
+    ("device", "809c5b3ed5745078a0ab80ed806b2f4f"),
+    ("device_clock", "612e76c8ad655ee1aab0ed83e2e3d566"),
+    ("stalled", "a4b3f8073e62507aaca8c871affe9bc7"),
+    ("control_lost", "38ffecccd496544e87ddef014bcb4086"),
+    ("stop_button", "866424ab51bf549696ebbb6475453709"),
+    ("still_enabled", "01f20b4fecc556ea98b8b2af5e7d4a83"),
+];
+
+/// Message ids of the other events, by their operations.
+const EVENTS: [(&str, &str); 7] = [
+    ("stop", "ea3655defd275b8483515d962788a55e"),
+    ("lease_lapsed", "50c173776bb95685ade6696de98de399"),
+    ("disconnected", "541cce63752d5b308652c048f4aa40a7"),
+    ("connected", "6e2d8541c8d454b996a4374b5f475516"),
+    ("engage", "248c1741ac985b6dbd0a8fcc7bc7d810"),
+    ("release", "5dcbc2acc7d0565f9d8790b43f314471"),
+    ("reset", "3a28d18f4f13503a97cf86ae6ba7aac7"),
+];
+
+/// Message id of any other event.
+const OTHER: &str = "acd976872dd7564fbe0d43b8dda0f269";
+
+/// A socket that leads to the journal.
+pub(super) fn connect() -> std::io::Result<UnixDatagram> {
+    let socket = UnixDatagram::unbound()?;
+    socket.connect(SOCKET)?;
+    Ok(socket)
+}
+
+/// The message id of an event: that of its fault, if it is one.
+pub(super) fn message_id(op: &str, fault: Option<&str>) -> &'static str {
+    let find = |table: &[(&str, &'static str)], name: &str| {
+        table.iter().find(|(listed, _)| *listed == name).map(|(_, id)| *id)
+    };
+    fault
+        .and_then(|code| find(&FAULTS, code))
+        .or_else(|| find(&EVENTS, op))
+        .unwrap_or(OTHER)
+}
+
+/// An entry. A value is one line: the lines of a message are joined.
+pub(super) fn entry(priority: u8, message: &str, fields: &[(&str, &str)]) -> String {
+    let mut text = format!("PRIORITY={priority}\nSYSLOG_IDENTIFIER=hapticd\n");
+    for (name, value) in [("MESSAGE", message)].iter().chain(fields) {
+        let value = value.trim_end().replace('\n', " | ");
+        writeln!(text, "{name}={value}").unwrap_or_default();
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn every_id_is_one_of_its_own_and_in_the_documents() {
+        let ids: Vec<&str> = FAULTS.iter().chain(&EVENTS).map(|(_, id)| *id).chain([OTHER]).collect();
+        assert_eq!(ids.iter().collect::<BTreeSet<_>>().len(), ids.len());
+        let documents = include_str!("../../../../docs/service.md");
+        for (name, id) in FAULTS.iter().chain(&EVENTS) {
+            assert!(id.len() == 32 && id.chars().all(|c| c.is_ascii_hexdigit()), "{id}");
+            assert!(
+                documents.contains(&format!("| `{name}` | `{id}` |")),
+                "docs/service.md lacks {name}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_entry_is_a_line_for_each_field_whatever_a_value_holds() {
+        let text = entry(
+            3,
+            "one\ntwo\n",
+            &[("HAPTICD_OP", "fault"), ("HAPTICD_BY", "a\nPRIORITY=0")],
+        );
+        let expected =
+            "PRIORITY=3\nSYSLOG_IDENTIFIER=hapticd\nMESSAGE=one | two\nHAPTICD_OP=fault\nHAPTICD_BY=a | PRIORITY=0\n";
+        assert_eq!(text, expected);
+    }
+}

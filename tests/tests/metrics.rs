@@ -1,0 +1,357 @@
+//! Metrics: what is scraped, what Prometheus makes of it, and the rules and the dashboard that rest on it.
+
+use crate::one_of_two;
+use haptic_ipc::{Request, RigState, StateReply};
+use serde_json::Value;
+use std::fs;
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use system_tests::{Daemon, PATIENCE, pause, pull_until, wait_for_state};
+
+const PACKAGED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging/monitoring");
+
+/// A daemon with metrics, and their address.
+fn daemon(more: &[&str]) -> (Daemon, SocketAddr) {
+    let daemon = Daemon::start(&[&["--metrics", "127.0.0.1:0", "--stale-ms", "500"], more].concat());
+    let said = daemon.said().iter().find_map(|line| line.split_once("http://"));
+    let (_, place) = said.unwrap_or_else(|| panic!("no address: {:?}", daemon.said()));
+    let (address, _) = place.split_once('/').expect("a path");
+    let address = address.parse().expect("an address");
+    (daemon, address)
+}
+
+/// Sends bytes and returns the whole answer: its head and its body.
+fn ask(address: SocketAddr, request: &[u8]) -> (String, String) {
+    let mut stream = TcpStream::connect(address).expect("it serves");
+    stream.write_all(request).expect("it reads");
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).expect("text");
+    let (head, body) = answer.split_once("\r\n\r\n").expect("a head");
+    (head.to_owned(), body.to_owned())
+}
+
+fn get(address: SocketAddr, path: &str) -> (String, String) {
+    ask(address, format!("GET {path} HTTP/1.1\r\nHost: rig\r\n\r\n").as_bytes())
+}
+
+fn scrape(address: SocketAddr) -> String {
+    let (head, body) = get(address, "/metrics");
+    assert!(head.starts_with("HTTP/1.1 200 OK"), "{head}");
+    body
+}
+
+/// The value of a series, as printed with its labels.
+fn value(scraped: &str, series: &str) -> f64 {
+    let line = scraped
+        .lines()
+        .find_map(|line| line.strip_prefix(series)?.strip_prefix(' '));
+    line.unwrap_or_else(|| panic!("no {series} in {scraped}"))
+        .parse()
+        .expect("a number")
+}
+
+#[test]
+fn a_scrape_tells_state_force_faults_stops_and_times() {
+    let (daemon, address) = daemon(&[]);
+    let mut client = daemon.client();
+    pull_until(&mut client, |status| status.command_force_n.abs() > 3.0);
+    let engaged = scrape(address);
+    assert_eq!(value(&engaged, "hapticd_state{state=\"engaged\"}"), 1.0);
+    assert_eq!(value(&engaged, "hapticd_state{state=\"idle\"}"), 0.0);
+    assert_eq!(value(&engaged, "hapticd_force_limit_newtons"), 20.0);
+    assert_eq!(value(&engaged, "hapticd_clients"), 1.0);
+    let _: StateReply = client.request(Request::Stop {}).expect("a stop");
+    wait_for_state(&mut client, RigState::Stopped);
+    let stopped = scrape(address);
+    assert_eq!(value(&stopped, "hapticd_state{state=\"stopped\"}"), 1.0);
+    assert_eq!(value(&stopped, "hapticd_force_newtons"), 0.0);
+    assert_eq!(value(&stopped, "hapticd_stops_total{outcome=\"confirmed\"}"), 1.0);
+    let written_s = value(&stopped, "hapticd_stop_written_seconds{quantile=\"1\"}");
+    assert!(written_s > 0.0 && written_s < 10.0, "{written_s}");
+    // The last bucket holds all, and the buckets are those of `timing`.
+    for name in ["hapticd_wake_latency_seconds", "hapticd_tick_seconds"] {
+        let all = value(&stopped, &format!("{name}_bucket{{le=\"+Inf\"}}"));
+        assert!(
+            all > 100.0 && all == value(&stopped, &format!("{name}_count")),
+            "{name} {all}"
+        );
+        let mean_s = value(&stopped, &format!("{name}_sum")) / all;
+        assert!(mean_s > 1e-7 && mean_s < 1.0, "{name} {mean_s}");
+    }
+    assert!(value(&stopped, "hapticd_ticks_total") > value(&engaged, "hapticd_ticks_total"));
+    // A Prometheus asks for OpenMetrics, which marks its end.
+    let asked = b"GET /metrics HTTP/1.1\r\nAccept: application/openmetrics-text;version=1.0.0,*/*;q=0.1\r\n\r\n";
+    let (head, body) = ask(address, asked);
+    assert!(head.contains("application/openmetrics-text") && body.ends_with("# EOF\n"), "{head}");
+}
+
+#[test]
+fn a_fault_is_counted_by_its_code() {
+    // A hand faster than the limit.
+    let (daemon, address) = daemon(&["--hand", "sine", "--speed-limit-mps", "0.01"]);
+    let mut client = daemon.client();
+    drop(client.request::<StateReply>(Request::Engage {}));
+    wait_for_state(&mut client, RigState::Faulted);
+    assert_eq!(value(&scrape(address), "hapticd_faults_total{code=\"too_fast\"}"), 1.0);
+}
+
+#[test]
+fn what_is_no_request_for_metrics_is_answered_or_dropped_and_holds_nobody_up() {
+    let (daemon, address) = daemon(&[]);
+    assert!(get(address, "/").0.starts_with("HTTP/1.1 404"));
+    assert!(
+        ask(address, b"POST /metrics HTTP/1.1\r\n\r\n")
+            .0
+            .starts_with("HTTP/1.1 405")
+    );
+    // More connections that say nothing than it has places: they are closed after 2 s.
+    let silent: Vec<TcpStream> = (0..12)
+        .map(|_| TcpStream::connect(address).expect("it serves"))
+        .collect();
+    let mut client = daemon.client();
+    let _: StateReply = client.request(Request::Stop {}).expect("a stop is heard meanwhile");
+    for mut stream in silent {
+        stream.set_read_timeout(Some(PATIENCE)).expect("a socket");
+        // Its end, or a reset, but no wait without end.
+        drop(stream.read(&mut [0; 1]));
+    }
+    let began = Instant::now();
+    while !get_status(address).starts_with("HTTP/1.1 200") {
+        assert!(began.elapsed() < PATIENCE);
+        pause();
+    }
+}
+
+fn get_status(address: SocketAddr) -> String {
+    let Ok(mut stream) = TcpStream::connect(address) else {
+        return String::new();
+    };
+    drop(stream.write_all(b"GET /metrics HTTP/1.1\r\n\r\n"));
+    let mut answer = String::new();
+    drop(stream.read_to_string(&mut answer));
+    answer
+}
+
+#[test]
+fn the_file_for_node_exporter_is_whole_readable_and_kept_up_to_date() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("hapticd.prom");
+    let daemon = Daemon::start(&["--metrics-file", path.to_str().expect("a plain path")]);
+    let read_when = |what: &str, holds: &dyn Fn(&str) -> bool| {
+        let began = Instant::now();
+        loop {
+            let text = fs::read_to_string(&path).unwrap_or_default();
+            if holds(&text) {
+                return text;
+            }
+            assert!(began.elapsed() < PATIENCE, "{what}: {text}");
+            pause();
+        }
+    };
+    let first = read_when("it is written", &|text| !text.is_empty());
+    assert!(first.ends_with('\n') && first.contains("hapticd_scene_changes"), "whole from the first: {first}");
+    let ticks = value(&first, "hapticd_ticks_total");
+    read_when("it is written again", &|text| {
+        value(text, "hapticd_ticks_total") > ticks
+    });
+    assert_eq!(
+        fs::read_dir(directory.path()).expect("a directory").count(),
+        1,
+        "nothing else is left there"
+    );
+    drop(daemon);
+}
+
+/// A program of Prometheus, if it is installed.
+fn program(name: &str) -> Option<Command> {
+    let asked = Command::new(name)
+        .arg("--version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    if asked.is_ok() {
+        return Some(Command::new(name));
+    }
+    test_run::skip("prometheus", "Debian: apt install prometheus");
+    None
+}
+
+/// Gives a program of Prometheus a text to check.
+fn check(mut program: Command, arguments: &[&str], text: &str) -> String {
+    let mut child = program
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    child
+        .stdin
+        .take()
+        .expect("it is piped")
+        .write_all(text.as_bytes())
+        .expect("it reads");
+    let output = child.wait_with_output().expect("it ends");
+    let said = format!(
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert!(output.status.success(), "{said}");
+    said
+}
+
+/// Every query of the dashboard.
+fn queries() -> Vec<String> {
+    let text = fs::read_to_string(Path::new(PACKAGED).join("grafana-dashboard.json")).expect("it is packaged");
+    let dashboard: Value = serde_json::from_str(&text).expect("JSON");
+    let panels = dashboard["panels"].as_array().expect("panels");
+    let targets = panels
+        .iter()
+        .flat_map(|panel| panel["targets"].as_array().expect("targets"));
+    targets
+        .map(|target| target["expr"].as_str().expect("a query").replace("$rig", ".*"))
+        .collect()
+}
+
+#[test]
+fn promtool_has_nothing_to_say_and_rules_and_dashboard_name_only_what_is_scraped() {
+    let Some(promtool) = program("promtool") else { return };
+    let rig = system_tests::fake_rig::FakeRig::start(&[]);
+    let daemon = Daemon::start_on(&rig.address(), &["--metrics", "127.0.0.1:0", "--uncommissioned"]);
+    let mut client = daemon.client();
+    wait_for_state(&mut client, RigState::Idle);
+    let line = daemon
+        .said()
+        .iter()
+        .find_map(|line| line.split_once("http://"))
+        .expect("an address")
+        .1
+        .to_owned();
+    let address = line.split_once('/').expect("a path").0.parse().expect("an address");
+    let scraped = scrape(address);
+    assert_eq!(check(promtool, &["check", "metrics"], &scraped), "");
+
+    let alerts = Path::new(PACKAGED).join("alerts.yml");
+    check(
+        Command::new("promtool"),
+        &["check", "rules", alerts.to_str().expect("a plain path")],
+        "",
+    );
+    let directory = tempfile::tempdir().expect("a directory");
+    let rules = directory.path().join("dashboard.yml");
+    let mut text = "groups:\n- name: dashboard\n  rules:\n".to_owned();
+    for (number, query) in queries().iter().enumerate() {
+        text.push_str(&format!(
+            "  - record: panel:{number}\n    expr: {}\n",
+            serde_json::to_string(query).expect("text")
+        ));
+    }
+    fs::write(&rules, text).expect("written");
+    check(
+        Command::new("promtool"),
+        &["check", "rules", rules.to_str().expect("a plain path")],
+        "",
+    );
+
+    let alerts = fs::read_to_string(alerts).expect("it is packaged");
+    let named = |text: &str| -> Vec<String> {
+        let words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+        words
+            .filter(|word| word.starts_with("hapticd_"))
+            .map(str::to_owned)
+            .collect()
+    };
+    for metric in named(&format!("{alerts} {}", queries().join(" "))) {
+        // A counter of what has not happened yet has no series.
+        let family = metric.trim_end_matches("_bucket");
+        assert!(
+            scraped.contains(&format!("# TYPE {family} ")),
+            "{metric} is not scraped"
+        );
+    }
+}
+
+/// A Prometheus that scrapes, ended when dropped.
+struct Prometheus {
+    child: Child,
+    address: SocketAddr,
+    _directory: tempfile::TempDir,
+}
+
+impl Prometheus {
+    fn start(mut program: Command, target: SocketAddr) -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let configuration = directory.path().join("prometheus.yml");
+        let text = format!(
+            "global: {{ scrape_interval: 1s }}\nrule_files: [{PACKAGED}/alerts.yml]\nscrape_configs:\n\
+             - job_name: hapticd\n  static_configs: [{{ targets: ['{target}'] }}]\n"
+        );
+        fs::write(&configuration, text).expect("written");
+        // A port that was free a moment ago.
+        let free = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = free.local_addr().expect("it is bound");
+        drop(free);
+        let child = program
+            .arg(format!("--config.file={}", configuration.display()))
+            .arg(format!(
+                "--storage.tsdb.path={}",
+                directory.path().join("data").display()
+            ))
+            .arg(format!("--web.listen-address={address}"))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("it starts");
+        Self {
+            child,
+            address,
+            _directory: directory,
+        }
+    }
+
+    /// The results of a query, or nothing while it comes up.
+    fn query(&self, query: &str) -> Option<Vec<Value>> {
+        TcpStream::connect_timeout(&self.address, Duration::from_secs(1)).ok()?;
+        let escaped: String = query.bytes().map(|byte| format!("%{byte:02X}")).collect();
+        // Without keep-alive and without chunks, so that the end of the stream is the end of the body.
+        let request = format!("GET /api/v1/query?query={escaped} HTTP/1.0\r\n\r\n");
+        let (_, body) = ask(self.address, request.as_bytes());
+        let answer: Value = serde_json::from_str(&body).ok()?;
+        answer["data"]["result"].as_array().cloned()
+    }
+}
+
+impl Drop for Prometheus {
+    fn drop(&mut self) {
+        drop(self.child.kill());
+        drop(self.child.wait());
+    }
+}
+
+#[test]
+fn a_real_prometheus_sees_the_rig_and_alerts_when_it_faults() {
+    let _one = one_of_two();
+    let Some(program) = program("prometheus") else { return };
+    let (daemon, address) = daemon(&["--hand", "sine", "--speed-limit-mps", "0.01"]);
+    let prometheus = Prometheus::start(program, address);
+    let seen = |query: &str| {
+        let began = Instant::now();
+        loop {
+            if let Some(first) = prometheus.query(query).unwrap_or_default().first() {
+                return first.clone();
+            }
+            assert!(began.elapsed() < 3 * PATIENCE, "waited in vain for {query}");
+            pause();
+        }
+    };
+    assert_eq!(seen("hapticd_state{state=\"idle\"} == 1")["metric"]["job"], "hapticd");
+    seen("rate(hapticd_ticks_total[10s]) > 100");
+    let mut client = daemon.client();
+    drop(client.request::<StateReply>(Request::Engage {}));
+    wait_for_state(&mut client, RigState::Faulted);
+    seen("hapticd_faults_total{code=\"too_fast\"} == 1");
+}

@@ -1,0 +1,308 @@
+//! The Debian package: what it installs, starts, keeps and removes, on a machine of its own; and the manual pages in it.
+
+use crate::one_of_two;
+use haptic_ipc::{RigState, Status};
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::Command;
+use system_tests::pid1::Machine;
+use system_tests::{binary, package, pull_until, status, wait_for_state};
+
+const PACKAGING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging");
+
+/// Runs haptic-ctl on a machine as an ordinary user, in the group `haptic` or in none.
+fn ordinary_user(machine: &Machine, groups: &str, arguments: &[&str]) -> std::process::Output {
+    let identity = ["setpriv", "--reuid=nobody", "--regid=nogroup", groups, "haptic-ctl"];
+    machine.run(&[&identity, arguments].concat())
+}
+
+fn state_of(machine: &Machine, unit: &str) -> String {
+    let shown = machine.run_ok(&["systemctl", "show", "--property=ActiveState", "--value", unit]);
+    shown.trim().to_owned()
+}
+
+#[test]
+fn installed_the_first_client_starts_the_rig_and_systemctl_says_what_it_does() {
+    let _one = one_of_two();
+    let Some(machine) = Machine::boot("") else { return };
+    assert_eq!(state_of(&machine, "hapticd.socket"), "active");
+    assert_eq!(state_of(&machine, "hapticd.service"), "inactive");
+    assert_eq!(
+        machine.run_ok(&["systemctl", "is-enabled", "hapticd.socket"]).trim(),
+        "enabled"
+    );
+    // Exit code 4 of haptic-ctl: no permission; and nobody has started the daemon by that.
+    assert_eq!(
+        ordinary_user(&machine, "--clear-groups", &["status"]).status.code(),
+        Some(4)
+    );
+    assert_eq!(state_of(&machine, "hapticd.service"), "inactive");
+
+    let engaged = ordinary_user(&machine, "--groups=haptic", &["engage", "--wait"]);
+    assert!(
+        engaged.status.success(),
+        "{}{}",
+        String::from_utf8_lossy(&engaged.stderr),
+        machine.journal()
+    );
+    let shown = ordinary_user(&machine, "--groups=haptic", &["--json", "status"]);
+    let shown: Status = serde_json::from_slice(&shown.stdout).expect("a status");
+    assert_eq!(shown.state, RigState::Engaged);
+    machine.eventually("the state in words", || {
+        machine
+            .run_ok(&["systemctl", "status", "hapticd"])
+            .contains("Status: \"engaged")
+            .then_some(())
+    });
+    // The socket is the manager's, and outlives the daemon.
+    machine.run_ok(&["systemctl", "stop", "hapticd.service"]);
+    assert!(
+        ordinary_user(
+            &machine,
+            "--groups=haptic",
+            &["wait", "--until", "state=idle", "--timeout", "30s"]
+        )
+        .status
+        .success()
+    );
+    assert_eq!(state_of(&machine, "hapticd.service"), "active");
+}
+
+#[test]
+fn a_client_of_a_daemon_that_cannot_start_is_told_and_does_not_start_it_again_and_again() {
+    let _one = one_of_two();
+    let Some(machine) = Machine::boot("rate = 1") else {
+        return;
+    };
+    let asked = ordinary_user(&machine, "--groups=haptic", &["status"]);
+    assert!(
+        matches!(asked.status.code(), Some(3 | 5)),
+        "{asked:?} {}",
+        machine.journal()
+    );
+    machine.eventually("the end of it", || {
+        (state_of(&machine, "hapticd.service") == "failed").then_some(())
+    });
+    // Its one clear line, once.
+    assert_eq!(
+        machine.journal().matches("rate = 1 Hz").count(),
+        1,
+        "{}",
+        machine.journal()
+    );
+    assert_eq!(machine.property("NRestarts"), "0");
+}
+
+#[test]
+fn an_upgrade_lets_the_force_down_first_keeps_the_configuration_and_comes_back_idle() {
+    let _one = one_of_two();
+    let Some(machine) = Machine::boot("ramp-ms = 300\nstale-ms = 500") else {
+        return;
+    };
+    machine.run_ok(&["systemctl", "start", "hapticd"]);
+    let before = machine.daemon();
+    let mut client = machine.client();
+    pull_until(&mut client, |status| status.command_force_n.abs() > 3.0);
+    machine.run_ok(&["dpkg", "--no-triggers", "--install", "/root/hapticd.deb"]);
+    assert_ne!(machine.daemon(), before);
+    wait_for_state(&mut machine.client(), RigState::Idle);
+    let configuration = fs::read_to_string(machine.path("/etc/hapticd/hapticd.toml")).expect("it is kept");
+    assert!(configuration.contains("ramp-ms = 300"), "{configuration}");
+    // Released along its ramp, by the service manager's signal: neither killed nor faulted.
+    let journal = machine.journal();
+    for ended in ["SIGKILL", "status=", "fault"] {
+        assert!(!journal.contains(ended), "{journal}");
+    }
+}
+
+#[test]
+fn two_rigs_are_two_instances_and_one_knows_nothing_of_the_other() {
+    let _one = one_of_two();
+    let Some(machine) = Machine::boot("") else { return };
+    let shipped = fs::read_to_string(machine.path("/etc/hapticd/hapticd.toml")).expect("it was installed");
+    for rig in ["left", "right"] {
+        let path = machine.path(&format!("/etc/hapticd/hapticd@{rig}.toml"));
+        fs::write(path, &shipped).expect("written");
+        machine.run_ok(&["systemctl", "start", &format!("hapticd@{rig}.service")]);
+    }
+    let client = |rig: &str| {
+        let socket = machine.path(&format!("/run/hapticd@{rig}/control.sock"));
+        haptic_ipc::Client::connect(&socket).expect("it serves")
+    };
+    let (mut left, mut right) = (client("left"), client("right"));
+    pull_until(&mut left, |status| status.command_force_n.abs() > 3.0);
+    assert_eq!(status(&mut right).state, RigState::Idle);
+    machine.run_ok(&["systemctl", "stop", "hapticd@left.service"]);
+    assert_eq!(status(&mut right).state, RigState::Idle);
+    assert_eq!(state_of(&machine, "hapticd.service"), "inactive");
+}
+
+#[test]
+fn removed_and_purged_it_leaves_nothing() {
+    let _one = one_of_two();
+    let Some(machine) = Machine::boot("") else { return };
+    machine.run_ok(&["systemctl", "start", "hapticd"]);
+    machine.run_ok(&["haptic-ctl", "scene", "save", "mine"]);
+    machine.run_ok(&["dpkg", "--no-triggers", "--remove", "hapticd"]);
+    assert!(
+        machine.path("/etc/hapticd/hapticd.toml").exists(),
+        "configuration is kept until the purge"
+    );
+    assert!(
+        machine.path("/var/lib/hapticd/scenes/mine.toml").exists(),
+        "so are scenes"
+    );
+    assert_eq!(state_of(&machine, "hapticd.socket"), "inactive");
+    machine.run_ok(&["dpkg", "--no-triggers", "--purge", "hapticd"]);
+    for place in [
+        "/etc/hapticd",
+        "/var/lib/hapticd",
+        "/usr/bin/hapticd",
+        "/usr/lib/hapticd",
+        "/run/hapticd/control.sock",
+    ] {
+        assert!(!machine.path(place).exists(), "{place}");
+    }
+}
+
+#[test]
+fn lintian_finds_no_error() {
+    if Command::new("lintian").arg("--version").output().is_err() {
+        return test_run::skip("lintian", "Debian: apt install lintian");
+    }
+    let built = match package::hapticd() {
+        Ok(built) => built,
+        Err((need, remedy)) => return test_run::skip(need, &remedy),
+    };
+    let output = Command::new("lintian")
+        .args(["--fail-on=error,warning", "--allow-root"])
+        .arg(built)
+        .output();
+    let output = output.expect("it was asked for its version");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}");
+}
+
+#[test]
+fn the_manual_pages_are_those_of_this_build() {
+    let drawn = tempfile::tempdir().expect("a directory");
+    let run = |program: &str, arguments: &[&str]| {
+        let output = Command::new(binary(program))
+            .args(arguments)
+            .output()
+            .expect("it starts");
+        assert!(output.status.success(), "{output:?}");
+        output.stdout
+    };
+    fs::create_dir(drawn.path().join("gui")).expect("a directory");
+    let directory = drawn.path().join("man");
+    run("haptic-ctl", &["man", directory.to_str().expect("a plain path")]);
+    fs::write(directory.join("hapticd.8"), run("hapticd", &["--manual-page"])).expect("written");
+    fs::write(
+        drawn.path().join("gui/haptic-gui.1"),
+        run("haptic-gui", &["--manual-page"]),
+    )
+    .expect("written");
+    let of = |root: &Path| {
+        let mut pages: Vec<String> = ["man", "gui"]
+            .iter()
+            .flat_map(|folder| fs::read_dir(root.join(folder)).expect("a directory"))
+            .filter_map(|entry| {
+                let path = entry.expect("it can be read").path();
+                let is_page = path.extension().is_some_and(|ending| ending == "1" || ending == "8");
+                is_page.then(|| {
+                    path.strip_prefix(root)
+                        .expect("below it")
+                        .to_string_lossy()
+                        .into_owned()
+                })
+            })
+            .collect();
+        pages.sort();
+        pages
+    };
+    let packaged = Path::new(PACKAGING);
+    if std::env::var_os("HAPTICD_UPDATE_MANUAL").is_some() {
+        for page in of(packaged) {
+            fs::remove_file(packaged.join(page)).expect("it is ours");
+        }
+        for page in of(drawn.path()) {
+            fs::copy(drawn.path().join(&page), packaged.join(&page)).expect("written");
+        }
+    }
+    let update =
+        "draw them with `HAPTICD_UPDATE_MANUAL=1 cargo test -p system-tests --test system package::the_manual`";
+    assert_eq!(of(packaged), of(drawn.path()), "{update}");
+    for page in of(packaged) {
+        let read = |root: &Path| fs::read_to_string(root.join(&page)).expect("a page");
+        assert!(
+            read(packaged) == read(drawn.path()),
+            "packaging/{page} is stale; {update}"
+        );
+    }
+}
+
+#[test]
+fn a_rig_that_is_plugged_in_is_known_by_its_configuration() {
+    let rigs = tempfile::tempdir().expect("a directory");
+    let put = |name: &str, device: &str| {
+        let content = format!("# device = \"serial:/dev/ttyS0\"\nrate = 2000\n device=\"{device}\" # the rig\n");
+        fs::write(rigs.path().join(name), content).expect("written");
+    };
+    put(
+        "hapticd@left.toml",
+        "serial:/dev/serial/by-id/usb-Example_Rig_0001-if00?baud=500000",
+    );
+    put("hapticd@right.toml", "hid:1209:000A:AB12");
+    put("hapticd@any.toml", "hid:1209:0002");
+    put(
+        "hapticd@odd.toml",
+        "odrive:/dev/serial/by-id/usb-ODrive_3-if00?radius_mm=5",
+    );
+    put("hapticd@bad name.toml", "serial:/dev/serial/by-id/usb-bad");
+    put("hapticd.toml", "serial:/dev/serial/by-id/usb-single");
+    let helper = Path::new(PACKAGING).join("rig-of-device");
+    assert_eq!(
+        fs::metadata(&helper).expect("it is there").permissions().mode() & 0o111,
+        0o111
+    );
+    let rig_of = |links: &[&str], identity: [&str; 3]| {
+        let output = Command::new(&helper)
+            .args(links)
+            .env("HAPTICD_RIGS", rigs.path())
+            .envs(
+                ["ID_VENDOR_ID", "ID_MODEL_ID", "ID_SERIAL_SHORT"]
+                    .into_iter()
+                    .zip(identity),
+            )
+            .output()
+            .expect("there is a shell");
+        assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+        String::from_utf8(output.stdout).expect("text").trim_end().to_owned()
+    };
+    let no_identity = ["", "", ""];
+    for (links, identity, expected) in [
+        // udev names links with and without /dev/.
+        (
+            &["serial/by-path/p", "serial/by-id/usb-Example_Rig_0001-if00"][..],
+            no_identity,
+            "HAPTICD_RIG=left",
+        ),
+        (
+            &["/dev/serial/by-id/usb-Example_Rig_0001-if00"],
+            no_identity,
+            "HAPTICD_RIG=left",
+        ),
+        (&["serial/by-id/usb-ODrive_3-if00"], no_identity, "HAPTICD_RIG=odd"),
+        (&[], ["1209", "000a", "ab12"], "HAPTICD_RIG=right"),
+        (&[], ["1209", "000a", "other"], ""),
+        (&[], ["1209", "0002", "anything"], "HAPTICD_RIG=any"),
+        (&["serial/by-id/usb-Example_Rig_0001"], no_identity, ""),
+        (&["serial/by-id/usb-bad"], no_identity, ""),
+        (&["serial/by-id/usb-single"], no_identity, ""),
+        (&[], no_identity, ""),
+    ] {
+        assert_eq!(rig_of(links, identity), expected, "{links:?} {identity:?}");
+    }
+}
