@@ -12,6 +12,7 @@ use super::store::{StoreError, Study, SubjectFiles};
 use super::subject::Subject;
 use super::trial::{FittsTrial, Operator, PerceptionTrial, Trial};
 use crate::recording::Metadata;
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -171,15 +172,15 @@ fn run_fitts(
         } else {
             files.trials()
         };
-        let mut known: std::vec::IntoIter<FittsTrial> = rows[rows.len() - known as usize..].to_vec().into_iter();
+        let mut known: VecDeque<FittsTrial> = rows[rows.len() - known as usize..].iter().cloned().collect();
         session.restart_segment();
         let mut result = Ok(());
         operator::run_segment(&mut session, plan, person, seed, subject, |done| {
-            result = match known.next() {
+            result = match known.pop_front() {
                 Some(row) => is_again(&row, &done.trial),
                 None => save(study, &mut files, segment.is_practice, done, progress),
             };
-            result.is_ok() && !(progress.is_stopped() && known.len() == 0)
+            result.is_ok() && !(progress.is_stopped() && known.is_empty())
         })?;
         result?;
         if progress.is_stopped() {

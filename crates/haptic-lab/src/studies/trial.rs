@@ -283,7 +283,7 @@ pub fn line<T: Trial>(trial: &T, with_header: bool) -> Result<Vec<u8>, TrialErro
 fn check(
     is_right: bool,
     column: &'static str,
-    value: impl ToString,
+    value: &impl ToString,
     unit: &'static str,
     limit: &'static str,
 ) -> Result<(), OutOfRange> {
@@ -303,15 +303,15 @@ const POSITIVE: &str = "it must be above 0 and finite";
 const NOT_NEGATIVE: &str = "it must be 0 or above, and finite";
 
 fn positive(column: &'static str, value: f64, unit: &'static str) -> Result<(), OutOfRange> {
-    check(value > 0.0 && value.is_finite(), column, value, unit, POSITIVE)
+    check(value > 0.0 && value.is_finite(), column, &value, unit, POSITIVE)
 }
 
 fn not_negative(column: &'static str, value: f64, unit: &'static str) -> Result<(), OutOfRange> {
-    check(value >= 0.0 && value.is_finite(), column, value, unit, NOT_NEGATIVE)
+    check(value >= 0.0 && value.is_finite(), column, &value, unit, NOT_NEGATIVE)
 }
 
 fn named(column: &'static str, value: &str) -> Result<(), OutOfRange> {
-    check(!value.is_empty(), column, "``", "", "it must not be empty")
+    check(!value.is_empty(), column, &"``", "", "it must not be empty")
 }
 
 impl Trial for FittsTrial {
@@ -360,19 +360,19 @@ impl Trial for FittsTrial {
         check(
             self.end_error_m.is_finite(),
             "end_error_m",
-            self.end_error_m,
+            &self.end_error_m,
             " m",
             "it must be finite",
         )?;
         if let Some(direction) = self.direction {
-            check(direction.abs() == 1, "direction", direction, "", "it must be 1 or -1")?;
+            check(direction.abs() == 1, "direction", &direction, "", "it must be 1 or -1")?;
         }
         if let Some(diameter) = self.cursor_diameter_m {
             not_negative("cursor_diameter_m", diameter, " m")?;
             check(
                 diameter < self.width_m,
                 "cursor_diameter_m",
-                diameter,
+                &diameter,
                 " m",
                 "it must be below width_m",
             )?;
@@ -430,7 +430,7 @@ impl Trial for PerceptionTrial {
         check(
             matches!(self.answer, 1 | 2),
             "answer",
-            self.answer,
+            &self.answer,
             "",
             "it must be 1 or 2",
         )?;
