@@ -15,7 +15,7 @@ fn plain(path: &Path) -> &str {
 }
 
 /// The program's own targeting task, of two conditions, two resistances and so many trials a segment.
-fn small_plan(folder: &Path, trials: u32) -> PathBuf {
+pub(crate) fn small_plan(folder: &Path, trials: u32) -> PathBuf {
     let plan = text(&ctl_offline(&["study", "plan", "fitts"]).stdout);
     let plan = plan.replace("trials_per_segment = 8", &format!("trials_per_segment = {trials}"));
     let (head, rest) = plan

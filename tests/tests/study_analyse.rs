@@ -177,6 +177,37 @@ fn a_folder_under_way_is_analysed_as_far_as_it_goes() {
 }
 
 #[test]
+fn a_simulated_study_is_analysed_with_a_movement_under_each_resistance() {
+    let parent = tempfile::tempdir().expect("a directory");
+    let plan = crate::study::small_plan(parent.path(), 2).display().to_string();
+    let [study, out] = ["study", "out"].map(|name| parent.path().join(name).display().to_string());
+    let run = [
+        "study",
+        "run",
+        &plan,
+        "--operator",
+        "simulated",
+        "--subjects",
+        "1",
+        "--out",
+        &study,
+    ];
+    assert!(!ctl_offline(&run).stdout.is_empty());
+    let shown = String::from_utf8(ctl_offline(&["study", "analyse", &study, "--out", &out]).stdout).expect("text");
+    assert!(shown.contains("note: a model did these trials"), "{shown}");
+    assert!(!shown.contains("no trajectory"), "{shown}");
+    let page = std::fs::read_to_string(format!("{out}/analysis.html")).expect("the page");
+    // The easiest and the hardest condition, each with both resistances.
+    assert_eq!(
+        page.matches("A movement under each resistance: subject 01").count(),
+        2 * 2
+    );
+    let found = json(&["study", "analyse", &study]);
+    assert_eq!(found["comparisons"][0]["resistances"][0], "real", "{found}");
+    assert_eq!(found["comparisons"][0]["rows"].as_array().map(Vec::len), Some(2));
+}
+
+#[test]
 fn answers_of_a_perception_test_give_a_threshold() {
     let heading = "subject,case,method,trial,base_static_N,base_dynamic_N,comparison_static_N,comparison_dynamic_N,level_N,\
                    comparison_first,answer,correct";

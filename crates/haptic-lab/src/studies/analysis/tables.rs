@@ -241,7 +241,7 @@ pub fn perception_tables(analysis: &PerceptionAnalysis) -> Vec<(String, Table)> 
         (
             "jnd".to_owned(),
             table(
-                "Just noticeable difference: mean of n subjects, and all answers together",
+                "Just noticeable difference: mean of n subjects of all, and all answers together",
                 &heads,
                 cases,
             ),
@@ -266,7 +266,8 @@ fn number(value: Option<f64>) -> String {
 fn case_row(case: &CaseAnalysis) -> Vec<String> {
     vec![
         format!("{:?} {}", case.case, format!("{:?}", case.method).to_lowercase()),
-        case.subjects.len().to_string(),
+        // A subject whose threshold is refused is no part of the mean.
+        format!("{}/{}", case.jnd_n.map_or(0, |mean| mean.count), case.subjects.len()),
         number(case.jnd_n.map(|mean| mean.value)),
         interval(case.jnd_n.and_then(|mean| mean.interval), 2),
         number(case.staircase_n.map(|mean| mean.value)),
