@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
 use system_tests::{Daemon, PATIENCE, binary, pull_until, status, wait_for, wait_for_state};
+use tempfile::TempDir;
 
 /// A running fake-board. It is killed when the test ends.
 struct Board {
@@ -145,38 +146,57 @@ fn samples(status: &Status) -> u64 {
     counts(status).samples
 }
 
-/// Waits until the motor pulls.
-fn pull(board: &mut Board, client: &mut Client) {
-    pull_until(client, |_| board.force().now_n.abs() > 1.0);
+/// A fake and a daemon on it, which a client has seen connected.
+struct Setup {
+    client: Client,
+    daemon: Daemon,
+    board: Board,
+    directory: TempDir,
+}
+
+impl Setup {
+    fn new(kind: &Kind) -> Self {
+        Self::with_board(kind, kind.board)
+    }
+
+    fn with_board(kind: &Kind, arguments: &[&str]) -> Self {
+        let directory = tempfile::tempdir().expect("a directory");
+        let board = Board::start(kind.name, &directory.path().join("board"), arguments);
+        let daemon = daemon(kind, directory.path());
+        let mut client = daemon.client();
+        connected(&mut client);
+        Self {
+            client,
+            daemon,
+            board,
+            directory,
+        }
+    }
+
+    /// Waits until the motor pulls.
+    fn pull(&mut self) {
+        pull_until(&mut self.client, |_| self.board.force().now_n.abs() > 1.0);
+    }
 }
 
 #[test]
 fn the_papers_scene_is_felt_on_every_board() {
     for kind in &KINDS {
-        let directory = tempfile::tempdir().expect("a directory");
-        let link = directory.path().join("board");
-        let mut board = Board::start(kind.name, &link, kind.board);
-        let daemon = daemon(kind, directory.path());
-        let mut client = daemon.client();
-        let met = connected(&mut client);
-        let device = met
-            .device
-            .link
-            .as_ref()
-            .and_then(|link| link.device.clone())
-            .expect("one");
+        let mut setup = Setup::new(kind);
+        let link = status(&mut setup.client).device.link;
+        let device = link.and_then(|link| link.device).expect("one");
         assert!(device.firmware.starts_with(kind.firmware), "{}", device.firmware);
         assert!((device.force_limit_n - 20.0).abs() < 1e-9, "{device:?}");
-        assert!(!board.force().on, "no motor before it is wanted");
+        assert!(!setup.board.force().on, "no motor before it is wanted");
         // Two seconds and more of its ticks, in which the hand goes to and fro over the block's stiction.
         let (force, before) = loop {
-            pull(&mut board, &mut client);
-            let before = counts(&status(&mut client));
-            let after = wait_for(&mut client, "samples", |status| {
+            setup.pull();
+            let before = counts(&status(&mut setup.client));
+            let after = wait_for(&mut setup.client, "samples", |status| {
                 samples(status) > before.samples + 2000 || status.state != RigState::Engaged
             });
-            let force = board.force();
-            if after.state == RigState::Engaged && daemon.ctl(&["release"]).status.success() {
+            let force = setup.board.force();
+            if after.state == RigState::Engaged && setup.daemon.ctl(&["release"]).status.success() {
                 break (force, before);
             }
             println!("once more, the machine is busy: {:?}", after.fault);
@@ -184,9 +204,9 @@ fn the_papers_scene_is_felt_on_every_board() {
         assert!(force.on, "{force:?}");
         // Its kinetic friction is 3.5 N and its stiction 4 N; the limit is 20 N.
         assert!((3.0..20.001).contains(&force.largest_n), "{}: {force:?}", kind.firmware);
-        let force = board.wait_for("the motor to be off", |force| !force.on);
+        let force = setup.board.wait_for("the motor to be off", |force| !force.on);
         assert_eq!(force.now_n, 0.0);
-        let after = counts(&status(&mut client));
+        let after = counts(&status(&mut setup.client));
         assert_eq!(
             (after.bad_crc, after.malformed),
             (before.bad_crc, before.malformed),
@@ -199,45 +219,42 @@ fn the_papers_scene_is_felt_on_every_board() {
 #[test]
 fn a_daemon_that_is_killed_leaves_no_force() {
     for kind in &KINDS {
-        let directory = tempfile::tempdir().expect("a directory");
-        let link = directory.path().join("board");
-        let mut board = Board::start(kind.name, &link, kind.board);
-        let daemon = daemon(kind, directory.path());
-        let mut client = daemon.client();
-        connected(&mut client);
-        pull(&mut board, &mut client);
-        daemon.end(Signal::KILL);
+        let mut setup = Setup::new(kind);
+        setup.pull();
+        let Setup {
+            mut board,
+            daemon: killed,
+            directory,
+            ..
+        } = setup;
+        killed.end(Signal::KILL);
         let force = board.wait_for("its own watchdog", |force| force.now_n == 0.0 && !force.on);
         assert!(force.watchdog, "{}: {force:?}", kind.firmware);
         // The next daemon finds it as it must be, and can use it.
-        let daemon = self::daemon(kind, directory.path());
-        let mut client = daemon.client();
+        let next = daemon(kind, directory.path());
+        let mut client = next.client();
         connected(&mut client);
-        pull(&mut board, &mut client);
+        pull_until(&mut client, |_| board.force().now_n.abs() > 1.0);
     }
 }
 
 #[test]
 fn a_board_that_is_unplugged_is_disconnected_and_comes_back_idle() {
     for kind in &KINDS {
-        let directory = tempfile::tempdir().expect("a directory");
-        let link = directory.path().join("board");
-        let mut board = Board::start(kind.name, &link, kind.board);
-        let daemon = daemon(kind, directory.path());
-        let mut client = daemon.client();
-        connected(&mut client);
-        pull(&mut board, &mut client);
-        let before = counts(&status(&mut client)).connections;
+        let mut setup = Setup::new(kind);
+        setup.pull();
+        let Setup { client, board, .. } = &mut setup;
+        let before = counts(&status(client)).connections;
         board.ask("hang-up 1");
-        wait_for(&mut client, "the hang-up", |status| {
+        wait_for(client, "the hang-up", |status| {
             status.state == RigState::Disconnected || counts(status).connections > before
         });
         board.wait_for("its own watchdog", |force| force.now_n == 0.0 && !force.on);
-        let back = connected(&mut client);
+        let back = connected(client);
         assert!(counts(&back).connections > before, "{back:?}");
         board.force();
-        let before = samples(&status(&mut client));
-        wait_for(&mut client, "samples", |status| samples(status) > before + 200);
+        let before = samples(&status(client));
+        wait_for(client, "samples", |status| samples(status) > before + 200);
         let force = board.force();
         assert_eq!((force.largest_n, force.on), (0.0, false), "it never engages by itself");
     }
@@ -245,34 +262,24 @@ fn a_board_that_is_unplugged_is_disconnected_and_comes_back_idle() {
 
 #[test]
 fn a_line_that_damages_and_loses_gives_no_wrong_force() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let link = directory.path().join("board");
-    let mut board = Board::start("odrive", &link, &[]);
-    let daemon = daemon(&KINDS[0], directory.path());
-    let mut client = daemon.client();
-    connected(&mut client);
-    pull(&mut board, &mut client);
-    board.ask("corrupt 0.02");
-    board.ask("loss 0.02");
-    wait_for(&mut client, "damage", |status| {
+    let mut setup = Setup::new(&KINDS[0]);
+    setup.pull();
+    setup.board.ask("corrupt 0.02");
+    setup.board.ask("loss 0.02");
+    wait_for(&mut setup.client, "damage", |status| {
         let counts = counts(status);
         counts.bad_crc >= 20 && counts.lost >= 5
     });
     // The limit of the address, whatever came.
-    assert!(board.force().largest_n < 20.01);
+    assert!(setup.board.force().largest_n < 20.01);
 }
 
 #[test]
 fn a_board_that_cannot_be_used_says_why() {
-    let directory = tempfile::tempdir().expect("a directory");
-    let link = directory.path().join("board");
-    let mut board = Board::start("odrive", &link, &["--uncalibrated"]);
-    let daemon = daemon(&KINDS[0], directory.path());
-    let mut client = daemon.client();
-    connected(&mut client);
-    assert!(daemon.ctl(&["engage"]).status.code().is_some());
-    wait_for_state(&mut client, RigState::Faulted);
-    assert_eq!(board.force().largest_n, 0.0);
+    let mut setup = Setup::with_board(&KINDS[0], &["--uncalibrated"]);
+    assert!(setup.daemon.ctl(&["engage"]).status.code().is_some());
+    wait_for_state(&mut setup.client, RigState::Faulted);
+    assert_eq!(setup.board.force().largest_n, 0.0);
 }
 
 // hazard: H9
