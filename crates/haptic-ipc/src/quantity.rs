@@ -230,7 +230,7 @@ mod tests {
             ("0,5", "kg", "has a comma"),
             ("1,000.5 N", "N", "no separator between thousands"),
             (",5", "kg", "not a finite number"),
-            ("5 mm", "kg", "`mm` is not a unit of this: give kg, g or mg"),
+            ("5 mm", "kg", "`mm` is not a unit of this; give kg, g or mg"),
             ("5 MN", "N", "give N, mN or kN"),
             ("0.5N", "1", "give a bare number or %"),
             ("5kgs", "kg", "did you mean `kg`? give"),

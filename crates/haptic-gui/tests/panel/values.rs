@@ -29,7 +29,7 @@ fn a_value_may_be_typed_with_its_unit() {
     panel.key_press(Key::Enter);
     panel.run();
     assert_eq!(asked(&mut panel), [set("mass", 0.75)]);
-    panel.get_by_label("`kg` is not a unit of this: give N, mN or kN");
+    panel.get_by_label("`kg` is not a unit of this; give N, mN or kN");
 }
 
 #[test]
