@@ -198,9 +198,8 @@ impl Tapes {
         let told = match news {
             RecordingNews::Going { path, totals } => {
                 let before = self.recording.take();
-                let (lost, lost_changes, markers) = before.map_or((0, 0, 0), |before| {
-                    (before.lost, before.lost_changes, before.markers)
-                });
+                let (lost, lost_changes, markers) =
+                    before.map_or((0, 0, 0), |before| (before.lost, before.lost_changes, before.markers));
                 self.recording = Some(RecordingProgress {
                     path,
                     totals,
