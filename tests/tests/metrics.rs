@@ -85,7 +85,10 @@ fn a_scrape_tells_state_force_faults_stops_and_times() {
     // A Prometheus asks for OpenMetrics, which marks its end.
     let asked = b"GET /metrics HTTP/1.1\r\nAccept: application/openmetrics-text;version=1.0.0,*/*;q=0.1\r\n\r\n";
     let (head, body) = ask(address, asked);
-    assert!(head.contains("application/openmetrics-text") && body.ends_with("# EOF\n"), "{head}");
+    assert!(
+        head.contains("application/openmetrics-text") && body.ends_with("# EOF\n"),
+        "{head}"
+    );
 }
 
 #[test]
@@ -152,7 +155,10 @@ fn the_file_for_node_exporter_is_whole_readable_and_kept_up_to_date() {
         }
     };
     let first = read_when("it is written", &|text| !text.is_empty());
-    assert!(first.ends_with('\n') && first.contains("hapticd_scene_changes"), "whole from the first: {first}");
+    assert!(
+        first.ends_with('\n') && first.contains("hapticd_scene_changes"),
+        "whole from the first: {first}"
+    );
     let ticks = value(&first, "hapticd_ticks_total");
     read_when("it is written again", &|text| {
         value(text, "hapticd_ticks_total") > ticks

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use system_tests::{binary, ctl_offline};
+use system_tests::{binary, ctl, ctl_offline};
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
@@ -160,7 +160,7 @@ fn an_interrupt_ends_a_study_cleanly_and_two_programs_cannot_run_it() {
         assert!(program.try_wait().expect("a state").is_none(), "it ended by itself");
         std::thread::yield_now();
     }
-    let second = ctl_offline(&["study", "resume", plain(&folder)]);
+    let second = ctl(Path::new("/nonexistent"), &["study", "resume", plain(&folder)]);
     assert_eq!(second.status.code(), Some(2));
     assert!(
         text(&second.stderr).ends_with("another program is running this study\n"),
@@ -208,7 +208,7 @@ fn a_wrong_study_is_refused_with_the_reason() {
         ),
         (vec!["study", "resume", plain(&folder)], "there is no study"),
     ] {
-        let refused = ctl_offline(&arguments);
+        let refused = ctl(Path::new("/nonexistent"), &arguments);
         assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
         assert!(text(&refused.stderr).contains(message), "{}", text(&refused.stderr));
     }

@@ -99,6 +99,25 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("cost", &["haptic-ctl cost"]),
     ("compare", &["haptic-ctl compare real.csv rig.mcap --plot both.svg"]),
     ("surface", &["haptic-ctl surface aluminium-on-teflon --out real.csv"]),
+    (
+        "study",
+        &["haptic-ctl study run fitts --operator simulated --subjects 2 --seed 1 --out study"],
+    ),
+    (
+        "study run",
+        &["haptic-ctl study run perception --operator simulated --subjects 2 --seed 1 --out study"],
+    ),
+    (
+        "study analyse",
+        &[
+            "haptic-ctl study analyse study",
+            "haptic-ctl study analyse --trials trials.csv --json",
+        ],
+    ),
+    ("study resume", &["haptic-ctl study resume study"]),
+    ("study plan", &["haptic-ctl study plan fitts"]),
+    ("study operator", &["haptic-ctl study operator"]),
+    ("study sensitivity", &["haptic-ctl study sensitivity fitts"]),
     ("completions", &["haptic-ctl completions bash"]),
     ("man", &["haptic-ctl man ~/.local/share/man/man1"]),
 ];

@@ -54,8 +54,7 @@ mod tests {
     #[test]
     fn a_counters_family_is_named_as_its_series() {
         let given = "# HELP a Gauge.\n# TYPE a gauge\na{x=\"# EOF\"} 1\n# HELP b Counter.\n# TYPE b counter\nb_total 2\n# EOF\n";
-        let expected =
-            "# HELP a Gauge.\n# TYPE a gauge\na{x=\"# EOF\"} 1\n# HELP b_total Counter.\n# TYPE b_total counter\nb_total 2\n";
+        let expected = "# HELP a Gauge.\n# TYPE a gauge\na{x=\"# EOF\"} 1\n# HELP b_total Counter.\n# TYPE b_total counter\nb_total 2\n";
         assert_eq!(prometheus_text(given), expected);
     }
 }
