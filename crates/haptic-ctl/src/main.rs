@@ -55,6 +55,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use daemon::Daemon;
 use failure::Failure;
 use fields::{Fields, Schema};
+use haptic_ipc::socket_path::{Surroundings, is_rig_name};
 use haptic_ipc::{Envelope, Request, RigState};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -67,6 +68,10 @@ struct Arguments {
     /// hapticd/control.sock in the user's runtime directory, in ~/.local/state and in /run]
     #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     socket: Option<PathBuf>,
+
+    /// Rig of this name: the daemon of the service hapticd@NAME
+    #[arg(long, global = true, value_name = "NAME", value_parser = rig_name, conflicts_with = "socket", help_heading = GLOBAL)]
+    rig: Option<String>,
 
     /// Print JSON, with the field names of the control protocol; or only some fields of it, as in
     /// --json=state,device.description
@@ -88,6 +93,13 @@ struct Arguments {
 
 /// The heading of the options of every subcommand.
 const GLOBAL: &str = "Options of every subcommand";
+
+fn rig_name(given: &str) -> Result<String, String> {
+    if is_rig_name(given) {
+        return Ok(given.to_owned());
+    }
+    Err("the name of a rig has 1 to 64 letters, digits, `_`, `.` and `-`".to_owned())
+}
 
 const EXIT_CODES: &str = "\
 Exit codes: 0 done, 1 refused by the daemon or not written, 2 wrong usage, 3 no daemon, 4 no permission, 5 no answer, or timed out, \
@@ -349,7 +361,11 @@ fn print_requests(command: &Command) -> Result<(), Failure> {
 
 async fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (json, command) = (arguments.json.is_some(), &arguments.command);
-    let socket = arguments.socket.as_deref();
+    let of_rig = arguments
+        .rig
+        .as_deref()
+        .map(|rig| Surroundings::of_process().for_rig(rig));
+    let socket = of_rig.as_deref().or(arguments.socket.as_deref());
     match command {
         Command::Doctor => return doctor::run(socket, json).await,
         Command::Raw(raw) => return raw::run(socket, raw).await,

@@ -64,6 +64,7 @@ fn replays(scene: &Scene, entries: &[Entry]) {
         revision: 1,
         scene: scene.clone(),
         servo: Some(setup()),
+        recorded_by: None,
         notes: None,
         configuration: None,
     };
