@@ -69,7 +69,7 @@ fn a_scrape_tells_state_force_faults_stops_and_times() {
     assert_eq!(value(&stopped, "hapticd_state{state=\"stopped\"}"), 1.0);
     assert_eq!(value(&stopped, "hapticd_force_newtons"), 0.0);
     assert_eq!(value(&stopped, "hapticd_stops_total{outcome=\"confirmed\"}"), 1.0);
-    let written_s = value(&stopped, "hapticd_stop_written_seconds{quantile=\"1\"}");
+    let written_s = value(&stopped, "hapticd_stop_written_seconds{percentile=\"100\"}");
     assert!(written_s > 0.0 && written_s < 10.0, "{written_s}");
     // The last bucket holds all, and the buckets are those of `timing`.
     for name in ["hapticd_wake_latency_seconds", "hapticd_tick_seconds"] {

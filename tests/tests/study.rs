@@ -46,7 +46,10 @@ fn study(plan: &str, out: &Path, more: &[&str]) -> Vec<String> {
 }
 
 fn run(arguments: &[String]) -> Output {
-    ctl_offline(&arguments.iter().map(String::as_str).collect::<Vec<_>>())
+    ctl(
+        Path::new("/nonexistent"),
+        &arguments.iter().map(String::as_str).collect::<Vec<_>>(),
+    )
 }
 
 fn start(arguments: &[String]) -> Child {

@@ -143,7 +143,7 @@ fn a_wrong_file_is_refused_with_line_column_and_value() {
         (vec!["--trials", &empty], "there are no trials"),
         (vec!["--trials", "/nonexistent.csv"], "/nonexistent.csv"),
         (vec!["/nonexistent"], "/nonexistent"),
-        (vec![], "--trials"),
+        (vec![], "<DIR>"),
     ] {
         let (code, why) = said(&ctl(
             Path::new("/nonexistent"),

@@ -103,7 +103,7 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
     // What systemd does not understand it skips, with a word on standard error, and still calls the
     // unit good.
     let unit = "/usr/lib/systemd/system/hapticd.service";
-    let verified = machine.run(&["systemd-analyze", "verify", "--recursive-errors=no", unit]);
+    let verified = machine.run(&["systemd-analyze", "verify", "--man=no", "--recursive-errors=no", unit]);
     let complaints = String::from_utf8_lossy(&verified.stderr).into_owned();
     assert!(
         !complaints.contains("hapticd") && verified.status.success(),
@@ -117,7 +117,7 @@ fn the_unit_grants_what_the_loop_needs_and_no_more() {
         include_str!("../../packaging/hapticd.service.d/rig.conf.example"),
     )
     .expect("written");
-    let verified = machine.run(&["systemd-analyze", "verify", "--recursive-errors=no", unit]);
+    let verified = machine.run(&["systemd-analyze", "verify", "--man=no", "--recursive-errors=no", unit]);
     let complaints = String::from_utf8_lossy(&verified.stderr).into_owned();
     assert!(
         !complaints.contains("hapticd") && verified.status.success(),

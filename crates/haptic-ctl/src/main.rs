@@ -69,9 +69,9 @@ struct Arguments {
     #[arg(long, global = true, value_name = "PATH", help_heading = GLOBAL)]
     socket: Option<PathBuf>,
 
-    /// Rig of this name: the daemon of the service hapticd@NAME
-    #[arg(long, global = true, value_name = "NAME", value_parser = rig_name, conflicts_with = "socket", help_heading = GLOBAL)]
-    rig: Option<String>,
+    /// Rig of this name: the daemon of the service hapticd@NAME. Stands before the subcommand
+    #[arg(long = "rig", value_name = "NAME", value_parser = rig_name, conflicts_with = "socket")]
+    rig_name: Option<String>,
 
     /// Print JSON, with the field names of the control protocol; or only some fields of it, as in
     /// --json=state,device.description

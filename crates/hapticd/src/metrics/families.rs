@@ -238,18 +238,18 @@ impl Snapshot {
                 ("without_device", stops.without_device),
             ],
         )?;
-        let quantiles = |times: Percentiles| [("0.5", times.p50), ("0.99", times.p99), ("1", times.max)];
-        let in_seconds = |times| quantiles(times).map(|(quantile, ns)| (quantile, seconds(ns)));
+        let percentiles = |times: Percentiles| [("50", times.p50), ("99", times.p99), ("100", times.max)];
+        let in_seconds = |times| percentiles(times).map(|(percentile, ns)| (percentile, seconds(ns)));
         families.gauges(
             "hapticd_stop_written_seconds",
             "From a stop's line to zero force on the link.",
-            "quantile",
+            "percentile",
             in_seconds(stops.to_written_ns),
         )?;
         families.gauges(
             "hapticd_stop_confirmed_seconds",
             "From a stop's line to the device's word that its motor is off.",
-            "quantile",
+            "percentile",
             in_seconds(stops.to_confirmed_ns),
         )
     }

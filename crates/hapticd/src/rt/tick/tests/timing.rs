@@ -27,6 +27,7 @@ fn a_record_has_its_number_and_the_time_that_the_link_took() {
 fn a_tick_that_is_held_up_before_it_reads_has_the_time_of_the_reading() {
     let mut bench = bench(ramp());
     let held_up = std::time::Duration::from_millis(5);
+    bench.tick.device.connection += 1;
     let ticks = [std::time::Duration::ZERO, held_up, std::time::Duration::ZERO].map(|takes| {
         bench.tick.device.link = Some(takes);
         bench.clock_ns = now_ns();
