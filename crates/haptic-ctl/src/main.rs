@@ -362,7 +362,7 @@ fn print_requests(command: &Command) -> Result<(), Failure> {
 async fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (json, command) = (arguments.json.is_some(), &arguments.command);
     let of_rig = arguments
-        .rig
+        .rig_name
         .as_deref()
         .map(|rig| Surroundings::of_process().for_rig(rig));
     let socket = of_rig.as_deref().or(arguments.socket.as_deref());
