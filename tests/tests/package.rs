@@ -175,8 +175,14 @@ fn lintian_finds_no_error() {
         Ok(built) => built,
         Err((need, remedy)) => return test_run::skip(need, &remedy),
     };
+    // What ran before an upgrade is started again although it is not enabled, which deb-systemd-invoke would not do.
     let output = Command::new("lintian")
-        .args(["--fail-on=error,warning", "--allow-root"])
+        .args([
+            "--fail-on=error,warning",
+            "--allow-root",
+            "--suppress-tags",
+            "maintainer-script-calls-systemctl",
+        ])
         .arg(built)
         .output();
     let output = output.expect("it was asked for its version");
