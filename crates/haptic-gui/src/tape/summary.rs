@@ -129,7 +129,7 @@ mod tests {
             let outside = seen.iter().rposition(|value| value.abs() > band);
             let stays = outside.map_or(0, |place| place + 1);
             let first = from_s.ceil();
-            let expected = (stays < seen.len()).then(|| first + stays as f64);
+            let expected = (stays < seen.len()).then_some(first + stays as f64);
             prop_assert_eq!(tape.stays_within(signal, from_s, to_s, (-band, band)), expected);
         }
     }
