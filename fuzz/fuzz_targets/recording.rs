@@ -21,6 +21,7 @@ static SOUND: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
         revision: 1,
         scene: haptic_core::Scene::paper(),
         servo: None,
+        recorded_by: None,
         notes: None,
         configuration: None,
     };
