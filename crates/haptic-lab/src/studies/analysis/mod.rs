@@ -3,6 +3,7 @@
 //! Everything is computed from the rows alone, in an order of its own: a file with its rows in another order gives the
 //! same to the last bit.
 
+mod beside_paper;
 mod comparison;
 mod difficulty;
 mod error;
@@ -16,12 +17,13 @@ mod sequences;
 mod tables;
 mod trajectories;
 
+pub use beside_paper::BesidePaper;
 pub use comparison::{Comparison, Counts, Difference, Measure, Pair, Row, Thresholds, Total};
 pub use difficulty::{DifficultyLine, Point};
 pub use error::AnalysisError;
 pub use files::{ReadError, Trials, read_file, read_folder};
 pub use outputs::{fitts_files, perception_files};
-pub use paper::BesidePaper;
+
 pub use perception::{CaseAnalysis, PerceptionAnalysis, SubjectThreshold, perception};
 pub use sequences::{Sequence, Summary};
 pub use tables::{fitts_tables, perception_tables};
@@ -103,7 +105,7 @@ pub fn fitts(trials: &[FittsTrial], thresholds: &Thresholds) -> Result<FittsAnal
         trials: trials.len(),
         overall: Summary::of(None, &sequences.iter().collect::<Vec<_>>()),
         by_resistance: sequences::by_resistance(&sequences, &resistances),
-        beside_paper: paper::beside(&comparisons),
+        beside_paper: beside_paper::beside(&comparisons),
         difficulty: difficulty::by_resistance(&segments, &resistances, &mut refused),
         sequences,
         comparisons,
