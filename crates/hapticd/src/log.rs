@@ -18,6 +18,7 @@ use outlet::{Backlog, Outlet};
 use rustix::fs::fstat;
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::fmt::Write;
+use std::os::fd::{AsFd, OwnedFd};
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
@@ -77,34 +78,18 @@ static LOG: OnceLock<Log> = OnceLock::new();
 /// # Errors
 /// The system has no thread left.
 pub(crate) fn start() -> std::io::Result<()> {
-    let lost = |form: Form| {
-        move |lost: u64| {
-            let plural = if lost == 1 { "line" } else { "lines" };
-            entry(
-                Level::Warning,
-                &format!("{lost} {plural} lost: nobody read standard error"),
-                &[],
-                form,
-            )
-        }
+    let (descriptor, form) = match is_journal().then(journald::connect) {
+        Some(Ok(journal)) => (OwnedFd::from(journal), Form::Journal),
+        Some(Err(_)) => (standard_error()?, Form::WithPriority),
+        None => (standard_error()?, Form::Plain),
     };
-    let backlog = Backlog::Oldest(BACKLOG_LINES);
-    let (messages, form) = match is_journal().then(journald::connect) {
-        Some(Ok(journal)) => (
-            Outlet::start("log", journal, backlog, lost(Form::Journal))?,
-            Form::Journal,
-        ),
-        Some(Err(_)) => {
-            let form = Form::WithPriority;
-            (Outlet::start("log", std::io::stderr(), backlog, lost(form))?, form)
-        }
-        None => (
-            Outlet::start("log", std::io::stderr(), backlog, lost(Form::Plain))?,
-            Form::Plain,
-        ),
+    let lost = move |lost| {
+        let plural = if lost == 1 { "line" } else { "lines" };
+        let message = format!("{lost} {plural} lost: nobody read standard error");
+        entry(Level::Warning, &message, &[], form)
     };
     let log = Log {
-        messages,
+        messages: Outlet::start("log", descriptor, Backlog::Oldest(BACKLOG_LINES), lost)?,
         status_line: Outlet::start("status-line", std::io::stdout(), Backlog::Newest, |_| String::new())?,
         form,
     };
@@ -124,6 +109,10 @@ pub(crate) fn start() -> std::io::Result<()> {
         }));
     }
     Ok(())
+}
+
+fn standard_error() -> std::io::Result<OwnedFd> {
+    std::io::stderr().as_fd().try_clone_to_owned()
 }
 
 /// Logs a line of severity [`Level::Info`].
@@ -225,7 +214,7 @@ fn is_journal() -> bool {
 /// kill the whole process with its loop: SIGTTOU in the background of a terminal, SIGXFSZ at the
 /// limit of a file's size. With the signal blocked the write succeeds or fails. Other signals are
 /// for other threads.
-fn block_signals() {
+pub(crate) fn block_signals() {
     // After a failure they stay as they were.
     SigSet::all().thread_block().unwrap_or_default();
 }

@@ -135,7 +135,7 @@ fn run(config: Config, demo: bool) -> Result<(), Failure> {
             () = control::rig_friction::watch(&rig) => {}
             () = manager.watch(&rig) => {}
             () = scraped(metrics.as_ref(), &rig) => {}
-            kept = metrics::keep(monitoring.file, &rig) => kept?,
+            () = metrics::keep(monitoring.file, &rig) => {}
             () = running.ended() => {}
             () = demo::show_status(Rc::clone(&rig)), if demo => {}
             // The demo's status line shows the same.

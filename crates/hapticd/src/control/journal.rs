@@ -1,7 +1,7 @@
 //! The journal: who changed what, and when.
 
 use haptic_ipc::{Difference, JournalEntry, LogReply, Value};
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Most entries kept: some hours of work by hand, two seconds of a program that changes the scene
@@ -73,6 +73,8 @@ pub(crate) struct Journal {
     kept: SizedQueue<JournalEntry>,
     waiting: SizedQueue<PendingEntry>,
     last: u64,
+    /// Number of entries of each fault, by its code.
+    faults: BTreeMap<String, u64>,
 }
 
 /// Memory of an entry, bytes.
@@ -82,7 +84,12 @@ fn bytes_of(entry: &JournalEntry) -> usize {
         .by
         .as_ref()
         .map_or(0, |by| by.session.len() + optional(&by.user) + optional(&by.program));
-    size_of::<PendingEntry>() + entry.op.len() + optional(&entry.message) + by + bytes_of_changes(&entry.changes)
+    size_of::<PendingEntry>()
+        + entry.op.len()
+        + optional(&entry.fault)
+        + optional(&entry.message)
+        + by
+        + bytes_of_changes(&entry.changes)
 }
 
 /// Memory of differences, bytes.
@@ -108,6 +115,9 @@ impl Journal {
             time_unix_s: since_1970.as_secs_f64(),
             ..entry
         };
+        if let Some(code) = &entry.fault {
+            *self.faults.entry(code.clone()).or_default() += 1;
+        }
         let bytes = bytes_of(&entry);
         let waiting = PendingEntry {
             until,
@@ -144,6 +154,11 @@ impl Journal {
             completed.push(entry);
         }
         completed
+    }
+
+    /// Number of entries of each fault, by its code.
+    pub(crate) fn faults(&self) -> &BTreeMap<String, u64> {
+        &self.faults
     }
 
     /// Whether a stop waits for its tick.

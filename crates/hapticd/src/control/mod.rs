@@ -34,8 +34,8 @@ mod sole_use;
 mod status;
 mod subscribe;
 mod timing;
-mod whole_file;
-mod worker_pool;
+pub(crate) mod whole_file;
+pub(crate) mod worker_pool;
 
 pub(crate) use facts::{EngageRules, Facts};
 pub(crate) use rig::RigHandle;

@@ -15,7 +15,7 @@ const STACK_BYTES: usize = 512 * 1024;
 
 /// Why work has no result.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub(super) enum WorkError {
+pub(crate) enum WorkError {
     #[error("no answer for {} s", .limit.as_secs_f64())]
     TimedOut { limit: Duration },
     #[error("it failed: {0}")]
@@ -31,7 +31,7 @@ pub(crate) struct WorkerPool {
 
 impl WorkerPool {
     /// A pool of at most `most_threads` threads of this name.
-    pub(super) fn new(name: &'static str, most_threads: usize) -> Self {
+    pub(crate) fn new(name: &'static str, most_threads: usize) -> Self {
         Self {
             name,
             places: Arc::new(Semaphore::new(most_threads)),
@@ -39,7 +39,7 @@ impl WorkerPool {
     }
 
     /// Whether all its threads are busy, so that further work would wait.
-    pub(super) fn is_busy(&self) -> bool {
+    pub(crate) fn is_busy(&self) -> bool {
         self.places.available_permits() == 0
     }
 
@@ -48,7 +48,7 @@ impl WorkerPool {
     ///
     /// # Errors
     /// The work takes longer than `limit` or panics, or the system has no thread left.
-    pub(super) async fn run<T: Send + 'static>(
+    pub(crate) async fn run<T: Send + 'static>(
         &self,
         limit: Duration,
         work: impl FnOnce() -> T + Send + 'static,
@@ -62,6 +62,7 @@ impl WorkerPool {
                 .name(self.name.to_owned())
                 .stack_size(STACK_BYTES)
                 .spawn(move || {
+                    crate::log::block_signals();
                     let result = work();
                     drop(place);
                     // The waiting client may be gone.

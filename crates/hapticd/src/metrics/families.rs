@@ -1,6 +1,7 @@
 //! The metrics themselves: names, units (seconds, newtons, joules, metres), and where each value comes from.
 
 use crate::control::RigHandle;
+use crate::telemetry::timing::FIRST_BUCKET_NS;
 use haptic_ipc::{Bucket, LinkStatus, Percentiles, RigState, Status, Timing};
 use prometheus_client::collector::Collector;
 use prometheus_client::encoding::{DescriptorEncoder, MetricEncoder, NoLabelSet};
@@ -8,8 +9,7 @@ use prometheus_client::metrics::MetricType;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Upper ends of the buckets of a histogram, ns: those of `timing`, so that none is split.
-const FIRST_BUCKET_NS: u64 = 64;
+/// Number of buckets of a histogram: those of `timing` up to a second, so that none is split.
 const BUCKETS: u32 = 25;
 
 /// What one scrape reports.
@@ -17,18 +17,15 @@ const BUCKETS: u32 = 25;
 pub(super) struct Snapshot {
     status: Status,
     timing: Timing,
-    faults: BTreeMap<&'static str, u64>,
+    faults: BTreeMap<String, u64>,
 }
 
 impl Snapshot {
     pub(super) fn of(rig: &RigHandle) -> Self {
-        let feed = rig.feed();
-        let (timing, faults) = (feed.timing_report(), feed.faults().clone());
-        drop(feed);
         Self {
             status: rig.status_without_admission(),
-            timing,
-            faults,
+            timing: rig.feed().timing_report(),
+            faults: rig.faults(),
         }
     }
 }
@@ -161,7 +158,7 @@ impl Snapshot {
             "hapticd_faults",
             "Times that a check took the force away, by its code.",
             "code",
-            self.faults.iter().map(|(code, times)| (*code, *times)),
+            self.faults.iter().map(|(code, times)| (code.as_str(), *times)),
         )?;
         families.gauge(
             "hapticd_uptime_seconds",

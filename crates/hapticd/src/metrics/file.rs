@@ -1,59 +1,42 @@
 //! The metrics in a file, for the textfile collector of node_exporter: written anew every few seconds, whole or not at all.
 
 use crate::control::RigHandle;
+use crate::control::whole_file;
+use crate::control::worker_pool::WorkerPool;
 use crate::say;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::sync::mpsc::{TrySendError, sync_channel};
+use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::{MissedTickBehavior, interval};
 
 /// Time between two writings.
 const PERIOD: Duration = Duration::from_secs(5);
 
-/// Keeps the file up to date for ever. A thread of its own writes: a disk that hangs holds nobody up.
-///
-/// # Errors
-/// The system has no thread left.
-pub(crate) async fn keep(path: Option<PathBuf>, rig: &RigHandle) -> std::io::Result<()> {
-    let Some(path) = path else {
+/// Keeps the file up to date for ever. A disk that hangs holds up one thread, and nobody else.
+pub(crate) async fn keep(path: Option<PathBuf>, rig: &RigHandle) {
+    let Some(path) = path.map(Arc::new) else {
         return std::future::pending().await;
     };
-    let (texts, to_write) = sync_channel::<String>(1);
-    std::thread::Builder::new()
-        .name("metrics".to_owned())
-        .stack_size(128 * 1024)
-        .spawn(move || {
-            let mut worked = true;
-            for text in to_write {
-                let written = write(&path, &text);
-                if let Err(error) = &written
-                    && worked
-                {
-                    say(&format!("cannot write the metrics to {}: {error}", path.display()));
-                }
-                worked = written.is_ok();
-            }
-        })?;
+    let disk = WorkerPool::new("metrics", 1);
     let mut period = interval(PERIOD);
     period.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut worked = true;
     loop {
         period.tick().await;
-        match texts.try_send(super::prometheus_text(&super::openmetrics(rig))) {
-            // The one before is still being written: the collector sees its age.
-            Ok(()) | Err(TrySendError::Full(_)) => {}
-            Err(TrySendError::Disconnected(_)) => return std::future::pending().await,
+        if disk.is_busy() {
+            // The writing before still hangs, and was told of: the collector sees the file's age.
+            continue;
         }
+        let (text, to) = (super::prometheus_text(&super::openmetrics(rig)), Arc::clone(&path));
+        let written = disk.run(PERIOD, move || whole_file::refresh(&to, &text)).await;
+        let failed = match written {
+            Ok(Ok(())) => None,
+            Ok(Err(error)) => Some(error.to_string()),
+            Err(error) => Some(error.to_string()),
+        };
+        if let Some(why) = failed.as_ref().filter(|_| worked) {
+            say(&format!("cannot write the metrics to {}: {why}", path.display()));
+        }
+        worked = failed.is_none();
     }
-}
-
-/// Replaces the file at once, readable for the collector.
-fn write(path: &Path, text: &str) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
-    file.write_all(text.as_bytes())?;
-    file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644))?;
-    file.persist(path)?;
-    Ok(())
 }

@@ -13,7 +13,7 @@ use haptic_ipc::{
     Event, JournalEntry, LinkStatus, RigState, Sample, SamplesEvent, SceneArrival, SceneRamp, ServoEvent, ServoSetup,
     StateEvent, Timing, Topic, params_of,
 };
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
@@ -106,8 +106,6 @@ pub(crate) struct Feed {
     subscribers: Vec<Subscriber>,
     /// State and revision of the newest record.
     last_state: Option<(RigState, u64)>,
-    /// Times that each fault began, by its code.
-    faults: BTreeMap<&'static str, u64>,
     /// The first record of each state and revision since the last call of `tell_subscribers`.
     changes: Vec<TickRecord>,
     /// The servo's settings, and the first tick that was computed with them, once they may have changed.
@@ -131,17 +129,11 @@ impl Feed {
             taken: Vec::new(),
             subscribers: Vec::new(),
             last_state: None,
-            faults: BTreeMap::new(),
             changes: Vec::new(),
             servo: None,
             timing_due: Instant::now(),
             ring_dropped: 0,
         }
-    }
-
-    /// Times that each fault began, by its code.
-    pub(crate) fn faults(&self) -> &BTreeMap<&'static str, u64> {
-        &self.faults
     }
 
     pub(crate) fn timing(&self) -> &TimingRecorder {
@@ -279,11 +271,6 @@ impl Feed {
             }
             self.servo = Some((record.tick, servo));
             self.announce_servo();
-        }
-        if let Some(fault) = record.fault
-            && before.is_none_or(|before| before.fault != record.fault)
-        {
-            *self.faults.entry(fault.code()).or_default() += 1;
         }
         let state = Some((record.state, record.revision));
         if self.last_state != state {

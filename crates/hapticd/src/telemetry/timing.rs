@@ -45,7 +45,7 @@ pub(crate) fn percentiles(histogram: &Histogram<u64>) -> Percentiles {
 }
 
 /// Upper end of the first bucket, ns; each further bucket ends at twice the previous one.
-const FIRST_BUCKET_NS: u64 = 64;
+pub(crate) const FIRST_BUCKET_NS: u64 = 64;
 
 fn buckets(histogram: &Histogram<u64>) -> Vec<Bucket> {
     histogram

@@ -7,6 +7,7 @@ use crate::control::presence;
 use crate::rt::handoff::{Heard, Stopped};
 use crate::rt::outbox::TickRecord;
 use haptic_ipc::{JournalEntry, LogReply, RigState, StateChange};
+use std::collections::BTreeMap;
 
 impl RigHandle {
     /// Enters events that no client asked for, completes the entries that waited for their tick,
@@ -103,6 +104,11 @@ impl RigHandle {
         self.journal
             .borrow_mut()
             .enter(until, JournalEntry { revision, ..entry });
+    }
+
+    /// Times that each fault, or the rig's stop button, took the force away, by its code.
+    pub(crate) fn faults(&self) -> BTreeMap<String, u64> {
+        self.journal.borrow().faults().clone()
     }
 
     /// The newest entries of the journal.
