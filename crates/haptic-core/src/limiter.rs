@@ -23,6 +23,18 @@ pub struct Limits {
     pub acceleration_mps2: f64,
 }
 
+/// Those of the daemon where nobody names others.
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            force_n: 20.0,
+            slew_n_per_s: 5000.0,
+            speed_mps: 5.0,
+            acceleration_mps2: 2000.0,
+        }
+    }
+}
+
 /// Counts by which two positions may differ without the device having moved otherwise than was foreseen.
 const COUNTS_OF_DOUBT: f64 = 4.0;
 

@@ -12,6 +12,7 @@ mod median;
 pub mod motion;
 pub mod recording;
 pub mod replay;
+mod row;
 pub mod simulate;
 mod smoothing;
 pub mod stats;

@@ -5,6 +5,7 @@ use super::error::ReplayError;
 use super::not_compared::NotCompared;
 use super::scenes::{Alternative, Arriving, Scenes};
 use crate::recording::{Mark, Metadata};
+use crate::row::with_outputs;
 use haptic_core::sample::{DeviceError, Motor};
 use haptic_core::servo::{Command, Event, Events, InputWord, Inputs, Servo};
 use haptic_ipc::{RigState, Sample, ServoSetup};
@@ -277,17 +278,7 @@ impl Stepper {
         if word.write_failed() {
             servo.disconnect();
         }
-        Ok(Some(Sample {
-            state: servo.state(),
-            contact: outputs.contact,
-            device_position_m: outputs.device_position_m,
-            device_velocity_mps: outputs.device_velocity_mps,
-            block_position_m: outputs.block_position_m,
-            block_velocity_mps: outputs.block_velocity_mps,
-            coupling_force_n: outputs.coupling_force_n,
-            command_force_n: outputs.force_n,
-            ..*row
-        }))
+        Ok(Some(with_outputs(*row, servo, &outputs)))
     }
 }
 

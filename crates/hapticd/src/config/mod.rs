@@ -236,14 +236,30 @@ impl Options {
     }
 
     fn limits(&self) -> Result<Limits, ConfigError> {
+        let usual = Limits::default();
+        let slew_n_per_s = usual.slew_n_per_s;
         Ok(Limits {
-            force_n: within("force-limit-n", self.force_limit_n, 20.0, 0.1, 1000.0, "N")?,
-            slew_n_per_s: within("slew-limit-n-per-s", self.slew_limit_n_per_s, 5000.0, 10.0, 1e9, "N/s")?,
-            speed_mps: within("speed-limit-mps", self.speed_limit_mps, 5.0, 0.01, 100.0, "m/s")?,
+            force_n: within("force-limit-n", self.force_limit_n, usual.force_n, 0.1, 1000.0, "N")?,
+            slew_n_per_s: within(
+                "slew-limit-n-per-s",
+                self.slew_limit_n_per_s,
+                slew_n_per_s,
+                10.0,
+                1e9,
+                "N/s",
+            )?,
+            speed_mps: within(
+                "speed-limit-mps",
+                self.speed_limit_mps,
+                usual.speed_mps,
+                0.01,
+                100.0,
+                "m/s",
+            )?,
             acceleration_mps2: within(
                 "acceleration-limit-mps2",
                 self.acceleration_limit_mps2,
-                2000.0,
+                usual.acceleration_mps2,
                 10.0,
                 1e6,
                 "m/s^2",

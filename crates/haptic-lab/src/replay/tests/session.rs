@@ -2,6 +2,7 @@
 
 use crate::recording::{Entry, Mark, Metadata};
 use crate::replay::{NotCompared, Report, replay};
+use crate::row::of_step;
 use haptic_core::compensation::Compensation;
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
@@ -10,7 +11,7 @@ use haptic_core::sample::{DeviceError, ErrorCode, Measurement};
 use haptic_core::servo::{Command, CompiledScene, Event, Events, InputWord, Inputs, Servo, Settings};
 use haptic_core::velocity::Method;
 use haptic_core::{Directional, Renderer, Scene, Scheme};
-use haptic_ipc::{RigState, Sample, SceneArrival, SceneRamp, ServoSetup};
+use haptic_ipc::{RigState, SceneArrival, SceneRamp, ServoSetup};
 
 const PERIOD_NS: u64 = 1_000_000;
 
@@ -178,27 +179,9 @@ impl Session {
             self.servo.disconnect();
             word = word.with_write_failed();
         }
-        let sample = inputs.sample.unwrap_or(Measurement::new(0, 0, 0.0));
-        self.entries.push(Entry::Row(Sample {
-            tick: self.tick,
-            t_s: self.tick as f64 * 1e-3,
-            state: self.servo.state(),
-            contact: outputs.contact,
-            device_position_m: outputs.device_position_m,
-            device_velocity_mps: outputs.device_velocity_mps,
-            block_position_m: outputs.block_position_m,
-            block_velocity_mps: outputs.block_velocity_mps,
-            coupling_force_n: outputs.coupling_force_n,
-            command_force_n: outputs.force_n,
-            revision: self.servo.scene().revision,
-            elapsed_ns: inputs.elapsed_ns,
-            device_sequence: sample.sequence,
-            device_time_ns: sample.time_ns,
-            sample_position_m: sample.position_m,
-            input_flags: word.flags,
-            error_detail: word.detail,
-            ..Sample::default()
-        }));
+        let t_s = self.tick as f64 * 1e-3;
+        let row = of_step(self.tick, t_s, &inputs, word, &self.servo, &outputs);
+        self.entries.push(Entry::Row(row));
         self
     }
 

@@ -2,6 +2,7 @@
 //! machine computes.
 
 use crate::recording::Mark;
+use crate::row::of_step;
 use device_io::fake::{Hand, Plant, RigProperties};
 use haptic_core::limiter::Limits;
 use haptic_core::passivity::RigLosses;
@@ -39,12 +40,7 @@ pub fn setup() -> ServoSetup {
         settings: Settings {
             period_s: PERIOD_S,
             ramp_s: 0.2,
-            limits: Limits {
-                force_n: 20.0,
-                slew_n_per_s: 5000.0,
-                speed_mps: 5.0,
-                acceleration_mps2: 2000.0,
-            },
+            limits: Limits::default(),
             losses: RigLosses {
                 damping: properties.damping_ns_per_m,
                 friction: properties.friction_n,
@@ -164,26 +160,7 @@ impl Rig {
         let outputs = self.servo.step(&inputs, arriving);
         while self.servo.take_retired().is_some() {}
         self.force_n = outputs.force_n;
-        Sample {
-            tick: self.tick,
-            t_s,
-            state: self.servo.state(),
-            contact: outputs.contact,
-            device_position_m: outputs.device_position_m,
-            device_velocity_mps: outputs.device_velocity_mps,
-            block_position_m: outputs.block_position_m,
-            block_velocity_mps: outputs.block_velocity_mps,
-            coupling_force_n: outputs.coupling_force_n,
-            command_force_n: outputs.force_n,
-            revision: self.servo.scene().revision,
-            elapsed_ns: inputs.elapsed_ns,
-            device_sequence: sample.sequence,
-            device_time_ns: sample.time_ns,
-            sample_position_m: sample.position_m,
-            input_flags: word.flags,
-            error_detail: word.detail,
-            ..Sample::default()
-        }
+        of_step(self.tick, t_s, &inputs, word, &self.servo, &outputs)
     }
 
     /// Whether the whole force flows.
