@@ -8,15 +8,19 @@
 //! applies to the hand.
 //!
 //! [`link`] talks to real rigs in the words of [`protocol`], over a serial line or HID;
-//! [`discovery`] finds them.
+//! [`discovery`] finds them. Both are the feature `links`, on by default.
 
+#[cfg(feature = "links")]
 pub mod address;
 pub mod clock;
 mod device;
+#[cfg(feature = "links")]
 pub mod discovery;
 pub mod fake;
+#[cfg(feature = "links")]
 pub mod link;
 pub mod protocol;
 
+#[cfg(feature = "links")]
 pub use address::Address;
 pub use device::{Device, DeviceError, Measurement, Motor, Written};
